@@ -1,0 +1,168 @@
+"""The block: sizes in, Housner's parameters out.  Knows nothing of damping laws, motions or units other than SI."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from .. import checks
+from ..units import STANDARD_GRAVITY
+
+UNIFORM_INERTIA_FACTOR = 4.0 / 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A freestanding rigid block on a rigid floor.
+
+    Parameters
+    ----------
+    width : float
+        Full outer size in the direction of shaking (2b), m.
+    height : float
+        Full outer height (2h for a uniform block), m.
+    cm_height : float, optional
+        Height of the centre of mass above the floor, m; mid-height where not given.
+    inertia_factor : float, optional
+        lambda = I_O/(m R²), 1 < lambda <= 2; 4/3 (a uniform rectangle) where not given.  It must be given where the
+        centre of mass is not at mid-height: it then depends on how the mass is spread.
+    name : str, optional
+        Label in results.
+
+    Raises
+    ------
+    ValueError
+        A size that is not finite and positive, a centre of mass outside the block, an inertia factor outside (1, 2].
+
+    Notes
+    -----
+    R = sqrt(b² + h²), alpha = atan(b/h) with h the height of the centre of mass, p = sqrt(g/(lambda R)) (sqrt(3g/4R)
+    for a uniform rectangle) and e_R = 1 - (2/lambda) sin² alpha, Housner's 1 - 1.5 sin² alpha for lambda = 4/3.
+    lambda <= 2 because no mass of a body inside the rectangle lies further from its centre than R.
+
+    References
+    ----------
+    Housner, G. W. (1963). The behavior of inverted pendulum structures during earthquakes. Bulletin of the
+    Seismological Society of America 53(2), 403-417.
+
+    Examples
+    --------
+    >>> block = Block(width=0.40, height=1.80)
+    >>> round(block.alpha, 4), round(block.R, 4), round(block.p, 4)
+    (0.2187, 0.922, 2.8244)
+    """
+
+    width: float
+    height: float
+    cm_height: float | None = None
+    inertia_factor: float | None = None
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        width = checks.number("width", self.width, above=0.0, unit="m")
+        height = checks.number("height", self.height, above=0.0, unit="m")
+        middle = 0.5 * height
+        cm_height = middle
+        if self.cm_height is not None:
+            cm_height = checks.number("cm_height", self.cm_height, above=0.0, below=height, unit="m")
+        factor = UNIFORM_INERTIA_FACTOR
+        if self.inertia_factor is not None:
+            factor = checks.number("inertia_factor", self.inertia_factor, above=1.0, at_most=2.0)
+        elif not math.isclose(cm_height, middle, rel_tol=1e-9):
+            raise ValueError(
+                f"inertia_factor must be given (1 < inertia_factor <= 2) where cm_height ({cm_height:g} m) is not "
+                f"mid-height ({middle:g} m): it depends on how the mass is spread"
+            )
+        if self.name is not None and (not isinstance(self.name, str) or not self.name.strip()):
+            raise ValueError(f"name must be a non-empty string or None, got {self.name!r}")
+        alpha = math.atan2(0.5 * width, cm_height)
+        if not 0.0 < alpha < 0.5 * math.pi or not 0.0 < math.hypot(0.5 * width, cm_height) < math.inf:
+            raise ValueError(f"alpha must lie between 0 and pi/2, got {alpha:g} from width {width:g} and {cm_height:g}")
+        object.__setattr__(self, "width", width)
+        object.__setattr__(self, "height", height)
+        object.__setattr__(self, "cm_height", cm_height)
+        object.__setattr__(self, "inertia_factor", factor)
+
+    @classmethod
+    def from_slenderness(
+        cls, alpha: float, R: float, inertia_factor: float = UNIFORM_INERTIA_FACTOR, name: str | None = None
+    ) -> Block:
+        """The block with slenderness alpha (rad, 0 < alpha < pi/2) and size R (m, > 0), mass centre at mid-height."""
+        angle = checks.number("alpha", alpha, above=0.0, below=0.5 * math.pi, unit="rad")
+        size = checks.number("R", R, above=0.0, unit="m")
+        return cls(2.0 * size * math.sin(angle), 2.0 * size * math.cos(angle), None, inertia_factor, name)
+
+    @classmethod
+    def from_tilt_test(
+        cls, angle: float, width: float, height: float, inertia_factor: float | None = None, name: str | None = None
+    ) -> Block:
+        """The block that starts to fall at the measured tilt `angle` (rad): that angle *is* alpha.
+
+        The centre of mass then lies at width/(2 tan angle) above the floor, which must be inside the height (m).
+        `inertia_factor` must be given unless that is mid-height.
+
+        Examples
+        --------
+        >>> round(Block.from_tilt_test(0.25, width=0.4, height=1.8, inertia_factor=1.3).cm_height, 3)
+        0.783
+        """
+        tilt = checks.number("angle", angle, above=0.0, below=0.5 * math.pi, unit="rad")
+        full = checks.number("width", width, above=0.0, unit="m")
+        top = checks.number("height", height, above=0.0, unit="m")
+        cm_height = 0.5 * full / math.tan(tilt)
+        if cm_height >= top:
+            raise ValueError(
+                f"angle must exceed {math.atan2(0.5 * full, top):.4g} rad for width {full:g} m and height {top:g} m "
+                f"(else the centre of mass is above the block), got {tilt:g}"
+            )
+        return cls(full, top, cm_height, inertia_factor, name)
+
+    @property
+    def b(self) -> float:
+        """Half width, m."""
+        return 0.5 * self.width
+
+    @property
+    def h(self) -> float:
+        """Height of the centre of mass, m (half the height of a uniform block)."""
+        assert self.cm_height is not None  # set in __post_init__
+        return self.cm_height
+
+    @property
+    def R(self) -> float:
+        """Distance from the centre of mass to the corner, m."""
+        return math.hypot(self.b, self.h)
+
+    @property
+    def alpha(self) -> float:
+        """Slenderness angle atan(b/h), rad."""
+        return math.atan2(self.b, self.h)
+
+    @property
+    def inertia(self) -> float:
+        """Lambda = I_O/(m R²): moment of inertia about the corner over m R²."""
+        assert self.inertia_factor is not None  # set in __post_init__
+        return self.inertia_factor
+
+    @property
+    def p(self) -> float:
+        """Rocking frequency parameter sqrt(g/(lambda R)), rad/s."""
+        return math.sqrt(STANDARD_GRAVITY / (self.inertia * self.R))
+
+    @property
+    def restitution(self) -> float:
+        """Housner's coefficient of restitution e_R = 1 - (2/lambda) sin² alpha; ValueError where it is not positive."""
+        e = 1.0 - 2.0 / self.inertia * math.sin(self.alpha) ** 2
+        if e <= 0.0:
+            raise ValueError(
+                f"Housner's restitution of a block with alpha = {self.alpha:.4g} rad is {e:.4g}, not positive: "
+                "so squat a block needs an explicit e with 0 < e <= 1"
+            )
+        return e
+
+    @property
+    def label(self) -> str:
+        """The name, or the sizes where there is none."""
+        if self.name is not None:
+            return self.name
+        return f"alpha={self.alpha:.4g} R={self.R:.4g} m"

@@ -1,0 +1,350 @@
+"""The damping laws: one small frozen dataclass each, which turns a block into an oscillator.  Nothing compiled here.
+
+Provenance is stated with each formula: *paper* is Liu, Huang and Qu (2024); *derived* is worked out here and checked
+numerically in the tests; *recalled* is known from the literature but was not re-read.
+
+References
+----------
+Liu, H., Huang, Y. and Qu, Z. (2024). A discretely damped SDOF model for the rocking response of freestanding blocks.
+Earthquake Engineering and Engineering Vibration.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import MISSING, dataclass, field, fields
+from typing import Any, ClassVar
+
+from .. import checks
+from ..units import STANDARD_GRAVITY
+from . import _piecewise as engine
+from .block import Block
+from .oscillator import Oscillator, bilinear, impact
+
+LEVERS = ("h", "R")
+RESTS = ("elastic", "rigid")
+GEOMETRIES = ("exact", "linear", "bilinear")
+
+
+class Law(ABC):
+    """A damping law; `oscillator(block)` is all that the engine asks of it.
+
+    `law` is its short name in labels and study files.  A new law with an existing rule is one dataclass.
+    """
+
+    law: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        """Validate the options that laws share, once, where they enter."""
+        values = self.options
+        if values.get("e") is not None:
+            checks.number("e", values["e"], above=0.0, at_most=1.0)
+        if "restitution_factor" in values:
+            checks.number("restitution_factor", values["restitution_factor"], above=0.0)
+        if "delta" in values:
+            checks.number("delta", values["delta"], above=0.0, below=1.0)
+        if "zeta" in values:
+            checks.number("zeta", values["zeta"], at_least=0.0)
+        if "coefficient" in values:
+            checks.number("coefficient", values["coefficient"], at_least=0.0)
+        for name, allowed in (("lever", LEVERS), ("rest", RESTS), ("geometry", GEOMETRIES)):
+            if name in values:
+                checks.choice(name, values[name], allowed)
+
+    @abstractmethod
+    def oscillator(self, block: Block) -> Oscillator:
+        """The oscillator of `block` under this law; ValueError where the block needs an explicit e."""
+
+    def restitution(self, block: Block) -> float | None:
+        """The coefficient of restitution used for `block`, or None where the law has none."""
+        return None
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Every option by name."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
+
+    @property
+    def label(self) -> str:
+        """Law, e, delta, and every option that is not the default: ``discrete e=0.92 δ=0.05 rest=rigid``."""
+        parts = [self.law]
+        values = self.options
+        defaults = {f.name: f.default for f in fields(self)}  # type: ignore[arg-type]
+        if "e" in values:
+            factor = values.get("restitution_factor", 1.0)
+            restitution = "e_R" if factor == 1.0 else f"{factor:g}·e_R"
+            parts.append(f"e={restitution}" if values["e"] is None else f"e={values['e']:g}")
+        if "zeta" in values:
+            parts.append(f"ζ={values['zeta']:g}")
+        if "delta" in values:
+            parts.append(f"δ={values['delta']:g}")
+        for name in ("coefficient", "geometry", "lever", "rest"):
+            if name in values and values[name] != defaults[name] and defaults[name] is not MISSING:
+                value = values[name]
+                parts.append(f"{name}={value if isinstance(value, str) else format(value, 'g')}")
+        return " ".join(parts)
+
+
+def _restitution(block: Block, e: float | None, factor: float) -> float:
+    """The e given, or Housner's e_R of the block times the factor (never clipped: above 1 is an error)."""
+    if e is not None:
+        return e
+    value = factor * block.restitution
+    if value > 1.0:
+        raise ValueError(f"restitution_factor {factor:g} times e_R {block.restitution:.4g} is {value:.4g}: above 1")
+    return value
+
+
+def _q2(block: Block) -> float:
+    """p² sin(alpha)/alpha: the falling branch's stiffness per unit inertia, 1/s² (derived)."""
+    return block.p**2 * math.sin(block.alpha) / block.alpha
+
+
+def _gain(block: Block, lever: str) -> float:
+    """Lever arm over lambda R²: angular acceleration per floor acceleration, 1/m (derived; h: the paper's Eq. 5)."""
+    arm = block.h if lever == "h" else block.R
+    return arm / (block.inertia * block.R**2)
+
+
+def _zone_frequency(block: Block, delta: float) -> float:
+    """sqrt(k0/I_O) = q sqrt(1/delta - 1), rad/s: the elastic zone's circular frequency."""
+    return math.sqrt(_q2(block) * (1.0 / delta - 1.0))
+
+
+@dataclass(frozen=True)
+class DiscreteDamping(Law):
+    """The paper's own law: f_d = c_D theta' inside |theta| <= delta alpha, nothing outside.
+
+    c_D = c' |theta'_in| with c' = I_O (1 - e)/(2 delta alpha) (paper, Eqs. 15-17); theta'_in is the velocity at the
+    last inward crossing of |theta| = delta alpha, held until the next; the zone is undamped before the first.
+
+    Parameters
+    ----------
+    e : float, optional
+        Restitution, 0 < e <= 1; the block's own e_R times `restitution_factor` where not given.
+    delta : float
+        Half width of the elastic zone over alpha, 0 < delta < 1; 0.05 is the paper's recommendation.
+    lever : {"h", "R"}
+        Lever arm of the shaking: the mass centre's height (threshold g tan alpha), or R (the paper's lumped mass,
+        threshold g sin alpha).
+    rest : {"elastic", "rigid"}
+        Elastic zone at rest as in the paper, or at rest until the static threshold is exceeded (derived).
+    """
+
+    law: ClassVar[str] = "discrete"
+    e: float | None = None
+    delta: float = 0.05
+    lever: str = "h"
+    rest: str = "elastic"
+    restitution_factor: float = field(default=1.0, kw_only=True)
+
+    def restitution(self, block: Block) -> float:
+        return _restitution(block, self.e, self.restitution_factor)
+
+    def oscillator(self, block: Block) -> Oscillator:
+        return bilinear(
+            _q2(block),
+            block.alpha,
+            self.delta,
+            _gain(block, self.lever),
+            rule=engine.RULE_ENTRY_SPEED,
+            e=self.restitution(block),
+            rigid_rest=self.rest == "rigid",
+        )
+
+
+@dataclass(frozen=True)
+class EnergyConsistent(Law):
+    """Discrete damping with the c_D for which the zone takes out exactly what an impact with e takes out (derived).
+
+    c >= 0 is the root for which the unforced crossing leaves the zone with
+    v_o² = e² v_i² - (1 - e²) s (2 delta - delta²), where v = theta'/(p alpha) and s = sin(alpha)/alpha.  Free rocking
+    then has Housner's peaks for every delta.  Where v_o² <= 0, ``rest="rigid"`` keeps the block on the rigid branch
+    and ``rest="elastic"`` takes the c that just stops it at the far edge.  Options as `DiscreteDamping`.
+    """
+
+    law: ClassVar[str] = "energy-consistent"
+    e: float | None = None
+    delta: float = 0.05
+    lever: str = "h"
+    rest: str = "rigid"
+    restitution_factor: float = field(default=1.0, kw_only=True)
+
+    def restitution(self, block: Block) -> float:
+        return _restitution(block, self.e, self.restitution_factor)
+
+    def oscillator(self, block: Block) -> Oscillator:
+        return bilinear(
+            _q2(block),
+            block.alpha,
+            self.delta,
+            _gain(block, self.lever),
+            rule=engine.RULE_ENERGY,
+            e=self.restitution(block),
+            rigid_rest=self.rest == "rigid",
+        )
+
+
+@dataclass(frozen=True)
+class _RestitutionViscous(Law):
+    """f_d = 2 zeta(e) sqrt(I_O k0) theta' everywhere: initial-stiffness proportional (paper, Eq. 11)."""
+
+    e: float | None = None
+    delta: float = 0.05
+    lever: str = "h"
+    restitution_factor: float = field(default=1.0, kw_only=True)
+
+    @staticmethod
+    @abstractmethod
+    def damping_ratio(e: float) -> float:
+        """Zeta as a function of the restitution coefficient."""
+
+    def restitution(self, block: Block) -> float:
+        return _restitution(block, self.e, self.restitution_factor)
+
+    def oscillator(self, block: Block) -> Oscillator:
+        ratio = self.damping_ratio(self.restitution(block))
+        damping = 2.0 * ratio * _zone_frequency(block, self.delta)
+        return bilinear(_q2(block), block.alpha, self.delta, _gain(block, self.lever), damping=damping)
+
+
+@dataclass(frozen=True)
+class GianniniMasiani(_RestitutionViscous):
+    """Continuous viscous damping with zeta = (2/pi)(1 - e)/(1 + e).
+
+    The form is derived: zero for e = 1 and 2/pi for e = 0, as the paper states; the damping coefficient
+    c = 2 zeta sqrt(I_O k0) is the paper's.  Options `e`, `delta`, `lever` as `DiscreteDamping`.
+
+    References
+    ----------
+    Giannini, R. and Masiani, R. (1990). Risposta in frequenza del blocco rigido. (Cited by the paper; not re-read.)
+    """
+
+    law: ClassVar[str] = "giannini-masiani"
+
+    @staticmethod
+    def damping_ratio(e: float) -> float:
+        return 2.0 / math.pi * (1.0 - e) / (1.0 + e)
+
+
+@dataclass(frozen=True)
+class MakrisKonstantinidis(_RestitutionViscous):
+    """Continuous viscous damping with zeta = -0.68 ln e.
+
+    Fitted by its authors to an oscillator of amplitude-dependent period; attached to the initial stiffness, as the
+    paper does, it over-damps.  Options `e`, `delta`, `lever` as `DiscreteDamping`.
+
+    References
+    ----------
+    Makris, N. and Konstantinidis, D. (2003). The rocking spectrum and the limitations of practical design
+    methodologies. Earthquake Engineering and Structural Dynamics 32, 265-289, Eq. 11 (-0.34 ln e²).
+    """
+
+    law: ClassVar[str] = "makris-konstantinidis"
+
+    @staticmethod
+    def damping_ratio(e: float) -> float:
+        return -0.68 * math.log(e)
+
+
+@dataclass(frozen=True)
+class Vassiliou(Law):
+    """Continuous viscous damping c = coefficient (alpha/0.1)² m g^½ R^(3/2), independent of e and delta.
+
+    The coefficient 0.02 is recalled, so it is a parameter (>= 0).
+
+    References
+    ----------
+    Vassiliou, M. F., Mackie, K. R. and Stojadinović, B. (2014). Dynamic response analysis of solitary flexible rocking
+    bodies: modeling and behavior under pulse-like ground excitation. Earthquake Engineering and Structural Dynamics 43.
+    """
+
+    law: ClassVar[str] = "vassiliou"
+    delta: float = 0.05
+    coefficient: float = 0.02
+    lever: str = "h"
+
+    def oscillator(self, block: Block) -> Oscillator:
+        per_mass = self.coefficient * (block.alpha / 0.1) ** 2 * math.sqrt(STANDARD_GRAVITY) * block.R**1.5
+        damping = per_mass / (block.inertia * block.R**2)
+        return bilinear(_q2(block), block.alpha, self.delta, _gain(block, self.lever), damping=damping)
+
+
+@dataclass(frozen=True)
+class ViscousDamping(Law):
+    """Continuous viscous damping of any ratio `zeta` >= 0 of the initial stiffness: c = 2 zeta sqrt(I_O k0)."""
+
+    law: ClassVar[str] = "viscous"
+    zeta: float
+    delta: float = 0.05
+    lever: str = "h"
+
+    @classmethod
+    def fema356(cls, e: float, delta: float = 0.05, lever: str = "h") -> ViscousDamping:
+        """FEMA 356's zeta = 0.4 (1 - e), as quoted by Makris and Konstantinidis (2003)."""
+        return cls(0.4 * (1.0 - checks.number("e", e, above=0.0, at_most=1.0)), delta, lever)
+
+    def oscillator(self, block: Block) -> Oscillator:
+        damping = 2.0 * self.zeta * _zone_frequency(block, self.delta)
+        return bilinear(_q2(block), block.alpha, self.delta, _gain(block, self.lever), damping=damping)
+
+
+@dataclass(frozen=True)
+class HousnerImpact(Law):
+    """The field's reference: a rigid block at rest until its threshold is exceeded, theta' -> e theta' at each impact.
+
+    Parameters
+    ----------
+    e : float, optional
+        Restitution, 0 < e <= 1; the block's own e_R times `restitution_factor` where not given.
+    geometry : {"exact", "linear", "bilinear"}
+        ``exact``: theta'' = -p² (sin(alpha sgn theta - theta) + (u''/g) cos(alpha sgn theta - theta)), threshold
+        g tan alpha; ``linear``: theta'' = p² (theta - alpha sgn theta - u''/g), threshold g alpha; ``bilinear``: the
+        delta -> 0 limit of the single-degree-of-freedom laws, with p² sin(alpha)/alpha and their lever arm.
+    lever : {"h", "R"}
+        For ``bilinear`` only.
+
+    References
+    ----------
+    Housner (1963), as in `Block`; exact form: Zhang, J. and Makris, N. (2001). Rocking response of free-standing
+    blocks under cycloidal pulses. Journal of Engineering Mechanics 127(5), 473-483, Eq. 12.
+    """
+
+    law: ClassVar[str] = "housner"
+    e: float | None = None
+    geometry: str = "exact"
+    lever: str = "h"
+    restitution_factor: float = field(default=1.0, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.lever != "h" and self.geometry != "bilinear":
+            raise ValueError(f"lever={self.lever!r} needs geometry='bilinear', got geometry={self.geometry!r}")
+
+    def restitution(self, block: Block) -> float:
+        return _restitution(block, self.e, self.restitution_factor)
+
+    def oscillator(self, block: Block) -> Oscillator:
+        e = self.restitution(block)
+        p2 = block.p**2
+        if self.geometry == "exact":
+            return impact(p2, block.alpha, _gain(block, "h"), e, exact=True)
+        if self.geometry == "linear":
+            return impact(p2, block.alpha, p2 / STANDARD_GRAVITY, e)
+        return impact(_q2(block), block.alpha, _gain(block, self.lever), e)
+
+
+LAWS: dict[str, type[Law]] = {
+    law.law: law
+    for law in (
+        DiscreteDamping,
+        GianniniMasiani,
+        MakrisKonstantinidis,
+        Vassiliou,
+        ViscousDamping,
+        EnergyConsistent,
+        HousnerImpact,
+    )
+}
+"""Every law by its short name, as study files and labels use it."""

@@ -1,0 +1,185 @@
+"""What a damping law makes of a block: a short table of regions with edges, in plain numbers per unit inertia.
+
+To the engine an oscillator is regions in the rotation (stiffness, damping, offset), what happens at each edge (cross,
+enter a zone whose damping is then held, impact, overturn), and where it rests.  Three tables are built here; blocks
+beside a wall, brittle restraints and centres of mass off the middle are other tables for the same engine.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _piecewise as engine
+
+
+class Edge(NamedTuple):
+    """What happens where the rotation reaches an edge: action, region beyond, the region an entry rule may prefer."""
+
+    action: int
+    target: int = engine.NO_REGION
+    other: int = engine.NO_REGION
+
+
+OVERTURN = Edge(engine.OVERTURN)
+
+
+class Region(NamedTuple):
+    """x'' = -stiffness x - damping x' + offset + forcing for lower <= x <= upper (SI, per unit inertia).
+
+    `potential` is added to stiffness x²/2 - offset x so that the potential of the oscillator is continuous; `held`
+    says that the damping is set at each entry and kept; `turn_left`, `turn_right` name the regions that take over at
+    the same energy where the velocity vanishes inside this one.  Exact geometry reads stiffness = -p² and
+    offset = -+p² alpha, and solves the sin/cos form instead.
+    """
+
+    lower: float
+    upper: float
+    stiffness: float
+    offset: float
+    damping: float
+    potential: float
+    lower_edge: Edge
+    upper_edge: Edge
+    held: bool = False
+    turn_left: int = engine.NO_REGION
+    turn_right: int = engine.NO_REGION
+
+
+class Oscillator(NamedTuple):
+    """An oscillator in numbers: regions, forcing gain (rad/s² per m/s²), entry rule, thresholds and where it rests."""
+
+    regions: tuple[Region, ...]
+    gain: float
+    rule: int
+    e: float
+    coefficient: float
+    start: int
+    uplift_right: float
+    uplift_left: float
+    rest_right: int = engine.NO_REGION
+    rest_left: int = engine.NO_REGION
+    exact: bool = False
+
+    def region_at(self, theta: float, omega: float) -> int:
+        """The region in which a run started at (theta, omega) begins."""
+        if theta == 0.0 and omega == 0.0:
+            return self.start
+        candidates = list(range(len(self.regions)))
+        if self.start == engine.REST:
+            # a rigid block comes into a zone by an inward crossing only
+            candidates = [i for i in candidates if self.regions[i].turn_right == engine.NO_REGION]
+        else:
+            candidates.insert(0, self.start)
+        for index in candidates:
+            region = self.regions[index]
+            leaves = (theta == region.lower and omega < 0.0) or (theta == region.upper and omega > 0.0)
+            if region.lower <= theta <= region.upper and not leaves:
+                return index
+        raise ValueError(f"no region of the oscillator holds a rotation of {theta!r} rad")
+
+
+class Stack(NamedTuple):
+    """Oscillators as the arrays that the engine reads."""
+
+    tables: NDArray[np.float64]
+    links: NDArray[np.int64]
+    parameters: NDArray[np.float64]
+
+
+def stack(oscillators: Sequence[Oscillator]) -> Stack:
+    """Region tables (o, r, 6), links (o, r, 9) and parameters (o, 10) of several oscillators, padded to one size."""
+    rows = max(len(oscillator.regions) for oscillator in oscillators)
+    tables = np.zeros((len(oscillators), rows, engine.REGION_COLUMNS))
+    links = np.full((len(oscillators), rows, engine.LINK_COLUMNS), engine.NO_REGION, dtype=np.int64)
+    parameters = np.zeros((len(oscillators), engine.PAR_COLUMNS))
+    for o, oscillator in enumerate(oscillators):
+        for r, region in enumerate(oscillator.regions):
+            tables[o, r] = region[: engine.REGION_COLUMNS]
+            links[o, r] = (*region.lower_edge, *region.upper_edge, region.held, region.turn_left, region.turn_right)
+        parameters[o] = (
+            oscillator.gain,
+            oscillator.e,
+            oscillator.coefficient,
+            oscillator.rule,
+            oscillator.start,
+            oscillator.uplift_right,
+            oscillator.uplift_left,
+            oscillator.rest_right,
+            oscillator.rest_left,
+            oscillator.exact,
+        )
+    return Stack(tables, links, parameters)
+
+
+def bilinear(
+    q2: float,
+    alpha: float,
+    delta: float,
+    gain: float,
+    *,
+    damping: float = 0.0,
+    rule: int = engine.RULE_CONSTANT,
+    e: float = 1.0,
+    rigid_rest: bool = False,
+) -> Oscillator:
+    """Falling branches -+q² beyond |theta| = delta alpha, an elastic zone of stiffness (1/delta - 1) q² between them.
+
+    With `rigid_rest` the falling branches go on to theta = 0, where the block rests until |forcing| > q² alpha, and a
+    block comes into the zone only where an impact with e would carry it through (same energy everywhere: the zone's
+    potential lies q² alpha² delta/2 higher).
+    """
+    edge = delta * alpha
+    held = rule in (engine.RULE_ENTRY_SPEED, engine.RULE_ENERGY)
+    step = 0.5 * q2 * alpha * edge
+    left, zone, right, rigid_left, rigid_right = range(5)
+    branch_left, branch_right = (rigid_left, rigid_right) if rigid_rest else (engine.NO_REGION, engine.NO_REGION)
+    regions = [
+        Region(-engine.FLAT, -edge, -q2, q2 * alpha, damping, 0.0, OVERTURN, Edge(engine.ENTER, zone, branch_left)),
+        Region(
+            -edge,
+            edge,
+            (1.0 / delta - 1.0) * q2,
+            0.0,
+            damping,
+            step,
+            Edge(engine.CROSS, left),
+            Edge(engine.CROSS, right),
+            held,
+            branch_left,
+            branch_right,
+        ),
+        Region(edge, engine.FLAT, -q2, -q2 * alpha, damping, 0.0, Edge(engine.ENTER, zone, branch_right), OVERTURN),
+    ]
+    if rigid_rest:
+        regions += [
+            Region(-edge, 0.0, -q2, q2 * alpha, 0.0, 0.0, Edge(engine.CROSS, left), Edge(engine.IMPACT, rigid_right)),
+            Region(0.0, edge, -q2, -q2 * alpha, 0.0, 0.0, Edge(engine.IMPACT, rigid_left), Edge(engine.CROSS, right)),
+        ]
+    coefficient = 0.0
+    if rule == engine.RULE_ENTRY_SPEED:
+        coefficient = (1.0 - e) / (2.0 * edge)
+    elif rule == engine.RULE_ENERGY:
+        coefficient = q2 * edge * (alpha - 0.5 * edge)
+    start = engine.REST if rigid_rest else zone
+    return Oscillator(
+        tuple(regions), gain, rule, e, coefficient, start, q2 * alpha, q2 * alpha, branch_right, branch_left
+    )
+
+
+def impact(q2: float, alpha: float, gain: float, e: float, *, exact: bool = False) -> Oscillator:
+    """Two falling branches that meet in an impact at theta = 0, where the block rests: Housner's block.
+
+    `exact`: sin/cos geometry with q2 = p²; its threshold is p² sin alpha, else q² alpha.
+    """
+    left, right = range(2)
+    regions = (
+        Region(-engine.FLAT, 0.0, -q2, q2 * alpha, 0.0, 0.0, OVERTURN, Edge(engine.IMPACT, right)),
+        Region(0.0, engine.FLAT, -q2, -q2 * alpha, 0.0, 0.0, Edge(engine.IMPACT, left), OVERTURN),
+    )
+    threshold = q2 * (math.sin(alpha) if exact else alpha)
+    return Oscillator(regions, gain, engine.RULE_IMPACT, e, 0.0, engine.REST, threshold, threshold, right, left, exact)

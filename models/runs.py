@@ -1,0 +1,88 @@
+"""Runs as plain arrays: oscillators and scale factors in, results out.  No labels; calls the compiled engine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _piecewise as engine
+from .oscillator import Oscillator, stack
+
+OUTPUTS: dict[str, int] = {
+    "overturned": engine.OUT_OVERTURNED,
+    "peak_rotation": engine.OUT_PEAK,
+    "uplifted": engine.OUT_UPLIFTED,
+    "impacts": engine.OUT_IMPACTS,
+    "overturning_time": engine.OUT_OVERTURN_TIME,
+}
+"""Results of a run by name, and their column."""
+
+_NO_START = np.empty(0)
+
+
+def run_many(
+    oscillators: Sequence[Oscillator],
+    factors: NDArray[np.float64],
+    acceleration: NDArray[np.float64],
+    dt: float,
+    skip: bool = True,
+) -> NDArray[np.float64]:
+    """Results (o, m, 5) of every oscillator under factors (o, m) times one record (n,), m/s², all starting at rest.
+
+    `skip` leaves out what is known before the first uplift; flags do not change, peaks only by rounding.
+    """
+    arrays = stack(oscillators)
+    which = np.repeat(np.arange(len(oscillators)), factors.shape[1])
+    out = np.empty((which.size, engine.OUT_COLUMNS))
+    engine.run_batch(
+        acceleration,
+        dt,
+        *arrays,
+        which,
+        np.ascontiguousarray(factors).ravel(),
+        _NO_START,
+        skip,
+        out,
+        np.empty((2, 0)),
+        np.empty((engine.HISTORY_ROWS, 0)),
+    )
+    return out.reshape(*factors.shape, engine.OUT_COLUMNS)
+
+
+class Trace(NamedTuple):
+    """One run in full: results (5,), history (4, n) at the samples, turning points (2, t): time and rotation."""
+
+    results: NDArray[np.float64]
+    history: NDArray[np.float64]
+    turning_points: NDArray[np.float64]
+
+
+def trace(
+    oscillator: Oscillator,
+    acceleration: NDArray[np.float64],
+    dt: float,
+    theta0: float = 0.0,
+    omega0: float = 0.0,
+    max_turning_points: int = 0,
+) -> Trace:
+    """One run with its history, from (theta0, omega0)."""
+    start = np.array([theta0, omega0, float(oscillator.region_at(theta0, omega0))])
+    out = np.empty((1, engine.OUT_COLUMNS))
+    history = np.empty((engine.HISTORY_ROWS, acceleration.size))
+    turning_points = np.empty((2, max_turning_points))
+    found = engine.run_batch(
+        acceleration,
+        dt,
+        *stack([oscillator]),
+        np.zeros(1, np.int64),
+        np.ones(1),
+        start,
+        False,
+        out,
+        turning_points,
+        history,
+    )
+    return Trace(out[0], history, turning_points[:, : min(found, max_turning_points)])

@@ -1,0 +1,182 @@
+"""The labelled array that every motion is, and the plain records inside it.
+
+One array: name ``acceleration``, dims (motion, time) (floor histories add ``floor``), m/s², linear between samples.
+Several arrays with their own steps and lengths are one set of motions: nothing is resampled or padded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .. import checks
+from ..units import ACCELERATION, SECOND
+
+# A time axis printed with few digits is still uniform; one with a missing sample is not.
+UNIFORMITY = 0.05
+
+
+class Record(NamedTuple):
+    """One motion as plain numbers: label, acceleration (n,) in m/s², step in s, where it came from, floor or ''."""
+
+    label: str
+    acceleration: NDArray[np.float64]
+    dt: float
+    source: str
+    floor: str = ""
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample, s."""
+        return (self.acceleration.size - 1) * self.dt
+
+
+def from_array(
+    acceleration: Any, dt: float, labels: Sequence[str] | None = None, source: str | Sequence[str] = "array"
+) -> xr.DataArray:
+    """Motions from numbers.
+
+    Parameters
+    ----------
+    acceleration : array_like, shape (time,) or (motion, time)
+        Floor acceleration, m/s², taken as linear between samples; at least two samples, all finite.
+    dt : float
+        Time step, s, > 0.
+    labels : sequence of str, optional
+        One unique label a motion; ``motion 1``, ``motion 2`` … where not given.
+    source : str or sequence of str
+        Where the motions come from, for all or for each.
+
+    Returns
+    -------
+    xarray.DataArray
+        ``acceleration`` with dims (motion, time), coordinates ``dt`` and ``source`` on motion, units m s-2.
+
+    Raises
+    ------
+    ValueError
+        NaN or infinity, an empty array, a wrong shape, dt <= 0, labels of another number or not unique.
+
+    Examples
+    --------
+    >>> from_array([0.0, 1.0, 0.0], dt=0.01).sizes["time"]
+    3
+    """
+    values = np.atleast_2d(checks.finite_array("acceleration", acceleration, ndim=(1, 2), unit="m/s²"))
+    step = checks.number("dt", dt, above=0.0, unit="s")
+    if values.shape[1] < 2:
+        raise ValueError(f"acceleration must have at least 2 samples, got {values.shape[1]}")
+    n = values.shape[0]
+    if labels is None:
+        labels = [f"motion {i + 1}" for i in range(n)]
+    names = [labels] if isinstance(labels, str) else list(labels)
+    if len(names) != n or not all(isinstance(name, str) and name for name in names):
+        raise ValueError(f"labels must be {n} non-empty strings, one a motion, got {names!r:.80}")
+    if len(set(names)) != n:
+        raise ValueError(f"labels must be unique, got {_repeated(names)!r} more than once")
+    sources = [source] * n if isinstance(source, str) else list(source)
+    if len(sources) != n:
+        raise ValueError(f"source must be one string or {n}, one a motion, got {len(sources)}")
+    return xr.DataArray(
+        values,
+        dims=("motion", "time"),
+        coords={
+            "motion": ("motion", np.array(names, dtype=object), {"units": "1", "long_name": "motion"}),
+            "time": ("time", np.arange(values.shape[1]) * step, {"units": SECOND, "long_name": "time"}),
+            "dt": ("motion", np.full(n, step), {"units": SECOND, "long_name": "time step"}),
+            "source": ("motion", np.array(sources, dtype=object), {"units": "1", "long_name": "source of the motion"}),
+        },
+        name="acceleration",
+        attrs={"units": ACCELERATION, "long_name": "floor acceleration", "standard_name": "acceleration"},
+    )
+
+
+def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
+    """The plain records of one labelled array or a sequence of them, in order; a ``floor`` dimension is stacked.
+
+    Raises
+    ------
+    TypeError
+        Something that is no labelled acceleration array.
+    ValueError
+        No motion, a label used twice, units other than m s-2, a time axis that is not uniform, NaN or infinity.
+    """
+    arrays = [motions] if isinstance(motions, xr.DataArray) else list(motions)
+    found: list[Record] = []
+    for array in arrays:
+        if not isinstance(array, xr.DataArray):
+            raise TypeError(
+                f"motions must be labelled arrays as toppling.motions makes them (numbers: motions.from_array), "
+                f"got {type(array).__name__}"
+            )
+        found.extend(_records_of(array))
+    if not found:
+        raise ValueError("motions must hold at least one motion, got none")
+    names = [record.label for record in found]
+    if len(set(names)) != len(names):
+        raise ValueError(f"motions must have unique labels, got {_repeated(names)!r} more than once")
+    return found
+
+
+def _records_of(array: xr.DataArray) -> list[Record]:
+    if array.ndim == 1 and array.dims == ("time",):
+        array = array.expand_dims("motion")
+    if "time" not in array.dims or "motion" not in array.dims or not set(array.dims) <= {"motion", "floor", "time"}:
+        raise ValueError(f"motions must have dims (motion, time) or (motion, floor, time), got {array.dims}")
+    units = array.attrs.get("units", ACCELERATION)
+    if units not in (ACCELERATION, "m/s2", "m/s^2", "m/s²", "m s^-2"):
+        raise ValueError(f"motions must be in m s-2, got units {units!r}")
+    if "floor" in array.dims:
+        array = array.transpose("motion", "floor", "time")
+        floors = [str(f) for f in array["floor"].values] if "floor" in array.coords else None
+        pieces = [(array.isel(floor=i), floors[i] if floors else str(i)) for i in range(array.sizes["floor"])]
+    else:
+        pieces = [(array.transpose("motion", "time"), "")]
+    found = []
+    for i in range(array.sizes["motion"]):
+        for piece, floor in pieces:
+            one = piece.isel(motion=i)
+            label = str(one["motion"].item()) if "motion" in one.coords else f"motion {i + 1}"
+            values = checks.finite_array(f"motion {label!r}", one.values, unit="m/s²")
+            if values.size < 2:
+                raise ValueError(f"motion {label!r} must have at least 2 samples, got {values.size}")
+            source = str(one["source"].item()) if "source" in one.coords else "array"
+            found.append(Record(f"{label} floor {floor}" if floor else label, values, _step(one, label), source, floor))
+    return found
+
+
+def _step(one: xr.DataArray, label: str) -> float:
+    """The time step of one motion: its ``dt`` coordinate, else that of a uniform time axis."""
+    if "dt" in one.coords:
+        return checks.number(f"dt of motion {label!r}", float(one["dt"].item()), above=0.0, unit="s")
+    if "time" not in one.coords:
+        raise ValueError(f"motion {label!r} must have a dt or a time coordinate, got neither")
+    return uniform_step(one["time"].values.astype(np.float64), f"motion {label!r}")
+
+
+def uniform_step(time: NDArray[np.float64], what: str) -> float:
+    """The step of a uniform time axis (n >= 2); ValueError where it does not increase or a sample is off its place."""
+    dt = float(time[-1] - time[0]) / (time.size - 1)
+    if not dt > 0.0:
+        raise ValueError(f"the time of {what} must increase, got {time[0]:g} s first and {time[-1]:g} s last")
+    off = np.abs(time - (time[0] + dt * np.arange(time.size)))
+    worst = int(off.argmax())
+    if off[worst] > UNIFORMITY * dt:
+        raise ValueError(
+            f"the time step of {what} must be uniform: sample {worst} lies at {time[worst]:g} s, "
+            f"{off[worst]:.2g} s off a step of {dt:g} s; resample it first"
+        )
+    return dt
+
+
+def _repeated(names: Sequence[str]) -> str:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            return name
+        seen.add(name)
+    return ""

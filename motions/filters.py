@@ -1,0 +1,165 @@
+"""Filtered white noise: Kanai-Tajimi and Clough-Penzien motions with an intensity envelope.
+
+Motion `index` of a seed has a random stream of its own, so any slice of an ensemble can be made anywhere.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import signal
+
+from .. import checks
+from .arrays import from_array
+from .envelopes import Envelope, RiseStrongDecay
+from .processing import parabolic_baseline
+
+BASELINES = ("parabolic", "none")
+
+
+def stream(seed: int, index: int) -> np.random.Generator:
+    """The random stream of motion `index` under `seed`: depends on the two alone."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
+
+
+class Generator(ABC):
+    """A source of simulated motions: a frozen dataclass of parameters with one method."""
+
+    @abstractmethod
+    def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
+        """Motions `first` … `first + n - 1` of a seed, as one labelled array (motion, time), m/s²."""
+
+
+@dataclass(frozen=True)
+class KanaiTajimi(Generator):
+    """Gaussian white noise x envelope through the Kanai-Tajimi filter of a soil layer.
+
+    Parameters
+    ----------
+    omega_g : float
+        Circular frequency of the ground, rad/s, > 0.
+    xi_g : float
+        Damping ratio of the ground, > 0.
+    s0 : float
+        Two-sided power spectral density of the white noise, m²/s³ per rad/s, > 0.
+    duration, dt : float
+        Length and time step, s.
+    envelope : Envelope
+        Intensity of the white noise over time.
+    baseline : {"parabolic", "none"}
+        Correction of the finished motion.
+
+    Notes
+    -----
+    H(s) = (2 xi_g omega_g s + omega_g²)/(s² + 2 xi_g omega_g s + omega_g²), solved exactly for white noise that is
+    linear between samples N(0, 2 pi s0/dt) (first-order hold).  Stationary variance pi s0 omega_g (1 + 4 xi_g²)/(2
+    xi_g) as dt -> 0.  The peak of filtered white noise depends on dt.
+
+    References
+    ----------
+    Tajimi, H. (1960). A statistical method of determining the maximum response of a building structure during an
+    earthquake. 2nd World Conference on Earthquake Engineering.
+
+    Examples
+    --------
+    >>> KanaiTajimi(duration=10.0, dt=0.01).sample(3, seed=1).shape
+    (3, 1001)
+    """
+
+    omega_g: float = 5.0 * math.pi
+    xi_g: float = 0.6
+    s0: float = 0.01
+    duration: float = 30.0
+    dt: float = 0.005
+    envelope: Envelope = field(default_factory=RiseStrongDecay)
+    baseline: str = "parabolic"
+
+    def __post_init__(self) -> None:
+        for name in ("omega_g", "xi_g", "s0", "duration", "dt"):
+            checks.number(name, getattr(self, name), above=0.0)
+        if self.duration < 2.0 * self.dt:
+            raise ValueError(f"duration must be at least 2 dt = {2 * self.dt:g} s, got {self.duration:g}")
+        if not isinstance(self.envelope, Envelope):
+            raise TypeError(f"envelope must be a toppling.motions envelope, got {type(self.envelope).__name__}")
+        checks.choice("baseline", self.baseline, BASELINES)
+
+    def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
+        """Motions `first` … `first + n - 1` of `seed`.
+
+        Parameters
+        ----------
+        n : int
+            Number of motions, >= 1.
+        seed, first : int
+            Seed of the ensemble and index of the first motion, >= 0; (seed, index) alone decides a motion.
+
+        Returns
+        -------
+        xarray.DataArray
+            ``acceleration`` (motion, time), m s-2, not normalised (see `scale_to_mean`).
+        """
+        n = checks.count("n", n, at_least=1)
+        seed = checks.count("seed", seed)
+        first = checks.count("first", first)
+        steps = round(self.duration / self.dt)
+        time = np.arange(steps + 1, dtype=np.float64) * self.dt
+        noise = np.stack([stream(seed, first + i).standard_normal(time.size) for i in range(n)])
+        noise *= math.sqrt(2.0 * math.pi * self.s0 / self.dt) * self.envelope(time)
+        for numerator, denominator in self._sections():
+            noise = _filter(noise, numerator, denominator, self.dt)
+        if self.baseline == "parabolic":
+            noise = parabolic_baseline(noise, self.dt)
+        name = type(self).__name__
+        labels = [f"{name} {seed}-{first + i}" for i in range(n)]
+        return from_array(noise, self.dt, labels, source=f"{name} seed {seed}")
+
+    def _sections(self) -> list[tuple[list[float], list[float]]]:
+        """Transfer functions in s, applied one after the other."""
+        ground = 2.0 * self.xi_g * self.omega_g
+        return [([ground, self.omega_g**2], [1.0, ground, self.omega_g**2])]
+
+
+@dataclass(frozen=True)
+class CloughPenzien(KanaiTajimi):
+    """Kanai-Tajimi motions through a second, high-pass filter, which leaves finite velocity and displacement.
+
+    Parameters as `KanaiTajimi`, and
+
+    omega_f, xi_f : float
+        Circular frequency (rad/s) and damping ratio of the high-pass s²/(s² + 2 xi_f omega_f s + omega_f²), > 0.
+
+    References
+    ----------
+    Clough, R. W. and Penzien, J. (1993). Dynamics of Structures, 2nd ed. McGraw-Hill.
+    """
+
+    omega_f: float = 0.25 * math.pi
+    xi_f: float = 0.6
+    baseline: str = "none"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("omega_f", "xi_f"):
+            checks.number(name, getattr(self, name), above=0.0)
+
+    def _sections(self) -> list[tuple[list[float], list[float]]]:
+        high_pass = ([1.0, 0.0, 0.0], [1.0, 2.0 * self.xi_f * self.omega_f, self.omega_f**2])
+        return [*super()._sections(), high_pass]
+
+
+def _filter(
+    values: NDArray[np.float64], numerator: list[float], denominator: list[float], dt: float
+) -> NDArray[np.float64]:
+    """A second-order section applied along the last axis, exact for input that is linear between samples."""
+    b, a, _ = signal.cont2discrete((np.array(numerator), np.array(denominator)), dt, method="foh")
+    filtered: NDArray[np.float64] = signal.lfilter(np.ravel(b), np.ravel(a), values, axis=-1)
+    return filtered
+
+
+GENERATORS: dict[str, type[KanaiTajimi]] = {"kanai-tajimi": KanaiTajimi, "clough-penzien": CloughPenzien}
+"""Every generator by the name that study files use."""

@@ -1,0 +1,71 @@
+"""Corrections and scaling of motions: each explicit, never applied unasked."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .. import checks
+from .arrays import records
+from .measures import measure, velocity
+
+
+def parabolic_baseline(acceleration: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+    """Subtract the parabola c0 + c1 t + c2 t² that leaves the least mean square velocity (last axis is time).
+
+    References
+    ----------
+    Berg, G. V. and Housner, G. W. (1961). Integrated velocity and displacement of strong earthquake ground motion.
+    Bulletin of the Seismological Society of America 51(2), 175-189.
+    """
+    n = acceleration.shape[-1]
+    x = np.linspace(0.0, 1.0, n)
+    shapes = np.stack([x**k for k in range(3)])
+    basis = np.stack([velocity(shape, dt) for shape in shapes]).T
+    coefficients = np.linalg.lstsq(basis, np.atleast_2d(velocity(acceleration, dt)).T, rcond=None)[0]
+    corrected: NDArray[np.float64] = acceleration - (coefficients.T @ shapes).reshape(acceleration.shape)
+    return corrected
+
+
+def scale_to(motions: xr.DataArray, target: float, im: str = "pga") -> xr.DataArray:
+    """Every motion scaled so that its own intensity measure is `target` (SI, > 0).
+
+    Raises
+    ------
+    ValueError
+        A target <= 0, an unknown measure, a motion whose measure is zero.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> record = motions.from_array([0.0, 1.0, -0.5, 0.0], dt=0.01)
+    >>> float(abs(scale_to(record, 3.0)).max())
+    3.0
+    """
+    values = _values(motions, im)
+    factors = xr.DataArray(checks.number("target", target, above=0.0) / values, dims="motion")
+    return (motions * factors).transpose(*motions.dims).assign_attrs(motions.attrs).rename(motions.name)
+
+
+def scale_to_mean(motions: xr.DataArray, target: float, im: str = "pga") -> xr.DataArray:
+    """All motions scaled by one common factor, so that the mean of their intensity measure is `target` (SI, > 0).
+
+    Raises
+    ------
+    ValueError
+        As `scale_to`.
+    """
+    factor = checks.number("target", target, above=0.0) / float(_values(motions, im).mean())
+    return (motions * factor).assign_attrs(motions.attrs).rename(motions.name)
+
+
+def _values(motions: xr.DataArray, im: str) -> NDArray[np.float64]:
+    if "floor" in motions.dims:
+        raise ValueError("motions with a floor dimension cannot be scaled one by one: select a floor first")
+    plain = records(motions)
+    values = measure(im, plain)
+    if not np.all(values > 0.0):
+        label = plain[int(np.argmin(values))].label
+        raise ValueError(f"motion {label!r} has {im} = 0 and cannot be scaled")
+    return values

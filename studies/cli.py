@@ -1,0 +1,156 @@
+"""The `toppling` command: arguments in, exit codes out.
+
+0 done, 2 wrong input (one sentence on standard error), 130 interrupted.  Never a traceback for a user's mistake.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import xarray as xr
+from cyclopts import App, Parameter
+from cyclopts.exceptions import CycloptsError
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from ..models import catalogue
+from .progress import show_progress
+from .schema import StudyError
+from .study import RESULT_NAME, Study
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+EXIT_INPUT = 2
+EXIT_INTERRUPTED = 130
+FIGURE_NAME = "fragility.png"
+
+app = App(
+    name="toppling",
+    help="How likely is this block to fall over in an earthquake?",
+    help_format="plaintext",
+    result_action="return_value",
+)
+
+
+@app.command
+def run(
+    study: Path,
+    *,
+    out: Annotated[Path | None, Parameter(help="Folder for the results; results/NAME where not given.")] = None,
+    scheduler: Annotated[str | None, Parameter(help="Address of a dask scheduler, tcp://host:port.")] = None,
+    fresh: Annotated[bool, Parameter(negative="", help="Replace the results of another study in that folder.")] = False,
+) -> None:
+    """Run a study: print its table, write results.nc and fragility.png.
+
+    Parameters
+    ----------
+    study
+        The study file (TOML).
+    """
+    console = Console()
+    folder = out if out is not None else Path("results") / study.stem
+    plan = Study.from_toml(study)
+    motions = sum(array.sizes["motion"] for array in plan.motions)
+    console.print(
+        f"{plan.title}: {len(plan.blocks)} blocks × {len(plan.models)} laws × {motions} motions × "
+        f"{plan.levels.size} levels = {plan.runs:,} runs",
+        highlight=False,
+        markup=False,
+    )
+    client = None if scheduler is None else _connect(scheduler)
+    try:
+        with show_progress(console, "runs") as progress:
+            results = plan.run(folder, client, fresh=fresh, progress=progress)
+    finally:
+        if client is not None:
+            client.close()
+    console.print(fragility_table(results))
+    figure = _draw(results, folder / FIGURE_NAME)
+    console.print(f"results: {folder / RESULT_NAME}\nfigure:  {figure}", highlight=False, markup=False, soft_wrap=True)
+
+
+@app.command(name="catalogue")
+def show_catalogue() -> None:
+    """List the catalogue of real contents: sizes, slenderness, FEMA P-58 id and quality of the source."""
+    table = Table(title="Catalogue of contents (width: the smaller plan size)")
+    for heading in ("name", "width, m", "height, m", "α, rad", "FEMA P-58", "quality", "title"):
+        table.add_column(heading, justify="right" if "," in heading else "left", overflow="fold")
+    for name in catalogue:
+        item = catalogue.item(name)
+        block = item.block
+        sizes = (f"{block.width:.3f}", f"{block.height:.3f}", f"{block.alpha:.3f}")
+        table.add_row(name, *sizes, item.fema_p58 or "", item.quality, item.title)
+    Console().print(table)
+
+
+def fragility_table(results: xr.Dataset) -> Table:
+    """Medians and dispersions of a study's curves, with intervals, for a terminal."""
+    from .plots import display_unit  # noqa: PLC0415 - matplotlib loads slowly and is not needed for an error message
+
+    scale, unit = display_unit(results["level"])
+    name = results["level"].attrs.get("long_name", "level")
+    percent = f"{100.0 * float(results.attrs['confidence']):g} %"
+    table = Table(
+        title=f"Fragility: median {name}{f' in {unit}' if unit else ''} and dispersion β, with {percent} intervals",
+        box=SIMPLE_HEAD,
+        title_justify="left",
+    )
+    for heading in ("law", "median", percent, "β", percent):
+        table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
+    for i, block in enumerate(results["block"].values):
+        table.add_row(f"[bold]{escape(str(block))}[/]")
+        for j, model in enumerate(results["model"].values):
+            one = results.isel(block=i, model=j)
+            if bool(one["converged"]):
+                median, low, high = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
+                beta, narrow, wide = (one[f"dispersion{end}"].item() for end in ("", "_lower", "_upper"))
+                cells = (f"{median:.3f}", f"{low:.3f}–{high:.3f}", f"{beta:.3f}", f"{narrow:.3f}–{wide:.3f}")
+            else:
+                cells = ("", f"[italic]{one['status'].item()}[/]", "", "")
+            table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
+    return table
+
+
+def _draw(results: xr.Dataset, path: Path) -> Path:
+    import matplotlib as mpl  # noqa: PLC0415 - loads slowly and is not needed for an error message
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt  # noqa: PLC0415
+
+    from .plots import fragility_figure  # noqa: PLC0415
+
+    figure = fragility_figure(results)
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+    return path
+
+
+def _connect(address: str) -> Client:
+    from distributed import Client  # noqa: PLC0415 - the cluster code loads only where there is a cluster
+
+    try:
+        return Client(address, timeout="10s")
+    except (OSError, TimeoutError, ValueError, ImportError) as error:
+        raise StudyError(f"--scheduler {address}: cannot be reached ({error})") from None
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Entry point of the command; returns the exit code."""
+    try:
+        app(arguments, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        sentence = " ".join(str(error).split())
+        print(f"toppling: {sentence} (see toppling --help)", file=sys.stderr)
+        return EXIT_INPUT
+    except StudyError as error:
+        print(f"toppling: {error}", file=sys.stderr)
+        return EXIT_INPUT
+    except KeyboardInterrupt:
+        print("toppling: interrupted, no results written", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    return 0

@@ -1,0 +1,133 @@
+"""Figures of results: axes in, axes out."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import PercentFormatter
+from scipy.special import ndtr
+
+from ..units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
+
+# Okabe and Ito (2008): told apart with any colour vision; black and dashed is the reference.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+MARKERS = ("o", "s", "^", "D", "v", "P")
+REFERENCE = ("#000000", "X", (0, (4, 2)))
+PANEL_COLUMNS = 3
+
+
+def display_unit(level: xr.DataArray) -> tuple[float, str]:
+    """What to divide a level by for people, and that unit: g for accelerations, SI else."""
+    units = level.attrs.get("units", "1")
+    if units == ACCELERATION:
+        return STANDARD_GRAVITY, "g"
+    return 1.0, {VELOCITY: "m/s", "1": ""}.get(units, units)
+
+
+def styles(results: xr.Dataset) -> list[tuple[str, str, Any]]:
+    """Colour, marker and line style of each model: the reference (Housner) black and dashed, the others in order."""
+    chosen: list[tuple[str, str, Any]] = []
+    for law in results["law"].values:
+        i = sum(style[0] != REFERENCE[0] for style in chosen) % len(COLOURS)
+        chosen.append(REFERENCE if law == "housner" else (COLOURS[i], MARKERS[i], "solid"))
+    return chosen
+
+
+def model_name(label: str) -> str:
+    """A law's label with the field's subscript."""
+    return label.replace("e_R", "$e_R$")
+
+
+def fragility(results: xr.Dataset, block: str, ax: Axes | None = None) -> Axes:
+    """Fragility curves of one block under every law: fitted lines, observed fractions with their intervals.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A study's results: probability, lower, upper, median and dispersion.
+    block : str
+        Label of the block.
+    ax : matplotlib Axes, optional
+        Where to draw; new axes where not given.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    if ax is None:
+        ax = plt.figure(figsize=(6.0, 4.2), layout="constrained").add_subplot()
+    here = results.sel(block=block)
+    scale, unit = display_unit(results["level"])
+    levels = here["level"].values / scale
+    # offset of each law's points by a part of the least spacing: intervals at one level do not hide each other
+    shift = np.linspace(-0.25, 0.25, here.sizes["model"]) if here.sizes["model"] > 1 else np.zeros(1)
+    gap = float(np.diff(levels).min()) if levels.size > 1 else 0.0
+    # no further than the first level at which nearly everything falls under every law
+    done = np.flatnonzero((here["probability"] > 0.995).all("model").values)
+    end = levels[done[0]] if done.size else levels[-1]
+    x = np.linspace(0.0, end * 1.02, 400)[1:]
+    for i, (colour, marker, line) in enumerate(styles(results)):
+        one = here.isel(model=i)
+        p = one["probability"].values
+        errors = np.stack([p - one["lower"].values, one["upper"].values - p])
+        ax.errorbar(
+            levels + gap * shift[i],
+            p,
+            yerr=np.maximum(errors, 0.0),
+            fmt=marker,
+            ms=3.5,
+            mew=0.0,
+            lw=0.8,
+            color=colour,
+            alpha=0.6,
+        )
+        if bool(one["converged"]):
+            curve = ndtr(np.log(x * scale / one["median"].item()) / one["dispersion"].item())
+            ax.plot(x, curve, color=colour, lw=1.8, ls=line)
+        label = model_name(str(one["model"].item()))
+        ax.plot([], [], color=colour, marker=marker, ms=5.0, mew=0.0, lw=1.8, ls=line, label=label)
+    ax.set_xlim(0.0, x[-1])
+    ax.set_ylim(-0.02, 1.02)
+    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.set_xlabel(f"{results['level'].attrs.get('long_name', 'level')}{f' ({unit})' if unit else ''}")
+    ax.set_ylabel("probability of overturning")
+    ax.grid(alpha=0.25, lw=0.6)
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.set_title(f"{block}\n" + _sizes(here), fontsize=10)
+    return ax
+
+
+def fragility_figure(results: xr.Dataset) -> Figure:
+    """One panel of fragility curves for each block, with one legend for all."""
+    blocks = [str(block) for block in results["block"].values]
+    columns = min(PANEL_COLUMNS, len(blocks))
+    rows = math.ceil(len(blocks) / columns)
+    laws = results.sizes["model"]
+    legend_rows = math.ceil(laws / columns)
+    figure = plt.figure(figsize=(max(4.4 * columns, 6.0), 3.7 * rows + 0.26 * legend_rows + 0.55), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
+    for ax, block in zip(axes.flat, blocks, strict=False):
+        fragility(results, block, ax)
+        ax.label_outer(remove_inner_ticks=False)
+        ax.set_xlabel(ax.get_xlabel() or axes.flat[0].get_xlabel())
+    for ax in list(axes.flat)[len(blocks) :]:
+        ax.remove()
+    handles, labels = axes.flat[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=9)
+    percent = f"{100.0 * float(results.attrs.get('confidence', 0.95)):g} %"
+    figure.suptitle(
+        f"{results.attrs.get('title', 'Fragility')}\n{results.sizes['motion']} motions; "
+        f"points: observed with {percent} Wilson intervals; lines: lognormal fits",
+        fontsize=11,
+    )
+    return figure
+
+
+def _sizes(here: xr.Dataset) -> str:
+    return f"{here['width'].item():.2f} m × {here['height'].item():.2f} m, α = {here['alpha'].item():.3f} rad"

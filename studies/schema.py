@@ -1,0 +1,359 @@
+"""The study file: one TOML schema, checked once at the edge, turned into blocks, laws and motions.
+
+Units stand in key names (``width_m``, ``dt_s``) or beside the values (``unit = "g"``).  Unknown keys are refused.
+"""
+
+from __future__ import annotations
+
+import difflib
+import glob
+import math
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import ErrorDetails
+
+from .. import motions as shaking
+from ..fragility.scaling import SCALE
+from ..models import LAWS, Block, Law, catalogue
+from ..motions import MEASURES, RecordError
+from ..units import STANDARD_GRAVITY
+
+# SI value of each unit a level may be written in, and the SI unit it belongs to.
+LEVEL_UNITS: dict[str, tuple[float, str]] = {
+    "g": (STANDARD_GRAVITY, "m s-2"),
+    "m/s2": (1.0, "m s-2"),
+    "cm/s2": (0.01, "m s-2"),
+    "m/s": (1.0, "m s-1"),
+    "cm/s": (0.01, "m s-1"),
+    "m": (1.0, "m"),
+    "cm": (0.01, "m"),
+    "1": (1.0, "1"),
+}
+
+
+class StudyError(ValueError):
+    """A study file that cannot be run; one sentence that names the file, the key, the value and what is allowed."""
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class BlockTable(_Table):
+    """One block: a catalogue name, or outer sizes, or slenderness and size."""
+
+    catalogue: Annotated[str | None, Field(description="Name of a catalogue item (see `toppling catalogue`).")] = None
+    name: Annotated[str | None, Field(description="Label in results.")] = None
+    width_m: Annotated[float | None, Field(description="Full width in the direction of shaking, m.")] = None
+    height_m: Annotated[float | None, Field(description="Full height, m.")] = None
+    cm_height_m: Annotated[float | None, Field(description="Height of the centre of mass, m (mid-height).")] = None
+    inertia_factor: Annotated[float | None, Field(description="I_O/(m R²), above 1 to 2 (4/3).")] = None
+    alpha_rad: Annotated[float | None, Field(description="Slenderness, rad, instead of sizes.")] = None
+    R_m: Annotated[float | None, Field(description="Size R, m, instead of sizes.")] = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        ways = (
+            self.catalogue is not None,
+            self.width_m is not None and self.height_m is not None,
+            self.alpha_rad is not None and self.R_m is not None,
+        )
+        given = {name for name in self.model_fields_set if getattr(self, name) is not None}
+        allowed = (
+            {"catalogue", "name"},
+            {"width_m", "height_m", "cm_height_m", "inertia_factor", "name"},
+            {"alpha_rad", "R_m", "inertia_factor", "name"},
+        )
+        if sum(ways) != 1 or not given <= allowed[ways.index(True)]:
+            raise ValueError(
+                "a block needs either catalogue, or width_m and height_m, or alpha_rad and R_m, got "
+                + (", ".join(sorted(given)) or "nothing")
+            )
+        return self
+
+    def build(self) -> Block:
+        """The block; ValueError where its values are out of range or its name is not in the catalogue."""
+        if self.catalogue is not None:
+            try:
+                block = catalogue[self.catalogue]
+            except KeyError as error:
+                raise ValueError(error.args[0]) from None
+            return block if self.name is None else Block(block.width, block.height, name=self.name)
+        if self.alpha_rad is not None and self.R_m is not None:
+            factor = 4.0 / 3.0 if self.inertia_factor is None else self.inertia_factor
+            return Block.from_slenderness(self.alpha_rad, self.R_m, factor, self.name)
+        assert self.width_m is not None  # one of three ways, checked above
+        assert self.height_m is not None
+        return Block(self.width_m, self.height_m, self.cm_height_m, self.inertia_factor, self.name)
+
+
+class ModelTable(_Table):
+    """One damping law and its options."""
+
+    law: Annotated[
+        Literal[
+            "discrete",
+            "giannini-masiani",
+            "makris-konstantinidis",
+            "vassiliou",
+            "viscous",
+            "energy-consistent",
+            "housner",
+        ],
+        Field(description="Short name of the damping law."),
+    ]
+    e: Annotated[float | None, Field(description="Restitution, above 0 to 1 (the block's own e_R).")] = None
+    restitution_factor: Annotated[float | None, Field(description="Factor on e_R where e is not given.")] = None
+    delta: Annotated[float | None, Field(description="Half width of the elastic zone over alpha, 0 to 1.")] = None
+    zeta: Annotated[float | None, Field(description="Damping ratio of the viscous law.")] = None
+    coefficient: Annotated[float | None, Field(description="Coefficient of the law of Vassiliou et al. (0.02).")] = None
+    lever: Annotated[Literal["h", "R"] | None, Field(description="Lever arm of the shaking.")] = None
+    rest: Annotated[Literal["elastic", "rigid"] | None, Field(description="Kind of rest.")] = None
+    geometry: Annotated[Literal["exact", "linear", "bilinear"] | None, Field(description="Housner's geometry.")] = None
+
+    def build(self) -> Law:
+        """The law; ValueError where an option does not belong to it or is out of range."""
+        options = {k: v for k, v in self.model_dump().items() if v is not None and k != "law"}
+        law = LAWS[self.law]
+        known = set(law.__dataclass_fields__)  # type: ignore[attr-defined]
+        foreign = sorted(set(options) - known)
+        if foreign:
+            raise ValueError(f"law {self.law!r} has no option {foreign[0]!r}, allowed are {', '.join(sorted(known))}")
+        if self.law == "viscous" and self.zeta is None:
+            raise ValueError("law 'viscous' needs zeta (its damping ratio)")
+        return law(**options)
+
+
+class EnvelopeTable(_Table):
+    """Intensity envelope of a simulated motion."""
+
+    kind: Annotated[
+        Literal["stationary", "rise-strong-decay", "gamma", "double-exponential"], Field(description="Its shape.")
+    ]
+    rise_s: Annotated[float | None, Field(description="End of the quadratic rise, s.")] = None
+    strong_end_s: Annotated[float | None, Field(description="End of the strong phase, s.")] = None
+    decay_per_s: Annotated[float | None, Field(description="Rate of decay, 1/s.")] = None
+    shape: Annotated[float | None, Field(description="Shape of the gamma envelope, above 1.")] = None
+    rate_per_s: Annotated[float | None, Field(description="Rate of the gamma envelope, 1/s.")] = None
+    slow_per_s: Annotated[float | None, Field(description="Slow rate of the double exponential, 1/s.")] = None
+    fast_per_s: Annotated[float | None, Field(description="Fast rate of the double exponential, 1/s.")] = None
+
+    def build(self) -> shaking.Envelope:
+        """The envelope; ValueError where a parameter does not belong to it or is out of range."""
+        envelope: shaking.Envelope = _construct(shaking.ENVELOPES[self.kind], self, {"kind"}, f"envelope {self.kind!r}")
+        return envelope
+
+
+class MotionsTable(_Table):
+    """What shakes the blocks: a generator, a pulse, or records."""
+
+    generator: Annotated[
+        Literal["kanai-tajimi", "clough-penzien"] | None, Field(description="Name of a stochastic generator.")
+    ] = None
+    pulse: Annotated[
+        Literal["rectangular", "half-sine", "one-cycle-sine", "one-cycle-cosine", "ricker"] | None,
+        Field(description="Name of a textbook pulse."),
+    ] = None
+    records: Annotated[
+        str | list[str] | None,
+        Field(description="Record files: paths or patterns (* and **), relative to the study file."),
+    ] = None
+    number: Annotated[int | None, Field(ge=1, description="Number of simulated motions.")] = None
+    seed: Annotated[int | None, Field(ge=0, description="Seed of the simulated motions (0).")] = None
+    duration_s: Annotated[float | None, Field(description="Length of a simulated motion, s.")] = None
+    dt_s: Annotated[float | None, Field(description="Time step, s (of records: where a table states none).")] = None
+    omega_g_rad_s: Annotated[float | None, Field(description="Circular frequency of the ground filter, rad/s.")] = None
+    xi_g: Annotated[float | None, Field(description="Damping ratio of the ground filter.")] = None
+    omega_f_rad_s: Annotated[float | None, Field(description="Circular frequency of the high-pass, rad/s.")] = None
+    xi_f: Annotated[float | None, Field(description="Damping ratio of the high-pass.")] = None
+    s0_m2_s3: Annotated[float | None, Field(description="Spectral density of the white noise, m²/s³.")] = None
+    baseline: Annotated[Literal["parabolic", "none"] | None, Field(description="Baseline correction.")] = None
+    envelope: Annotated[EnvelopeTable | None, Field(description="Intensity envelope.")] = None
+    amplitude_m_s2: Annotated[float | None, Field(description="Amplitude of the pulse, m/s² (1).")] = None
+    omega_rad_s: Annotated[float | None, Field(description="Circular frequency of the pulse, rad/s.")] = None
+    tail_s: Annotated[float | None, Field(description="Quiet after the pulse, s.")] = None
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        kinds = [name for name in ("generator", "pulse", "records") if getattr(self, name) is not None]
+        if len(kinds) != 1:
+            raise ValueError(
+                f"motions needs exactly one of generator, pulse, records, got {' and '.join(kinds) or 'none'}"
+            )
+        if self.generator is not None and self.number is None:
+            raise ValueError("motions from a generator need number (how many)")
+        return self
+
+    def build(self, folder: Path) -> list[xr.DataArray]:
+        """The motions; ValueError where a parameter does not belong or is out of range, or no record is found."""
+        if self.records is not None:
+            _refuse_foreign(self, {"records", "dt_s"}, "motions from records")
+            return [shaking.read(path, self.dt_s) for path in _expand(self.records, folder)]
+        if self.pulse is not None:
+            values = self.model_copy(update={"amplitude_m_s2": self.amplitude_m_s2 or 1.0})
+            return [_construct(shaking.PULSES[self.pulse], values, {"pulse"}, f"pulse {self.pulse!r}").sample(1)]
+        assert self.generator is not None  # exactly one of three, checked above
+        assert self.number is not None
+        apart = {"generator", "number", "seed"}
+        generator = _construct(shaking.GENERATORS[self.generator], self, apart, f"generator {self.generator!r}")
+        return [generator.sample(self.number, seed=self.seed or 0)]
+
+
+class LevelsTable(_Table):
+    """Levels of the intensity measure: a list of values, or from, to, number and spacing."""
+
+    values: Annotated[list[float] | None, Field(description="The levels, increasing.")] = None
+    from_: Annotated[float | None, Field(alias="from", description="First level.")] = None
+    to: Annotated[float | None, Field(description="Last level.")] = None
+    number: Annotated[int | None, Field(ge=1, le=100_000, description="Number of levels.")] = None
+    spacing: Annotated[Literal["linear", "log"], Field(description="Spacing of the levels.")] = "linear"
+    unit: Annotated[
+        Literal["g", "m/s2", "cm/s2", "m/s", "cm/s", "m", "cm", "1"], Field(description="Unit of the levels.")
+    ]
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        ranged = (self.from_, self.to, self.number)
+        if (self.values is None) == (None in ranged) or (
+            self.values is not None and any(v is not None for v in ranged)
+        ):
+            raise ValueError("levels need either values, or from, to and number")
+        if self.spacing == "log" and not (self.from_ or 0.0) > 0.0:
+            raise ValueError(f"levels with log spacing need from > 0, got {self.from_}")
+        return self
+
+    def build(self, im: str) -> NDArray[np.float64]:
+        """Levels in SI; ValueError where the unit is not one of the measure's."""
+        factor, si = LEVEL_UNITS[self.unit]
+        needed = "1" if im == SCALE else MEASURES[im][1]
+        if si != needed:
+            fitting = [unit for unit, (_, of) in LEVEL_UNITS.items() if of == needed]
+            raise ValueError(f"unit of levels of {im} must be one of {', '.join(fitting)}, got {self.unit!r}")
+        if self.values is not None:
+            return np.array(self.values) * factor
+        assert self.from_ is not None  # checked above
+        assert self.to is not None
+        assert self.number is not None
+        if self.spacing == "log":
+            if not self.to > 0.0:
+                raise ValueError(f"levels with log spacing need to > 0, got {self.to}")
+            return np.exp(np.linspace(math.log(self.from_), math.log(self.to), self.number)) * factor
+        return np.linspace(self.from_, self.to, self.number) * factor
+
+
+class IdaTable(_Table):
+    """Incremental dynamic analysis: the measure and its levels."""
+
+    im: Annotated[Literal["pga", "pgv", "pgd", "scale"], Field(description="Intensity measure.")] = "pga"
+    levels: Annotated[LevelsTable, Field(description="Levels of the measure.")]
+
+
+class StudyFile(_Table):
+    """A study: blocks x damping laws x motions x levels."""
+
+    title: Annotated[str, Field(min_length=1, max_length=200, description="Title of the study.")]
+    blocks: Annotated[list[BlockTable], Field(min_length=1, description="The blocks.")]
+    models: Annotated[list[ModelTable], Field(min_length=1, description="The damping laws.")]
+    motions: Annotated[MotionsTable, Field(description="What shakes them.")]
+    ida: Annotated[IdaTable, Field(description="The analysis.")]
+
+
+def read_study_file(path: Path) -> StudyFile:
+    """The study file, checked against the schema; StudyError with one sentence where it does not hold."""
+    try:
+        text = path.read_bytes().decode("utf-8")
+        content = tomllib.loads(text)
+    except FileNotFoundError:
+        raise StudyError(f"{path}: no such file") from None
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise StudyError(f"{path}: not a text file in UTF-8") from None
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise StudyError(f"{path}: not valid TOML: {str(error) or 'nested too deeply'}") from None
+    try:
+        return StudyFile.model_validate(content)
+    except ValidationError as error:
+        raise StudyError(f"{path}: {_sentence(error.errors()[0], content)}") from None
+
+
+def _sentence(error: ErrorDetails, content: dict[str, Any]) -> str:
+    """One pydantic error as one sentence that names the key, the value and what is allowed."""
+    key = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in error["loc"]).lstrip(".")
+    if error["type"] == "extra_forbidden":
+        known = _known_keys(error["loc"][:-1])
+        near = difflib.get_close_matches(str(error["loc"][-1]), known, n=1, cutoff=0.5)
+        hint = f"; did you mean {near[0]!r}?" if near else f", allowed are {', '.join(known)}"
+        return f"unknown key {key!r}{hint}"
+    if error["type"] == "missing":
+        return f"key {key!r} is missing"
+    message = error["msg"].removeprefix("Value error, ")
+    if error["type"] == "value_error":
+        return f"{key}: {message}" if key else message
+    shown = repr(error["input"])
+    message = message[0].lower() + message[1:]
+    return f"{key}: {message}, got {shown if len(shown) <= 60 else shown[:57] + '...'}"
+
+
+def _known_keys(location: tuple[int | str, ...]) -> list[str]:
+    """The keys allowed in the table at `location`."""
+    table: type[_Table] = StudyFile
+    nested: dict[str, type[_Table]] = {
+        "blocks": BlockTable,
+        "models": ModelTable,
+        "motions": MotionsTable,
+        "envelope": EnvelopeTable,
+        "ida": IdaTable,
+        "levels": LevelsTable,
+    }
+    for part in location:
+        if isinstance(part, str):
+            table = nested.get(part, table)
+    return [field.alias or name for name, field in table.model_fields.items()]
+
+
+_UNIT_SUFFIXES = ("_m2_s3", "_m_s2", "_rad_s", "_per_s", "_s")
+
+
+def _bare(key: str) -> str:
+    for suffix in _UNIT_SUFFIXES:
+        if key.endswith(suffix):
+            return key.removesuffix(suffix)
+    return key
+
+
+def _refuse_foreign(table: BaseModel, allowed: set[str], what: str) -> None:
+    for name in sorted(table.model_fields_set):
+        if getattr(table, name) is not None and name not in allowed:
+            raise ValueError(f"{what} has no key {name!r}, allowed are {', '.join(sorted(allowed))}")
+
+
+def _construct(cls: Any, table: BaseModel, apart: set[str], what: str) -> Any:
+    """An instance of a dataclass from the table's keys, their units taken off; keys `apart` are not its own."""
+    own = {key for key in type(table).model_fields if _bare(key) in cls.__dataclass_fields__}
+    _refuse_foreign(table, own | apart, what)
+    options = {_bare(key): getattr(table, key) for key in own if getattr(table, key) is not None}
+    if isinstance(options.get("envelope"), EnvelopeTable):
+        options["envelope"] = options["envelope"].build()
+    try:
+        return cls(**options)
+    except TypeError as error:
+        raise ValueError(f"{what}: {error}") from None
+
+
+def _expand(patterns: str | list[str], folder: Path) -> list[Path]:
+    """Files that the patterns name, sorted, each once; RecordError where a pattern names none."""
+    found: dict[Path, None] = {}
+    for pattern in [patterns] if isinstance(patterns, str) else patterns:
+        matches = sorted(glob.glob(pattern, root_dir=folder, recursive=True))
+        files = [folder / match for match in matches if (folder / match).is_file()]
+        if not files:
+            raise RecordError(f"records: no file matches {pattern!r} (looked in {folder.resolve()})")
+        found.update(dict.fromkeys(files))
+    return list(found)
