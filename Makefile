@@ -33,8 +33,8 @@ lint: $(VENV)/installed-dev
 test: lint
 	$(BIN)/python -m pytest -m "not slow"
 
-test-all: lint
-	$(BIN)/python -m pytest
+test-all: test
+	$(BIN)/python -m pytest -m slow
 
 clean:
 	rm -rf $(VENV) results build dist *.egg-info .mypy_cache .ruff_cache .hypothesis

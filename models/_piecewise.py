@@ -429,31 +429,38 @@ def _held_damping(table, par, zone, omega):
         unit = 1.0 / (half * frequency)
         # PAR_COEFFICIENT: potential at the zone's edge, so that exit² = e² entry² - 2 (1 - e²) U
         squared = e * e * speed * speed - 2.0 * (1.0 - e * e) * par[PAR_COEFFICIENT]
-        return 2.0 * frequency * energy_consistent_zeta(speed * unit, math.sqrt(max(0.0, squared)) * unit)
+        if squared > 0.0:
+            return 2.0 * frequency * energy_consistent_zeta(speed * unit, math.sqrt(squared) * unit)
+        # It just stops at the far edge.  A hair more damping turns it inside: a stop on the edge itself would be left to
+        # rounding, which would then decide whether another crossing, with another damping, follows.
+        zeta = energy_consistent_zeta(speed * unit, 0.0)
+        return 2.0 * frequency * (zeta * (1.0 + 1e-13) + 1e-13)
     return table[zone, REGION_DAMPING]
 
 
 @njit(cache=True, nogil=True)
-def _settles(par, omega, force, slope, left):
+def _settles(par, omega, stiffness, force, slope, left, peak):
     """Whether all later bounces provably end before the sample does, or before its forcing reaches the threshold.
 
-    With a_min the least deceleration over a horizon, the bounces that follow take 2|omega|/((1 - e) a_min) in all.
+    With a_min the least deceleration over a horizon, the bounces that follow take 2|omega|/((1 - e) a_min) in all and
+    rise to omega²/(2 a_min), which must not exceed the peak so far.  A tenth of a_min is kept for the softening
+    |K| x of the branch, which stays below 1 % of a_min within a horizon of half its time constant.
     """
     if omega == 0.0:
         return True
     e = par[PAR_RESTITUTION]
     if e >= 1.0:
         return False
-    horizon = left
-    end = force + slope * left
+    horizon = min(left, 0.5 / math.sqrt(-stiffness))
+    end = force + slope * horizon
     # Where the threshold is exceeded later in this sample, half the time until then is the horizon.
     if end > par[PAR_UPLIFT_RIGHT] and slope > 0.0:
         horizon = 0.5 * (par[PAR_UPLIFT_RIGHT] - force) / slope
     elif end < -par[PAR_UPLIFT_LEFT] and slope < 0.0:
         horizon = 0.5 * (-par[PAR_UPLIFT_LEFT] - force) / slope
     end = force + slope * horizon
-    a_min = min(par[PAR_UPLIFT_RIGHT] - max(force, end), par[PAR_UPLIFT_LEFT] + min(force, end))
-    return a_min > 0.0 and 2.0 * abs(omega) <= (1.0 - e) * a_min * horizon
+    a_min = 0.9 * min(par[PAR_UPLIFT_RIGHT] - max(force, end), par[PAR_UPLIFT_LEFT] + min(force, end))
+    return a_min > 0.0 and 2.0 * abs(omega) <= (1.0 - e) * a_min * horizon and omega * omega <= 2.0 * a_min * peak
 
 
 @njit(cache=True, nogil=True)
@@ -532,7 +539,8 @@ def _at_edge(x, k, table, links, par, region, upper, force, slope, left, time):
     else:
         k[IMPACTS] += 1
         x[OMEGA] *= par[PAR_RESTITUTION]
-        if k[FREE] == 0 and _settles(par, x[OMEGA], force, slope, left):
+        stiffness = table[region, REGION_STIFFNESS]
+        if k[FREE] == 0 and _settles(par, x[OMEGA], stiffness, force, slope, left, x[PEAK]):
             x[OMEGA] = 0.0
             k[NOW] = REST
 
