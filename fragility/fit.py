@@ -174,7 +174,7 @@ def fit_fragility(data: xr.Dataset, confidence: float = 0.95) -> xr.Dataset:
     ...     coords={"level": [0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0]},
     ... )
     >>> fit = fit_fragility(counts)
-    >>> round(float(fit.median), 6), round(float(fit.dispersion), 6)
+    >>> round(float(fit["median"]), 6), round(float(fit["dispersion"]), 6)
     (1.076116, 0.429237)
     """
     level = checks.number("confidence", confidence, above=0.0, below=1.0)

@@ -75,6 +75,7 @@ HISTORY_THETA, HISTORY_OMEGA, HISTORY_REGION, HISTORY_DAMPING = range(4)
 HISTORY_ROWS = 4
 
 DEGREE = 30
+EPSILON = 2.220446049250313e-16
 FLAT = 0.5 * math.pi
 # Beyond this many impacts in one sample a bounce is far below 1e-12 alpha, and the block is put to rest: reached only
 # for e = 1 (to rounding), where the accumulation of impacts takes for ever.
@@ -145,7 +146,7 @@ def _exact_series(y, sine, cosine, theta, omega, p2, tilt, force, slope, h):
     scale = 1.0 / math.cos(tilt)
     y[1] = omega
     a = -p2 * sine[0] + force * cosine[0] * scale
-    if omega == 0.0 and abs(a) <= 4e-16 * (p2 * abs(sine[0]) + abs(force * cosine[0] * scale)):
+    if omega == 0.0 and abs(a) <= 2.0 * EPSILON * (p2 * abs(sine[0]) + abs(force * cosine[0] * scale)):
         a = 0.0
     y[2] = 0.5 * a
     largest = max(abs(omega) * h, abs(y[2]) * h * h)
@@ -465,18 +466,21 @@ def _settles(par, omega, stiffness, force, slope, left, peak):
 
 @njit(cache=True, nogil=True)
 def _uplift(par, x, k, force, slope, left):
-    """From rest: the time until the forcing exceeds the threshold (left if it does not) and the forcing there."""
+    """From rest: the time until the forcing exceeds the threshold (left if it does not) and the forcing there.
+
+    Forcing that is at the threshold to rounding lifts the block only if it grows.
+    """
     right = par[PAR_UPLIFT_RIGHT]
     leftward = -par[PAR_UPLIFT_LEFT]
     end = force + slope * left
     t = 0.0
-    if force > right or force < leftward:
+    if force > right * (1.0 + 4.0 * EPSILON) or force < leftward * (1.0 + 4.0 * EPSILON):
         pass
-    elif end > right:
-        t = (right - force) / slope
+    elif end > right * (1.0 + 4.0 * EPSILON) and slope > 0.0:
+        t = max(right - force, 0.0) / slope
         force = right
-    elif end < leftward:
-        t = (leftward - force) / slope
+    elif end < leftward * (1.0 + 4.0 * EPSILON) and slope < 0.0:
+        t = min(leftward - force, 0.0) / slope
         force = leftward
     else:
         return left, force
@@ -568,7 +572,7 @@ def _piece(x, k, table, links, par, force, slope, left, time, work, turning_poin
         c = x[HELD] if links[region, LINK_HELD] else table[region, REGION_DAMPING]
         h = min(left, 0.5 / max(math.sqrt(abs(stiffness)), c))
         a = force + offset - stiffness * theta
-        if omega == 0.0 and abs(a) <= 4e-16 * (abs(force) + abs(offset) + abs(stiffness * theta)):
+        if omega == 0.0 and abs(a) <= 2.0 * EPSILON * (abs(force) + abs(offset) + abs(stiffness * theta)):
             a = 0.0  # the sign of what is left is rounding; the slope of the forcing decides
         n = _linear_series(y, a - c * omega, omega, c, stiffness, slope, h)
     kind, t = _first_event(y, n, h, theta, table[region, REGION_LOWER], table[region, REGION_UPPER])

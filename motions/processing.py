@@ -19,12 +19,19 @@ def parabolic_baseline(acceleration: NDArray[np.float64], dt: float) -> NDArray[
     Berg, G. V. and Housner, G. W. (1961). Integrated velocity and displacement of strong earthquake ground motion.
     Bulletin of the Seismological Society of America 51(2), 175-189.
     """
-    n = acceleration.shape[-1]
-    x = np.linspace(0.0, 1.0, n)
-    shapes = np.stack([x**k for k in range(3)])
-    basis = np.stack([velocity(shape, dt) for shape in shapes]).T
-    coefficients = np.linalg.lstsq(basis, np.atleast_2d(velocity(acceleration, dt)).T, rcond=None)[0]
-    corrected: NDArray[np.float64] = acceleration - (coefficients.T @ shapes).reshape(acceleration.shape)
+    x = np.linspace(0.0, 1.0, acceleration.shape[-1])
+    shapes: list[NDArray[np.float64]] = []
+    # Orthonormal velocities by Gram and Schmidt: plain sums along time give the same bits for one motion as for a
+    # thousand, which a least-squares call does not.
+    for k in range(3):
+        shape = x**k
+        for earlier in shapes:
+            shape = shape - np.sum(velocity(shape, dt) * velocity(earlier, dt)) * earlier
+        shapes.append(shape / np.sqrt(np.sum(velocity(shape, dt) ** 2)))
+    drift = velocity(acceleration, dt)
+    corrected = acceleration.copy()
+    for shape in shapes:
+        corrected -= np.sum(drift * velocity(shape, dt), axis=-1, keepdims=True) * shape
     return corrected
 
 

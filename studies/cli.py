@@ -96,8 +96,9 @@ def fragility_table(results: xr.Dataset) -> Table:
     name = results["level"].attrs.get("long_name", "level")
     percent = f"{100.0 * float(results.attrs['confidence']):g} %"
     table = Table(
-        title=f"Fragility: median {name}{f' in {unit}' if unit else ''} and dispersion β, with {percent} intervals",
+        title=f"Median {name}{f' ({unit})' if unit else ''} and dispersion β with {percent} intervals",
         box=SIMPLE_HEAD,
+        pad_edge=False,
         title_justify="left",
     )
     for heading in ("law", "median", percent, "β", percent):

@@ -1,0 +1,283 @@
+"""Incremental dynamic analysis, probabilities and fits: labels, bit-identity, published and independent oracles."""
+
+import json
+import os
+
+import dask
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.special import ndtr
+from scipy.stats import binomtest
+
+import toppling as tp
+from toppling.fragility import plan_chunks, run_chunk, wilson_interval
+from toppling.fragility.scaling import scaling
+from toppling.models.runs import OUTPUTS
+from toppling.motions import records
+
+BLOCKS = [tp.catalogue["bookcase-5-shelf"], tp.Block(0.5, 1.2, name="crate")]
+MODELS = [tp.DiscreteDamping(), tp.EnergyConsistent(), tp.HousnerImpact(), tp.Vassiliou()]
+LEVELS = np.array([1.0, 2.5, 4.0, 7.0])
+
+
+def motions():
+    """Three sets with steps and lengths of their own."""
+    make = tp.motions.CloughPenzien
+    envelope = tp.motions.RiseStrongDecay(1.0, 4.0, 0.5)
+    return [
+        make(duration=6.0, dt=0.01, envelope=envelope).sample(5, seed=1),
+        make(duration=8.0, dt=0.005, envelope=envelope).sample(3, seed=2),
+        make(duration=5.0, dt=0.02, envelope=envelope).sample(4, seed=3),
+    ]
+
+
+@pytest.fixture(scope="module")
+def result():
+    return tp.ida(BLOCKS, MODELS, motions(), LEVELS, outputs=list(OUTPUTS))
+
+
+class TestIda:
+    def test_labels_and_numbers(self, result):
+        assert dict(result.sizes) == {"block": 2, "model": 4, "level": 4, "motion": 12}
+        assert result.block.values.tolist() == ["bookcase-5-shelf", "crate"]
+        assert result.model.values.tolist() == [m.label for m in MODELS]
+        assert result.e.sel(block="crate").values[0] == BLOCKS[1].restitution
+        assert np.isnan(result.e.values[:, 3]).all()
+        assert result.dt.values.tolist() == [0.01] * 5 + [0.005] * 3 + [0.02] * 4
+        assert result.duration.values[5] == pytest.approx(8.0)
+        assert set(result.data_vars) == set(OUTPUTS)
+        for name in result.variables:
+            assert result[name].attrs["units"], name
+            assert result[name].attrs["long_name"], name
+        np.testing.assert_allclose(result.pga.values, tp.motions.measures(motions()).pga.values)
+        configuration = json.loads(result.attrs["configuration"])
+        assert configuration["blocks"][1]["width"] == 0.5
+        assert configuration["models"][0] == MODELS[0].options | {"law": "discrete"}
+
+    def test_each_run_is_the_simulated_one(self, result):
+        sets = motions()
+        for b, m, k, motion in ((0, 0, 1, 0), (1, 2, 3, 6), (0, 1, 2, 9), (1, 3, 2, 11)):
+            one = result.isel(block=b, model=m, level=k, motion=motion)
+            label = str(one.motion.item())
+            array = next(a.sel(motion=[label]) for a in sets if label in a.motion.values)
+            scaled = tp.motions.scale_to(array, float(LEVELS[k]))
+            run = tp.simulate(BLOCKS[b], MODELS[m], scaled)
+            assert bool(one.overturned) == bool(run.overturned)
+            assert float(one.peak_rotation) == pytest.approx(float(run.peak_rotation), rel=1e-9)
+
+    def test_bit_identical_for_any_chunking_and_workers(self, result):
+        plain = records(motions())
+        oscillators = [m.oscillator(b) for b in BLOCKS for m in MODELS]
+        factors = scaling(LEVELS, plain, "pga").factors
+        for seconds in (1e-9, 1e-3, 1e9):
+            chunks = plan_chunks(oscillators, plain, factors, seconds=seconds)
+            assert [c.first for c in chunks] == [0] + [c.stop for c in chunks[:-1]]
+            parts = np.concatenate([run_chunk(c) for c in reversed(chunks)][::-1], axis=2)
+            for name, column in OUTPUTS.items():
+                values = result[name].values.reshape(parts.shape[:-1])
+                np.testing.assert_array_equal(parts[..., column], values.astype(float))
+        assert len(plan_chunks(oscillators, plain, factors, seconds=1e-9)) == 12
+        with dask.config.set(num_workers=1):
+            xr.testing.assert_identical(tp.ida(BLOCKS, MODELS, motions(), LEVELS, outputs=list(OUTPUTS)), result)
+
+    def test_a_given_client_gives_the_same_bytes(self, result):
+        distributed = pytest.importorskip("distributed")
+        done = []
+        options = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
+        with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
+            far = tp.ida(
+                BLOCKS, MODELS, motions(), LEVELS, outputs=list(OUTPUTS), client=client,
+                progress=lambda n, total: done.append((n, total)),
+            )
+        xr.testing.assert_identical(far, result)
+        assert done[-1] == (384, 384)
+
+    def test_progress_counts_every_run_once(self):
+        seen = []
+        tp.ida(BLOCKS, MODELS, motions(), LEVELS, progress=lambda n, total: seen.append((n, total)))
+        assert seen[-1] == (384, 384)
+        assert all(a[0] < b[0] for a, b in zip(seen[:-1], seen[1:], strict=True))
+
+    def test_skipping_is_an_option_that_changes_no_flag(self, result):
+        plain = tp.ida(BLOCKS, MODELS, motions(), LEVELS, skip=False)
+        np.testing.assert_array_equal(plain.overturned.values, result.overturned.values)
+        np.testing.assert_allclose(plain.peak_rotation.values, result.peak_rotation.values, rtol=1e-9)
+
+    def test_plain_factors_and_velocity_levels(self):
+        array = motions()[0]
+        by_factor = tp.ida(BLOCKS, MODELS, array, [2.0], im="scale")
+        pgv = tp.motions.measures(array).pgv.values
+        for i in range(array.sizes["motion"]):
+            one = array.isel(motion=[i])
+            by_velocity = tp.ida(BLOCKS, MODELS, one, [2.0 * pgv[i]], im="pgv")
+            expected = by_factor.isel(motion=[i]).peak_rotation
+            np.testing.assert_allclose(by_velocity.peak_rotation.values, expected.values, rtol=1e-9)
+        assert by_velocity.level.attrs["units"] == "m s-1"
+        assert by_factor.level.attrs["units"] == "1"
+
+    def test_survives_a_netcdf_file(self, result, tmp_path):
+        result.to_netcdf(tmp_path / "ida.nc")
+        with xr.open_dataset(tmp_path / "ida.nc") as again:
+            xr.testing.assert_identical(again.load(), result)
+
+    def test_one_block_one_model_one_array(self):
+        small = tp.ida(BLOCKS[0], MODELS[0], motions()[0], 3.0)
+        assert dict(small.sizes) == {"block": 1, "model": 1, "level": 1, "motion": 5}
+        assert set(small.data_vars) == {"overturned", "peak_rotation"}
+
+
+class TestProbability:
+    # 95 % Wilson intervals of 4/40 and the lower end of 20/20, published to five digits
+    def test_wilson(self):
+        lower, upper = wilson_interval(np.array([4, 20, 0]), np.array([40, 20, 0]))
+        np.testing.assert_allclose([lower[0], upper[0], lower[1]], [0.03958, 0.23052, 0.83887], atol=5e-6)
+        assert upper[1] == 1.0
+        assert np.isnan([lower[2], upper[2]]).all()
+
+    def test_wilson_against_scipy(self):
+        for n in (1, 7, 200):
+            for k in {0, 1, n // 3, n - 1, n}:
+                for confidence in (0.5, 0.95, 0.999):
+                    ends = wilson_interval(np.array(k), np.array(n), confidence)
+                    other = binomtest(k, n).proportion_ci(confidence, method="wilson")
+                    np.testing.assert_allclose(ends, other, atol=1e-14)
+
+    def test_counts(self, result):
+        p = tp.overturning_probability(result)
+        assert p.probability.dims == ("block", "model", "level")
+        assert int(p.runs.min()) == int(p.runs.max()) == 12
+        np.testing.assert_array_equal(p.overturnings.values, result.overturned.sum("motion").values)
+        assert bool(((p.lower <= p.probability) & (p.probability <= p.upper)).all())
+        assert set(p.data_vars) == {"probability", "lower", "upper", "overturnings", "runs"}
+        assert 0.0 < float(p.probability.mean()) < 1.0
+
+
+def counts(levels, overturnings, runs=40):
+    runs = [runs] * len(levels) if isinstance(runs, int) else runs
+    return xr.Dataset(
+        {"overturnings": ("level", np.array(overturnings)), "runs": ("level", np.array(runs))},
+        coords={"level": np.array(levels, float)},
+    )
+
+
+class TestFit:
+    BAKER = counts([0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0], [0, 0, 0, 4, 6, 13, 12, 16])
+
+    def test_baker_2015(self):
+        fit = tp.fit_fragility(self.BAKER)
+        assert float(fit["median"]) == pytest.approx(1.0761157942926833, rel=1e-12)
+        assert float(fit.median_se / fit["median"]) == pytest.approx(0.07166, abs=6e-6)
+        assert float(fit.dispersion_se) == pytest.approx(0.08387, abs=6e-6)
+        assert float(fit.median_lower) == pytest.approx(float(fit["median"]) * np.exp(-1.959963985 * 0.07166), rel=1e-5)
+        assert fit.status.item() == "ok"
+        assert bool(fit.converged)
+
+    def test_against_statsmodels(self):
+        sm = pytest.importorskip("statsmodels.api")
+        rng = np.random.default_rng(4)
+        levels = np.geomspace(0.1, 3.0, 12)
+        for _ in range(50):
+            median, dispersion, n = rng.uniform(0.3, 1.5), rng.uniform(0.15, 0.8), int(rng.integers(15, 300))
+            k = rng.binomial(n, ndtr(np.log(levels / median) / dispersion))
+            fit = tp.fit_fragility(counts(levels, k, n))
+            if fit.status.item() != "ok":
+                continue
+            probit = sm.GLM(
+                np.stack([k, n - k], axis=1),
+                sm.add_constant(np.log(levels)),
+                family=sm.families.Binomial(sm.families.links.Probit()),
+            ).fit(tol=1e-14, maxiter=200)
+            a, b = probit.params
+            assert float(fit["median"]) == pytest.approx(np.exp(-a / b), rel=1e-7)
+            assert float(fit.dispersion) == pytest.approx(1.0 / b, rel=1e-7)
+
+    def test_likelihood_is_at_its_maximum(self):
+        fit = tp.fit_fragility(self.BAKER)
+        x, k = self.BAKER.level.values, self.BAKER.overturnings.values
+
+        def likelihood(median, dispersion):
+            p = ndtr(np.log(x / median) / dispersion)
+            return np.sum(k * np.log(p) + (40 - k) * np.log1p(-p))
+
+        best = likelihood(float(fit["median"]), float(fit.dispersion))
+        assert best == pytest.approx(float(fit.log_likelihood), rel=1e-12)
+        for step in (1.001, 0.999):
+            assert likelihood(float(fit["median"]) * step, float(fit.dispersion)) < best
+            assert likelihood(float(fit["median"]), float(fit.dispersion) * step) < best
+
+    @pytest.mark.parametrize(
+        ("overturnings", "status"),
+        [
+            ([0, 0, 0, 0], "no overturning"),
+            ([40, 40, 40, 40], "all overturned"),
+            ([0, 0, 40, 40], "separated"),
+            ([0, 0, 17, 40], "separated"),
+            ([40, 40, 3, 0], "not increasing"),
+            ([20, 19, 18, 17], "not increasing"),
+        ],
+    )
+    def test_what_cannot_be_fitted_is_said(self, overturnings, status):
+        fit = tp.fit_fragility(counts([1.0, 2.0, 3.0, 4.0], overturnings))
+        assert fit.status.item() == status
+        assert not bool(fit.converged)
+        for name in ("median", "dispersion", "median_se", "dispersion_lower"):
+            assert np.isnan(float(fit[name]))
+
+    def test_extreme_but_proper_data(self):
+        """Steep, flat, one pair of overlapping outcomes, levels over many decades."""
+        steep = tp.fit_fragility(counts([1.0, 1.01, 1.02], [1, 500, 999], 1000))
+        assert steep.status.item() == "ok"
+        assert float(steep["median"]) == pytest.approx(1.01, rel=1e-3)
+        flat = tp.fit_fragility(counts([1.0, 2.0, 4.0], [19, 20, 21], 40))
+        assert flat.status.item() == "ok"
+        assert float(flat.dispersion) > 5.0
+        least = tp.fit_fragility(counts([1.0, 2.0, 3.0, 4.0], [0, 1, 39, 40]))
+        assert least.status.item() == "ok"
+        wide = tp.fit_fragility(counts([1e-6, 1e-3, 1.0, 1e3], [1, 10, 30, 39]))
+        assert wide.status.item() == "ok"
+
+    def test_ida_and_its_counts_give_one_curve(self, result):
+        from_flags, from_counts = tp.fit_fragility(result), tp.fit_fragility(tp.overturning_probability(result))
+        xr.testing.assert_equal(from_flags, from_counts)
+        assert from_flags["median"].dims == ("block", "model")
+        assert from_flags["median"].attrs["units"] == "m s-2"
+        assert {"law", "alpha", "e"} <= set(from_flags.coords)
+
+    def test_unsorted_levels_and_empty_stripes(self):
+        order = [3, 0, 7, 1, 5, 2, 6, 4]
+        shuffled = self.BAKER.isel(level=order)
+        assert float(tp.fit_fragility(shuffled)["median"]) == pytest.approx(1.0761157942926833, rel=1e-12)
+        gap = counts(
+            [0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0], [0, 0, 0, 0, 4, 6, 13, 12, 16], [40, 40, 40, 0] + [40] * 5
+        )
+        assert float(tp.fit_fragility(gap)["median"]) == pytest.approx(1.0761157942926833, rel=1e-12)
+
+    def test_medians_are_recovered(self):
+        """Estimates scatter about the truth as their standard errors say."""
+        rng = np.random.default_rng(5)
+        levels = np.geomspace(0.2, 2.0, 10)
+        k = rng.binomial(100, ndtr(np.log(levels / 0.7) / 0.4), (400, 10))
+        data = xr.Dataset(
+            {"overturnings": (("study", "level"), k), "runs": ("level", np.full(10, 100))}, coords={"level": levels}
+        )
+        fit = tp.fit_fragility(data)
+        z_median = np.log(fit["median"].values / 0.7) / (fit.median_se.values / fit["median"].values)
+        z_dispersion = (fit.dispersion.values - 0.4) / fit.dispersion_se.values
+        for z in (z_median, z_dispersion):
+            assert abs(z.mean()) < 0.25
+            assert z.std() == pytest.approx(1.0, abs=0.12)
+
+
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="minutes without the compiler")
+def test_a_chunk_is_about_a_second():
+    """The plan's figure is of the right order on this machine, whatever that is."""
+    from time import perf_counter
+
+    plain = records(tp.motions.CloughPenzien(duration=20.0).sample(20))
+    oscillators = [m.oscillator(BLOCKS[0]) for m in MODELS]
+    chunk = plan_chunks(oscillators, plain, np.full((40, 20), 1.0))[0]
+    run_chunk(chunk._replace(motions=chunk.motions[:1], factors=chunk.factors[:, :1]))
+    started = perf_counter()
+    run_chunk(chunk)
+    assert 0.02 < perf_counter() - started < 20.0

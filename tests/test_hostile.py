@@ -1,0 +1,187 @@
+"""Hostile input to every public function: one sentence that names the value and what is allowed, never a wrong number."""
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling import motions as mo
+
+BLOCK = tp.Block(0.4, 1.8)
+LAW = tp.HousnerImpact()
+SHAKE = mo.OneCycleSine(3.0, 6.0).sample(1)
+NAN, INF = math.nan, math.inf
+
+BAD_LAWS = [
+    (lambda: tp.DiscreteDamping(e=0.0), ValueError, "e must be finite and > 0 and <= 1, got 0.0"),
+    (lambda: tp.DiscreteDamping(e=1.1), ValueError, "got 1.1"),
+    (lambda: tp.GianniniMasiani(e=NAN), ValueError, "e must be .* got nan"),
+    (lambda: tp.MakrisKonstantinidis(e=-0.5), ValueError, "got -0.5"),
+    (lambda: tp.EnergyConsistent(e="0.9"), TypeError, "e must be a number, got '0.9'"),
+    (lambda: tp.DiscreteDamping(delta=0.0), ValueError, "delta must be finite and > 0 and < 1, got 0.0"),
+    (lambda: tp.DiscreteDamping(delta=1.0), ValueError, "delta must be"),
+    (lambda: tp.Vassiliou(delta=INF), ValueError, "delta must be"),
+    (lambda: tp.Vassiliou(coefficient=-0.1), ValueError, "coefficient must be"),
+    (lambda: tp.ViscousDamping(-0.1), ValueError, "zeta must be"),
+    (lambda: tp.ViscousDamping.fema356(2.0), ValueError, "e must be"),
+    (lambda: tp.DiscreteDamping(lever="x"), ValueError, "lever must be one of 'h', 'R', got 'x'"),
+    (lambda: tp.EnergyConsistent(rest="soft"), ValueError, "rest must be one of"),
+    (lambda: tp.HousnerImpact(geometry="flat"), ValueError, "geometry must be one of"),
+    (lambda: tp.HousnerImpact(lever="R"), ValueError, "lever='R' needs geometry='bilinear'"),
+    (lambda: tp.DiscreteDamping(restitution_factor=0.0), ValueError, "restitution_factor must be"),
+    (lambda: tp.HousnerImpact(restitution_factor=1.2).oscillator(BLOCK), ValueError, "above 1"),
+]
+
+BAD_SIMULATIONS = [
+    (lambda: tp.simulate("block", LAW, SHAKE), TypeError, "block must be a toppling Block, got str"),
+    (lambda: tp.simulate(BLOCK, "discrete", SHAKE), TypeError, "model must be a damping law"),
+    (lambda: tp.simulate(BLOCK, tp.HousnerImpact, SHAKE), TypeError, "the class HousnerImpact .call it."),
+    (lambda: tp.simulate(BLOCK, LAW, SHAKE.values), TypeError, "motion must be a labelled array"),
+    (lambda: tp.simulate(BLOCK, LAW, mo.KanaiTajimi(duration=2.0).sample(2)), ValueError, "exactly one motion"),
+    (lambda: tp.simulate(BLOCK, LAW, SHAKE.assign_attrs(units="g")), ValueError, "must be in m s-2, got units 'g'"),
+    (lambda: tp.simulate(BLOCK, LAW, SHAKE * NAN), ValueError, "motion must be finite .* got nan at index 0"),
+    (lambda: tp.simulate(BLOCK, LAW, SHAKE, theta0=NAN), ValueError, "theta0 must be"),
+    (lambda: tp.simulate(BLOCK, LAW, SHAKE, theta0=1.6), ValueError, "theta0 must be"),
+    (lambda: tp.simulate(BLOCK, LAW, SHAKE, omega0=INF), ValueError, "omega0 must be"),
+    (lambda: tp.simulate(BLOCK, LAW, SHAKE.isel(time=slice(0, 1))), ValueError, "at least 2 samples"),
+    (lambda: tp.free_rocking(BLOCK, LAW, BLOCK.alpha, 5.0), ValueError, "theta0 must satisfy 0 < .theta0. < alpha"),
+    (lambda: tp.free_rocking(BLOCK, LAW, 0.0, 5.0), ValueError, "theta0 must satisfy"),
+    (lambda: tp.free_rocking(BLOCK, LAW, 0.1, 0.0), ValueError, "duration must be"),
+    (lambda: tp.free_rocking(BLOCK, LAW, 0.1, 5.0, dt=0.0), ValueError, "dt must be"),
+    (lambda: tp.free_rocking(BLOCK, LAW, 0.1, 5.0, dt=6.0), ValueError, "dt must be"),
+    (lambda: tp.free_rocking(BLOCK, LAW, 0.1, 1e9), ValueError, "at most 1e.07 samples"),
+]
+
+BAD_MOTIONS = [
+    (lambda: mo.from_array([], 0.01), ValueError, "must not be empty"),
+    (lambda: mo.from_array([1.0], 0.01), ValueError, "at least 2 samples"),
+    (lambda: mo.from_array([0.0, NAN], 0.01), ValueError, "acceleration must be finite .* got nan at index .?1"),
+    (lambda: mo.from_array([0.0, -INF], 0.01), ValueError, "got -inf"),
+    (lambda: mo.from_array(np.zeros((2, 2, 2)), 0.01), ValueError, "1 or 2 dimension"),
+    (lambda: mo.from_array(1.0, 0.01), ValueError, "dimension"),
+    (lambda: mo.from_array(["a", "b"], 0.01), TypeError, "real numbers"),
+    (lambda: mo.from_array([1j, 2j], 0.01), TypeError, "real numbers"),
+    (lambda: mo.from_array([[1.0, 2.0], [3.0]], 0.01), TypeError, "real numbers"),
+    (lambda: mo.from_array([0.0, 1.0], 0.0), ValueError, "dt must be finite and > 0 .in s., got 0.0"),
+    (lambda: mo.from_array([0.0, 1.0], -0.01), ValueError, "dt must be"),
+    (lambda: mo.from_array([0.0, 1.0], NAN), ValueError, "dt must be"),
+    (lambda: mo.from_array([0.0, 1.0], 0.01, ["a", "b"]), ValueError, "labels must be 1"),
+    (lambda: mo.from_array(np.zeros((2, 3)), 0.01, ["a", "a"]), ValueError, "unique, got 'a'"),
+    (lambda: mo.measures([]), ValueError, "at least one motion, got none"),
+    (lambda: mo.measures([np.zeros(5)]), TypeError, "labelled arrays"),
+    (lambda: mo.measures([SHAKE, SHAKE]), ValueError, "unique labels, got 'OneCycleSine"),
+    (lambda: mo.measures(SHAKE.rename(time="t")), ValueError, "dims"),
+    (lambda: mo.measures(SHAKE.assign_attrs(units="g")), ValueError, "must be in m s-2, got units 'g'"),
+    (lambda: mo.scale_to(SHAKE, -1.0), ValueError, "target must be"),
+    (lambda: mo.scale_to(SHAKE, 1.0, "pgx"), ValueError, "intensity measure must be one of"),
+    (lambda: mo.KanaiTajimi(dt=0.0), ValueError, "dt must be"),
+    (lambda: mo.KanaiTajimi(duration=NAN), ValueError, "duration must be"),
+    (lambda: mo.KanaiTajimi(duration=0.005, dt=0.005), ValueError, "duration must be at least 2 dt"),
+    (lambda: mo.KanaiTajimi(xi_g=0.0), ValueError, "xi_g must be"),
+    (lambda: mo.CloughPenzien(omega_f=-1.0), ValueError, "omega_f must be"),
+    (lambda: mo.KanaiTajimi(envelope="gamma"), TypeError, "envelope must be"),
+    (lambda: mo.KanaiTajimi(baseline="linear"), ValueError, "baseline must be one of"),
+    (lambda: mo.KanaiTajimi().sample(0), ValueError, "n must be at least 1, got 0"),
+    (lambda: mo.KanaiTajimi().sample(2.5), TypeError, "n must be a whole number"),
+    (lambda: mo.KanaiTajimi().sample(1, seed=-1), ValueError, "seed must be at least 0"),
+    (lambda: mo.RiseStrongDecay(rise=0.0), ValueError, "rise must be"),
+    (lambda: mo.RiseStrongDecay(rise=5.0, strong_end=4.0), ValueError, "strong_end must be"),
+    (lambda: mo.Gamma(shape=1.0), ValueError, "shape must be"),
+    (lambda: mo.DoubleExponential(slow=0.5, fast=0.5), ValueError, "fast must be"),
+    (lambda: mo.HalfSine(0.0, 6.0), ValueError, "amplitude must be"),
+    (lambda: mo.Ricker(1.0, INF), ValueError, "omega must be"),
+    (lambda: mo.RectangularPulse.of_duration(1.0, 0.0), ValueError, "duration must be"),
+]
+
+
+def study(blocks=BLOCK, models=LAW, motions=SHAKE, levels=(1.0, 2.0), **options):
+    return tp.ida(blocks, models, motions, levels, **options)
+
+
+BAD_STUDIES = [
+    (lambda: study(blocks=[]), ValueError, "blocks must hold at least one, got none"),
+    (lambda: study(models=[]), ValueError, "models must hold at least one"),
+    (lambda: study(motions=[]), ValueError, "at least one motion"),
+    (lambda: study(blocks=[1.0]), TypeError, "blocks must be one Block or a sequence of them, got float"),
+    (lambda: study(blocks=0.4), TypeError, "blocks must be one Block"),
+    (lambda: study(models=tp.HousnerImpact), TypeError, "the class HousnerImpact .call it."),
+    (lambda: study(blocks=[BLOCK, BLOCK]), ValueError, "unique labels"),
+    (lambda: study(models=[LAW, LAW]), ValueError, "unique labels, got 'housner e=e_R'"),
+    (lambda: study(levels=[]), ValueError, "levels must not be empty"),
+    (lambda: study(levels=[2.0, 1.0]), ValueError, "strictly increasing, got 1 after 2"),
+    (lambda: study(levels=[1.0, 1.0]), ValueError, "strictly increasing"),
+    (lambda: study(levels=[-1.0, 1.0]), ValueError, "levels must be > 0, got -1"),
+    (lambda: study(levels=[0.0, 1.0]), ValueError, "levels must be > 0"),
+    (lambda: study(levels=[1.0, NAN]), ValueError, "levels must be finite"),
+    (lambda: study(levels=[[1.0, 2.0]]), ValueError, "1 dimension"),
+    (lambda: study(levels="high"), TypeError, "levels must be real numbers"),
+    (lambda: study(im="pgx"), ValueError, "im must be one of 'pga', 'pgv', 'pgd', 'scale', got 'pgx'"),
+    (lambda: study(outputs=[]), ValueError, "at least one of overturned"),
+    (lambda: study(outputs=["peak"]), ValueError, "outputs must be one of"),
+    (lambda: study(motions=mo.from_array(np.zeros(9), 0.01)), ValueError, "has pga = 0"),
+    (lambda: tp.overturning_probability(SHAKE), TypeError, "needs a dataset with `overturned`"),
+    (lambda: tp.overturning_probability(study(), confidence=1.0), ValueError, "confidence must be"),
+    (lambda: tp.fit_fragility(3.0), TypeError, "needs an IDA dataset or a dataset of counts, got float"),
+    (lambda: tp.fit_fragility(xr.Dataset()), ValueError, "counts must hold overturnings and runs"),
+    (lambda: tp.fit_fragility(fractions([0.5], [1])), TypeError, "whole numbers"),
+    (lambda: tp.fit_fragility(fractions([5], [4])), ValueError, "between 0 and runs"),
+    (lambda: tp.fit_fragility(fractions([-1], [4])), ValueError, "between 0 and runs"),
+    (lambda: tp.fit_fragility(fractions([1], [4], -1.0)), ValueError, "level must be > 0"),
+    (lambda: tp.fit_fragility(fractions([1], [4]), confidence=NAN), ValueError, "confidence must be"),
+]
+
+
+def fractions(overturnings, runs, level=1.0):
+    return xr.Dataset({"overturnings": ("level", overturnings), "runs": ("level", runs)}, coords={"level": [level]})
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "message"),
+    BAD_LAWS + BAD_SIMULATIONS + BAD_MOTIONS + BAD_STUDIES,
+    ids=lambda v: v if isinstance(v, str) else "",
+)
+def test_one_sentence(call, kind, message):
+    with pytest.raises(kind, match=message) as error:
+        call()
+    assert type(error.value) in (kind, mo.RecordError)
+    assert "\n" not in str(error.value)
+    assert len(str(error.value)) < 300
+
+
+EXTREMES = [
+    tp.DiscreteDamping(e=0.01, delta=1e-6),
+    tp.DiscreteDamping(e=1.0, delta=0.5),
+    tp.DiscreteDamping(e=0.5, delta=1e-6, rest="rigid"),
+    tp.EnergyConsistent(e=0.01, delta=0.5, rest="elastic"),
+    tp.EnergyConsistent(e=0.01, delta=1e-6),
+    tp.EnergyConsistent(e=0.999999, delta=0.3),
+    tp.GianniniMasiani(e=0.01, delta=1e-4),
+    tp.MakrisKonstantinidis(e=0.01, delta=1e-4),
+    tp.Vassiliou(delta=1e-5, coefficient=1.0),
+    tp.HousnerImpact(e=1.0),
+    tp.HousnerImpact(e=1.0, geometry="linear"),
+    tp.HousnerImpact(e=0.01),
+    tp.HousnerImpact(e=0.999999, geometry="bilinear"),
+]
+
+
+@pytest.mark.parametrize("model", EXTREMES, ids=lambda m: m.label)
+@pytest.mark.parametrize(("alpha", "R"), [(0.01, 0.01), (0.2, 100.0), (1.2, 0.5)])
+def test_extreme_parameters_end_and_stay_finite(model, alpha, R):
+    block = tp.Block.from_slenderness(alpha, R)
+    base = mo.KanaiTajimi(duration=4.0, dt=0.02, envelope=mo.Stationary()).sample(2, seed=1)
+    threshold = 9.80665 * math.tan(alpha)
+    at_threshold = mo.from_array(np.tile([threshold, -threshold], 10), 0.01, ["at the threshold"])
+    denormal = mo.from_array(np.full(20, 5e-324), 0.01, ["denormal"])
+    levels = np.array([1e-12, 0.5, 1.0, 1.0 + 1e-12, 2.0, 1e6]) * threshold
+    scaled = tp.ida(block, model, mo.scale_to(base, 1.0), levels, im="scale", outputs=["peak_rotation", "overturned"])
+    plain = tp.ida(block, model, [at_threshold, denormal], [1.0, 1.0 + 1e-9], im="scale")
+    for result in (scaled, plain):
+        peaks = result.peak_rotation.values
+        assert np.isfinite(peaks).all()
+        assert np.all((peaks >= 0.0) & (peaks <= 0.5 * math.pi))
+        np.testing.assert_array_equal(peaks == 0.5 * math.pi, result.overturned.values)
+    assert scaled.overturned.values[0, 0, -1].all()
+    assert not scaled.overturned.values[0, 0, 0].any()
