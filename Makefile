@@ -38,3 +38,7 @@ test-all: test
 
 clean:
 	rm -rf $(VENV) results build dist *.egg-info .mypy_cache .ruff_cache .hypothesis
+
+# The README's picture.
+docs/office.png: study
+	cp $(OUT)/fragility.png $@

@@ -432,8 +432,8 @@ def _held_damping(table, par, zone, omega):
         squared = e * e * speed * speed - 2.0 * (1.0 - e * e) * par[PAR_COEFFICIENT]
         if squared > 0.0:
             return 2.0 * frequency * energy_consistent_zeta(speed * unit, math.sqrt(squared) * unit)
-        # It just stops at the far edge.  A hair more damping turns it inside: a stop on the edge itself would be left to
-        # rounding, which would then decide whether another crossing, with another damping, follows.
+        # It just stops at the far edge.  A hair more damping turns it inside: on the edge itself rounding would decide
+        # whether another crossing, with another damping, follows.
         zeta = energy_consistent_zeta(speed * unit, 0.0)
         return 2.0 * frequency * (zeta * (1.0 + 1e-13) + 1e-13)
     return table[zone, REGION_DAMPING]

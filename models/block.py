@@ -49,7 +49,7 @@ class Block:
     --------
     >>> block = Block(width=0.40, height=1.80)
     >>> round(block.alpha, 4), round(block.R, 4), round(block.p, 4)
-    (0.2187, 0.922, 2.8244)
+    (0.2187, 0.922, 2.8245)
     """
 
     width: float

@@ -68,10 +68,10 @@ def simulate(
     Examples
     --------
     >>> import toppling as tp
-    >>> shake = tp.motions.OneCycleSine(amplitude=3.0, omega=6.0).sample(1)
+    >>> shake = tp.motions.OneCycleSine(amplitude=3.0, omega=12.0).sample(1)
     >>> run = simulate(Block(0.4, 1.8), tp.HousnerImpact(), shake)
-    >>> bool(run.overturned)
-    False
+    >>> bool(run.uplifted), bool(run.overturned)
+    (True, False)
     """
     oscillator = oscillator_of(block, model)
     acceleration, dt, label, start = _single_motion(motion)

@@ -1,6 +1,7 @@
 """The `toppling` command: arguments in, exit codes out.
 
-0 done, 2 wrong input (one sentence on standard error), 130 interrupted.  Never a traceback for a user's mistake.
+0 done, 1 out of memory, 2 wrong input (one sentence on standard error), 130 interrupted.  Never a traceback for a
+user's mistake.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..models import catalogue
+from ..models.catalogue import QUALITIES
 from .progress import show_progress
 from .schema import StudyError
 from .study import RESULT_NAME, Study
@@ -25,6 +27,7 @@ from .study import RESULT_NAME, Study
 if TYPE_CHECKING:
     from distributed import Client
 
+EXIT_MEMORY = 1
 EXIT_INPUT = 2
 EXIT_INTERRUPTED = 130
 FIGURE_NAME = "fragility.png"
@@ -34,6 +37,7 @@ app = App(
     help="How likely is this block to fall over in an earthquake?",
     help_format="plaintext",
     result_action="return_value",
+    suppress_keyboard_interrupt=False,
 )
 
 
@@ -77,14 +81,23 @@ def run(
 @app.command(name="catalogue")
 def show_catalogue() -> None:
     """List the catalogue of real contents: sizes, slenderness, FEMA P-58 id and quality of the source."""
-    table = Table(title="Catalogue of contents (width: the smaller plan size)")
-    for heading in ("name", "width, m", "height, m", "α, rad", "FEMA P-58", "quality", "title"):
-        table.add_column(heading, justify="right" if "," in heading else "left", overflow="fold")
+    table = Table(
+        title="Contents: width (the smaller plan size) and height in m, slenderness α in rad",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        caption="quality: " + "; ".join(f"{letter} {meaning}" for letter, meaning in QUALITIES.items()),
+        caption_justify="left",
+    )
+    table.add_column("name", no_wrap=True)
+    for heading in ("width", "height", "α"):
+        table.add_column(heading, justify="right")
+    for heading in ("FEMA P-58", "quality"):
+        table.add_column(heading)
     for name in catalogue:
         item = catalogue.item(name)
         block = item.block
         sizes = (f"{block.width:.3f}", f"{block.height:.3f}", f"{block.alpha:.3f}")
-        table.add_row(name, *sizes, item.fema_p58 or "", item.quality, item.title)
+        table.add_row(name, *sizes, item.fema_p58 or "", item.quality)
     Console().print(table)
 
 
@@ -126,8 +139,12 @@ def _draw(results: xr.Dataset, path: Path) -> Path:
     from .plots import fragility_figure  # noqa: PLC0415
 
     figure = fragility_figure(results)
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
+    try:
+        figure.savefig(path, dpi=150)
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None
+    finally:
+        plt.close(figure)
     return path
 
 
@@ -151,7 +168,14 @@ def main(arguments: list[str] | None = None) -> int:
     except StudyError as error:
         print(f"toppling: {error}", file=sys.stderr)
         return EXIT_INPUT
+    except MemoryError:
+        print("toppling: not enough memory for this study; make it smaller", file=sys.stderr)
+        return EXIT_MEMORY
     except KeyboardInterrupt:
         print("toppling: interrupted, no results written", file=sys.stderr)
         return EXIT_INTERRUPTED
     return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

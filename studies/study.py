@@ -14,7 +14,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..fragility import fit_fragility, ida, overturning_probability
+from ..fragility.scaling import scaling
 from ..models import Block, Law
+from ..motions import records
 from .schema import StudyError, StudyFile, read_study_file
 
 if TYPE_CHECKING:
@@ -50,7 +52,7 @@ class Study:
         file = Path(path)
         content = read_study_file(file)
         try:
-            return cls(
+            study = cls(
                 content.title,
                 tuple(_each("blocks", content.blocks)),
                 tuple(_each("models", content.models)),
@@ -59,8 +61,14 @@ class Study:
                 content.ida.im,
                 _plain(content),
             )
+            # what only blocks, laws, motions and levels together can get wrong is said before the work, not during it
+            for block in study.blocks:
+                for model in study.models:
+                    model.oscillator(block)
+            scaling(study.levels, records(study.motions), study.im)
         except ValueError as error:
             raise StudyError(f"{file}: {error}") from None
+        return study
 
     @property
     def runs(self) -> int:

@@ -117,9 +117,7 @@ def _accelerate(w: _Piece, t: float, th: float, om: float) -> float:
 
 
 @njit(cache=True)
-def _step(
-    w: _Piece, t: float, th: float, om: float, h: float, k: np.ndarray
-) -> tuple[float, float, float]:
+def _step(w: _Piece, t: float, th: float, om: float, h: float, k: np.ndarray) -> tuple[float, float, float]:
     """One step: rotation, velocity, error over tolerance; k[1] holds the accelerations."""
     for i in range(12):
         x = 0.0
@@ -196,9 +194,7 @@ def _locate(
 
 
 @njit(cache=True)
-def _move(
-    w: _Piece, t: float, th: float, om: float, left: float, k: np.ndarray
-) -> tuple[float, float, float, int]:
+def _move(w: _Piece, t: float, th: float, om: float, left: float, k: np.ndarray) -> tuple[float, float, float, int]:
     """Take one step, or a shorter one to the first event: length, rotation, velocity, event."""
     h = min(left, w.longest)
     th1, om1, error = _step(w, t, th, om, h, k)

@@ -1,12 +1,11 @@
-"""What several test modules share: every law with its options, short random records, a study small enough for a test."""
+"""What several test modules share: every law with its options, short random records, the shared data."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import signal
-
 import toppling as tp
+from scipy import signal
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 

@@ -4,9 +4,8 @@ import csv
 import math
 
 import pytest
-from shared_cases import SHARED, needs_shared
-
 import toppling as tp
+from shared_cases import SHARED, needs_shared
 from toppling.models import catalogue
 from toppling.models.catalogue import QUALITIES
 from toppling.units import STANDARD_GRAVITY as G

@@ -6,11 +6,10 @@ import os
 import dask
 import numpy as np
 import pytest
+import toppling as tp
 import xarray as xr
 from scipy.special import ndtr
 from scipy.stats import binomtest
-
-import toppling as tp
 from toppling.fragility import plan_chunks, run_chunk, wilson_interval
 from toppling.fragility.scaling import scaling
 from toppling.models.runs import OUTPUTS
@@ -87,7 +86,12 @@ class TestIda:
         options = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
         with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
             far = tp.ida(
-                BLOCKS, MODELS, motions(), LEVELS, outputs=list(OUTPUTS), client=client,
+                BLOCKS,
+                MODELS,
+                motions(),
+                LEVELS,
+                outputs=list(OUTPUTS),
+                client=client,
                 progress=lambda n, total: done.append((n, total)),
             )
         xr.testing.assert_identical(far, result)

@@ -1,12 +1,11 @@
-"""Hostile input to every public function: one sentence that names the value and what is allowed, never a wrong number."""
+"""Hostile input to every public function: one sentence that names the value and what is allowed."""
 
 import math
 
 import numpy as np
 import pytest
-import xarray as xr
-
 import toppling as tp
+import xarray as xr
 from toppling import motions as mo
 
 BLOCK = tp.Block(0.4, 1.8)

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
-
 import toppling as tp
+from scipy.integrate import quad
 from toppling import motions as mo
 from toppling.motions.filters import _filter
 from toppling.motions.measures import displacement, velocity
@@ -45,9 +44,7 @@ class TestGenerators:
             return s0 * ground * w**4 / ((omega_f**2 - w**2) ** 2 + (2 * xi_f * omega_f * w) ** 2)
 
         expected = 2.0 * quad(density, 0.0, 2000.0, limit=500)[0]
-        generator = mo.CloughPenzien(
-            omega_g, xi_g, s0, 60.0, 0.002, mo.Stationary(), omega_f=omega_f, xi_f=xi_f
-        )
+        generator = mo.CloughPenzien(omega_g, xi_g, s0, 60.0, 0.002, mo.Stationary(), omega_f=omega_f, xi_f=xi_f)
         settled = generator.sample(60, seed=2).values[:, 10000:]
         assert settled.var() == pytest.approx(expected, rel=0.04)
 

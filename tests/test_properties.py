@@ -5,10 +5,9 @@ import math
 
 import numpy as np
 import pytest
+import toppling as tp
 from shared_cases import ELASTIC, LAWS, RIGID, shake
 from thresholds import overturns
-
-import toppling as tp
 from toppling.models import _piecewise as engine
 from toppling.models.oscillator import Edge, Oscillator, Region
 from toppling.models.runs import run_many, trace
@@ -266,10 +265,28 @@ def test_tables_of_any_shape():
     low, high = k * edge_left, k * edge_right
     at_stop = high - q2_right * (stop - edge_right)
     regions = (
-        Region(-1.5, edge_left, -q2_left, -q2_left * edge_left - low, 0.3, 0.0, Edge(engine.OVERTURN), Edge(engine.CROSS, 1)),
+        Region(
+            -1.5,
+            edge_left,
+            -q2_left,
+            -q2_left * edge_left - low,
+            0.3,
+            0.0,
+            Edge(engine.OVERTURN),
+            Edge(engine.CROSS, 1),
+        ),
         Region(edge_left, 0.0, k, 0.0, 1.0, 0.0, Edge(engine.CROSS, 0), Edge(engine.CROSS, 2)),
         Region(0.0, edge_right, k, 0.0, 2.0, 0.0, Edge(engine.CROSS, 1), Edge(engine.CROSS, 3)),
-        Region(edge_right, stop, -q2_right, -q2_right * edge_right - high, 0.0, 0.0, Edge(engine.CROSS, 2), Edge(engine.CROSS, 4)),
+        Region(
+            edge_right,
+            stop,
+            -q2_right,
+            -q2_right * edge_right - high,
+            0.0,
+            0.0,
+            Edge(engine.CROSS, 2),
+            Edge(engine.CROSS, 4),
+        ),
         Region(stop, 1.5, 400.0, 400.0 * stop - at_stop, 0.5, 0.0, Edge(engine.CROSS, 3), Edge(engine.OVERTURN)),
     )
     assert a_left > a_right

@@ -5,7 +5,6 @@ import os
 import numpy as np
 import pytest
 from shared_cases import SHARED, needs_shared
-
 from toppling import motions as mo
 from toppling.motions import RecordError
 from toppling.units import STANDARD_GRAVITY as G
@@ -27,7 +26,8 @@ def csv(tmp_path, text):
 
 class TestAt2:
     @pytest.mark.parametrize(
-        "last", ["NPTS=  4, DT= .01000 SEC", "NPTS=   4, dt=  .01000", "NPTS=4,DT=0.01", "  npts = 4 , dt = 1.0E-02 SEC"]
+        "last",
+        ["NPTS=  4, DT= .01000 SEC", "NPTS=   4, dt=  .01000", "NPTS=4,DT=0.01", "  npts = 4 , dt = 1.0E-02 SEC"],
     )
     def test_headers(self, tmp_path, last):
         motion = mo.read(at2(tmp_path, " .1 -.2E+00 0.3 .4", last))
@@ -102,7 +102,7 @@ class TestAt2:
         with pytest.raises(RecordError, match="declares 1800 samples"):
             mo.read(short)
         short.write_text(text[: len(text) // 2])
-        with pytest.raises(RecordError, match="declares 1800 samples|no number"):
+        with pytest.raises(RecordError, match=r"declares 1800 samples|no number"):
             mo.read(short)
 
 

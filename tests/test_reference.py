@@ -1,13 +1,12 @@
-"""Every law against an independent 8th-order integration (tests/reference.py) on random blocks, records, e and delta."""
+"""Every law against an independent 8th-order integration (tests/reference.py): random blocks, records, e, delta."""
 
 import math
 
 import numpy as np
 import pytest
+import toppling as tp
 from reference import integrate
 from shared_cases import SHARED, needs_shared, shake
-
-import toppling as tp
 from toppling.models.runs import trace
 from toppling.units import STANDARD_GRAVITY as G
 

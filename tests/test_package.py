@@ -1,0 +1,167 @@
+"""The package as others get it: wheel, sdist, documented examples, one-way imports, with and without the compiler."""
+
+import ast
+import doctest
+import importlib
+import json
+import os
+import pkgutil
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+import toppling as tp
+from shared_cases import LAWS, shake
+from toppling.models.runs import trace
+
+ROOT = Path(__file__).resolve().parents[1]
+ROOMS = ("models", "motions", "fragility", "studies")
+MODULES = sorted(
+    [f"toppling.{room}.{info.name}" for room in ROOMS for info in pkgutil.iter_modules([str(ROOT / room)])]
+    + ["toppling", "toppling.units", "toppling.checks", *(f"toppling.{room}" for room in ROOMS)]
+)
+
+
+def run(arguments, folder, **environment):
+    done = subprocess.run(
+        [str(a) for a in arguments],
+        cwd=folder,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """An sdist, and the wheel built from that sdist, made from a copy of the tracked files."""
+    pytest.importorskip("build")
+    folder = tmp_path_factory.mktemp("build")
+    skip = shutil.ignore_patterns(".*", "results", "build", "dist", "*.egg-info", "__pycache__")
+    shutil.copytree(ROOT, folder / "source", ignore=skip)
+    run([sys.executable, "-m", "build", "--no-isolation", "--outdir", folder / "dist"], folder / "source")
+    wheel, sdist = next((folder / "dist").glob("*.whl")), next((folder / "dist").glob("*.tar.gz"))
+    return folder, wheel, sdist
+
+
+class TestWheel:
+    def test_holds_every_module_and_data_file_and_nothing_else(self, built):
+        _, wheel, _ = built
+        names = {n for n in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in n}
+        modules = {f"toppling/{p.relative_to(ROOT)}" for room in ROOMS for p in (ROOT / room).glob("*.py")}
+        modules |= {f"toppling/{name}" for name in ("__init__.py", "units.py", "checks.py", "py.typed")}
+        data = {"toppling/models/catalogue.csv", "toppling/motions/example.AT2"}
+        examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.toml")}
+        assert names == modules | data | examples
+        assert any(n.endswith("licenses/LICENSE") for n in zipfile.ZipFile(wheel).namelist())
+
+    def test_imports_and_runs_elsewhere(self, built):
+        """Every module imports from the installed wheel, and a study runs there, far from the sources."""
+        folder, wheel, _ = built
+        target = folder / "installed"
+        run([sys.executable, "-m", "pip", "install", "--no-deps", "--quiet", "--target", target, wheel], folder)
+        code = (
+            "import importlib, json, sys, toppling\n"
+            f"for name in {MODULES!r}: importlib.import_module(name)\n"
+            "shake = toppling.motions.read(toppling.motions.example_path())\n"
+            "run = toppling.simulate(toppling.catalogue['bookcase-5-shelf'], toppling.HousnerImpact(), shake)\n"
+            "print(json.dumps([toppling.__file__, toppling.__version__, float(run.peak_rotation)]))\n"
+        )
+        path = run([sys.executable, "-c", code], folder, PYTHONPATH=str(target))
+        file, version, peak = json.loads(path)
+        assert file == str(target / "toppling" / "__init__.py")
+        assert version == tp.__version__
+        assert 0.0 < peak <= np.pi / 2.0
+
+    def test_sdist_holds_what_a_build_needs(self, built):
+        import tarfile
+
+        _, _, sdist = built
+        with tarfile.open(sdist) as archive:
+            names = {n.split("/", 1)[1] for n in archive.getnames() if "/" in n}
+        assert {"pyproject.toml", "README.md", "LICENSE", "models/_piecewise.py", "models/catalogue.csv"} <= names
+
+
+class TestArchitecture:
+    ALLOWED = {
+        "models": {"models"},
+        "motions": {"motions"},
+        "fragility": {"models", "motions", "fragility"},
+        "studies": {"models", "motions", "fragility", "studies"},
+    }
+
+    @pytest.mark.parametrize("room", ROOMS)
+    def test_imports_run_one_way(self, room):
+        for path in (ROOT / room).glob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.ImportFrom) and node.level > 0:
+                    parts = (node.module or "").split(".")
+                    target = room if node.level == 1 else parts[0] or node.names[0].name
+                    names = [n.name for n in node.names] if node.level == 2 and not node.module else [target]
+                    for name in names:
+                        assert name in self.ALLOWED[room] | {"units", "checks"}, f"{path.name} imports {name}"
+                if isinstance(node, ast.Import | ast.ImportFrom) and getattr(node, "level", 0) == 0:
+                    imported = [n.name for n in node.names] if isinstance(node, ast.Import) else [node.module]
+                    assert not any(name.split(".")[0] == "toppling" for name in imported), path.name
+
+    def test_kernels_call_nothing_outside_their_file(self):
+        for room in ROOMS:
+            for path in (ROOT / room).glob("_[!_]*.py"):
+                for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                    assert not (isinstance(node, ast.ImportFrom) and node.level), path.name
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_docstring_examples(name):
+    module = importlib.import_module(name)
+    found = doctest.testmod(module, optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+    assert found.failed == 0
+
+
+def test_readme_example(tmp_path, monkeypatch):
+    """The Python in the README runs as printed."""
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert blocks
+    monkeypatch.chdir(tmp_path)
+    for code in blocks:
+        exec(compile(code, "README.md", "exec"), {})
+
+
+def test_public_names():
+    """The contract: these names, and no other, at the top."""
+    for name in tp.__all__:
+        assert getattr(tp, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = tp.nothing
+
+
+def test_without_the_compiler():
+    """NUMBA_DISABLE_JIT=1 gives the same runs from plain Python."""
+    code = (
+        "import json, sys\n"
+        f"sys.path.insert(0, {str(ROOT / 'tests')!r})\n"
+        "import numpy as np, toppling as tp\n"
+        "from shared_cases import LAWS, shake\n"
+        "from toppling.models.runs import run_many, trace\n"
+        "block = tp.Block.from_slenderness(0.2, 0.5)\n"
+        "record = 3.0 * shake(np.random.default_rng(9), n=300, dt=0.02)\n"
+        "runs = [trace(law.oscillator(block), record, 0.02).results.tolist()[:4] for law in LAWS]\n"
+        "runs += [run_many([law.oscillator(block)], np.array([[0.5, 1.5]]), record, 0.02)[0, 1].tolist()[:4]"
+        " for law in LAWS]\n"
+        "print(json.dumps(runs))\n"
+    )
+    plain = np.array(json.loads(run([sys.executable, "-c", code], ROOT, NUMBA_DISABLE_JIT="1")))
+    block = tp.Block.from_slenderness(0.2, 0.5)
+    record = 3.0 * shake(np.random.default_rng(9), n=300, dt=0.02)
+    compiled = np.array([trace(law.oscillator(block), record, 0.02).results[:4] for law in LAWS])
+    np.testing.assert_array_equal(plain[: len(LAWS), [0, 2, 3]], compiled[:, [0, 2, 3]])
+    np.testing.assert_allclose(plain[: len(LAWS), 1], compiled[:, 1], rtol=1e-10)
+    assert len(plain) == 2 * len(LAWS)
