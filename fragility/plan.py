@@ -17,8 +17,10 @@ from ..models.oscillator import Oscillator
 from ..models.runs import OUTPUTS, run_many
 from ..motions.arrays import Record
 
-# Planning figure, not a measurement: the order of one sample of one run on a present core.
+# Planning figures, not measurements: the order of one sample of one run on a present core, closed form and exact
+# geometry.
 SECONDS_PER_SAMPLE = 2e-8
+SECONDS_PER_EXACT_SAMPLE = 1e-7
 CHUNK_SECONDS = 1.0
 
 
@@ -46,11 +48,12 @@ def plan_chunks(
     seconds: float = CHUNK_SECONDS,
 ) -> list[Chunk]:
     """Chunks of about `seconds` each, in the order of the motions; factors (level, motion)."""
-    per_motion = SECONDS_PER_SAMPLE * len(oscillators) * factors.shape[0]
+    per_level = sum(SECONDS_PER_EXACT_SAMPLE if one.exact else SECONDS_PER_SAMPLE for one in oscillators)
+    per_sample = per_level * factors.shape[0]
     bounds = [0]
     cost = 0.0
     for i, motion in enumerate(motions):
-        cost += per_motion * motion.acceleration.size
+        cost += per_sample * motion.acceleration.size
         if cost >= seconds:
             bounds.append(i + 1)
             cost = 0.0

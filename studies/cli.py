@@ -61,8 +61,8 @@ def run(
     plan = Study.from_toml(study)
     motions = sum(array.sizes["motion"] for array in plan.motions)
     console.print(
-        f"{plan.title}: {len(plan.blocks)} blocks × {len(plan.models)} laws × {motions} motions × "
-        f"{plan.levels.size} levels = {plan.runs:,} runs",
+        f"{plan.title}: {_count(len(plan.blocks), 'block')} × {_count(len(plan.models), 'law')} × "
+        f"{_count(motions, 'motion')} × {_count(plan.levels.size, 'level')} = {_count(plan.runs, 'run')}",
         highlight=False,
         markup=False,
     )
@@ -99,6 +99,10 @@ def show_catalogue() -> None:
         sizes = (f"{block.width:.3f}", f"{block.height:.3f}", f"{block.alpha:.3f}")
         table.add_row(name, *sizes, item.fema_p58 or "", item.quality)
     Console().print(table)
+
+
+def _count(n: int, noun: str) -> str:
+    return f"{n:,} {noun}{'' if n == 1 else 's'}"
 
 
 def fragility_table(results: xr.Dataset) -> Table:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import toppling as tp
+from reference import integrate
 from scipy.optimize import brentq
 from scipy.stats import binom
 from thresholds import boundary, overturns
@@ -223,3 +224,20 @@ class TestYimChopraPenzien:
             # the curves must rise from nearly nothing to nearly everything, or the intervals would hold anything
             assert probabilities[0] < 0.3
             assert probabilities[-1] > 0.65
+
+    def test_runs_are_those_of_an_independent_integration(self):
+        """Twenty motions have little power, so the exact-geometry runs themselves are held to tests/reference.py."""
+        generator = KanaiTajimi(omega_g=5.0 * math.pi, xi_g=0.6, duration=30.0, dt=0.02, baseline="parabolic")
+        motions = scale_to_mean(generator.sample(500, seed=1980), 0.45 * G).isel(motion=slice(0, 40))
+        block = tp.Block.from_slenderness(0.2, 3.048)
+        ours = tp.ida(block, tp.HousnerImpact(), motions, [1.0], im="scale")
+        for i, record in enumerate(motions.values):
+            arguments = {"alpha": block.alpha, "R": block.R, "e": block.restitution, "geometry": "exact", "dt": 0.02}
+            truth, *twins = (
+                integrate("housner", acceleration=record * (1.0 + s), **arguments) for s in (0.0, 1e-13, -1e-13)
+            )
+            change = max(abs(twin.peak - truth.peak) for twin in twins)
+            found = ours.isel(motion=i, level=0, block=0, model=0)
+            assert abs(float(found.peak_rotation) - truth.peak) <= max(1e-9 * truth.peak, 100.0 * change)
+            assert bool(found.overturned) == truth.overturned
+        assert 0.1 < float(ours.overturned.mean()) < 0.9
