@@ -71,10 +71,34 @@ OUT_OVERTURNED, OUT_PEAK, OUT_UPLIFTED, OUT_IMPACTS, OUT_OVERTURN_TIME = range(5
 OUT_COLUMNS = 5
 
 # Rows of a history.
-HISTORY_THETA, HISTORY_OMEGA, HISTORY_REGION, HISTORY_DAMPING = range(4)
-HISTORY_ROWS = 4
+HISTORY_THETA, HISTORY_OMEGA, HISTORY_REGION, HISTORY_DAMPING, HISTORY_PEAK = range(5)
+HISTORY_ROWS = 5
+
+# Runs that go in lockstep over one record, and the rows of their state: two sets of (theta, omega) written in turn.
+LANES = 32
+(
+    ROW_EVEN,
+    _,
+    ROW_ODD,
+    _,
+    ROW_AMPLITUDE,
+    ROW_OFFSET,
+    ROW_STIFFNESS,
+    ROW_DAMPING,
+    ROW_G0,
+    ROW_G1,
+    ROW_G2,
+    ROW_G3,
+    ROW_G2_RISE,
+    ROW_UPPER,
+    ROW_LOWER,
+    ROW_LOOK,
+) = range(16)
+LANE_ROWS = 16
 
 DEGREE = 30
+MOVED, SPEED, ACCELERATION = range(3)
+INVERSE = np.array([0.0, *(1.0 / k for k in range(1, DEGREE + 1))])
 EPSILON = 2.220446049250313e-16
 FLAT = 0.5 * math.pi
 # Beyond this many impacts in one sample a bounce is far below 1e-12 alpha, and the block is put to rest: reached only
@@ -84,72 +108,88 @@ MAX_FREE_PIECES = 100_000
 FREE_STEP = 1e9  # s: longer than any piece
 
 
-@njit(cache=True, nogil=True)
-def _value(y, n, t):
-    """Displacement since the start of the piece, sum y_k t^k for k = 1..n."""
-    s = y[n]
-    for k in range(n - 1, 0, -1):
-        s = s * t + y[k]
-    return s * t
-
-
-@njit(cache=True, nogil=True)
-def _slope(y, n, t, m):
-    """Velocity divided by t^(m-1): sum k y_k t^(k-m) for k = m..n (y_1..y_(m-1) vanish)."""
-    s = n * y[n]
-    for k in range(n - 1, m - 1, -1):
-        s = s * t + k * y[k]
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _eval(poly, row, n, t):
+    """One row of the local solution's Taylor series at t: displacement, velocity or acceleration."""
+    s = poly[row, n]
+    for k in range(n - 1, -1, -1):
+        s = s * t + poly[row, k]
     return s
 
 
-@njit(cache=True, nogil=True)
-def _curvature(y, n, t):
-    """Acceleration, sum k (k-1) y_k t^(k-2)."""
-    s = n * (n - 1) * y[n]
-    for k in range(n - 1, 1, -1):
-        s = s * t + k * (k - 1) * y[k]
-    return s
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _local(poly, n, t):
+    """Displacement since the start, velocity and acceleration: three independent chains of one Horner pass."""
+    value = poly[MOVED, n]
+    slope = poly[SPEED, n]
+    curvature = poly[ACCELERATION, n]
+    for k in range(n - 1, -1, -1):
+        value = value * t + poly[MOVED, k]
+        slope = slope * t + poly[SPEED, k]
+        curvature = curvature * t + poly[ACCELERATION, k]
+    return value, slope, curvature
 
 
-@njit(cache=True, nogil=True)
-def _linear_series(y, acceleration, omega, c, stiffness, slope, h):
-    """Fill y with the local solution's Taylor coefficients; return the degree that rounding asks for up to h.
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _rate(stiffness, c):
+    """Bound of the exponents of a linear piece, 1/s: |s| <= c/2 + sqrt(c²/4 + |K|)."""
+    return 0.5 * c + math.sqrt(0.25 * c * c + abs(stiffness))
 
-    y'' + c y' + K y = a0' + slope t about the current state, hence k (k-1) y_k = -c (k-1) y_(k-1) - K y_(k-2).
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _degree(z):
+    """Degree at which the Taylor terms of a linear piece, which fall like z^k/k!, are below rounding (z <= 1/2)."""
+    if z < 0.01:
+        return 6
+    if z < 0.03:
+        return 8
+    if z < 0.08:
+        return 9
+    if z < 0.2:
+        return 11
+    return 15
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _linear_series(poly, acceleration, omega, c, stiffness, slope, n):
+    """Taylor coefficients 0 … n of displacement, velocity and acceleration about the current state.
+
+    a' = slope - c a - K v, hence a_(k+1) (k+1) = -c a_k - K v_k, v_(k+1) (k+1) = a_k, y_(k+1) (k+1) = v_k.
     """
-    y[1] = omega
-    y[2] = 0.5 * acceleration
-    y[3] = (slope - c * acceleration - stiffness * omega) / 6.0
-    power = h * h * h
-    scale = max(abs(omega) * h, abs(y[2]) * h * h, abs(y[3]) * power)
-    before = 1.0
-    for k in range(4, DEGREE + 1):
-        y[k] = -(c * (k - 1) * y[k - 1] + stiffness * y[k - 2]) / (k * (k - 1))
-        power *= h
-        term = k * abs(y[k]) * power
-        if term <= 1e-18 * scale and before <= 1e-18 * scale:
-            return k
-        before = term
-    return DEGREE
+    poly[MOVED, 0] = 0.0
+    poly[MOVED, 1] = omega
+    poly[SPEED, 0] = omega
+    poly[SPEED, 1] = acceleration
+    poly[ACCELERATION, 0] = acceleration
+    v = acceleration
+    a = slope - c * acceleration - stiffness * omega
+    poly[ACCELERATION, 1] = a
+    for k in range(1, n):
+        poly[MOVED, k + 1] = v * INVERSE[k + 1]
+        new = -(c * a + stiffness * v) * INVERSE[k + 1]
+        v = a * INVERSE[k + 1]
+        a = new
+        poly[SPEED, k + 1] = v
+        poly[ACCELERATION, k + 1] = a
 
 
-@njit(cache=True, nogil=True)
-def _exact_series(y, sine, cosine, theta, omega, p2, tilt, force, slope, h):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _exact_series(poly, trig, theta, omega, p2, tilt, force, slope, h):
     """Taylor coefficients of x'' = -p² sin(tilt - x) + (force + slope t) cos(tilt - x)/cos(tilt), and a safe step.
 
     sin and cos of the running angle by their product recurrences.  The step returned (<= h) keeps the neglected terms
     below 1e-17 of the largest kept one and holds at most one zero of the acceleration: proved by a bound on the terms
     of the acceleration, or of the jerk, that follow the first.
     """
-    sine[0] = math.sin(tilt - theta)
-    cosine[0] = math.cos(tilt - theta)
+    trig[0, 0] = math.sin(tilt - theta)
+    trig[1, 0] = math.cos(tilt - theta)
     scale = 1.0 / math.cos(tilt)
-    y[1] = omega
-    a = -p2 * sine[0] + force * cosine[0] * scale
-    if omega == 0.0 and abs(a) <= 2.0 * EPSILON * (p2 * abs(sine[0]) + abs(force * cosine[0] * scale)):
+    trig[2, 1] = omega
+    a = -p2 * trig[0, 0] + force * trig[1, 0] * scale
+    if omega == 0.0 and abs(a) <= 2.0 * EPSILON * (p2 * abs(trig[0, 0]) + abs(force * trig[1, 0] * scale)):
         a = 0.0
-    y[2] = 0.5 * a
-    largest = max(abs(omega) * h, abs(y[2]) * h * h)
+    trig[2, 2] = 0.5 * a
+    largest = max(abs(omega) * h, abs(trig[2, 2]) * h * h)
     power = h * h
     before = 1.0
     n = DEGREE
@@ -157,14 +197,14 @@ def _exact_series(y, sine, cosine, theta, omega, p2, tilt, force, slope, h):
         s = 0.0
         c = 0.0
         for j in range(1, k + 1):
-            s -= j * y[j] * cosine[k - j]
-            c += j * y[j] * sine[k - j]
-        sine[k] = s / k
-        cosine[k] = c / k
-        forced = (force * cosine[k] + slope * cosine[k - 1]) * scale
-        y[k + 2] = (-p2 * sine[k] + forced) / ((k + 2) * (k + 1))
+            s -= j * trig[2, j] * trig[1, k - j]
+            c += j * trig[2, j] * trig[0, k - j]
+        trig[0, k] = s / k
+        trig[1, k] = c / k
+        forced = (force * trig[1, k] + slope * trig[1, k - 1]) * scale
+        trig[2, k + 2] = (-p2 * trig[0, k] + forced) / ((k + 2) * (k + 1))
         power *= h
-        term = (k + 2) * abs(y[k + 2]) * power
+        term = (k + 2) * abs(trig[2, k + 2]) * power
         if k == 1:
             largest = max(largest, term)
         elif term <= 1e-17 * largest and before <= 1e-17 * largest:
@@ -173,64 +213,77 @@ def _exact_series(y, sine, cosine, theta, omega, p2, tilt, force, slope, h):
         before = term
     if n == DEGREE:
         while (
-            n * abs(y[n]) * h**n > 1e-17 * largest or (n - 1) * abs(y[n - 1]) * h ** (n - 1) > 1e-17 * largest
+            n * abs(trig[2, n]) * h**n > 1e-17 * largest or (n - 1) * abs(trig[2, n - 1]) * h ** (n - 1) > 1e-17 * largest
         ) and h > 1e-12:
             h *= 0.7
-            largest = max(abs(omega) * h, abs(y[2]) * h * h, 3.0 * abs(y[3]) * h * h * h)
+            largest = max(abs(omega) * h, abs(trig[2, 2]) * h * h, 3.0 * abs(trig[2, 3]) * h * h * h)
     for _ in range(40):
         of_a = 0.0
         of_jerk = 0.0
         power = h
         for k in range(3, n + 1):
-            term = k * (k - 1) * abs(y[k]) * power
+            term = k * (k - 1) * abs(trig[2, k]) * power
             of_a += term
             if k > 3:
                 of_jerk += (k - 2) * term / h
             power *= h
-        if 2.0 * abs(y[2]) > of_a or 6.0 * abs(y[3]) > of_jerk:
+        if 2.0 * abs(trig[2, 2]) > of_a or 6.0 * abs(trig[2, 3]) > of_jerk:
             break
-        if y[1] == 0.0 and y[2] == 0.0 and y[3] == 0.0:
+        if trig[2, 1] == 0.0 and trig[2, 2] == 0.0 and trig[2, 3] == 0.0:
             break
         h *= 0.5
+    for k in range(n):
+        poly[MOVED, k] = trig[2, k]
+        poly[SPEED, k] = (k + 1) * trig[2, k + 1]
+        poly[ACCELERATION, k] = (k + 2) * (k + 1) * trig[2, k + 2] if k + 2 <= n else 0.0
+    poly[MOVED, 0] = 0.0
+    poly[MOVED, n] = trig[2, n]
+    poly[SPEED, n] = 0.0
+    poly[ACCELERATION, n] = 0.0
     return n, h
 
 
-@njit(cache=True, nogil=True)
-def _root_of_slope(y, n, m, left, right):
-    """The zero of the velocity in (left, right), where it changes sign once."""
-    start = _slope(y, n, left, m)
-    t = right
-    end = _slope(y, n, right, m)
-    if end != start:
-        t = left + (right - left) * start / (start - end)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _root(poly, row, n, m, right):
+    """The zero in (0, right) of a row of the series over t^m (its first m coefficients vanish); it changes sign once."""
+    left = 0.0
+    start = poly[row, m]
+    end = _eval(poly, row, n, right)
+    for _ in range(m):
+        end /= right
+    t = right * start / (start - end)
     for _ in range(100):
-        f = _slope(y, n, t, m)
-        if f == 0.0:
-            return t
+        f = poly[row, n]
+        d = 0.0
+        for k in range(n - 1, m - 1, -1):
+            d = d * t + f
+            f = f * t + poly[row, k]
         if (f > 0.0) == (start > 0.0):
             left = t
         else:
             right = t
-        # d/dt of velocity / t^(m-1); the last factor keeps it exact for every m
-        d = 0.0
-        for k in range(n, m, -1):
-            d = d * t + k * (k - m) * y[k]
-        new = t - f / d if d != 0.0 else left
+        step = -f / d if d != 0.0 else -2.0 * t
+        new = t + step
+        if abs(step) <= 4e-16 * t:
+            return t
         if not (left < new < right):
             new = 0.5 * (left + right)
-        if abs(new - t) <= 2e-16 * abs(t) or new in (left, right):
+            if new in (left, right):
+                return new
+        elif abs(step) <= 1e-9 * t:
             return new
         t = new
     return t
 
 
-@njit(cache=True, nogil=True)
-def _root_of_curvature(y, n, left, right):
-    """The zero of the acceleration in (left, right), where it changes sign once."""
-    start = _curvature(y, n, left)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _root_of_curvature(poly, n, right):
+    """The zero of the acceleration in (0, right), where it changes sign once."""
+    left = 0.0
+    start = poly[ACCELERATION, 0]
     for _ in range(60):
         t = 0.5 * (left + right)
-        f = _curvature(y, n, t)
+        f = _eval(poly, ACCELERATION, n, t)
         if f == 0.0:
             return t
         if (f > 0.0) == (start > 0.0):
@@ -242,70 +295,97 @@ def _root_of_curvature(y, n, left, right):
     return 0.5 * (left + right)
 
 
-@njit(cache=True, nogil=True)
-def _root_of_value(y, n, gap, right):
-    """The time in (0, right] at which the displacement reaches gap; it is monotone there."""
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _root_of_value(poly, n, gap, right, guess):
+    """The time in (0, right] at which the displacement reaches gap, and the velocity there; it is monotone till then.
+
+    Chebyshev's third-order step inside a bracket; two evaluations from a good guess.
+    """
     left = 0.0
-    discriminant = y[1] * y[1] + 4.0 * y[2] * gap
-    t = 0.5 * right
-    if discriminant >= 0.0:
-        root = math.sqrt(discriminant)
-        denominator = y[1] + root if gap > 0.0 else y[1] - root
-        if denominator != 0.0:
-            guess = 2.0 * gap / denominator
-            if 0.0 < guess < right:
-                t = guess
+    sign = 1.0 if gap > 0.0 else -1.0
+    t = guess if 0.0 < guess < right else 0.5 * right
+    velocity = 0.0
     for _ in range(100):
-        f = _value(y, n, t) - gap
-        if f == 0.0:
-            return t
-        if (f > 0.0) == (gap > 0.0):
+        value, velocity, curvature = _local(poly, n, t)
+        f = value - gap
+        if f * sign > 0.0:
             right = t
         else:
             left = t
-        d = _slope(y, n, t, 1)
-        new = t - f / d if d != 0.0 else left
-        if not (left < new < right):
+        step = -f / velocity if velocity != 0.0 else -2.0 * t
+        bend = 0.5 * curvature / velocity * step if velocity != 0.0 else 0.0
+        new = t + step * (1.0 - bend)
+        if abs(step) <= 4e-16 * t:
+            return t, velocity
+        if not (left < new < right) or abs(bend) > 0.25:
             new = 0.5 * (left + right)
-        if abs(new - t) <= 2e-16 * abs(t) or new in (left, right):
-            return new
+            if new in (left, right):
+                return t, velocity
+        elif abs(step) <= 1e-8 * t:
+            return new, velocity + curvature * step
         t = new
-    return t
+    return t, velocity
 
 
 NO_EVENT, TURN, AT_LOWER, AT_UPPER = range(4)
 
 
-@njit(cache=True, nogil=True)
-def _first_event(y, n, h, theta, lower, upper):
-    """Kind and time of the first event in (0, h] of a piece whose acceleration has at most one zero."""
-    m = 1
-    while m < 4 and y[m] == 0.0:
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _first_event(poly, n, h, theta, lower, upper, hop):
+    """Kind and time of the first event in (0, h] of a piece, the displacement and the velocity then.
+
+    The acceleration has at most one zero in the piece, so the signs of velocity and acceleration at both ends decide.
+    A bounce from an edge and back to it that stays below `hop` is solved in one, without its turn.
+    """
+    m = 0
+    while m < 3 and poly[SPEED, m] == 0.0:
         m += 1
-    if m == 4:
-        return NO_EVENT, h  # an equilibrium under constant forcing
-    direction = 1.0 if y[m] > 0.0 else -1.0
-    turn = -1.0
-    final = _slope(y, n, h, 1) * direction
-    if final < 0.0:
-        turn = _root_of_slope(y, n, m, 0.0, h)
-    elif m == 1 and y[2] * direction < 0.0 and _curvature(y, n, h) * direction > 0.0:
-        # The velocity dips towards zero and recovers: look at its extremum.
-        lowest = _root_of_curvature(y, n, 0.0, h)
-        if _slope(y, n, lowest, 1) * direction < 0.0:
-            turn = _root_of_slope(y, n, 1, 0.0, lowest)
-    end = turn if turn >= 0.0 else h
+    if m == 3:
+        return NO_EVENT, h, 0.0, 0.0  # an equilibrium under constant forcing
+    omega = poly[SPEED, 0]
+    start = poly[ACCELERATION, 0]
+    direction = 1.0 if poly[SPEED, m] > 0.0 else -1.0
     gap = upper - theta if direction > 0.0 else lower - theta
+    edge = AT_UPPER if direction > 0.0 else AT_LOWER
     if gap * direction <= 0.0:
-        return (AT_UPPER if direction > 0.0 else AT_LOWER), 0.0
-    if _value(y, n, end) * direction >= gap * direction:
-        return (AT_UPPER if direction > 0.0 else AT_LOWER), _root_of_value(y, n, gap, end)
+        return edge, 0.0, 0.0, omega
+    moved, final, acceleration = _local(poly, n, h)
+    turn = -1.0
+    if final * direction < 0.0:
+        behind = lower if direction > 0.0 else upper
+        if theta == behind and moved * direction < 0.0 and m == 0:
+            reach = (abs(omega) + 1.2 * h * max(abs(start), abs(acceleration))) * h
+            if reach <= hop and reach < gap * direction:
+                t = _root(poly, MOVED, n, 1, h)
+                return (AT_LOWER if direction > 0.0 else AT_UPPER), t, 0.0, _eval(poly, SPEED, n, t)
+        turn = _root(poly, SPEED, n, m, h)
+    elif m == 0 and start * direction < 0.0 and acceleration * direction > 0.0:
+        # The velocity dips towards zero and recovers: look at its extremum.
+        lowest = _root_of_curvature(poly, n, h)
+        if _eval(poly, SPEED, n, lowest) * direction < 0.0:
+            turn = _root(poly, SPEED, n, 0, lowest)
+    end = h
     if turn >= 0.0:
-        return TURN, turn
-    return NO_EVENT, h
+        end = turn
+        moved = _eval(poly, MOVED, n, turn)
+    if moved * direction >= gap * direction:
+        # from the parabola through the start; from the chord's end where that has no root
+        discriminant = omega * omega + 2.0 * start * gap
+        guess = -1.0
+        if discriminant > 0.0:
+            guess = 2.0 * gap / (omega + direction * math.sqrt(discriminant))
+            # and the cubic term by one more step
+            speed = omega + start * guess
+            if speed * direction > 0.0:
+                guess -= poly[MOVED, 3] * guess * guess * guess / speed
+        t, velocity = _root_of_value(poly, n, gap, end, guess)
+        return edge, t, gap, velocity
+    if turn >= 0.0:
+        return TURN, turn, moved, 0.0
+    return NO_EVENT, h, moved, final
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
 def _crossing(zeta, speed):
     """Squared speed at +1 of z'' + 2 zeta z' + z = 0 from -1 with `speed`; minus the potential it lacks if it turns."""
     gap = 1.0 - zeta * zeta
@@ -355,7 +435,7 @@ def _crossing(zeta, speed):
     return v * v
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def energy_consistent_zeta(speed, exit_speed):
     """Damping ratio with which a crossing from -1 at `speed` leaves +1 at `exit_speed` (unit frequency, unforced).
 
@@ -403,44 +483,44 @@ def energy_consistent_zeta(speed, exit_speed):
     return zeta
 
 
-@njit(cache=True, nogil=True)
-def _potential(table, region, exact, theta):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _potential(tables, o, region, exact, theta):
     """Potential energy per unit inertia at theta, as continued from `region`."""
-    stiffness = table[region, REGION_STIFFNESS]
-    offset = table[region, REGION_OFFSET]
+    stiffness = tables[o, region, REGION_STIFFNESS]
+    offset = tables[o, region, REGION_OFFSET]
     if exact:
         tilt = offset / stiffness
-        return -stiffness * (math.cos(tilt - theta) - math.cos(tilt)) + table[region, REGION_POTENTIAL]
-    return (0.5 * stiffness * theta - offset) * theta + table[region, REGION_POTENTIAL]
+        return -stiffness * (math.cos(tilt - theta) - math.cos(tilt)) + tables[o, region, REGION_POTENTIAL]
+    return (0.5 * stiffness * theta - offset) * theta + tables[o, region, REGION_POTENTIAL]
 
 
-@njit(cache=True, nogil=True)
-def _held_damping(table, par, zone, omega):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _held_damping(tables, parameters, o, zone, omega):
     """Damping of the zone from this inward crossing to the next, by the oscillator's rule (per unit inertia, 1/s)."""
-    rule = int(par[PAR_RULE])
+    rule = int(parameters[o, PAR_RULE])
     speed = abs(omega)
     if rule == RULE_ENTRY_SPEED:
-        return par[PAR_COEFFICIENT] * speed
+        return parameters[o, PAR_COEFFICIENT] * speed
     if rule == RULE_ENERGY:
-        e = par[PAR_RESTITUTION]
+        e = parameters[o, PAR_RESTITUTION]
         if e == 1.0:
             return 0.0
-        half = 0.5 * (table[zone, REGION_UPPER] - table[zone, REGION_LOWER])
-        frequency = math.sqrt(table[zone, REGION_STIFFNESS])
+        half = 0.5 * (tables[o, zone, REGION_UPPER] - tables[o, zone, REGION_LOWER])
+        frequency = math.sqrt(tables[o, zone, REGION_STIFFNESS])
         unit = 1.0 / (half * frequency)
         # PAR_COEFFICIENT: potential at the zone's edge, so that exit² = e² entry² - 2 (1 - e²) U
-        squared = e * e * speed * speed - 2.0 * (1.0 - e * e) * par[PAR_COEFFICIENT]
+        squared = e * e * speed * speed - 2.0 * (1.0 - e * e) * parameters[o, PAR_COEFFICIENT]
         if squared > 0.0:
             return 2.0 * frequency * energy_consistent_zeta(speed * unit, math.sqrt(squared) * unit)
         # It just stops at the far edge.  A hair more damping turns it inside: on the edge itself rounding would decide
         # whether another crossing, with another damping, follows.
         zeta = energy_consistent_zeta(speed * unit, 0.0)
         return 2.0 * frequency * (zeta * (1.0 + 1e-13) + 1e-13)
-    return table[zone, REGION_DAMPING]
+    return tables[o, zone, REGION_DAMPING]
 
 
-@njit(cache=True, nogil=True)
-def _settles(par, omega, stiffness, force, slope, left, peak):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _settles(parameters, o, omega, stiffness, force, slope, left, peak):
     """Whether all later bounces provably end before the sample does, or before its forcing reaches the threshold.
 
     With a_min the least deceleration over a horizon, the bounces that follow take 2|omega|/((1 - e) a_min) in all and
@@ -449,29 +529,29 @@ def _settles(par, omega, stiffness, force, slope, left, peak):
     """
     if omega == 0.0:
         return True
-    e = par[PAR_RESTITUTION]
+    e = parameters[o, PAR_RESTITUTION]
     if e >= 1.0:
         return False
     horizon = min(left, 0.5 / math.sqrt(-stiffness))
     end = force + slope * horizon
     # Where the threshold is exceeded later in this sample, half the time until then is the horizon.
-    if end > par[PAR_UPLIFT_RIGHT] and slope > 0.0:
-        horizon = 0.5 * (par[PAR_UPLIFT_RIGHT] - force) / slope
-    elif end < -par[PAR_UPLIFT_LEFT] and slope < 0.0:
-        horizon = 0.5 * (-par[PAR_UPLIFT_LEFT] - force) / slope
+    if end > parameters[o, PAR_UPLIFT_RIGHT] and slope > 0.0:
+        horizon = 0.5 * (parameters[o, PAR_UPLIFT_RIGHT] - force) / slope
+    elif end < -parameters[o, PAR_UPLIFT_LEFT] and slope < 0.0:
+        horizon = 0.5 * (-parameters[o, PAR_UPLIFT_LEFT] - force) / slope
     end = force + slope * horizon
-    a_min = 0.9 * min(par[PAR_UPLIFT_RIGHT] - max(force, end), par[PAR_UPLIFT_LEFT] + min(force, end))
+    a_min = 0.9 * min(parameters[o, PAR_UPLIFT_RIGHT] - max(force, end), parameters[o, PAR_UPLIFT_LEFT] + min(force, end))
     return a_min > 0.0 and 2.0 * abs(omega) <= (1.0 - e) * a_min * horizon and omega * omega <= 2.0 * a_min * peak
 
 
-@njit(cache=True, nogil=True)
-def _uplift(par, x, k, force, slope, left):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _uplift(parameters, o, x, k, force, slope, left):
     """From rest: the time until the forcing exceeds the threshold (left if it does not) and the forcing there.
 
     Forcing that is at the threshold to rounding lifts the block only if it grows.
     """
-    right = par[PAR_UPLIFT_RIGHT]
-    leftward = -par[PAR_UPLIFT_LEFT]
+    right = parameters[o, PAR_UPLIFT_RIGHT]
+    leftward = -parameters[o, PAR_UPLIFT_LEFT]
     end = force + slope * left
     t = 0.0
     if force > right * (1.0 + 4.0 * EPSILON) or force < leftward * (1.0 + 4.0 * EPSILON):
@@ -484,15 +564,15 @@ def _uplift(par, x, k, force, slope, left):
         force = leftward
     else:
         return left, force
-    k[NOW] = int(par[PAR_REST_RIGHT]) if force > 0.0 else int(par[PAR_REST_LEFT])
+    k[NOW] = int(parameters[o, PAR_REST_RIGHT]) if force > 0.0 else int(parameters[o, PAR_REST_LEFT])
     k[UPLIFTED] = 1
     x[THETA] = 0.0
     x[OMEGA] = 0.0
     return min(t, left), force
 
 
-@njit(cache=True, nogil=True)
-def _record_turn(x, k, table, links, exact, region, time, turning_points):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _record_turn(x, k, tables, links, o, exact, region, time, turning_points):
     """A turning point: the peak, the list of peaks, and the region that takes over where one does."""
     theta = x[THETA]
     x[PEAK] = max(x[PEAK], abs(theta))
@@ -500,28 +580,28 @@ def _record_turn(x, k, table, links, exact, region, time, turning_points):
         turning_points[0, k[TURNS]] = time
         turning_points[1, k[TURNS]] = theta
     k[TURNS] += 1
-    target = links[region, LINK_TURN_RIGHT] if theta >= 0.0 else links[region, LINK_TURN_LEFT]
+    target = links[o, region, LINK_TURN_RIGHT] if theta >= 0.0 else links[o, region, LINK_TURN_LEFT]
     if target != NO_REGION:
         # Same energy on the branch that takes over: U(theta') = U(theta), the root next to zero.
-        energy = _potential(table, region, exact, theta) - table[target, REGION_POTENTIAL]
-        stiffness = table[target, REGION_STIFFNESS]
-        offset = table[target, REGION_OFFSET]
+        energy = _potential(tables, o, region, exact, theta) - tables[o, target, REGION_POTENTIAL]
+        stiffness = tables[o, target, REGION_STIFFNESS]
+        offset = tables[o, target, REGION_OFFSET]
         root = math.sqrt(max(0.0, offset * offset + 2.0 * stiffness * energy))
         x[THETA] = -2.0 * energy / (offset + (root if offset > 0.0 else -root))
         k[NOW] = target
 
 
-@njit(cache=True, nogil=True)
-def _at_edge(x, k, table, links, par, region, upper, force, slope, left, time):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _at_edge(x, k, tables, links, parameters, o, region, upper, force, slope, left, time):
     """What happens where the rotation reaches an edge of its region."""
     if upper:
-        action = links[region, LINK_UPPER_ACTION]
-        target = links[region, LINK_UPPER_TARGET]
-        other = links[region, LINK_UPPER_OTHER]
+        action = links[o, region, LINK_UPPER_ACTION]
+        target = links[o, region, LINK_UPPER_TARGET]
+        other = links[o, region, LINK_UPPER_OTHER]
     else:
-        action = links[region, LINK_LOWER_ACTION]
-        target = links[region, LINK_LOWER_TARGET]
-        other = links[region, LINK_LOWER_OTHER]
+        action = links[o, region, LINK_LOWER_ACTION]
+        target = links[o, region, LINK_LOWER_TARGET]
+        other = links[o, region, LINK_LOWER_OTHER]
     if action == OVERTURN:
         k[OVERTURNED] = 1
         x[PEAK] = FLAT
@@ -533,107 +613,108 @@ def _at_edge(x, k, table, links, par, region, upper, force, slope, left, time):
     elif action == ENTER:
         if other != NO_REGION:
             # Too slow for an impact with e to carry it through the zone: it stays on the rigid branch.
-            e = par[PAR_RESTITUTION]
-            potential = _potential(table, region, False, x[THETA])
+            e = parameters[o, PAR_RESTITUTION]
+            potential = _potential(tables, o, region, False, x[THETA])
             if e * e * (0.5 * x[OMEGA] * x[OMEGA] + potential) <= potential:
                 k[NOW] = other
                 return
         k[IMPACTS] += 1
-        x[HELD] = _held_damping(table, par, target, x[OMEGA])
+        x[HELD] = _held_damping(tables, parameters, o, target, x[OMEGA])
     else:
         k[IMPACTS] += 1
-        x[OMEGA] *= par[PAR_RESTITUTION]
-        stiffness = table[region, REGION_STIFFNESS]
-        if k[FREE] == 0 and _settles(par, x[OMEGA], stiffness, force, slope, left, x[PEAK]):
+        x[OMEGA] *= parameters[o, PAR_RESTITUTION]
+        stiffness = tables[o, region, REGION_STIFFNESS]
+        if k[FREE] == 0 and _settles(parameters, o, x[OMEGA], stiffness, force, slope, left, x[PEAK]):
             x[OMEGA] = 0.0
             k[NOW] = REST
 
 
-@njit(cache=True, nogil=True)
-def _piece(x, k, table, links, par, force, slope, left, time, work, turning_points):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _piece(x, k, tables, links, parameters, o, force, slope, left, time, poly, trig, turning_points):
     """One piece: from the state to its first event, or to the end of the step; the time it took."""
     waited = 0.0
     if k[NOW] == REST:
-        waited, force = _uplift(par, x, k, force, slope, left)
+        waited, force = _uplift(parameters, o, x, k, force, slope, left)
         if k[NOW] == REST:
             return left
         left -= waited
     region = k[NOW]
     theta = x[THETA]
     omega = x[OMEGA]
-    stiffness = table[region, REGION_STIFFNESS]
-    offset = table[region, REGION_OFFSET]
-    y = work[0]
-    exact = par[PAR_EXACT] != 0.0
+    stiffness = tables[o, region, REGION_STIFFNESS]
+    offset = tables[o, region, REGION_OFFSET]
+    exact = parameters[o, PAR_EXACT] != 0.0
     if exact:
         h = min(left, 0.5 / math.sqrt(-stiffness))
-        n, h = _exact_series(y, work[1], work[2], theta, omega, -stiffness, offset / stiffness, force, slope, h)
+        n, h = _exact_series(poly, trig, theta, omega, -stiffness, offset / stiffness, force, slope, h)
     else:
-        c = x[HELD] if links[region, LINK_HELD] else table[region, REGION_DAMPING]
-        h = min(left, 0.5 / max(math.sqrt(abs(stiffness)), c))
+        c = x[HELD] if links[o, region, LINK_HELD] else tables[o, region, REGION_DAMPING]
+        rate = _rate(stiffness, c)
+        h = left if rate * left <= 0.5 else 0.5 / rate
         a = force + offset - stiffness * theta
         if omega == 0.0 and abs(a) <= 2.0 * EPSILON * (abs(force) + abs(offset) + abs(stiffness * theta)):
             a = 0.0  # the sign of what is left is rounding; the slope of the forcing decides
-        n = _linear_series(y, a - c * omega, omega, c, stiffness, slope, h)
-    kind, t = _first_event(y, n, h, theta, table[region, REGION_LOWER], table[region, REGION_UPPER])
+        n = _degree(rate * h)
+        _linear_series(poly, a - c * omega, omega, c, stiffness, slope, n)
+    hop = x[PEAK] - abs(theta) if k[FREE] == 0 and turning_points.shape[1] == 0 else -1.0
+    kind, t, moved, velocity = _first_event(
+        poly, n, h, theta, tables[o, region, REGION_LOWER], tables[o, region, REGION_UPPER], hop
+    )
     if kind == NO_EVENT:
-        x[THETA] = theta + _value(y, n, t)
-        x[OMEGA] = _slope(y, n, t, 1)
-        if h == left:
-            return waited + left
-        return waited + t
+        x[THETA] = theta + moved
+        x[OMEGA] = velocity
+        return waited + (left if h == left else t)
     now = time + waited + t
     if kind == TURN:
-        x[THETA] = theta + _value(y, n, t)
+        x[THETA] = theta + moved
         x[OMEGA] = 0.0
-        _record_turn(x, k, table, links, exact, region, now, turning_points)
+        _record_turn(x, k, tables, links, o, exact, region, now, turning_points)
         return waited + t
-    speed = _slope(y, n, t, 1)
     upper = kind == AT_UPPER
-    x[THETA] = table[region, REGION_UPPER] if upper else table[region, REGION_LOWER]
-    x[OMEGA] = max(speed, 0.0) if upper else min(speed, 0.0)
-    _at_edge(x, k, table, links, par, region, upper, force + slope * t, slope, left - t, now)
+    x[THETA] = tables[o, region, REGION_UPPER] if upper else tables[o, region, REGION_LOWER]
+    x[OMEGA] = max(velocity, 0.0) if upper else min(velocity, 0.0)
+    _at_edge(x, k, tables, links, parameters, o, region, upper, force + slope * t, slope, left - t, now)
     return waited + t
 
 
-@njit(cache=True, nogil=True)
-def _sample(x, k, table, links, par, force, slope, dt, time, work, turning_points):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _sample(x, k, tables, links, parameters, o, force, slope, dt, time, poly, trig, turning_points):
     """One sample, cut at its events."""
     t = 0.0
     impacts = k[IMPACTS]
     while t < dt and k[OVERTURNED] == 0:
-        t += _piece(x, k, table, links, par, force + slope * t, slope, dt - t, time + t, work, turning_points)
-        if k[IMPACTS] - impacts > MAX_IMPACTS_PER_SAMPLE and int(par[PAR_START]) == REST:
+        t += _piece(x, k, tables, links, parameters, o, force + slope * t, slope, dt - t, time + t, poly, trig, turning_points)
+        if k[IMPACTS] - impacts > MAX_IMPACTS_PER_SAMPLE and int(parameters[o, PAR_START]) == REST:
             x[THETA] = 0.0
             x[OMEGA] = 0.0
             k[NOW] = REST
             impacts = k[IMPACTS]
 
 
-@njit(cache=True, nogil=True)
-def _saddle_passed(x, k, table, links, par):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _saddle_passed(x, k, tables, links, parameters, o):
     """Whether the unforced block is beyond the saddle of its region, or sure to pass it.
 
     Along the saddle's stable direction a damped branch decays with c/2 + sqrt(c²/4 + |K|), so
     omega + rate (|x| - saddle) > 0 never comes back; on the exact branch omega + 2 p sin((|x| - alpha)/2) > 0.
     """
     region = k[NOW]
-    stiffness = table[region, REGION_STIFFNESS]
+    stiffness = tables[o, region, REGION_STIFFNESS]
     if stiffness >= 0.0:
         return False
-    saddle = table[region, REGION_OFFSET] / stiffness
+    saddle = tables[o, region, REGION_OFFSET] / stiffness
     side = 1.0 if saddle > 0.0 else -1.0
     beyond = side * (x[THETA] - saddle)
-    if par[PAR_EXACT] != 0.0:
+    if parameters[o, PAR_EXACT] != 0.0:
         return side * x[OMEGA] + 2.0 * math.sqrt(-stiffness) * math.sin(0.5 * beyond) > 0.0
-    half = 0.5 * table[region, REGION_DAMPING]
-    if links[region, LINK_HELD]:
+    half = 0.5 * tables[o, region, REGION_DAMPING]
+    if links[o, region, LINK_HELD]:
         half = 0.5 * x[HELD]
     return side * x[OMEGA] + (half + math.sqrt(half * half - stiffness)) * beyond > 0.0
 
 
-@njit(cache=True, nogil=True)
-def _free(x, k, table, links, par, time, work, turning_points):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _free(x, k, tables, links, parameters, o, time, poly, trig, turning_points):
     """After the record: on until overturned, at rest, or sure never to exceed the peak again.
 
     Free motion loses energy, so two turning points in a row (one a side) bound all that follow; inside a zone with a
@@ -647,18 +728,18 @@ def _free(x, k, table, links, par, time, work, turning_points):
         if k[OVERTURNED] != 0 or k[NOW] == REST or k[TURNS] - turns >= 2:
             break
         region = k[NOW]
-        stiffness = table[region, REGION_STIFFNESS]
+        stiffness = tables[o, region, REGION_STIFFNESS]
         if not passed:
-            passed = _saddle_passed(x, k, table, links, par)
+            passed = _saddle_passed(x, k, tables, links, parameters, o)
         if stiffness > 0.0:
-            centre = table[region, REGION_OFFSET] / stiffness
+            centre = tables[o, region, REGION_OFFSET] / stiffness
             reach = math.sqrt((x[THETA] - centre) ** 2 + x[OMEGA] ** 2 / stiffness)
-            inside = min(table[region, REGION_UPPER] - centre, centre - table[region, REGION_LOWER])
+            inside = min(tables[o, region, REGION_UPPER] - centre, centre - tables[o, region, REGION_LOWER])
             if reach < inside and reach + abs(centre) <= x[PEAK]:
                 break
-        if x[OMEGA] == 0.0 and x[THETA] == table[region, REGION_OFFSET] / stiffness:
+        if x[OMEGA] == 0.0 and x[THETA] == tables[o, region, REGION_OFFSET] / stiffness:
             break
-        time += _piece(x, k, table, links, par, 0.0, 0.0, FREE_STEP, time, work, turning_points)
+        time += _piece(x, k, tables, links, parameters, o, 0.0, 0.0, FREE_STEP, time, poly, trig, turning_points)
         if passed and k[NOW] != region:
             break  # rounding on the separatrix itself: the proof stands
     k[IMPACTS] = impacts  # counted during the record only
@@ -668,8 +749,8 @@ def _free(x, k, table, links, par, time, work, turning_points):
         x[OVERTURN_TIME] = time
 
 
-@njit(cache=True, nogil=True)
-def _propagator(row, stiffness, c, h):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _propagator(stiffness, c, h):
     """The step's transition: impulse response, its slope, its first and second integrals, as series about the state.
 
     With y'' + c y' + K y = a + s t, y(h) = omega g1 + a g2 + s g3 and y'(h) = omega (1 + g0) + a g1 + s g2: increments,
@@ -682,154 +763,245 @@ def _propagator(row, stiffness, c, h):
     g1 = h
     g2 = 0.5 * h * h
     g3 = h * h * h / 6.0
-    for k in range(2, 40):
-        new = -(c * (k - 1) * b + stiffness * before) / (k * (k - 1))
+    for k in range(2, _degree(h * _rate(stiffness, c)) + 5):
+        new = -(c * b + stiffness * before * INVERSE[k - 1]) * INVERSE[k]
         before = b
         b = new
         power *= h
         g0 += k * b * power
         g1 += b * power * h
-        g2 += b * power * h * h / (k + 1)
-        g3 += b * power * h * h * h / ((k + 1) * (k + 2))
-        if k * (abs(b) + abs(before) * h) * power < 1e-19:
-            break
-    row[0] = g0
-    row[1] = g1
-    row[2] = g2
-    row[3] = g3 / h
-    row[4] = g2 / h
+        g2 += b * power * h * h * INVERSE[k + 1]
+        g3 += b * power * h * h * h * (INVERSE[k + 1] * INVERSE[k + 2])
+    return g0, g1, g2, g3 / h, g2 / h
 
 
-@njit(cache=True, nogil=True)
-def _shake(x, k, table, links, par, step, record, factor, dt, first, work, turning_points, history):
-    """All samples from `first` on.  step: a propagator per region, valid where its last column is 1."""
-    n = record.shape[0]
-    store = history.shape[1] == n
-    all_turns = turning_points.shape[1] > 0
-    amplitude = -par[PAR_GAIN] * factor
-    linear = par[PAR_EXACT] == 0.0
-    for i in range(first, n):
-        if store:
-            region = k[NOW]
-            history[HISTORY_THETA, i] = x[THETA]
-            history[HISTORY_OMEGA, i] = x[OMEGA]
-            history[HISTORY_REGION, i] = region
-            history[HISTORY_DAMPING, i] = 0.0
-            if region != REST:
-                held = links[region, LINK_HELD] != 0
-                history[HISTORY_DAMPING, i] = x[HELD] if held else table[region, REGION_DAMPING]
-        if i == n - 1:
-            break
-        force = amplitude * record[i]
-        end = amplitude * record[i + 1]
-        region = k[NOW]
-        if region == REST:
-            if max(force, end) <= par[PAR_UPLIFT_RIGHT] and min(force, end) >= -par[PAR_UPLIFT_LEFT]:
-                continue
-        elif linear:
-            c = table[region, REGION_DAMPING]
-            if links[region, LINK_HELD]:
-                c = x[HELD]
-                if c != step[region, 5]:
-                    step[region, 5] = c
-                    fits = dt * max(math.sqrt(abs(table[region, REGION_STIFFNESS])), c) <= 0.5
-                    step[region, 6] = 1.0 if fits else 0.0
-                    if fits:
-                        _propagator(step[region], table[region, REGION_STIFFNESS], c, dt)
-            if step[region, 6] == 1.0:
-                theta = x[THETA]
-                omega = x[OMEGA]
-                stiffness = table[region, REGION_STIFFNESS]
-                offset = table[region, REGION_OFFSET]
-                a = offset + force - stiffness * theta
-                rise = end - force
-                theta_end = theta + (omega * step[region, 1] + a * step[region, 2] + rise * step[region, 3])
-                omega_end = omega + (omega * step[region, 0] + a * step[region, 1] + rise * step[region, 4])
-                a_start = a - c * omega
-                a_end = offset + end - stiffness * theta_end - c * omega_end
-                if omega > 0.0 and omega_end > 0.0:
-                    clear = theta_end < table[region, REGION_UPPER] and not (a_start < 0.0 and a_end > 0.0)
-                elif omega < 0.0 and omega_end < 0.0:
-                    clear = theta_end > table[region, REGION_LOWER] and not (a_start > 0.0 and a_end < 0.0)
-                elif all_turns or links[region, LINK_TURN_RIGHT] != NO_REGION or omega == 0.0 or omega_end == 0.0:
-                    clear = False
-                else:
-                    # One turn, whose excursion is bounded by the speed at either end: below the peak it is no news.
-                    reach = min(abs(omega), abs(omega_end)) * dt
-                    top = max(theta, theta_end) + reach
-                    bottom = min(theta, theta_end) - reach
-                    clear = (
-                        a_start * a_end > 0.0
-                        and top < table[region, REGION_UPPER]
-                        and bottom > table[region, REGION_LOWER]
-                        and top <= x[PEAK]
-                        and -bottom <= x[PEAK]
-                    )
-                if clear:
-                    x[THETA] = theta_end
-                    x[OMEGA] = omega_end
-                    continue
-        _sample(x, k, table, links, par, force, (end - force) / dt, dt, i * dt, work, turning_points)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _store(history, i, x, k, tables, links, o):
+    """Write the state at sample i, where a history is asked for."""
+    region = k[NOW]
+    history[HISTORY_THETA, i] = x[THETA]
+    history[HISTORY_OMEGA, i] = x[OMEGA]
+    history[HISTORY_REGION, i] = region
+    history[HISTORY_DAMPING, i] = 0.0
+    history[HISTORY_PEAK, i] = max(x[PEAK], abs(x[THETA]))
+    if region != REST:
+        history[HISTORY_DAMPING, i] = x[HELD] if links[o, region, LINK_HELD] else tables[o, region, REGION_DAMPING]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _store_fallen(history, i, x):
+    """An overturned block lies still from sample i on."""
+    for j in range(i, history.shape[1]):
+        history[HISTORY_THETA, j] = math.copysign(FLAT, x[THETA])
+        history[HISTORY_OMEGA, j] = 0.0
+        history[HISTORY_REGION, j] = REST
+        history[HISTORY_DAMPING, j] = 0.0
+        history[HISTORY_PEAK, j] = FLAT
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _step_lanes(s, n, force, rise, now, after):
+    """One sample of n lanes from the state rows `now` to the rows `after`; the number of lanes that need a look.
+
+    Rows lie at constant offsets in one flat array, and the trip count is known at run time only: so it vectorises.
+    """
+    count = 0
+    for lane in range(n):
+        theta = s[now * LANES + lane]
+        omega = s[(now + 1) * LANES + lane]
+        amplitude = s[ROW_AMPLITUDE * LANES + lane]
+        stiffness = s[ROW_STIFFNESS * LANES + lane]
+        c = s[ROW_DAMPING * LANES + lane]
+        g1 = s[ROW_G1 * LANES + lane]
+        push = s[ROW_OFFSET * LANES + lane] + amplitude * force
+        up = amplitude * rise
+        a = push - stiffness * theta
+        theta_end = theta + (omega * g1 + a * s[ROW_G2 * LANES + lane] + up * s[ROW_G3 * LANES + lane])
+        omega_end = omega + (omega * s[ROW_G0 * LANES + lane] + a * g1 + up * s[ROW_G2_RISE * LANES + lane])
+        s[after * LANES + lane] = theta_end
+        s[(after + 1) * LANES + lane] = omega_end
+        a_start = a - c * omega
+        a_end = push + up - stiffness * theta_end - c * omega_end
+        look = (
+            (theta_end >= s[ROW_UPPER * LANES + lane])
+            | (theta_end <= s[ROW_LOWER * LANES + lane])
+            | (omega * omega_end <= 0.0)
+            | ((a_start * omega < 0.0) & (a_end * omega > 0.0))
+        )
+        s[ROW_LOOK * LANES + lane] = 1.0 if look else 0.0
+        if look:
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _step_even(s, n, force, rise):
+    """Compiled apart: inside a larger function the loop would not be vectorised."""
+    return _step_lanes(s, n, force, rise, ROW_EVEN, ROW_ODD)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _step_odd(s, n, force, rise):
+    return _step_lanes(s, n, force, rise, ROW_ODD, ROW_EVEN)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _load_lane(s, lane, x, k, tables, links, parameters, o, steps, own, dt, force, rows):
+    """Write a lane's coefficients for the region it is in, and its state into `rows`."""
+    region = k[NOW]
+    if region == REST:
+        # The rows follow the forcing itself (theta := force, omega := 1), so that the zone test is the threshold's.
+        s[rows * LANES + lane] = force
+        s[(rows + 1) * LANES + lane] = 1.0
+        s[ROW_OFFSET * LANES + lane] = 0.0
+        s[ROW_STIFFNESS * LANES + lane] = 1.0
+        s[ROW_DAMPING * LANES + lane] = -1.0  # keeps rounding from looking like a dip of the velocity
+        s[ROW_G0 * LANES + lane] = 0.0
+        s[ROW_G1 * LANES + lane] = 0.0
+        s[ROW_G2 * LANES + lane] = 1.0
+        s[ROW_G3 * LANES + lane] = 1.0
+        s[ROW_G2_RISE * LANES + lane] = 0.0
+        s[ROW_UPPER * LANES + lane] = parameters[o, PAR_UPLIFT_RIGHT]
+        s[ROW_LOWER * LANES + lane] = -parameters[o, PAR_UPLIFT_LEFT]
+        return
+    s[rows * LANES + lane] = x[THETA]
+    s[(rows + 1) * LANES + lane] = x[OMEGA]
+    c = tables[o, region, REGION_DAMPING]
+    stiffness = tables[o, region, REGION_STIFFNESS]
+    s[ROW_STIFFNESS * LANES + lane] = stiffness
+    s[ROW_OFFSET * LANES + lane] = tables[o, region, REGION_OFFSET]
+    upper = tables[o, region, REGION_UPPER]
+    if links[o, region, LINK_HELD]:
+        c = x[HELD]
+        if c != own[lane, 5]:
+            own[lane, 5] = c
+            own[lane, 6] = 1.0 if dt * _rate(stiffness, c) <= 0.5 else 0.0
+            if own[lane, 6] == 1.0:
+                own[lane, 0], own[lane, 1], own[lane, 2], own[lane, 3], own[lane, 4] = _propagator(stiffness, c, dt)
+        s[ROW_G0 * LANES + lane] = own[lane, 0]
+        s[ROW_G1 * LANES + lane] = own[lane, 1]
+        s[ROW_G2 * LANES + lane] = own[lane, 2]
+        s[ROW_G3 * LANES + lane] = own[lane, 3]
+        s[ROW_G2_RISE * LANES + lane] = own[lane, 4]
+        one_step = own[lane, 6] == 1.0
+    else:
+        s[ROW_G0 * LANES + lane] = steps[o, region, 0]
+        s[ROW_G1 * LANES + lane] = steps[o, region, 1]
+        s[ROW_G2 * LANES + lane] = steps[o, region, 2]
+        s[ROW_G3 * LANES + lane] = steps[o, region, 3]
+        s[ROW_G2_RISE * LANES + lane] = steps[o, region, 4]
+        one_step = steps[o, region, 6] == 1.0
+    s[ROW_DAMPING * LANES + lane] = c
+    # where a sample is more than one step, every sample needs a look
+    s[ROW_UPPER * LANES + lane] = upper if one_step else -math.inf
+    s[ROW_LOWER * LANES + lane] = tables[o, region, REGION_LOWER]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _is_quiet(s, lane, region, turns_matter, peak, dt, force, rise, now, after):
+    """Whether a lane that was marked holds no event after all: nothing but turns below the peak, far from the edges.
+
+    Over one step |a| <= 1.2 max(|a_start|, |a_end|) (it solves a'' + c a' + K a = 0 with sqrt|K| h, c h <= 1/2), which
+    bounds the excursion; towards its zero it falls, which bounds how far the velocity dips.
+    """
+    upper = s[ROW_UPPER * LANES + lane]
+    lower = s[ROW_LOWER * LANES + lane]
+    if region == REST or upper == -math.inf:
+        return False
+    theta = s[now * LANES + lane]
+    omega = s[(now + 1) * LANES + lane]
+    theta_end = s[after * LANES + lane]
+    omega_end = s[(after + 1) * LANES + lane]
+    if theta_end >= upper or theta_end <= lower:
+        return False
+    stiffness = s[ROW_STIFFNESS * LANES + lane]
+    c = s[ROW_DAMPING * LANES + lane]
+    amplitude = s[ROW_AMPLITUDE * LANES + lane]
+    push = s[ROW_OFFSET * LANES + lane] + amplitude * force
+    a_start = abs(push - stiffness * theta - c * omega)
+    a_end = abs(push + amplitude * rise - stiffness * theta_end - c * omega_end)
+    if omega * omega_end > 0.0 and (abs(omega) > 1.2 * dt * a_start or abs(omega_end) > 1.2 * dt * a_end):
+        return True
+    if turns_matter:
+        return False
+    reach = (abs(omega) + 1.2 * dt * max(a_start, a_end)) * dt
+    return theta + reach < upper and theta - reach > lower and abs(theta) + reach <= peak
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _look(
+    s, n, lx, lk, which, tables, links, parameters, steps, own, dt, i, force, rise, now, after, x, k, poly, trig, turns
+):
+    """Solve the marked lanes of sample i event by event; returns whether any of them overturned."""
+    fallen = False
+    for lane in range(n):
+        if s[ROW_LOOK * LANES + lane] == 0.0:
+            continue
+        o = which[lane]
+        region = lk[lane, NOW]
+        turns_matter = turns.shape[1] > 0 or (region != REST and links[o, region, LINK_TURN_RIGHT] != NO_REGION)
+        if _is_quiet(s, lane, region, turns_matter, lx[lane, PEAK], dt, force, rise, now, after):
+            continue
+        for j in range(STATE_FLOATS):
+            x[j] = lx[lane, j]
+        for j in range(STATE_INTEGERS):
+            k[j] = lk[lane, j]
+        if region != REST:
+            x[THETA] = s[now * LANES + lane]
+            x[OMEGA] = s[(now + 1) * LANES + lane]
+        held = x[HELD]
+        amplitude = s[ROW_AMPLITUDE * LANES + lane]
+        slope = amplitude * rise / dt
+        _sample(x, k, tables, links, parameters, o, amplitude * force, slope, dt, i * dt, poly, trig, turns)
         if k[OVERTURNED] != 0:
-            if store:
-                for j in range(i + 1, n):
-                    history[HISTORY_THETA, j] = math.copysign(FLAT, x[THETA])
-                    history[HISTORY_OMEGA, j] = 0.0
-                    history[HISTORY_REGION, j] = REST
-                    history[HISTORY_DAMPING, j] = 0.0
-            return
+            fallen = True
+        if k[NOW] != region or x[HELD] != held:
+            _load_lane(
+                s, lane, x, k, tables, links, parameters, o, steps, own, dt, amplitude * (force + rise), after
+            )
+        elif region == REST:
+            s[after * LANES + lane] = amplitude * (force + rise)
+            s[(after + 1) * LANES + lane] = 1.0
+        else:
+            s[after * LANES + lane] = x[THETA]
+            s[(after + 1) * LANES + lane] = x[OMEGA]
+        for j in range(STATE_FLOATS):
+            lx[lane, j] = x[j]
+        for j in range(STATE_INTEGERS):
+            lk[lane, j] = k[j]
+    return fallen
 
 
-@njit(cache=True, nogil=True)
-def _reset(x, k, theta, omega, region):
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _reset(x, k, theta, omega, peak, region, start):
     x[THETA] = theta
     x[OMEGA] = omega
     x[HELD] = 0.0
-    x[PEAK] = abs(theta)
+    x[PEAK] = peak
     x[OVERTURN_TIME] = math.nan
-    k[:] = 0
+    for j in range(STATE_INTEGERS):
+        k[j] = 0
     k[NOW] = region
+    k[UPLIFTED] = 1 if region != start else 0
 
 
-@njit(cache=True, nogil=True)
-def _prepare(step, table, links, par, dt):
-    """A propagator per region for its constant (held: zero) damping; the last column says whether a sample is one."""
-    for r in range(table.shape[0]):
-        stiffness = table[r, REGION_STIFFNESS]
-        c = 0.0 if links[r, LINK_HELD] else table[r, REGION_DAMPING]
-        step[r, 5] = c
-        step[r, 6] = 0.0
-        if par[PAR_EXACT] == 0.0 and dt * max(math.sqrt(abs(stiffness)), c) <= 0.5:
-            step[r, 6] = 1.0
-            _propagator(step[r], stiffness, c, dt)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _prepare(steps, tables, links, parameters, dt):
+    """A propagator per oscillator and region of constant damping; the last column says whether a sample is one step."""
+    for o in range(tables.shape[0]):
+        for r in range(tables.shape[1]):
+            stiffness = tables[o, r, REGION_STIFFNESS]
+            c = tables[o, r, REGION_DAMPING]
+            steps[o, r, 5] = c
+            steps[o, r, 6] = 0.0
+            if parameters[o, PAR_EXACT] == 0.0 and dt * _rate(stiffness, c) <= 0.5:
+                steps[o, r, 6] = 1.0
+                steps[o, r, 0], steps[o, r, 1], steps[o, r, 2], steps[o, r, 3], steps[o, r, 4] = _propagator(
+                    stiffness, c, dt
+                )
 
 
-@njit(cache=True, nogil=True)
-def _unit_response(x, k, table, links, par, step, record, dt, work, turning_points, history, unit):
-    """The zone's linear response to the record as it is, as if the zone had no edges: rows theta, omega, running peak.
-
-    Until its first uplift an elastic block at scale factor f is f times this response. Returns the peak over all time.
-    """
-    zone = int(par[PAR_START])
-    lower = table[zone, REGION_LOWER]
-    upper = table[zone, REGION_UPPER]
-    table[zone, REGION_LOWER] = -math.inf
-    table[zone, REGION_UPPER] = math.inf
-    _reset(x, k, 0.0, 0.0, zone)
-    n = record.shape[0]
-    for i in range(n):
-        unit[0, i] = x[THETA]
-        unit[1, i] = x[OMEGA]
-        unit[2, i] = max(x[PEAK], abs(x[THETA]))
-        if i < n - 1:
-            _shake(x, k, table, links, par, step, record[i : i + 2], 1.0, dt, 0, work, turning_points, history)
-    _free(x, k, table, links, par, (n - 1) * dt, work, turning_points)
-    table[zone, REGION_LOWER] = lower
-    table[zone, REGION_UPPER] = upper
-    return x[PEAK]
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
 def _first_rise(running, level):
     """Index of the first entry of a non-decreasing row that reaches level (its length if none does)."""
     low = 0
@@ -843,75 +1015,277 @@ def _first_rise(running, level):
     return low
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _clear_lane(s, lane):
+    """Rows that never need a look: padding, and lanes whose run is over."""
+    for row in range(LANE_ROWS):
+        s[row * LANES + lane] = 0.0
+    s[(ROW_EVEN + 1) * LANES + lane] = 1.0
+    s[(ROW_ODD + 1) * LANES + lane] = 1.0
+    s[ROW_UPPER * LANES + lane] = math.inf
+    s[ROW_LOWER * LANES + lane] = -math.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _write_result(out, j, x, k):
+    out[j, OUT_OVERTURNED] = k[OVERTURNED]
+    out[j, OUT_PEAK] = x[PEAK]
+    out[j, OUT_UPLIFTED] = k[UPLIFTED]
+    out[j, OUT_IMPACTS] = k[IMPACTS]
+    out[j, OUT_OVERTURN_TIME] = x[OVERTURN_TIME]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+def _fetch_lane(s, lane, lx, lk, rows, x, k):
+    """A lane's whole state into x and k."""
+    for j in range(STATE_FLOATS):
+        x[j] = lx[lane, j]
+    for j in range(STATE_INTEGERS):
+        k[j] = lk[lane, j]
+    if k[NOW] != REST:
+        x[THETA] = s[rows * LANES + lane]
+        x[OMEGA] = s[(rows + 1) * LANES + lane]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _run_lanes(
+    record, dt, tables, links, parameters, steps, runs, which, factors, first, begin, out, turns, history
+):
+    """Up to LANES runs in lockstep over one record; runs (r,) are sorted by their first sample.
+
+    A run joins at its first sample and leaves when it has overturned; between, only marked lanes leave the lockstep.
+    Returns the number of turning points of the last run to end.
+    """
+    s = np.empty(LANE_ROWS * LANES)
+    lx = np.empty((LANES, STATE_FLOATS))
+    lk = np.empty((LANES, STATE_INTEGERS), np.int64)
+    own = np.empty((LANES, 7))
+    lane_o = np.empty(LANES, np.int64)
+    lane_run = np.empty(LANES, np.int64)
+    x = np.empty(STATE_FLOATS)
+    k = np.empty(STATE_INTEGERS, np.int64)
+    poly = np.empty((3, DEGREE + 1))
+    trig = np.empty((3, DEGREE + 1))
+    no_turns = np.empty((2, 0))
+    for lane in range(LANES):
+        _clear_lane(s, lane)
+    n = record.shape[0]
+    store = history.shape[1] == n
+    active = 0
+    joined = 0
+    now = ROW_EVEN
+    after = ROW_ODD
+    found = 0
+    for i in range(first[runs[0]], n):
+        while joined < runs.shape[0] and first[runs[joined]] == i:
+            j = runs[joined]
+            o = which[j]
+            lane_o[active] = o
+            lane_run[active] = j
+            own[active, 5] = -1.0
+            _reset(x, k, begin[j, 0], begin[j, 1], begin[j, 2], int(begin[j, 3]), int(parameters[o, PAR_START]))
+            amplitude = -parameters[o, PAR_GAIN] * factors[j]
+            s[ROW_AMPLITUDE * LANES + active] = amplitude
+            _load_lane(
+                s, active, x, k, tables, links, parameters, o, steps, own, dt, amplitude * record[i], now
+            )
+            for c in range(STATE_FLOATS):
+                lx[active, c] = x[c]
+            for c in range(STATE_INTEGERS):
+                lk[active, c] = k[c]
+            active += 1
+            joined += 1
+        if store:
+            _fetch_lane(s, 0, lx, lk, now, x, k)
+            _store(history, i, x, k, tables, links, lane_o[0])
+        if i == n - 1:
+            break
+        force = record[i]
+        rise = record[i + 1] - force
+        padded = (active + 7) // 8 * 8
+        if now == ROW_EVEN:
+            marked = _step_even(s, padded, force, rise)
+        else:
+            marked = _step_odd(s, padded, force, rise)
+        if marked > 0 and _look(
+            s, active, lx, lk, lane_o, tables, links, parameters, steps, own, dt, i, force, rise, now, after,
+            x, k, poly, trig, turns,
+        ):
+            lane = 0
+            while lane < active:
+                if lk[lane, OVERTURNED] == 0:
+                    lane += 1
+                    continue
+                _fetch_lane(s, lane, lx, lk, after, x, k)
+                _write_result(out, lane_run[lane], x, k)
+                found = k[TURNS]
+                if store:
+                    _store_fallen(history, i + 1, x)
+                active -= 1
+                for row in range(LANE_ROWS):
+                    s[row * LANES + lane] = s[row * LANES + active]
+                for c in range(STATE_FLOATS):
+                    lx[lane, c] = lx[active, c]
+                for c in range(STATE_INTEGERS):
+                    lk[lane, c] = lk[active, c]
+                for c in range(7):
+                    own[lane, c] = own[active, c]
+                lane_o[lane] = lane_o[active]
+                lane_run[lane] = lane_run[active]
+                _clear_lane(s, active)
+            if active == 0 and joined == runs.shape[0]:
+                return found
+        now, after = after, now
+    for lane in range(active):
+        _fetch_lane(s, lane, lx, lk, now, x, k)
+        found = k[TURNS]
+        _free(x, k, tables, links, parameters, lane_o[lane], (n - 1) * dt, poly, trig, no_turns)
+        _write_result(out, lane_run[lane], x, k)
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _run_exact(
+    record, dt, tables, links, parameters, runs, which, factors, first, begin, out, turns, history
+):
+    """Runs in exact geometry, one after the other: every sample of a moving block is solved by its own series."""
+    x = np.empty(STATE_FLOATS)
+    k = np.empty(STATE_INTEGERS, np.int64)
+    poly = np.empty((3, DEGREE + 1))
+    trig = np.empty((3, DEGREE + 1))
+    no_turns = np.empty((2, 0))
+    n = record.shape[0]
+    store = history.shape[1] == n
+    found = 0
+    for r in range(runs.shape[0]):
+        j = runs[r]
+        o = which[j]
+        _reset(x, k, begin[j, 0], begin[j, 1], begin[j, 2], int(begin[j, 3]), int(parameters[o, PAR_START]))
+        amplitude = -parameters[o, PAR_GAIN] * factors[j]
+        right = parameters[o, PAR_UPLIFT_RIGHT]
+        left = -parameters[o, PAR_UPLIFT_LEFT]
+        for i in range(first[j], n):
+            if store:
+                _store(history, i, x, k, tables, links, o)
+            if i == n - 1:
+                break
+            force = amplitude * record[i]
+            end = amplitude * record[i + 1]
+            if k[NOW] == REST and max(force, end) <= right and min(force, end) >= left:
+                continue
+            _sample(x, k, tables, links, parameters, o, force, (end - force) / dt, dt, i * dt, poly, trig, turns)
+            if k[OVERTURNED] != 0:
+                if store:
+                    _store_fallen(history, i + 1, x)
+                break
+        found = k[TURNS]
+        if k[OVERTURNED] == 0:
+            _free(x, k, tables, links, parameters, o, (n - 1) * dt, poly, trig, no_turns)
+        _write_result(out, j, x, k)
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _unit_response(record, dt, tables, links, parameters, steps, o, unit):
+    """The response of oscillator o to the record as it is until its first uplift, into unit (5, n); its peak for good.
+
+    An elastic block: its zone's linear response, as if the zone had no edges; at scale factor f it is f times this. A
+    block that rests rigidly: the running maximum of the record alone, in the row of peaks.
+    """
+    zone = int(parameters[o, PAR_START])
+    if zone == REST:
+        high = 0.0
+        for i in range(record.shape[0]):
+            high = max(high, abs(record[i]))
+            unit[HISTORY_PEAK, i] = high
+        return 0.0
+    lower = tables[o, zone, REGION_LOWER]
+    upper = tables[o, zone, REGION_UPPER]
+    tables[o, zone, REGION_LOWER] = -math.inf
+    tables[o, zone, REGION_UPPER] = math.inf
+    begin = np.zeros((1, 4))
+    begin[0, 3] = zone
+    which = np.full(1, o)
+    factors = np.ones(1)
+    runs = np.zeros(1, np.int64)
+    out = np.empty((1, OUT_COLUMNS))
+    _run_lanes(
+        record, dt, tables, links, parameters, steps, runs, which, factors, runs, begin, out, np.empty((2, 0)), unit
+    )
+    tables[o, zone, REGION_LOWER] = lower
+    tables[o, zone, REGION_UPPER] = upper
+    return out[0, OUT_PEAK]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def run_batch(record, dt, tables, links, parameters, which, factors, start, skip, out, turning_points, history):
     """Runs of oscillators which[j] under factors[j] * record; returns the turning points of the last one.
 
-    record (n,) m/s²; tables (o, r, 6), links (o, r, 9), parameters (o, 10); which, factors (m,), best sorted by
-    oscillator; start (theta, omega, region) or empty for all at rest; out (m, 5) is filled; turning_points (2, t) and
-    history (4, n or 0) store the last run's. skip: leave out what is known before the first uplift.
+    record (n,) m/s²; tables (o, r, 6), links (o, r, 9), parameters (o, 10); which, factors (m,), sorted by oscillator;
+    start (theta, omega, region) or empty for all at rest; out (m, 5) is filled; turning_points (2, t) and history
+    (5, n or 0) store a single run's. skip: leave out what is known before the first uplift.
     """
     n = record.shape[0]
-    x = np.empty(STATE_FLOATS)
-    k = np.empty(STATE_INTEGERS, np.int64)
-    work = np.empty((3, DEGREE + 1))
-    step = np.empty((tables.shape[1], 7))
-    unit = np.zeros((3, n if skip else 0))
+    m = which.shape[0]
+    steps = np.empty((tables.shape[0], tables.shape[1], 7))
+    _prepare(steps, tables, links, parameters, dt)
+    # where each run begins: its first sample, and theta, omega, peak and region there
+    first = np.zeros(m, np.int64)
+    begin = np.zeros((m, 4))
+    unit = np.zeros((HISTORY_ROWS, n if skip else 0))
     unit_peak = 0.0
-    no_turns = np.empty((2, 0))
-    no_history = np.empty((HISTORY_ROWS, 0))
     current = -1
-    for j in range(which.shape[0]):
+    linear = np.empty(m, np.int64)
+    exact = np.empty(m, np.int64)
+    linear_runs = 0
+    exact_runs = 0
+    for j in range(m):
         o = which[j]
-        table = tables[o]
-        link = links[o]
-        par = parameters[o]
-        factor = factors[j]
-        if o != current:
-            current = o
-            _prepare(step, table, link, par, dt)
-            if skip:
-                if int(par[PAR_START]) == REST:
-                    high = 0.0
-                    for i in range(n):
-                        high = max(high, abs(record[i]))
-                        unit[2, i] = high
-                    unit_peak = 0.0
-                else:
-                    unit_peak = _unit_response(
-                        x, k, table, link, par, step, record, dt, work, no_turns, no_history, unit
-                    )
-        first = 0
+        zone = int(parameters[o, PAR_START])
+        begin[j, 3] = zone
         if start.shape[0] == 3:
-            _reset(x, k, start[0], start[1], int(start[2]))
-            k[UPLIFTED] = 1 if int(start[2]) != int(par[PAR_START]) else 0
+            begin[j, 0] = start[0]
+            begin[j, 1] = start[1]
+            begin[j, 2] = abs(start[0])
+            begin[j, 3] = start[2]
+        elif skip:
+            if o != current:
+                current = o
+                unit_peak = _unit_response(record, dt, tables, links, parameters, steps, o, unit)
+            if zone == REST:
+                level = min(parameters[o, PAR_UPLIFT_RIGHT], parameters[o, PAR_UPLIFT_LEFT]) / parameters[o, PAR_GAIN]
+            else:
+                level = min(tables[o, zone, REGION_UPPER], -tables[o, zone, REGION_LOWER])
+            # A part in 10⁹ early: the rounding of a scaled response must not hide the uplift.
+            level *= (1.0 - 1e-9) / abs(factors[j])
+            first[j] = max(_first_rise(unit[HISTORY_PEAK], level) - 1, 0)
+            if zone != REST:
+                begin[j, 0] = factors[j] * unit[HISTORY_THETA, first[j]]
+                begin[j, 1] = factors[j] * unit[HISTORY_OMEGA, first[j]]
+                begin[j, 2] = abs(factors[j]) * unit[HISTORY_PEAK, first[j]]
+            if first[j] == n - 1 and unit_peak < level:
+                out[j, OUT_OVERTURNED] = 0.0
+                out[j, OUT_PEAK] = abs(factors[j]) * unit_peak
+                out[j, OUT_UPLIFTED] = 0.0
+                out[j, OUT_IMPACTS] = 0.0
+                out[j, OUT_OVERTURN_TIME] = math.nan
+                continue
+        if parameters[o, PAR_EXACT] != 0.0:
+            exact[exact_runs] = j
+            exact_runs += 1
         else:
-            _reset(x, k, 0.0, 0.0, int(par[PAR_START]))
-            if skip:
-                zone = int(par[PAR_START])
-                if zone == REST:
-                    level = min(par[PAR_UPLIFT_RIGHT], par[PAR_UPLIFT_LEFT]) / par[PAR_GAIN]
-                else:
-                    level = min(table[zone, REGION_UPPER], -table[zone, REGION_LOWER])
-                # A part in 10⁹ early: the rounding of a scaled response must not hide the uplift.
-                level *= (1.0 - 1e-9) / abs(factor)
-                first = max(_first_rise(unit[2], level) - 1, 0)
-                if zone != REST:
-                    x[THETA] = factor * unit[0, first]
-                    x[OMEGA] = factor * unit[1, first]
-                    x[PEAK] = abs(factor) * unit[2, first]
-                    if first == n - 1 and unit_peak < level:
-                        x[PEAK] = abs(factor) * unit_peak
-        done = skip and first == n - 1 and start.shape[0] == 0 and unit_peak < level
-        if not done:
-            _shake(x, k, table, link, par, step, record, factor, dt, first, work, turning_points, history)
-            if k[OVERTURNED] == 0:
-                turns = k[TURNS]
-                _free(x, k, table, link, par, (n - 1) * dt, work, no_turns)
-                k[TURNS] = turns
-        out[j, OUT_OVERTURNED] = k[OVERTURNED]
-        out[j, OUT_PEAK] = x[PEAK]
-        out[j, OUT_UPLIFTED] = k[UPLIFTED]
-        out[j, OUT_IMPACTS] = k[IMPACTS]
-        out[j, OUT_OVERTURN_TIME] = x[OVERTURN_TIME]
-    return k[TURNS]
+            linear[linear_runs] = j
+            linear_runs += 1
+    turns = 0
+    if exact_runs > 0:
+        turns = _run_exact(
+            record, dt, tables, links, parameters, exact[:exact_runs], which, factors, first, begin, out,
+            turning_points, history,
+        )
+    order = linear[:linear_runs][np.argsort(first[linear[:linear_runs]], kind="mergesort")]
+    for j in range(0, linear_runs, LANES):
+        turns = _run_lanes(
+            record, dt, tables, links, parameters, steps, order[j : j + LANES], which, factors, first, begin, out,
+            turning_points, history,
+        )
+    return turns
