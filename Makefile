@@ -3,8 +3,9 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 OUT ?= results/office
+# make study FRESH=1 computes again where results are there already
 
-.PHONY: study test test-all lint clean
+.PHONY: study test test-slow test-all lint clean
 
 # `python3` may be too old where a newer one is installed beside it.
 $(BIN)/python:
@@ -12,18 +13,21 @@ $(BIN)/python:
 	  if $$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then found=$$python; break; fi; \
 	done; \
 	if [ -z "$$found" ]; then echo "toppling needs Python >= 3.11: install it, or name it: make PYTHON=/path/to/python" >&2; exit 1; fi; \
-	$$found -m venv $(VENV) || { echo "making $(VENV) failed (on Debian: apt install python3-venv)" >&2; rm -rf $(VENV); exit 1; }
+	echo "making $(VENV) with $$($$found --version)"; \
+	$$found -m venv $(VENV) || { echo "making $(VENV) failed (on Debian: apt install python3-venv)" >&2; exit 1; }
 
 $(VENV)/installed: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@echo "installing (half a minute, once)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	@touch $@
 
 $(VENV)/installed-dev: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@echo "installing with the tools for tests (a minute, once)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@ $(VENV)/installed
 
 study: $(VENV)/installed
-	$(BIN)/toppling run studies/examples/office.toml --out $(OUT)
+	$(BIN)/toppling run studies/examples/office.toml --out $(OUT) $(if $(FRESH),--fresh)
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .
@@ -33,11 +37,14 @@ lint: $(VENV)/installed-dev
 test: lint
 	$(BIN)/python -m pytest -m "not slow"
 
-test-all: test
+test-slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -m slow
 
+test-all: test test-slow
+
 clean:
-	rm -rf $(VENV) results build dist *.egg-info .mypy_cache .ruff_cache .hypothesis
+	if [ -f $(VENV)/pyvenv.cfg ]; then rm -rf $(VENV); fi
+	rm -rf build dist *.egg-info .mypy_cache .ruff_cache .hypothesis
 
 # The README's picture.
 docs/office.png: study

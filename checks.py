@@ -57,15 +57,17 @@ def choice(name: str, value: Any, allowed: Sequence[str]) -> str:
 
 
 def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: str = "") -> NDArray[np.float64]:
-    """Return `values` as a C-contiguous float64 array of an allowed dimensionality; no NaN, no infinity, not empty."""
+    """A C-contiguous float64 copy of `values`, of an allowed dimensionality; no NaN, no infinity, not empty."""
+    if np.ma.is_masked(values):
+        raise ValueError(f"{name} must hold no masked values")
     try:
-        array = np.ascontiguousarray(values)
+        array = np.asarray(values)
         if array.dtype.kind not in "iuf":
             raise TypeError
-        array = array.astype(np.float64, copy=False)
+        array = np.array(array, dtype=np.float64, order="C", ndmin=0)
     except (TypeError, ValueError):
         raise TypeError(f"{name} must be real numbers{_in(unit)}, got {_shown(values)}") from None
-    if np.ndim(values) not in ndim or array.ndim not in ndim:
+    if array.ndim not in ndim:
         dims = " or ".join(str(n) for n in ndim)
         raise ValueError(f"{name} must have {dims} dimension(s), got an array of shape {np.shape(values)}")
     if array.size == 0:
@@ -76,6 +78,47 @@ def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: 
         where = first[0] if len(first) == 1 else first
         raise ValueError(f"{name} must be finite{_in(unit)}, got {array[first]} at index {where}")
     return array
+
+
+# A time axis printed with few digits is still uniform; one with a missing sample is not.
+UNIFORMITY = 0.05
+ACCELERATION_SPELLINGS = ("m s-2", "m/s2", "m/s^2", "m/s²", "m s^-2", "m s**-2")
+
+
+def time_step(what: str, time: NDArray[np.float64] | None, dt: float | None) -> float:
+    """The step (s) of a motion from its uniform time axis (n >= 2), its stated dt, or both, which must then agree."""
+    step = None
+    if time is not None:
+        axis = finite_array(f"time of {what}", time, unit="s")
+        step = float(axis[-1] - axis[0]) / (axis.size - 1)
+        if not step > 0.0:
+            raise ValueError(f"the time of {what} must increase, got {axis[0]:g} s first and {axis[-1]:g} s last")
+        off = np.abs(axis - (axis[0] + step * np.arange(axis.size)))
+        worst = int(off.argmax())
+        if off[worst] > UNIFORMITY * step:
+            raise ValueError(
+                f"the time step of {what} must be uniform: sample {worst} lies at {axis[worst]:g} s, "
+                f"{off[worst]:.2g} s off a step of {step:g} s; resample it first"
+            )
+    if dt is None:
+        if step is None:
+            raise ValueError(f"{what} must have a dt or a time coordinate, got neither")
+        return step
+    stated = number(f"dt of {what}", dt, above=0.0, unit="s")
+    if step is not None and abs(step - stated) > UNIFORMITY * stated:
+        raise ValueError(f"{what} states dt = {stated:g} s, but its time steps by {step:g} s: drop or correct dt")
+    return stated
+
+
+def acceleration_units(what: str, units: Any) -> None:
+    """ValueError where the units of an acceleration are stated and not m/s² (none stated: m/s²)."""
+    if units is not None and units not in ACCELERATION_SPELLINGS:
+        raise ValueError(f"{what} must be in m s-2, got units {units!r}")
+
+
+def kind(value: Any) -> str:
+    """What a value is, for a message: a class passed instead of an instance is named as such."""
+    return f"the class {value.__name__} (call it)" if isinstance(value, type) else type(value).__name__
 
 
 def _in(unit: str) -> str:

@@ -1,6 +1,8 @@
-"""Physical constants and the units that labelled arrays carry (SI and radians, written the CF way)."""
+"""Physical constants, the units that labelled arrays carry (SI and radians, written the CF way), and who made them."""
 
-from typing import Final
+import json
+from importlib import metadata
+from typing import Any, Final
 
 STANDARD_GRAVITY: Final = 9.80665
 """Standard acceleration of gravity, m/s² (CGPM 1901)."""
@@ -13,4 +15,18 @@ VELOCITY: Final = "m s-1"
 ACCELERATION: Final = "m s-2"
 ANGULAR_VELOCITY: Final = "rad s-1"
 ANGULAR_ACCELERATION: Final = "rad s-2"
-RATE: Final = "s-1"
+
+SCHEMA: Final = 1
+"""Number of the layout of datasets and result files; raised when a name, a dimension or a meaning changes."""
+
+
+def provenance(configuration: dict[str, Any]) -> dict[str, Any]:
+    """Attributes of every dataset: conventions, layout number, versions, and what made it (JSON). No clock values."""
+    versions = {name: metadata.version(name) for name in ("numpy", "numba", "scipy")}
+    return {
+        "Conventions": "CF-1.11",
+        "schema": SCHEMA,
+        "toppling_version": metadata.version("toppling"),
+        "package_versions": json.dumps(versions),
+        "configuration": json.dumps(configuration, ensure_ascii=False),
+    }

@@ -15,6 +15,8 @@ from .probability import overturning_probability
 
 # Why a curve is missing or must not be trusted.
 OK = "ok"
+NO_RUNS = "no runs"
+ONE_LEVEL = "one level"
 NONE = "no overturning"
 ALL = "all overturned"
 SEPARATED = "separated"
@@ -51,8 +53,11 @@ def fit_lognormal(
     Baker, J. W. (2015). Efficient analytical fragility function fitting using dynamic structural analysis. Earthquake
     Spectra 31(1), 579-599.
     """
-    used = runs > 0
-    x, k, n = np.log(levels[used]), overturnings[used].astype(float), runs[used].astype(float)
+    # runs at one level are one stripe, wherever they stand in the data
+    distinct, where = np.unique(levels[runs > 0], return_inverse=True)
+    x = np.log(distinct)
+    k = np.bincount(where, overturnings[runs > 0], distinct.size).astype(float)
+    n = np.bincount(where, runs[runs > 0], distinct.size).astype(float)
     status = _existence(k, n)
     if status != OK:
         return LognormalFit(status=status)
@@ -99,11 +104,15 @@ def fit_lognormal(
 
 def _existence(k: NDArray[np.float64], n: NDArray[np.float64]) -> str:
     """Whether the likelihood has a finite maximum (Albert and Anderson 1984: the outcomes must overlap)."""
-    if k.size == 0 or k.sum() == 0.0:
+    if k.size == 0:
+        return NO_RUNS
+    if k.sum() == 0.0:
         return NONE
     if np.all(k == n):
         return ALL
     fell, stood = np.flatnonzero(k > 0.0), np.flatnonzero(k < n)
+    if k.size == 1:
+        return ONE_LEVEL
     if fell[0] >= stood[-1]:
         return SEPARATED
     if stood[0] >= fell[-1]:
@@ -149,8 +158,8 @@ def fit_fragility(data: xr.Dataset, confidence: float = 0.95) -> xr.Dataset:
     xarray.Dataset
         On the dimensions left: median, median_se, median_lower, median_upper (unit of the level), dispersion,
         dispersion_se, dispersion_lower, dispersion_upper (1), log_likelihood, converged, and status: ``ok``, or why
-        the estimates are NaN (``no overturning``, ``all overturned``, ``separated``, ``not increasing``,
-        ``not converged``).
+        the estimates are NaN (``no runs``, ``one level``, ``no overturning``, ``all overturned``, ``separated``, ``not
+        increasing``, ``not converged``).
 
     Raises
     ------
@@ -244,7 +253,7 @@ def _counts(data: xr.Dataset) -> xr.Dataset:
     """Counts on level from either kind of dataset, checked."""
     if not isinstance(data, xr.Dataset):
         raise TypeError(f"fit_fragility needs an IDA dataset or a dataset of counts, got {type(data).__name__}")
-    counts = overturning_probability(data) if "overturned" in data else data
+    counts = overturning_probability(data) if "overturned" in data and "overturnings" not in data else data
     missing = [name for name in ("overturnings", "runs") if name not in counts]
     if missing or "level" not in counts.coords or "level" not in counts["overturnings"].dims:
         raise ValueError(
@@ -253,6 +262,8 @@ def _counts(data: xr.Dataset) -> xr.Dataset:
     k, n = counts["overturnings"], counts["runs"]
     if not (np.issubdtype(k.dtype, np.integer) and np.issubdtype(n.dtype, np.integer)):
         raise TypeError(f"overturnings and runs must be whole numbers, got {k.dtype} and {n.dtype}")
+    if not set(n.dims) <= set(k.dims):
+        raise ValueError(f"runs must lie on the dimensions of overturnings {k.dims}, got {n.dims}")
     if bool((k < 0).any()) or bool((k > n).any()):
         raise ValueError("overturnings must lie between 0 and runs at every level")
     return counts

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable, Sequence
-from importlib import metadata
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -20,15 +18,12 @@ from ..models.runs import OUTPUTS
 from ..models.simulate import oscillator_of
 from ..motions.arrays import Record, records
 from ..motions.measures import MEASURES, measure, motion_coordinates
-from ..units import DIMENSIONLESS, METRE, RADIAN, SECOND
+from ..units import DIMENSIONLESS, METRE, RADIAN, SECOND, provenance
 from .plan import Chunk, plan_chunks, run_chunk
 from .scaling import Scaling, scaling
 
 if TYPE_CHECKING:
     from distributed import Client
-
-SCHEMA = 1
-"""Number of the layout of result files; raised when a name, dimension or meaning changes."""
 
 Progress = Callable[[int, int], None]
 Labelled = TypeVar("Labelled", Block, Law)
@@ -97,6 +92,10 @@ def ida(
     {'block': 1, 'model': 1, 'level': 2, 'motion': 4}
     """
     wanted = _outputs(outputs)
+    if not isinstance(skip, bool):
+        raise TypeError(f"skip must be True or False, got {skip!r:.40}")
+    if client is not None and not hasattr(client, "compute"):
+        raise TypeError(f"client must be a dask.distributed Client, got {checks.kind(client)}")
     all_blocks = _sequence("blocks", blocks, Block)
     all_models = _sequence("models", models, Law)  # type: ignore[type-abstract]
     plain = records(motions)
@@ -146,14 +145,7 @@ def label_results(
                 for name, (_, units, long_name) in MEASURES.items()
             },
         },
-        attrs={
-            "title": "Incremental dynamic analysis of freestanding blocks",
-            "Conventions": "CF-1.11",
-            "schema": SCHEMA,
-            "toppling_version": metadata.version("toppling"),
-            "package_versions": json.dumps({name: metadata.version(name) for name in ("numpy", "numba", "scipy")}),
-            "configuration": json.dumps(configuration, ensure_ascii=False),
-        },
+        attrs={"title": "Incremental dynamic analysis of freestanding blocks", **provenance(configuration)},
     )
 
 
@@ -167,7 +159,7 @@ def _execute(chunks: Sequence[Chunk], client: Client | None, progress: Progress 
         futures = client.compute(tasks)
         done = 0
         sizes = {future.key: chunk.runs for future, chunk in zip(futures, chunks, strict=True)}
-        for future in as_completed(futures):
+        for future in as_completed(futures, loop=client.loop):
             future.result()
             done += sizes[future.key]
             if progress is not None:
@@ -205,8 +197,7 @@ def _sequence(name: str, values: Any, kind: type[Labelled]) -> list[Labelled]:
         raise ValueError(f"{name} must hold at least one, got none")
     for value in found:
         if not isinstance(value, kind):
-            shown = f"the class {value.__name__} (call it)" if isinstance(value, type) else type(value).__name__
-            raise TypeError(f"{name} must be one {kind.__name__} or a sequence of them, got {shown}")
+            raise TypeError(f"{name} must be one {kind.__name__} or a sequence of them, got {checks.kind(value)}")
     labels = [value.label for value in found]
     for label in labels:
         if labels.count(label) > 1:
@@ -240,9 +231,15 @@ def _model_coordinates(blocks: Sequence[Block], models: Sequence[Law]) -> dict[s
     e = np.array([[np.nan if value is None else value for value in row] for row in restitution])
     coordinates = {
         "model": xr.Variable(
-            "model", _strings([m.label for m in models]), {"units": DIMENSIONLESS, "long_name": "damping law"}
+            "model",
+            _strings([m.label for m in models]),
+            {"units": DIMENSIONLESS, "long_name": "damping law with its options"},
         ),
-        "law": xr.Variable("model", _strings([m.law for m in models]), {"units": DIMENSIONLESS, "long_name": "law"}),
+        "law": xr.Variable(
+            "model",
+            _strings([m.law for m in models]),
+            {"units": DIMENSIONLESS, "long_name": "short name of the damping law"},
+        ),
         "delta": xr.Variable(
             "model",
             [getattr(model, "delta", np.nan) for model in models],
@@ -252,7 +249,11 @@ def _model_coordinates(blocks: Sequence[Block], models: Sequence[Law]) -> dict[s
             ("block", "model"), e, {"units": DIMENSIONLESS, "long_name": "coefficient of restitution used"}
         ),
     }
-    for name, long_name in (("lever", "lever arm"), ("rest", "kind of rest"), ("geometry", "geometry")):
+    for name, long_name in (
+        ("lever", "lever arm of the shaking: h (height of the centre of mass) or R"),
+        ("rest", "kind of rest: elastic (zone) or rigid, empty where the law has no choice"),
+        ("geometry", "geometry of the impact model: exact, linear or bilinear, empty for other laws"),
+    ):
         values = [str(getattr(model, name, "")) for model in models]
         coordinates[name] = xr.Variable("model", _strings(values), {"units": DIMENSIONLESS, "long_name": long_name})
     return coordinates

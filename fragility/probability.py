@@ -21,9 +21,12 @@ def wilson_interval(
     Wilson, E. B. (1927). Probable inference, the law of succession, and statistical inference. Journal of the
     American Statistical Association 22, 209-212.
     """
+    level = checks.number("confidence", confidence, above=0.0, below=1.0)
     k = np.asarray(successes, dtype=float)
+    if np.any(k < 0) or np.any(k > np.asarray(trials)):
+        raise ValueError("successes must lie between 0 and trials")
     n = np.where(np.asarray(trials) > 0, trials, np.nan).astype(float)
-    z2 = ndtri(0.5 + 0.5 * confidence) ** 2
+    z2 = ndtri(0.5 + 0.5 * level) ** 2
     centre = (k + 0.5 * z2) / (n + z2)
     half = np.sqrt(z2 * (k * (n - k) / n + 0.25 * z2)) / (n + z2)
     lower = np.where(k == 0.0, 0.0, centre - half)
@@ -61,6 +64,10 @@ def overturning_probability(ida: xr.Dataset, confidence: float = 0.95) -> xr.Dat
     flags = ida["overturned"]
     if "motion" not in flags.dims:
         raise ValueError(f"overturned must have a motion dimension, got dims {flags.dims}")
+    if flags.sizes["motion"] == 0:
+        raise ValueError("overturned must hold at least one motion, got none")
+    if flags.dtype != np.bool_ and not bool(((flags == 0) | (flags == 1)).all()):
+        raise ValueError(f"overturned must be flags, got values other than 0 and 1 ({flags.dtype})")
     overturnings = flags.sum("motion").astype(np.int64)
     runs = xr.full_like(overturnings, flags.sizes["motion"])
     lower, upper = wilson_interval(overturnings.values, runs.values, level)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .. import checks
 from ..motions.arrays import Record
-from ..motions.measures import MEASURES, measure
+from ..motions.measures import MEASURES, positive_measure
 
 SCALE = "scale"
 INTENSITY_MEASURES = (*MEASURES, SCALE)
@@ -47,9 +47,6 @@ def scaling(levels: Any, motions: Sequence[Record], im: str) -> Scaling:
     if name == SCALE:
         factors = np.repeat(values[:, None], len(motions), axis=1)
         return Scaling(values, factors, name, "1", "scale factor")
-    measured = measure(name, list(motions))
-    if not np.all(measured > 0.0):
-        label = motions[int(np.argmin(measured))].label
-        raise ValueError(f"motion {label!r} has {name} = 0 and cannot be scaled to a level")
+    measured = positive_measure(name, list(motions))
     _, units, long_name = MEASURES[name]
     return Scaling(values, values[:, None] / measured, name, units, long_name)

@@ -16,9 +16,16 @@ All functions called by a kernel stand in this file: numba's disk cache looks at
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
+
+# Kernels that allocate nothing run without numba's reference counts (their atomic operations cost more than a piece);
+# fused multiply-add is left to the scalar ones, so that a lane's bits cannot depend on how many lanes go beside it.
+_DRIVER: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+_LANES: dict[str, Any] = {**_DRIVER, "_nrt": False}
+_EVENT: dict[str, Any] = {**_LANES, "fastmath": {"contract"}}
 
 # Columns of the region table: x'' = -stiffness x - damping x' + offset + forcing for lower <= x <= upper.
 REGION_LOWER, REGION_UPPER, REGION_STIFFNESS, REGION_OFFSET, REGION_DAMPING, REGION_POTENTIAL = range(6)
@@ -44,7 +51,7 @@ NO_REGION = -1
 REST = -1
 
 # Rules of the damping held while a zone is crossed.
-RULE_CONSTANT, RULE_ENTRY_SPEED, RULE_ENERGY, RULE_IMPACT = range(4)
+RULE_CONSTANT, RULE_ENTRY_SPEED, RULE_ENERGY = range(3)
 
 # Parameters of an oscillator that are not a region's.
 (
@@ -100,15 +107,18 @@ DEGREE = 30
 MOVED, SPEED, ACCELERATION = range(3)
 INVERSE = np.array([0.0, *(1.0 / k for k in range(1, DEGREE + 1))])
 EPSILON = 2.220446049250313e-16
+MARGIN = 32.0 * EPSILON
 FLAT = 0.5 * math.pi
-# Beyond this many impacts in one sample a bounce is far below 1e-12 alpha, and the block is put to rest: reached only
-# for e = 1 (to rounding), where the accumulation of impacts takes for ever.
-MAX_IMPACTS_PER_SAMPLE = 10_000
+# Bounces below this height (rad) that come by the thousand within one sample end at rest: only with e = 1 (to
+# rounding), where they would go on for ever.
+NO_HEIGHT = 1e-15
+MANY_IMPACTS = 1000
 MAX_FREE_PIECES = 100_000
+MAX_FREE_TURNS = 4
 FREE_STEP = 1e9  # s: longer than any piece
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _eval(poly, row, n, t):
     """One row of the local solution's Taylor series at t: displacement, velocity or acceleration."""
     s = poly[row, n]
@@ -117,7 +127,7 @@ def _eval(poly, row, n, t):
     return s
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _local(poly, n, t):
     """Displacement since the start, velocity and acceleration: three independent chains of one Horner pass."""
     value = poly[MOVED, n]
@@ -130,13 +140,13 @@ def _local(poly, n, t):
     return value, slope, curvature
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _rate(stiffness, c):
     """Bound of the exponents of a linear piece, 1/s: |s| <= c/2 + sqrt(c²/4 + |K|)."""
     return 0.5 * c + math.sqrt(0.25 * c * c + abs(stiffness))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _degree(z):
     """Degree at which the Taylor terms of a linear piece, which fall like z^k/k!, are below rounding (z <= 1/2)."""
     if z < 0.01:
@@ -150,7 +160,7 @@ def _degree(z):
     return 15
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _linear_series(poly, acceleration, omega, c, stiffness, slope, n):
     """Taylor coefficients 0 … n of displacement, velocity and acceleration about the current state.
 
@@ -173,7 +183,7 @@ def _linear_series(poly, acceleration, omega, c, stiffness, slope, n):
         poly[ACCELERATION, k + 1] = a
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _exact_series(poly, trig, theta, omega, p2, tilt, force, slope, h):
     """Taylor coefficients of x'' = -p² sin(tilt - x) + (force + slope t) cos(tilt - x)/cos(tilt), and a safe step.
 
@@ -213,7 +223,8 @@ def _exact_series(poly, trig, theta, omega, p2, tilt, force, slope, h):
         before = term
     if n == DEGREE:
         while (
-            n * abs(trig[2, n]) * h**n > 1e-17 * largest or (n - 1) * abs(trig[2, n - 1]) * h ** (n - 1) > 1e-17 * largest
+            n * abs(trig[2, n]) * h**n > 1e-17 * largest
+            or (n - 1) * abs(trig[2, n - 1]) * h ** (n - 1) > 1e-17 * largest
         ) and h > 1e-12:
             h *= 0.7
             largest = max(abs(omega) * h, abs(trig[2, 2]) * h * h, 3.0 * abs(trig[2, 3]) * h * h * h)
@@ -243,9 +254,9 @@ def _exact_series(poly, trig, theta, omega, p2, tilt, force, slope, h):
     return n, h
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _root(poly, row, n, m, right):
-    """The zero in (0, right) of a row of the series over t^m (its first m coefficients vanish); it changes sign once."""
+    """The zero in (0, right) of a row of the series over t^m (its first m coefficients vanish): it has just one."""
     left = 0.0
     start = poly[row, m]
     end = _eval(poly, row, n, right)
@@ -276,7 +287,7 @@ def _root(poly, row, n, m, right):
     return t
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _root_of_curvature(poly, n, right):
     """The zero of the acceleration in (0, right), where it changes sign once."""
     left = 0.0
@@ -295,7 +306,7 @@ def _root_of_curvature(poly, n, right):
     return 0.5 * (left + right)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _root_of_value(poly, n, gap, right, guess):
     """The time in (0, right] at which the displacement reaches gap, and the velocity there; it is monotone till then.
 
@@ -330,7 +341,7 @@ def _root_of_value(poly, n, gap, right, guess):
 NO_EVENT, TURN, AT_LOWER, AT_UPPER = range(4)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _first_event(poly, n, h, theta, lower, upper, hop):
     """Kind and time of the first event in (0, h] of a piece, the displacement and the velocity then.
 
@@ -385,7 +396,7 @@ def _first_event(poly, n, h, theta, lower, upper, hop):
     return NO_EVENT, h, moved, final
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _crossing(zeta, speed):
     """Squared speed at +1 of z'' + 2 zeta z' + z = 0 from -1 with `speed`; minus the potential it lacks if it turns."""
     gap = 1.0 - zeta * zeta
@@ -435,7 +446,7 @@ def _crossing(zeta, speed):
     return v * v
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**_EVENT)
 def energy_consistent_zeta(speed, exit_speed):
     """Damping ratio with which a crossing from -1 at `speed` leaves +1 at `exit_speed` (unit frequency, unforced).
 
@@ -450,7 +461,7 @@ def energy_consistent_zeta(speed, exit_speed):
     path = speed + v0 * v0 * math.asin(1.0 / v0)
     low = 0.0
     f_low = start - target
-    high = 0.25 * (path - math.sqrt(max(0.0, path * path - 4.0 * (start - target))))
+    high = (start - target) / (path + math.sqrt(max(0.0, path * path - 4.0 * (start - target))))
     f_high = _crossing(high, speed) - target
     while f_high > 0.0:
         low = high
@@ -483,7 +494,13 @@ def energy_consistent_zeta(speed, exit_speed):
     return zeta
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
+def _captures(links, o, region):
+    """Whether another region takes over where the velocity vanishes inside this one."""
+    return links[o, region, LINK_TURN_LEFT] != NO_REGION or links[o, region, LINK_TURN_RIGHT] != NO_REGION
+
+
+@njit(**_EVENT)
 def _potential(tables, o, region, exact, theta):
     """Potential energy per unit inertia at theta, as continued from `region`."""
     stiffness = tables[o, region, REGION_STIFFNESS]
@@ -494,7 +511,7 @@ def _potential(tables, o, region, exact, theta):
     return (0.5 * stiffness * theta - offset) * theta + tables[o, region, REGION_POTENTIAL]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _held_damping(tables, parameters, o, zone, omega):
     """Damping of the zone from this inward crossing to the next, by the oscillator's rule (per unit inertia, 1/s)."""
     rule = int(parameters[o, PAR_RULE])
@@ -519,13 +536,13 @@ def _held_damping(tables, parameters, o, zone, omega):
     return tables[o, zone, REGION_DAMPING]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _settles(parameters, o, omega, stiffness, force, slope, left, peak):
     """Whether all later bounces provably end before the sample does, or before its forcing reaches the threshold.
 
     With a_min the least deceleration over a horizon, the bounces that follow take 2|omega|/((1 - e) a_min) in all and
     rise to omega²/(2 a_min), which must not exceed the peak so far.  A tenth of a_min is kept for the softening
-    |K| x of the branch, which stays below 1 % of a_min within a horizon of half its time constant.
+    |K| x of the branch: x <= (1 - e)² a_min horizon²/8, and a horizon of half its time constant keeps it below 1/32.
     """
     if omega == 0.0:
         return True
@@ -540,26 +557,29 @@ def _settles(parameters, o, omega, stiffness, force, slope, left, peak):
     elif end < -parameters[o, PAR_UPLIFT_LEFT] and slope < 0.0:
         horizon = 0.5 * (-parameters[o, PAR_UPLIFT_LEFT] - force) / slope
     end = force + slope * horizon
-    a_min = 0.9 * min(parameters[o, PAR_UPLIFT_RIGHT] - max(force, end), parameters[o, PAR_UPLIFT_LEFT] + min(force, end))
+    a_min = 0.9 * min(
+        parameters[o, PAR_UPLIFT_RIGHT] - max(force, end), parameters[o, PAR_UPLIFT_LEFT] + min(force, end)
+    )
     return a_min > 0.0 and 2.0 * abs(omega) <= (1.0 - e) * a_min * horizon and omega * omega <= 2.0 * a_min * peak
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _uplift(parameters, o, x, k, force, slope, left):
     """From rest: the time until the forcing exceeds the threshold (left if it does not) and the forcing there.
 
-    Forcing that is at the threshold to rounding lifts the block only if it grows.
+    Forcing that is at the threshold to rounding lifts the block only if it grows: the margin is wider than the one
+    within which a piece takes its acceleration for zero, or a block could be lifted and set down without end.
     """
     right = parameters[o, PAR_UPLIFT_RIGHT]
     leftward = -parameters[o, PAR_UPLIFT_LEFT]
     end = force + slope * left
     t = 0.0
-    if force > right * (1.0 + 4.0 * EPSILON) or force < leftward * (1.0 + 4.0 * EPSILON):
+    if force > right * (1.0 + MARGIN) or force < leftward * (1.0 + MARGIN):
         pass
-    elif end > right * (1.0 + 4.0 * EPSILON) and slope > 0.0:
+    elif end > right * (1.0 + MARGIN) and slope > 0.0:
         t = max(right - force, 0.0) / slope
         force = right
-    elif end < leftward * (1.0 + 4.0 * EPSILON) and slope < 0.0:
+    elif end < leftward * (1.0 + MARGIN) and slope < 0.0:
         t = min(leftward - force, 0.0) / slope
         force = leftward
     else:
@@ -571,7 +591,7 @@ def _uplift(parameters, o, x, k, force, slope, left):
     return min(t, left), force
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _record_turn(x, k, tables, links, o, exact, region, time, turning_points):
     """A turning point: the peak, the list of peaks, and the region that takes over where one does."""
     theta = x[THETA]
@@ -582,16 +602,18 @@ def _record_turn(x, k, tables, links, o, exact, region, time, turning_points):
     k[TURNS] += 1
     target = links[o, region, LINK_TURN_RIGHT] if theta >= 0.0 else links[o, region, LINK_TURN_LEFT]
     if target != NO_REGION:
-        # Same energy on the branch that takes over: U(theta') = U(theta), the root next to zero.
+        # Same energy on the branch that takes over: U(theta') = U(theta), the root next to zero, on the same side.
         energy = _potential(tables, o, region, exact, theta) - tables[o, target, REGION_POTENTIAL]
         stiffness = tables[o, target, REGION_STIFFNESS]
         offset = tables[o, target, REGION_OFFSET]
         root = math.sqrt(max(0.0, offset * offset + 2.0 * stiffness * energy))
-        x[THETA] = -2.0 * energy / (offset + (root if offset > 0.0 else -root))
+        other_side = offset > 0.0 if offset != 0.0 else theta < 0.0
+        denominator = offset + (root if other_side else -root)
+        x[THETA] = -2.0 * energy / denominator if denominator != 0.0 else 0.0
         k[NOW] = target
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _at_edge(x, k, tables, links, parameters, o, region, upper, force, slope, left, time):
     """What happens where the rotation reaches an edge of its region."""
     if upper:
@@ -629,7 +651,7 @@ def _at_edge(x, k, tables, links, parameters, o, region, upper, force, slope, le
             k[NOW] = REST
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _piece(x, k, tables, links, parameters, o, force, slope, left, time, poly, trig, turning_points):
     """One piece: from the state to its first event, or to the end of the step; the time it took."""
     waited = 0.0
@@ -656,7 +678,9 @@ def _piece(x, k, tables, links, parameters, o, force, slope, left, time, poly, t
             a = 0.0  # the sign of what is left is rounding; the slope of the forcing decides
         n = _degree(rate * h)
         _linear_series(poly, a - c * omega, omega, c, stiffness, slope, n)
-    hop = x[PEAK] - abs(theta) if k[FREE] == 0 and turning_points.shape[1] == 0 else -1.0
+    hop = -1.0
+    if k[FREE] == 0 and turning_points.shape[1] == 0 and not _captures(links, o, region):
+        hop = x[PEAK] - abs(theta)
     kind, t, moved, velocity = _first_event(
         poly, n, h, theta, tables[o, region, REGION_LOWER], tables[o, region, REGION_UPPER], hop
     )
@@ -677,21 +701,25 @@ def _piece(x, k, tables, links, parameters, o, force, slope, left, time, poly, t
     return waited + t
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _sample(x, k, tables, links, parameters, o, force, slope, dt, time, poly, trig, turning_points):
     """One sample, cut at its events."""
     t = 0.0
     impacts = k[IMPACTS]
     while t < dt and k[OVERTURNED] == 0:
-        t += _piece(x, k, tables, links, parameters, o, force + slope * t, slope, dt - t, time + t, poly, trig, turning_points)
-        if k[IMPACTS] - impacts > MAX_IMPACTS_PER_SAMPLE and int(parameters[o, PAR_START]) == REST:
-            x[THETA] = 0.0
-            x[OMEGA] = 0.0
-            k[NOW] = REST
-            impacts = k[IMPACTS]
+        t += _piece(
+            x, k, tables, links, parameters, o, force + slope * t, slope, dt - t, time + t, poly, trig, turning_points
+        )
+        if k[IMPACTS] - impacts > MANY_IMPACTS and x[THETA] == 0.0 and k[NOW] != REST:
+            stiffness = tables[o, k[NOW], REGION_STIFFNESS]
+            now = force + slope * t
+            a_min = min(parameters[o, PAR_UPLIFT_RIGHT] - now, parameters[o, PAR_UPLIFT_LEFT] + now)
+            if x[OMEGA] * x[OMEGA] <= 2.0 * a_min * NO_HEIGHT and stiffness < 0.0:
+                x[OMEGA] = 0.0
+                k[NOW] = REST
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _saddle_passed(x, k, tables, links, parameters, o):
     """Whether the unforced block is beyond the saddle of its region, or sure to pass it.
 
@@ -713,19 +741,20 @@ def _saddle_passed(x, k, tables, links, parameters, o):
     return side * x[OMEGA] + (half + math.sqrt(half * half - stiffness)) * beyond > 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _free(x, k, tables, links, parameters, o, time, poly, trig, turning_points):
     """After the record: on until overturned, at rest, or sure never to exceed the peak again.
 
-    Free motion loses energy, so two turning points in a row (one a side) bound all that follow; inside a zone with a
-    stable centre the energy itself does.
+    Free motion loses energy, so a turning point on each side bounds all that follow on it; inside a zone with a stable
+    centre the energy itself does.  A block that turns on one side only (beside a wall) is bounded by a few turns there.
     """
     turns = k[TURNS]
     impacts = k[IMPACTS]
     k[FREE] = 1
     passed = False
+    sides = 0
     for _ in range(MAX_FREE_PIECES):
-        if k[OVERTURNED] != 0 or k[NOW] == REST or k[TURNS] - turns >= 2:
+        if k[OVERTURNED] != 0 or k[NOW] == REST or sides == 3 or k[TURNS] - turns >= MAX_FREE_TURNS:
             break
         region = k[NOW]
         stiffness = tables[o, region, REGION_STIFFNESS]
@@ -739,17 +768,20 @@ def _free(x, k, tables, links, parameters, o, time, poly, trig, turning_points):
                 break
         if x[OMEGA] == 0.0 and x[THETA] == tables[o, region, REGION_OFFSET] / stiffness:
             break
+        before = k[TURNS]
         time += _piece(x, k, tables, links, parameters, o, 0.0, 0.0, FREE_STEP, time, poly, trig, turning_points)
-        if passed and k[NOW] != region:
-            break  # rounding on the separatrix itself: the proof stands
+        if passed and k[TURNS] != before:
+            break  # rounding on the separatrix itself: the proof stands, the time is not known
+        if k[TURNS] != before:
+            sides |= 1 if x[THETA] > 0.0 else 2
     k[IMPACTS] = impacts  # counted during the record only
     if passed and k[OVERTURNED] == 0:
         k[OVERTURNED] = 1
         x[PEAK] = FLAT
-        x[OVERTURN_TIME] = time
+        x[OVERTURN_TIME] = math.nan
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _propagator(stiffness, c, h):
     """The step's transition: impulse response, its slope, its first and second integrals, as series about the state.
 
@@ -775,7 +807,7 @@ def _propagator(stiffness, c, h):
     return g0, g1, g2, g3 / h, g2 / h
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _store(history, i, x, k, tables, links, o):
     """Write the state at sample i, where a history is asked for."""
     region = k[NOW]
@@ -788,7 +820,7 @@ def _store(history, i, x, k, tables, links, o):
         history[HISTORY_DAMPING, i] = x[HELD] if links[o, region, LINK_HELD] else tables[o, region, REGION_DAMPING]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _store_fallen(history, i, x):
     """An overturned block lies still from sample i on."""
     for j in range(i, history.shape[1]):
@@ -799,7 +831,7 @@ def _store_fallen(history, i, x):
         history[HISTORY_PEAK, j] = FLAT
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@njit(**_DRIVER, inline="always")
 def _step_lanes(s, n, force, rise, now, after):
     """One sample of n lanes from the state rows `now` to the rows `after`; the number of lanes that need a look.
 
@@ -834,18 +866,18 @@ def _step_lanes(s, n, force, rise, now, after):
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@njit(**_LANES)
 def _step_even(s, n, force, rise):
     """Compiled apart: inside a larger function the loop would not be vectorised."""
     return _step_lanes(s, n, force, rise, ROW_EVEN, ROW_ODD)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@njit(**_LANES)
 def _step_odd(s, n, force, rise):
     return _step_lanes(s, n, force, rise, ROW_ODD, ROW_EVEN)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _load_lane(s, lane, x, k, tables, links, parameters, o, steps, own, dt, force, rows):
     """Write a lane's coefficients for the region it is in, and its state into `rows`."""
     region = k[NOW]
@@ -897,7 +929,7 @@ def _load_lane(s, lane, x, k, tables, links, parameters, o, steps, own, dt, forc
     s[ROW_LOWER * LANES + lane] = tables[o, region, REGION_LOWER]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@njit(**_LANES)
 def _is_quiet(s, lane, region, turns_matter, peak, dt, force, rise, now, after):
     """Whether a lane that was marked holds no event after all: nothing but turns below the peak, far from the edges.
 
@@ -928,7 +960,7 @@ def _is_quiet(s, lane, region, turns_matter, peak, dt, force, rise, now, after):
     return theta + reach < upper and theta - reach > lower and abs(theta) + reach <= peak
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _look(
     s, n, lx, lk, which, tables, links, parameters, steps, own, dt, i, force, rise, now, after, x, k, poly, trig, turns
 ):
@@ -939,7 +971,7 @@ def _look(
             continue
         o = which[lane]
         region = lk[lane, NOW]
-        turns_matter = turns.shape[1] > 0 or (region != REST and links[o, region, LINK_TURN_RIGHT] != NO_REGION)
+        turns_matter = turns.shape[1] > 0 or (region != REST and _captures(links, o, region))
         if _is_quiet(s, lane, region, turns_matter, lx[lane, PEAK], dt, force, rise, now, after):
             continue
         for j in range(STATE_FLOATS):
@@ -956,9 +988,7 @@ def _look(
         if k[OVERTURNED] != 0:
             fallen = True
         if k[NOW] != region or x[HELD] != held:
-            _load_lane(
-                s, lane, x, k, tables, links, parameters, o, steps, own, dt, amplitude * (force + rise), after
-            )
+            _load_lane(s, lane, x, k, tables, links, parameters, o, steps, own, dt, amplitude * (force + rise), after)
         elif region == REST:
             s[after * LANES + lane] = amplitude * (force + rise)
             s[(after + 1) * LANES + lane] = 1.0
@@ -972,7 +1002,7 @@ def _look(
     return fallen
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _reset(x, k, theta, omega, peak, region, start):
     x[THETA] = theta
     x[OMEGA] = omega
@@ -985,7 +1015,7 @@ def _reset(x, k, theta, omega, peak, region, start):
     k[UPLIFTED] = 1 if region != start else 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _prepare(steps, tables, links, parameters, dt):
     """A propagator per oscillator and region of constant damping; the last column says whether a sample is one step."""
     for o in range(tables.shape[0]):
@@ -1001,7 +1031,7 @@ def _prepare(steps, tables, links, parameters, dt):
                 )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _first_rise(running, level):
     """Index of the first entry of a non-decreasing row that reaches level (its length if none does)."""
     low = 0
@@ -1015,7 +1045,7 @@ def _first_rise(running, level):
     return low
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _clear_lane(s, lane):
     """Rows that never need a look: padding, and lanes whose run is over."""
     for row in range(LANE_ROWS):
@@ -1026,7 +1056,7 @@ def _clear_lane(s, lane):
     s[ROW_LOWER * LANES + lane] = -math.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _write_result(out, j, x, k):
     out[j, OUT_OVERTURNED] = k[OVERTURNED]
     out[j, OUT_PEAK] = x[PEAK]
@@ -1035,7 +1065,7 @@ def _write_result(out, j, x, k):
     out[j, OUT_OVERTURN_TIME] = x[OVERTURN_TIME]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, fastmath={"contract"})
+@njit(**_EVENT)
 def _fetch_lane(s, lane, lx, lk, rows, x, k):
     """A lane's whole state into x and k."""
     for j in range(STATE_FLOATS):
@@ -1047,10 +1077,8 @@ def _fetch_lane(s, lane, lx, lk, rows, x, k):
         x[OMEGA] = s[(rows + 1) * LANES + lane]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _run_lanes(
-    record, dt, tables, links, parameters, steps, runs, which, factors, first, begin, out, turns, history
-):
+@njit(**_DRIVER)
+def _run_lanes(record, dt, tables, links, parameters, steps, runs, which, factors, first, begin, out, turns, history):
     """Up to LANES runs in lockstep over one record; runs (r,) are sorted by their first sample.
 
     A run joins at its first sample and leaves when it has overturned; between, only marked lanes leave the lockstep.
@@ -1086,9 +1114,7 @@ def _run_lanes(
             _reset(x, k, begin[j, 0], begin[j, 1], begin[j, 2], int(begin[j, 3]), int(parameters[o, PAR_START]))
             amplitude = -parameters[o, PAR_GAIN] * factors[j]
             s[ROW_AMPLITUDE * LANES + active] = amplitude
-            _load_lane(
-                s, active, x, k, tables, links, parameters, o, steps, own, dt, amplitude * record[i], now
-            )
+            _load_lane(s, active, x, k, tables, links, parameters, o, steps, own, dt, amplitude * record[i], now)
             for c in range(STATE_FLOATS):
                 lx[active, c] = x[c]
             for c in range(STATE_INTEGERS):
@@ -1103,13 +1129,29 @@ def _run_lanes(
         force = record[i]
         rise = record[i + 1] - force
         padded = (active + 7) // 8 * 8
-        if now == ROW_EVEN:
-            marked = _step_even(s, padded, force, rise)
-        else:
-            marked = _step_odd(s, padded, force, rise)
+        marked = _step_even(s, padded, force, rise) if now == ROW_EVEN else _step_odd(s, padded, force, rise)
         if marked > 0 and _look(
-            s, active, lx, lk, lane_o, tables, links, parameters, steps, own, dt, i, force, rise, now, after,
-            x, k, poly, trig, turns,
+            s,
+            active,
+            lx,
+            lk,
+            lane_o,
+            tables,
+            links,
+            parameters,
+            steps,
+            own,
+            dt,
+            i,
+            force,
+            rise,
+            now,
+            after,
+            x,
+            k,
+            poly,
+            trig,
+            turns,
         ):
             lane = 0
             while lane < active:
@@ -1144,10 +1186,8 @@ def _run_lanes(
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _run_exact(
-    record, dt, tables, links, parameters, runs, which, factors, first, begin, out, turns, history
-):
+@njit(**_DRIVER)
+def _run_exact(record, dt, tables, links, parameters, runs, which, factors, first, begin, out, turns, history):
     """Runs in exact geometry, one after the other: every sample of a moving block is solved by its own series."""
     x = np.empty(STATE_FLOATS)
     k = np.empty(STATE_INTEGERS, np.int64)
@@ -1185,7 +1225,7 @@ def _run_exact(
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**_DRIVER)
 def _unit_response(record, dt, tables, links, parameters, steps, o, unit):
     """The response of oscillator o to the record as it is until its first uplift, into unit (5, n); its peak for good.
 
@@ -1217,7 +1257,7 @@ def _unit_response(record, dt, tables, links, parameters, steps, o, unit):
     return out[0, OUT_PEAK]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**_DRIVER)
 def run_batch(record, dt, tables, links, parameters, which, factors, start, skip, out, turning_points, history):
     """Runs of oscillators which[j] under factors[j] * record; returns the turning points of the last one.
 
@@ -1248,7 +1288,8 @@ def run_batch(record, dt, tables, links, parameters, which, factors, start, skip
             begin[j, 1] = start[1]
             begin[j, 2] = abs(start[0])
             begin[j, 3] = start[2]
-        elif skip:
+        elif skip and (zone == REST or tables[o, zone, REGION_OFFSET] == 0.0):
+            # (a zone with a static offset does not respond in proportion to the factor)
             if o != current:
                 current = o
                 unit_peak = _unit_response(record, dt, tables, links, parameters, steps, o, unit)
@@ -1279,13 +1320,36 @@ def run_batch(record, dt, tables, links, parameters, which, factors, start, skip
     turns = 0
     if exact_runs > 0:
         turns = _run_exact(
-            record, dt, tables, links, parameters, exact[:exact_runs], which, factors, first, begin, out,
-            turning_points, history,
+            record,
+            dt,
+            tables,
+            links,
+            parameters,
+            exact[:exact_runs],
+            which,
+            factors,
+            first,
+            begin,
+            out,
+            turning_points,
+            history,
         )
     order = linear[:linear_runs][np.argsort(first[linear[:linear_runs]], kind="mergesort")]
     for j in range(0, linear_runs, LANES):
         turns = _run_lanes(
-            record, dt, tables, links, parameters, steps, order[j : j + LANES], which, factors, first, begin, out,
-            turning_points, history,
+            record,
+            dt,
+            tables,
+            links,
+            parameters,
+            steps,
+            order[j : j + LANES],
+            which,
+            factors,
+            first,
+            begin,
+            out,
+            turning_points,
+            history,
         )
     return turns

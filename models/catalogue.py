@@ -60,6 +60,9 @@ class Catalogue(Mapping[str, Block]):
             hint = f"; nearest: {', '.join(near)}" if near else ""
             raise KeyError(f"no catalogue item {name!r}{hint}") from None
 
+    def __repr__(self) -> str:
+        return f"<catalogue of {len(self)} contents: {', '.join(self)}>"
+
     def __getitem__(self, name: str) -> Block:
         return self.item(name).block
 

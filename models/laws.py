@@ -25,6 +25,8 @@ from .oscillator import Oscillator, bilinear, impact
 LEVERS = ("h", "R")
 RESTS = ("elastic", "rigid")
 GEOMETRIES = ("exact", "linear", "bilinear")
+MAX_DAMPING = 100.0
+"""Largest damping ratio (and coefficient of Vassiliou's law): far beyond any sense, and the zone becomes stiff."""
 
 
 class Law(ABC):
@@ -42,12 +44,16 @@ class Law(ABC):
             checks.number("e", values["e"], above=0.0, at_most=1.0)
         if "restitution_factor" in values:
             checks.number("restitution_factor", values["restitution_factor"], above=0.0)
+            if values["restitution_factor"] != 1.0 and values.get("e") is not None:
+                raise ValueError(
+                    f"restitution_factor is a factor on e_R: give it or e, got e={values['e']:g} and "
+                    f"restitution_factor={values['restitution_factor']:g}"
+                )
         if "delta" in values:
             checks.number("delta", values["delta"], above=0.0, below=1.0)
-        if "zeta" in values:
-            checks.number("zeta", values["zeta"], at_least=0.0)
-        if "coefficient" in values:
-            checks.number("coefficient", values["coefficient"], at_least=0.0)
+        for name in ("zeta", "coefficient"):
+            if name in values:
+                checks.number(name, values[name], at_least=0.0, at_most=MAX_DAMPING)
         for name, allowed in (("lever", LEVERS), ("rest", RESTS), ("geometry", GEOMETRIES)):
             if name in values:
                 checks.choice(name, values[name], allowed)
@@ -57,7 +63,10 @@ class Law(ABC):
         """The oscillator of `block` under this law; ValueError where the block needs an explicit e."""
 
     def restitution(self, block: Block) -> float | None:
-        """The coefficient of restitution used for `block`, or None where the law has none."""
+        """The coefficient of restitution used for `block`, or None where the law has none.
+
+        The law's own e, or Housner's e_R of the block times `restitution_factor`: never clipped, above 1 is an error.
+        """
         return None
 
     @property
@@ -86,14 +95,20 @@ class Law(ABC):
         return " ".join(parts)
 
 
-def _restitution(block: Block, e: float | None, factor: float) -> float:
-    """The e given, or Housner's e_R of the block times the factor (never clipped: above 1 is an error)."""
-    if e is not None:
-        return e
-    value = factor * block.restitution
-    if value > 1.0:
-        raise ValueError(f"restitution_factor {factor:g} times e_R {block.restitution:.4g} is {value:.4g}: above 1")
-    return value
+class _ImpactLaw(Law):
+    """A law with a coefficient of restitution: fields `e` and `restitution_factor`."""
+
+    e: float | None
+    restitution_factor: float
+
+    def restitution(self, block: Block) -> float:
+        if self.e is not None:
+            return self.e
+        value = self.restitution_factor * block.restitution
+        if value > 1.0:
+            factor = self.restitution_factor
+            raise ValueError(f"restitution_factor {factor:g} times e_R {block.restitution:.4g} is {value:.4g}: above 1")
+        return value
 
 
 def _q2(block: Block) -> float:
@@ -113,7 +128,7 @@ def _zone_frequency(block: Block, delta: float) -> float:
 
 
 @dataclass(frozen=True)
-class DiscreteDamping(Law):
+class DiscreteDamping(_ImpactLaw):
     """The paper's own law: f_d = c_D theta' inside |theta| <= delta alpha, nothing outside.
 
     c_D = c' |theta'_in| with c' = I_O (1 - e)/(2 delta alpha) (paper, Eqs. 15-17); theta'_in is the velocity at the
@@ -139,9 +154,6 @@ class DiscreteDamping(Law):
     rest: str = "elastic"
     restitution_factor: float = field(default=1.0, kw_only=True)
 
-    def restitution(self, block: Block) -> float:
-        return _restitution(block, self.e, self.restitution_factor)
-
     def oscillator(self, block: Block) -> Oscillator:
         return bilinear(
             _q2(block),
@@ -155,7 +167,7 @@ class DiscreteDamping(Law):
 
 
 @dataclass(frozen=True)
-class EnergyConsistent(Law):
+class EnergyConsistent(_ImpactLaw):
     """Discrete damping with the c_D for which the zone takes out exactly what an impact with e takes out (derived).
 
     c >= 0 is the root for which the unforced crossing leaves the zone with
@@ -171,9 +183,6 @@ class EnergyConsistent(Law):
     rest: str = "rigid"
     restitution_factor: float = field(default=1.0, kw_only=True)
 
-    def restitution(self, block: Block) -> float:
-        return _restitution(block, self.e, self.restitution_factor)
-
     def oscillator(self, block: Block) -> Oscillator:
         return bilinear(
             _q2(block),
@@ -187,7 +196,7 @@ class EnergyConsistent(Law):
 
 
 @dataclass(frozen=True)
-class _RestitutionViscous(Law):
+class _RestitutionViscous(_ImpactLaw):
     """f_d = 2 zeta(e) sqrt(I_O k0) theta' everywhere: initial-stiffness proportional (paper, Eq. 11)."""
 
     e: float | None = None
@@ -199,9 +208,6 @@ class _RestitutionViscous(Law):
     @abstractmethod
     def damping_ratio(e: float) -> float:
         """Zeta as a function of the restitution coefficient."""
-
-    def restitution(self, block: Block) -> float:
-        return _restitution(block, self.e, self.restitution_factor)
 
     def oscillator(self, block: Block) -> Oscillator:
         ratio = self.damping_ratio(self.restitution(block))
@@ -291,7 +297,7 @@ class ViscousDamping(Law):
 
 
 @dataclass(frozen=True)
-class HousnerImpact(Law):
+class HousnerImpact(_ImpactLaw):
     """The field's reference: a rigid block at rest until its threshold is exceeded, theta' -> e theta' at each impact.
 
     Parameters
@@ -321,9 +327,6 @@ class HousnerImpact(Law):
         super().__post_init__()
         if self.lever != "h" and self.geometry != "bilinear":
             raise ValueError(f"lever={self.lever!r} needs geometry='bilinear', got geometry={self.geometry!r}")
-
-    def restitution(self, block: Block) -> float:
-        return _restitution(block, self.e, self.restitution_factor)
 
     def oscillator(self, block: Block) -> Oscillator:
         e = self.restitution(block)

@@ -49,6 +49,11 @@ class Region(NamedTuple):
     turn_left: int = engine.NO_REGION
     turn_right: int = engine.NO_REGION
 
+    @property
+    def captures(self) -> bool:
+        """Whether another region takes over where the velocity vanishes inside this one."""
+        return self.turn_left != engine.NO_REGION or self.turn_right != engine.NO_REGION
+
 
 class Oscillator(NamedTuple):
     """An oscillator in numbers: regions, forcing gain (rad/s² per m/s²), entry rule, thresholds and where it rests."""
@@ -72,7 +77,7 @@ class Oscillator(NamedTuple):
         candidates = list(range(len(self.regions)))
         if self.start == engine.REST:
             # a rigid block comes into a zone by an inward crossing only
-            candidates = [i for i in candidates if self.regions[i].turn_right == engine.NO_REGION]
+            candidates = [i for i in candidates if not self.regions[i].captures]
         else:
             candidates.insert(0, self.start)
         for index in candidates:
@@ -98,6 +103,7 @@ def stack(oscillators: Sequence[Oscillator]) -> Stack:
     links = np.full((len(oscillators), rows, engine.LINK_COLUMNS), engine.NO_REGION, dtype=np.int64)
     parameters = np.zeros((len(oscillators), engine.PAR_COLUMNS))
     for o, oscillator in enumerate(oscillators):
+        _check_table(oscillator)
         for r, region in enumerate(oscillator.regions):
             tables[o, r] = region[: engine.REGION_COLUMNS]
             links[o, r] = (*region.lower_edge, *region.upper_edge, region.held, region.turn_left, region.turn_right)
@@ -114,6 +120,18 @@ def stack(oscillators: Sequence[Oscillator]) -> Stack:
             oscillator.exact,
         )
     return Stack(tables, links, parameters)
+
+
+def _check_table(oscillator: Oscillator) -> None:
+    """Refuse what the engine does not solve: ValueError."""
+    for index, region in enumerate(oscillator.regions):
+        if region.stiffness == 0.0 or not region.lower < region.upper:
+            raise ValueError(f"region {index} must have a stiffness other than 0 and lower < upper, got {region}")
+        for edge, at in ((region.lower_edge, region.lower), (region.upper_edge, region.upper)):
+            if edge.action == engine.IMPACT and (at != 0.0 or oscillator.start != engine.REST):
+                raise ValueError(f"impacts must be at rotation 0 of an oscillator that rests there, got one at {at:g}")
+        if region.held and region.lower != -region.upper:
+            raise ValueError(f"a zone with held damping must be centred on 0, got {region.lower:g} … {region.upper:g}")
 
 
 def bilinear(
@@ -182,4 +200,6 @@ def impact(q2: float, alpha: float, gain: float, e: float, *, exact: bool = Fals
         Region(0.0, engine.FLAT, -q2, -q2 * alpha, 0.0, 0.0, Edge(engine.IMPACT, left), OVERTURN),
     )
     threshold = q2 * (math.sin(alpha) if exact else alpha)
-    return Oscillator(regions, gain, engine.RULE_IMPACT, e, 0.0, engine.REST, threshold, threshold, right, left, exact)
+    return Oscillator(
+        regions, gain, engine.RULE_CONSTANT, e, 0.0, engine.REST, threshold, threshold, right, left, exact
+    )

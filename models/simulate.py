@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
 
@@ -17,6 +16,7 @@ from ..units import (
     DIMENSIONLESS,
     RADIAN,
     SECOND,
+    provenance,
 )
 from . import _piecewise as engine
 from .block import Block
@@ -52,7 +52,8 @@ def simulate(
         On ``time``: rotation (rad), angular_velocity (rad/s), angular_acceleration (rad/s²), damping_moment and
         restoring_moment (per unit I_O, rad/s²); scalars peak_rotation (rad: the true maximum of |theta|, between
         samples and after the record too; pi/2 if overturned), overturned, uplifted, impacts (inward crossings of the
-        elastic zone's edge, or impacts at theta = 0, during the record), overturning_time (s, NaN if it stands).
+        elastic zone's edge, or impacts at theta = 0, during the record and before rest, which comes when all later
+        bounces would end within one sample), overturning_time (s, NaN if it stands).
         After overturning the rotation stays at +-pi/2.
 
     Raises
@@ -129,9 +130,10 @@ def free_rocking(block: Block, model: Law, theta0: float, duration: float, dt: f
     run = trace(oscillator, acceleration, step, theta)
     dataset = _histories(block, model, oscillator, run, acceleration, np.arange(samples, dtype=np.float64) * step)
 
-    times, rotations = _free_peaks(block, model, oscillator, theta, length)
+    times, rotations, impacts = _free_peaks(block, model, oscillator, theta, length)
     peak = np.arange(rotations.size)
     return dataset.assign(
+        impacts=((), impacts, dataset["impacts"].attrs),
         peak_rotations=("peak", rotations, {"units": RADIAN, "long_name": "absolute rotation at turning points"}),
         peak_times=("peak", times, {"units": SECOND, "long_name": "time of turning points"}),
     ).assign_coords(peak=("peak", peak, {"units": DIMENSIONLESS, "long_name": "number of the turning point"}))
@@ -139,8 +141,8 @@ def free_rocking(block: Block, model: Law, theta0: float, duration: float, dt: f
 
 def _free_peaks(
     block: Block, model: Law, oscillator: Oscillator, theta: float, duration: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Times and |rotations| of the turning points of free rocking, from peak 0.
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    """Times and |rotations| of the turning points of free rocking, from peak 0, and the number of impacts.
 
     A grid of its own, of the block's time scale: where impacts accumulate within one step the block is at rest.
     """
@@ -159,20 +161,17 @@ def _free_peaks(
         inside = np.abs(rotations) < delta * block.alpha
         if inside.any():
             keep &= np.arange(rotations.size) < int(inside.argmax())
-    return np.append(0.0, times[keep]), np.append(abs(theta), np.abs(rotations[keep]))
+    impacts = int(run.results[engine.OUT_IMPACTS])
+    return np.append(0.0, times[keep]), np.append(abs(theta), np.abs(rotations[keep])), impacts
 
 
 def oscillator_of(block: Any, model: Any) -> Oscillator:
     """The oscillator of a block under a law; TypeError where either is something else."""
     if not isinstance(block, Block):
-        raise TypeError(f"block must be a toppling Block, got {type(block).__name__}")
+        raise TypeError(f"block must be a toppling Block, got {checks.kind(block)}")
     if not isinstance(model, Law):
-        raise TypeError(f"model must be a damping law such as DiscreteDamping(), got {_kind(model)}")
+        raise TypeError(f"model must be a damping law such as DiscreteDamping(), got {checks.kind(model)}")
     return model.oscillator(block)
-
-
-def _kind(value: Any) -> str:
-    return f"the class {value.__name__} (call it)" if isinstance(value, type) else type(value).__name__
 
 
 def _single_motion(motion: Any) -> tuple[NDArray[np.float64], float, str, float]:
@@ -185,20 +184,14 @@ def _single_motion(motion: Any) -> tuple[NDArray[np.float64], float, str, float]
     extra = [d for d in motion.dims if d != "time"]
     if "time" not in motion.dims or any(motion.sizes[d] != 1 for d in extra):
         raise ValueError(f"motion must be exactly one motion over time, got sizes {dict(motion.sizes)}; select one")
-    if motion.attrs.get("units") != "m s-2":
-        raise ValueError(f"motion must be in m s-2, got units {motion.attrs.get('units')!r}")
+    checks.acceleration_units("motion", motion.attrs.get("units"))
     one = motion.isel(dict.fromkeys(extra, 0))
     label = str(one["motion"].item()) if "motion" in one.coords else "motion"
     values = checks.finite_array("motion", one.values, unit="m/s²")
     if values.size < 2:
         raise ValueError(f"motion must have at least 2 samples, got {values.size}")
-    time = one["time"].values.astype(float) if "time" in one.coords else None
-    if "dt" in one.coords:
-        dt = checks.number("dt", float(one["dt"].item()), above=0.0, unit="s")
-    elif time is not None:
-        dt = checks.number("dt", float(time[-1] - time[0]) / (time.size - 1), above=0.0, unit="s")
-    else:
-        raise ValueError("motion must have a dt or a time coordinate, got neither")
+    time = one["time"].values if "time" in one.coords else None
+    dt = checks.time_step("motion", time, float(one["dt"].item()) if "dt" in one.coords else None)
     return values, dt, label, 0.0 if time is None else float(time[0])
 
 
@@ -246,16 +239,19 @@ def _histories(
             "overturned": scalar(overturned, DIMENSIONLESS, "whether the block overturned"),
             "uplifted": scalar(bool(run.results[engine.OUT_UPLIFTED]), DIMENSIONLESS, "whether the block uplifted"),
             "impacts": scalar(int(run.results[engine.OUT_IMPACTS]), DIMENSIONLESS, "impacts during the record"),
-            "overturning_time": scalar(run.results[engine.OUT_OVERTURN_TIME], SECOND, "time of overturning"),
+            "overturning_time": scalar(
+                run.results[engine.OUT_OVERTURN_TIME] + time[0], SECOND, "time of overturning, NaN if it stands"
+            ),
         },
         coords={"time": on_time(time, SECOND, "time")},
         attrs={
+            "title": "Rocking history of a freestanding block",
             "block": block.label,
             "model": model.label,
             "alpha": block.alpha,
             "R": block.R,
             "p": block.p,
-            "configuration": json.dumps({"block": describe_block(block), "model": describe_law(model)}),
+            **provenance({"block": describe_block(block), "model": describe_law(model)}),
         },
     )
 

@@ -16,9 +16,6 @@ from numpy.typing import NDArray
 from .. import checks
 from ..units import ACCELERATION, SECOND
 
-# A time axis printed with few digits is still uniform; one with a missing sample is not.
-UNIFORMITY = 0.05
-
 
 class Record(NamedTuple):
     """One motion as plain numbers: label, acceleration (n,) in m/s², step in s, where it came from, floor or ''."""
@@ -73,14 +70,14 @@ def from_array(
     n = values.shape[0]
     if labels is None:
         labels = [f"motion {i + 1}" for i in range(n)]
-    names = [labels] if isinstance(labels, str) else list(labels)
+    names = list(labels) if isinstance(labels, Iterable) and not isinstance(labels, str) else [labels]
     if len(names) != n or not all(isinstance(name, str) and name for name in names):
         raise ValueError(f"labels must be {n} non-empty strings, one a motion, got {names!r:.80}")
     if len(set(names)) != n:
         raise ValueError(f"labels must be unique, got {_repeated(names)!r} more than once")
-    sources = [source] * n if isinstance(source, str) else list(source)
-    if len(sources) != n:
-        raise ValueError(f"source must be one string or {n}, one a motion, got {len(sources)}")
+    sources = list(source) if isinstance(source, Iterable) and not isinstance(source, str) else [source] * n
+    if len(sources) != n or not all(isinstance(name, str) for name in sources):
+        raise ValueError(f"source must be one string or {n}, one a motion, got {source!r:.80}")
     return xr.DataArray(
         values,
         dims=("motion", "time"),
@@ -103,22 +100,25 @@ def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
     TypeError
         Something that is no labelled acceleration array.
     ValueError
-        No motion, a label used twice, units other than m s-2, a time axis that is not uniform, NaN or infinity.
+        No motion, a label used twice, units other than m s-2, a time axis that is not uniform or does not agree with
+        dt, NaN or infinity.
     """
-    arrays = [motions] if isinstance(motions, xr.DataArray) else list(motions)
+    arrays = list(motions) if isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray) else [motions]
     found: list[Record] = []
     for array in arrays:
         if not isinstance(array, xr.DataArray):
             raise TypeError(
                 f"motions must be labelled arrays as toppling.motions makes them (numbers: motions.from_array), "
-                f"got {type(array).__name__}"
+                f"got {checks.kind(array)}"
             )
         found.extend(_records_of(array))
     if not found:
         raise ValueError("motions must hold at least one motion, got none")
     names = [record.label for record in found]
     if len(set(names)) != len(names):
-        raise ValueError(f"motions must have unique labels, got {_repeated(names)!r} more than once")
+        raise ValueError(
+            f"motions must have unique labels, got {_repeated(names)!r} more than once: give one set other labels"
+        )
     return found
 
 
@@ -127,9 +127,7 @@ def _records_of(array: xr.DataArray) -> list[Record]:
         array = array.expand_dims("motion")
     if "time" not in array.dims or "motion" not in array.dims or not set(array.dims) <= {"motion", "floor", "time"}:
         raise ValueError(f"motions must have dims (motion, time) or (motion, floor, time), got {array.dims}")
-    units = array.attrs.get("units", ACCELERATION)
-    if units not in (ACCELERATION, "m/s2", "m/s^2", "m/s²", "m s^-2"):
-        raise ValueError(f"motions must be in m s-2, got units {units!r}")
+    checks.acceleration_units("motions", array.attrs.get("units"))
     if "floor" in array.dims:
         array = array.transpose("motion", "floor", "time")
         floors = [str(f) for f in array["floor"].values] if "floor" in array.coords else None
@@ -145,32 +143,13 @@ def _records_of(array: xr.DataArray) -> list[Record]:
             if values.size < 2:
                 raise ValueError(f"motion {label!r} must have at least 2 samples, got {values.size}")
             source = str(one["source"].item()) if "source" in one.coords else "array"
-            found.append(Record(f"{label} floor {floor}" if floor else label, values, _step(one, label), source, floor))
+            dt = checks.time_step(
+                f"motion {label!r}",
+                one["time"].values if "time" in one.coords else None,
+                float(one["dt"].item()) if "dt" in one.coords else None,
+            )
+            found.append(Record(f"{label} floor {floor}" if floor else label, values, dt, source, floor))
     return found
-
-
-def _step(one: xr.DataArray, label: str) -> float:
-    """The time step of one motion: its ``dt`` coordinate, else that of a uniform time axis."""
-    if "dt" in one.coords:
-        return checks.number(f"dt of motion {label!r}", float(one["dt"].item()), above=0.0, unit="s")
-    if "time" not in one.coords:
-        raise ValueError(f"motion {label!r} must have a dt or a time coordinate, got neither")
-    return uniform_step(one["time"].values.astype(np.float64), f"motion {label!r}")
-
-
-def uniform_step(time: NDArray[np.float64], what: str) -> float:
-    """The step of a uniform time axis (n >= 2); ValueError where it does not increase or a sample is off its place."""
-    dt = float(time[-1] - time[0]) / (time.size - 1)
-    if not dt > 0.0:
-        raise ValueError(f"the time of {what} must increase, got {time[0]:g} s first and {time[-1]:g} s last")
-    off = np.abs(time - (time[0] + dt * np.arange(time.size)))
-    worst = int(off.argmax())
-    if off[worst] > UNIFORMITY * dt:
-        raise ValueError(
-            f"the time step of {what} must be uniform: sample {worst} lies at {time[worst]:g} s, "
-            f"{off[worst]:.2g} s off a step of {dt:g} s; resample it first"
-        )
-    return dt
 
 
 def _repeated(names: Sequence[str]) -> str:

@@ -17,6 +17,7 @@ _HEADER = re.compile(
     r"NPTS\s*=\s*(?P<npts>\d+)\s*,?\s*DT\s*=\s*(?P<dt>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)", re.IGNORECASE
 )
 _HEADER_LINES = 4
+_UNITS = re.compile(r"\bUNITS?\b(?:\s+OF|\s+ARE|\s*[:=])?\s*([^\s.,;]+)", re.IGNORECASE)
 
 
 def is_at2(text: str) -> bool:
@@ -48,16 +49,16 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
     match = _HEADER.search(header)
     if match is None:
         raise RecordError(f"{file}: no 'NPTS= …, DT= …' in its first {_HEADER_LINES} lines: not a PEER AT2 file")
-    if re.search(r"\b(?:VELOCITY|DISPLACEMENT)\b", header, re.IGNORECASE):
+    if re.search(r"\b(?:VELOCITY|DISPLACEMENT)\b", "\n".join(lines[2:3]), re.IGNORECASE):
         raise RecordError(f"{file}: a velocity or displacement record, not acceleration")
     declared, dt = int(match["npts"]), float(match["dt"])
     if not 0.0 < dt < 10.0:
         raise RecordError(f"{file}: DT must lie between 0 and 10 s, got {dt:g}")
     last = next(i for i, line in enumerate(lines) if "NPTS" in line.upper())
-    unit_text = re.search(r"UNITS?\s*(?:OF|:|ARE|=)?\s*(.{1,24})", header, re.IGNORECASE | re.DOTALL)
-    factor = unit_factor(unit_text.group(1)) if unit_text else STANDARD_GRAVITY
+    stated = _UNITS.search(lines[2]) if last > 2 else None  # the title above may hold any word
+    factor = unit_factor(stated.group(1)) if stated else STANDARD_GRAVITY
     if factor is None:
-        raise RecordError(f"{file}: unknown unit of acceleration in {unit_text.group(0)!r}" if unit_text else "")
+        raise RecordError(f"{file}: unknown unit of acceleration in {lines[2].strip()[:60]!r}")
     values = numbers(file, "\n".join(lines[last + 1 :]), last + 2)
     if values.size != declared:
         raise RecordError(f"{file}: declares {declared} samples (NPTS) but holds {values.size}: truncated or damaged")
@@ -68,10 +69,20 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
 
 
 def write_at2(motion: xr.DataArray, path: str | os.PathLike[str], title: str = "") -> None:
-    """Write one motion as PEER AT2, in g with seven digits; ValueError where there is not exactly one."""
+    """Write one motion as PEER AT2, in g with seven digits.
+
+    Raises
+    ------
+    ValueError
+        Not exactly one motion, or a title of more than one line.
+    RecordError
+        A file that cannot be written.
+    """
     found = records(motion)
     if len(found) != 1:
         raise ValueError(f"write_at2 writes exactly one motion, got {len(found)}")
+    if len(title.splitlines()) > 1:
+        raise ValueError(f"title must be one line, got {title!r:.60}")
     record = found[0]
     values = record.acceleration / STANDARD_GRAVITY
     rows = [values[i : i + 5] for i in range(0, values.size, 5)]
@@ -81,4 +92,7 @@ def write_at2(motion: xr.DataArray, path: str | os.PathLike[str], title: str = "
         f"ACCELERATION RECORD IN PEER AT2 FORMAT\n{title or record.label}\n"
         f"ACCELERATION TIME HISTORY IN UNITS OF G\nNPTS= {values.size:6d}, DT= {step} SEC"
     )
-    Path(path).write_text(f"{header}\n{body}\n", encoding="ascii", errors="replace")
+    try:
+        Path(path).write_text(f"{header}\n{body}\n", encoding="ascii", errors="replace")
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be written ({error.strerror})") from None

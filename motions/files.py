@@ -13,12 +13,8 @@ from ..units import STANDARD_GRAVITY
 
 MAX_BYTES = 256 * 2**20
 
-# Words for acceleration units in headers and column names, longest first.
-_UNITS = (
-    (r"(?:cm\s*/\s*s(?:ec)?(?:\s*/\s*s(?:ec)?|\s*(?:\^|\*\*)?\s*2|²)|\bgals?\b|cm[_ ]s-?2)", 0.01),
-    (r"(?:m\s*/\s*s(?:ec)?(?:\s*/\s*s(?:ec)?|\s*(?:\^|\*\*)?\s*2|²)|\bm[_ ]s-?2\b|_m_?s2\b)", 1.0),
-    (r"(?:\bg\b|\bg's|_g\b)", STANDARD_GRAVITY),
-)
+# m/s² per unit of acceleration, by the unit's normal spelling.
+_UNITS = {"g": STANDARD_GRAVITY, "gal": 0.01, "gals": 0.01, "cm/s2": 0.01, "cm/s/s": 0.01, "m/s2": 1.0, "m/s/s": 1.0}
 
 
 class RecordError(ValueError):
@@ -27,6 +23,8 @@ class RecordError(ValueError):
 
 def text_of(path: str | os.PathLike[str]) -> tuple[Path, str]:
     """The text of a record file; RecordError where it is missing, no file, too large, empty or not text."""
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(f"path must be a path, got {type(path).__name__}")
     file = Path(path)
     try:
         if not file.is_file():
@@ -46,12 +44,12 @@ def text_of(path: str | os.PathLike[str]) -> tuple[Path, str]:
     return file, text
 
 
-def unit_factor(text: str) -> float | None:
-    """m/s² per unit of acceleration named in `text`; None where none is."""
-    for pattern, factor in _UNITS:
-        if re.search(pattern, text, re.IGNORECASE):
-            return factor
-    return None
+def unit_factor(word: str) -> float | None:
+    """m/s² per unit of acceleration, as people write it (g, gal, cm/s², m/s^2, cm/sec/sec, m s-2); None if unknown."""
+    text = word.strip().strip(".,;:()[]").lower().replace("sec", "s").replace("²", "2")
+    text = re.sub(r"\^|\*\*", "", text)
+    text = re.sub(r"^(c?m)[\s_]*/?[\s_]*s-?2$", r"\1/s2", text)
+    return _UNITS.get(text.replace(" ", ""))
 
 
 def numbers(file: Path, text: str, first_line: int) -> NDArray[np.float64]:

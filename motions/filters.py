@@ -20,6 +20,7 @@ from .envelopes import Envelope, RiseStrongDecay
 from .processing import parabolic_baseline
 
 BASELINES = ("parabolic", "none")
+LEAST_STEPS = 20  # fewer hold no motion, and a parabola would take most of it away
 
 
 def stream(seed: int, index: int) -> np.random.Generator:
@@ -82,8 +83,10 @@ class KanaiTajimi(Generator):
     def __post_init__(self) -> None:
         for name in ("omega_g", "xi_g", "s0", "duration", "dt"):
             checks.number(name, getattr(self, name), above=0.0)
-        if self.duration < 2.0 * self.dt:
-            raise ValueError(f"duration must be at least 2 dt = {2 * self.dt:g} s, got {self.duration:g}")
+        if self.duration < LEAST_STEPS * self.dt:
+            raise ValueError(
+                f"duration must be at least {LEAST_STEPS} dt = {LEAST_STEPS * self.dt:g} s, got {self.duration:g}"
+            )
         if not isinstance(self.envelope, Envelope):
             raise TypeError(f"envelope must be a toppling.motions envelope, got {type(self.envelope).__name__}")
         checks.choice("baseline", self.baseline, BASELINES)
@@ -116,7 +119,7 @@ class KanaiTajimi(Generator):
             noise = parabolic_baseline(noise, self.dt)
         name = type(self).__name__
         labels = [f"{name} {seed}-{first + i}" for i in range(n)]
-        return from_array(noise, self.dt, labels, source=f"{name} seed {seed}")
+        return from_array(noise, self.dt, labels, source=f"{self!r} seed {seed}")
 
     def _sections(self) -> list[tuple[list[float], list[float]]]:
         """Transfer functions in s, applied one after the other."""

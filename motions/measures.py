@@ -86,6 +86,15 @@ def measure(name: str, motions: list[Record]) -> NDArray[np.float64]:
     return np.array([function(record.acceleration, record.dt) for record in motions])
 
 
+def positive_measure(name: str, motions: list[Record]) -> NDArray[np.float64]:
+    """A measure to scale by, shape (motion,); ValueError where it is zero."""
+    values = measure(name, motions)
+    if not np.all(values > 0.0):
+        label = motions[int(np.argmin(values))].label
+        raise ValueError(f"motion {label!r} has {name} = 0 and cannot be scaled")
+    return values
+
+
 def measures(motions: xr.DataArray | Iterable[xr.DataArray]) -> xr.Dataset:
     """Every intensity measure of every motion.
 

@@ -8,31 +8,46 @@ from numpy.typing import NDArray
 
 from .. import checks
 from .arrays import records
-from .measures import measure, velocity
+from .measures import positive_measure, velocity
 
 
 def parabolic_baseline(acceleration: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
-    """Subtract the parabola c0 + c1 t + c2 t² that leaves the least mean square velocity (last axis is time).
+    """Subtract the parabola c0 + c1 t + c2 t² that leaves the least mean square velocity.
+
+    Parameters
+    ----------
+    acceleration : array_like, shape (time,) or (motion, time)
+        m/s², at least 5 samples, all finite.
+    dt : float
+        Time step, s, > 0.
+
+    Raises
+    ------
+    TypeError, ValueError
+        A wrong shape, NaN or infinity, fewer than 5 samples, dt <= 0.
 
     References
     ----------
     Berg, G. V. and Housner, G. W. (1961). Integrated velocity and displacement of strong earthquake ground motion.
     Bulletin of the Seismological Society of America 51(2), 175-189.
     """
-    x = np.linspace(0.0, 1.0, acceleration.shape[-1])
+    values = checks.finite_array("acceleration", acceleration, ndim=(1, 2), unit="m/s²")
+    step = checks.number("dt", dt, above=0.0, unit="s")
+    if values.shape[-1] < 5:
+        raise ValueError(f"acceleration must have at least 5 samples for a parabola, got {values.shape[-1]}")
+    x = np.linspace(0.0, 1.0, values.shape[-1])
     shapes: list[NDArray[np.float64]] = []
     # Orthonormal velocities by Gram and Schmidt: plain sums along time give the same bits for one motion as for a
     # thousand, which a least-squares call does not.
     for k in range(3):
         shape = x**k
         for earlier in shapes:
-            shape = shape - np.sum(velocity(shape, dt) * velocity(earlier, dt)) * earlier
-        shapes.append(shape / np.sqrt(np.sum(velocity(shape, dt) ** 2)))
-    drift = velocity(acceleration, dt)
-    corrected = acceleration.copy()
+            shape = shape - np.sum(velocity(shape, step) * velocity(earlier, step)) * earlier
+        shapes.append(shape / np.sqrt(np.sum(velocity(shape, step) ** 2)))
+    drift = velocity(values, step)
     for shape in shapes:
-        corrected -= np.sum(drift * velocity(shape, dt), axis=-1, keepdims=True) * shape
-    return corrected
+        values -= np.sum(drift * velocity(shape, step), axis=-1, keepdims=True) * shape
+    return values
 
 
 def scale_to(motions: xr.DataArray, target: float, im: str = "pga") -> xr.DataArray:
@@ -68,11 +83,7 @@ def scale_to_mean(motions: xr.DataArray, target: float, im: str = "pga") -> xr.D
 
 
 def _values(motions: xr.DataArray, im: str) -> NDArray[np.float64]:
-    if "floor" in motions.dims:
-        raise ValueError("motions with a floor dimension cannot be scaled one by one: select a floor first")
     plain = records(motions)
-    values = measure(im, plain)
-    if not np.all(values > 0.0):
-        label = plain[int(np.argmin(values))].label
-        raise ValueError(f"motion {label!r} has {im} = 0 and cannot be scaled")
-    return values
+    if set(motions.dims) != {"motion", "time"}:
+        raise ValueError(f"motions to be scaled must have dims (motion, time), got {motions.dims}")
+    return positive_measure(im, plain)

@@ -8,7 +8,7 @@ from importlib import resources
 import xarray as xr
 
 from .at2 import is_at2, read_at2
-from .files import text_of
+from .files import RecordError, text_of
 from .text import read_csv
 
 
@@ -37,9 +37,13 @@ def read(path: str | os.PathLike[str], dt: float | None = None) -> xr.DataArray:
     >>> float(read(example_path()).dt[0])
     0.01
     """
-    _, text = text_of(path)
+    file, text = text_of(path)
     if is_at2(text):
+        if dt is not None:
+            raise RecordError(f"{file}: a PEER AT2 file states its own DT, so dt must not be given, got {dt!r}")
         return read_at2(path)
+    if any(line.upper().startswith("PEER") for line in text.splitlines()[:1]):
+        raise RecordError(f"{file}: looks like a PEER file, but has no 'NPTS= …, DT= …' in its first four lines")
     return read_csv(path, dt)
 
 

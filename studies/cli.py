@@ -47,16 +47,18 @@ def run(
     *,
     out: Annotated[Path | None, Parameter(help="Folder for the results; results/NAME where not given.")] = None,
     scheduler: Annotated[str | None, Parameter(help="Address of a dask scheduler, tcp://host:port.")] = None,
-    fresh: Annotated[bool, Parameter(negative="", help="Replace the results of another study in that folder.")] = False,
+    fresh: Annotated[bool, Parameter(negative="", help="Compute again, and replace what that folder holds.")] = False,
 ) -> None:
     """Run a study: print its table, write results.nc and fragility.png.
+
+    Finished results of the same study in that folder are kept, not computed again; docs/study.md lists every key.
 
     Parameters
     ----------
     study
         The study file (TOML).
     """
-    console = Console()
+    console = _console()
     folder = out if out is not None else Path("results") / study.stem
     plan = Study.from_toml(study)
     motions = sum(array.sizes["motion"] for array in plan.motions)
@@ -65,15 +67,20 @@ def run(
         f"{_count(motions, 'motion')} × {_count(plan.levels.size, 'level')} = {_count(plan.runs, 'run')}",
         highlight=False,
         markup=False,
+        soft_wrap=True,
     )
+    for note in plan.notes:
+        console.print(f"note: {note}", highlight=False, markup=False, soft_wrap=True)
     client = None if scheduler is None else _connect(scheduler)
     try:
-        with show_progress(console, "runs") as progress:
-            results = plan.run(folder, client, fresh=fresh, progress=progress)
+        with show_progress(console, "runs", plan.runs) as progress:
+            results = plan.run(folder, client, resume=not fresh, progress=progress)
     finally:
         if client is not None:
             client.close()
     console.print(fragility_table(results))
+    for hint in _hints(results):
+        console.print(hint, highlight=False, markup=False, soft_wrap=True)
     figure = _draw(results, folder / FIGURE_NAME)
     console.print(f"results: {folder / RESULT_NAME}\nfigure:  {figure}", highlight=False, markup=False, soft_wrap=True)
 
@@ -98,7 +105,30 @@ def show_catalogue() -> None:
         block = item.block
         sizes = (f"{block.width:.3f}", f"{block.height:.3f}", f"{block.alpha:.3f}")
         table.add_row(name, *sizes, item.fema_p58 or "", item.quality)
-    Console().print(table)
+    _console().print(table)
+
+
+# What to do where there is no curve, by the status of the fit.
+_ADVICE = {
+    "no overturning": "nothing fell at any level: raise ida.levels.to",
+    "all overturned": "everything fell at every level: lower ida.levels.from",
+    "separated": "no two levels with both standing and fallen blocks: take more motions or closer levels",
+    "one level": "one level gives no curve: take more levels",
+    "not increasing": "falls do not grow with the level: look at the motions",
+    "not converged": "the likelihood has no clear maximum: take more motions",
+}
+
+
+def _hints(results: xr.Dataset) -> list[str]:
+    """One line for each reason why a curve is missing."""
+    found = dict.fromkeys(str(status) for status in results["status"].values.ravel())
+    return [f"{status}: {_ADVICE[status]}" for status in found if status in _ADVICE]
+
+
+def _console() -> Console:
+    """The terminal, or 100 columns where the output goes elsewhere."""
+    console = Console()
+    return console if console.is_terminal else Console(width=max(100, console.width))
 
 
 def _count(n: int, noun: str) -> str:
@@ -156,7 +186,7 @@ def _connect(address: str) -> Client:
     from distributed import Client  # noqa: PLC0415 - the cluster code loads only where there is a cluster
 
     try:
-        return Client(address, timeout="10s")
+        return Client(address, timeout="10s", set_as_default=False)
     except (OSError, TimeoutError, ValueError, ImportError) as error:
         raise StudyError(f"--scheduler {address}: cannot be reached ({error})") from None
 
@@ -167,7 +197,9 @@ def main(arguments: list[str] | None = None) -> int:
         app(arguments, exit_on_error=False, print_error=False)
     except CycloptsError as error:
         sentence = " ".join(str(error).split())
-        print(f"toppling: {sentence} (see toppling --help)", file=sys.stderr)
+        given = sys.argv[1:] if arguments is None else arguments
+        command = f"toppling {given[0]}" if given and given[0] in ("run", "catalogue") else "toppling"
+        print(f"toppling: {sentence} (see {command} --help)", file=sys.stderr)
         return EXIT_INPUT
     except StudyError as error:
         print(f"toppling: {error}", file=sys.stderr)

@@ -31,11 +31,15 @@ def display_unit(level: xr.DataArray) -> tuple[float, str]:
 
 
 def styles(results: xr.Dataset) -> list[tuple[str, str, Any]]:
-    """Colour, marker and line style of each model: the reference (Housner) black and dashed, the others in order."""
+    """Colour, marker and line style of each model: the first Housner black and dashed, the others in order."""
     chosen: list[tuple[str, str, Any]] = []
     for law in results["law"].values:
-        i = sum(style[0] != REFERENCE[0] for style in chosen) % len(COLOURS)
-        chosen.append(REFERENCE if law == "housner" else (COLOURS[i], MARKERS[i], "solid"))
+        if law == "housner" and REFERENCE not in chosen:
+            chosen.append(REFERENCE)
+            continue
+        i = sum(style != REFERENCE for style in chosen)
+        line = ("solid", "dotted", "dashdot")[i // len(COLOURS) % 3]
+        chosen.append((COLOURS[i % len(COLOURS)], MARKERS[i % len(MARKERS)], line))
     return chosen
 
 
@@ -68,8 +72,8 @@ def fragility(results: xr.Dataset, block: str, ax: Axes | None = None) -> Axes:
     # offset of each law's points by a part of the least spacing: intervals at one level do not hide each other
     shift = np.linspace(-0.25, 0.25, here.sizes["model"]) if here.sizes["model"] > 1 else np.zeros(1)
     gap = float(np.diff(levels).min()) if levels.size > 1 else 0.0
-    # no further than the first level at which nearly everything falls under every law
-    done = np.flatnonzero((here["probability"] > 0.995).all("model").values)
+    # no further than the first level at which nearly everything falls: the same for all blocks, which are compared
+    done = np.flatnonzero((results["probability"] > 0.995).all(["block", "model"]).values)
     end = levels[done[0]] if done.size else levels[-1]
     x = np.linspace(0.0, end * 1.02, 400)[1:]
     for i, (colour, marker, line) in enumerate(styles(results)):
@@ -91,7 +95,8 @@ def fragility(results: xr.Dataset, block: str, ax: Axes | None = None) -> Axes:
             curve = ndtr(np.log(x * scale / one["median"].item()) / one["dispersion"].item())
             ax.plot(x, curve, color=colour, lw=1.8, ls=line)
         label = model_name(str(one["model"].item()))
-        ax.plot([], [], color=colour, marker=marker, ms=5.0, mew=0.0, lw=1.8, ls=line, label=label)
+        shown = line if bool(one["converged"]) else "none"
+        ax.plot([], [], color=colour, marker=marker, ms=5.0, mew=0.0, lw=1.8, ls=shown, label=label)
     ax.set_xlim(0.0, x[-1])
     ax.set_ylim(-0.02, 1.02)
     ax.yaxis.set_major_formatter(PercentFormatter(1.0))
@@ -121,11 +126,13 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     handles, labels = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=9)
     percent = f"{100.0 * float(results.attrs.get('confidence', 0.95)):g} %"
-    figure.suptitle(
-        f"{results.attrs.get('title', 'Fragility')}\n{results.sizes['motion']} motions; "
-        f"points: observed with {percent} Wilson intervals; lines: lognormal fits",
-        fontsize=11,
-    )
+    motions = results.sizes["motion"]
+    legend = f"{motions} motion{'s' if motions != 1 else ''}; points: observed, with {percent} Wilson intervals"
+    if results.sizes["model"] > 1:
+        legend += " (shifted sideways to be told apart)"
+    if bool(results["converged"].any()):
+        legend += "; lines: lognormal fits"
+    figure.suptitle(f"{results.attrs.get('title', 'Fragility')}\n{legend}", fontsize=11)
     return figure
 
 

@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 LINE_SECONDS = 5.0
 
 
 @contextmanager
-def show_progress(console: Console, what: str) -> Iterator[Callable[[int, int], None]]:
+def show_progress(console: Console, what: str, total: int) -> Iterator[Callable[[int, int], None]]:
     """A function of (done, total) that shows how far the work is."""
     started = time.monotonic()
     if not console.is_terminal:
@@ -35,12 +35,11 @@ def show_progress(console: Console, what: str) -> Iterator[Callable[[int, int], 
         BarColumn(),
         MofNCompleteColumn(),
         TextColumn("{task.fields[rate]}"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
         TimeRemainingColumn(),
+        TextColumn("left"),
     )
     with Progress(*columns, console=console) as bar:
-        task = bar.add_task(what, total=None, rate="")
+        task = bar.add_task(what, total=total, rate="")
 
         def update(done: int, total: int) -> None:
             rate = done / max(time.monotonic() - started, 1e-9)

@@ -9,19 +9,22 @@ import difflib
 import glob
 import math
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
 from .. import motions as shaking
-from ..fragility.scaling import SCALE
+from ..fragility.scaling import INTENSITY_MEASURES, SCALE
 from ..models import LAWS, Block, Law, catalogue
+from ..models.laws import GEOMETRIES, LEVERS, RESTS
 from ..motions import MEASURES, RecordError
+from ..motions.filters import BASELINES
 from ..units import STANDARD_GRAVITY
 
 # SI value of each unit a level may be written in, and the SI unit it belongs to.
@@ -39,6 +42,20 @@ LEVEL_UNITS: dict[str, tuple[float, str]] = {
 
 class StudyError(ValueError):
     """A study file that cannot be run; one sentence that names the file, the key, the value and what is allowed."""
+
+
+def _one_of(names: Iterable[str]) -> AfterValidator:
+    """A word (or None) that must be one of `names`; the nearest is suggested where it is not."""
+    allowed = list(names)
+
+    def check(value: str | None) -> str | None:
+        if value is None or value in allowed:
+            return value
+        near = difflib.get_close_matches(value, allowed, n=1, cutoff=0.5)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise ValueError(f"must be one of {', '.join(allowed)}, got {value!r}{hint}")
+
+    return AfterValidator(check)
 
 
 class _Table(BaseModel):
@@ -96,26 +113,15 @@ class BlockTable(_Table):
 class ModelTable(_Table):
     """One damping law and its options."""
 
-    law: Annotated[
-        Literal[
-            "discrete",
-            "giannini-masiani",
-            "makris-konstantinidis",
-            "vassiliou",
-            "viscous",
-            "energy-consistent",
-            "housner",
-        ],
-        Field(description="Short name of the damping law."),
-    ]
+    law: Annotated[str, _one_of(LAWS), Field(description="Short name of the damping law.")]
     e: Annotated[float | None, Field(description="Restitution, above 0 to 1 (the block's own e_R).")] = None
     restitution_factor: Annotated[float | None, Field(description="Factor on e_R where e is not given.")] = None
     delta: Annotated[float | None, Field(description="Half width of the elastic zone over alpha, 0 to 1.")] = None
     zeta: Annotated[float | None, Field(description="Damping ratio of the viscous law.")] = None
     coefficient: Annotated[float | None, Field(description="Coefficient of the law of Vassiliou et al. (0.02).")] = None
-    lever: Annotated[Literal["h", "R"] | None, Field(description="Lever arm of the shaking.")] = None
-    rest: Annotated[Literal["elastic", "rigid"] | None, Field(description="Kind of rest.")] = None
-    geometry: Annotated[Literal["exact", "linear", "bilinear"] | None, Field(description="Housner's geometry.")] = None
+    lever: Annotated[str | None, _one_of(LEVERS), Field(description="Lever arm of the shaking.")] = None
+    rest: Annotated[str | None, _one_of(RESTS), Field(description="Kind of rest.")] = None
+    geometry: Annotated[str | None, _one_of(GEOMETRIES), Field(description="Housner's geometry.")] = None
 
     def build(self) -> Law:
         """The law; ValueError where an option does not belong to it or is out of range."""
@@ -133,9 +139,7 @@ class ModelTable(_Table):
 class EnvelopeTable(_Table):
     """Intensity envelope of a simulated motion."""
 
-    kind: Annotated[
-        Literal["stationary", "rise-strong-decay", "gamma", "double-exponential"], Field(description="Its shape.")
-    ]
+    kind: Annotated[str, _one_of(shaking.ENVELOPES), Field(description="Its shape.")]
     rise_s: Annotated[float | None, Field(description="End of the quadratic rise, s.")] = None
     strong_end_s: Annotated[float | None, Field(description="End of the strong phase, s.")] = None
     decay_per_s: Annotated[float | None, Field(description="Rate of decay, 1/s.")] = None
@@ -154,12 +158,9 @@ class MotionsTable(_Table):
     """What shakes the blocks: a generator, a pulse, or records."""
 
     generator: Annotated[
-        Literal["kanai-tajimi", "clough-penzien"] | None, Field(description="Name of a stochastic generator.")
+        str | None, _one_of(shaking.GENERATORS), Field(description="Name of a stochastic generator.")
     ] = None
-    pulse: Annotated[
-        Literal["rectangular", "half-sine", "one-cycle-sine", "one-cycle-cosine", "ricker"] | None,
-        Field(description="Name of a textbook pulse."),
-    ] = None
+    pulse: Annotated[str | None, _one_of(shaking.PULSES), Field(description="Name of a textbook pulse.")] = None
     records: Annotated[
         str | list[str] | None,
         Field(description="Record files: paths or patterns (* and **), relative to the study file."),
@@ -173,7 +174,7 @@ class MotionsTable(_Table):
     omega_f_rad_s: Annotated[float | None, Field(description="Circular frequency of the high-pass, rad/s.")] = None
     xi_f: Annotated[float | None, Field(description="Damping ratio of the high-pass.")] = None
     s0_m2_s3: Annotated[float | None, Field(description="Spectral density of the white noise, m²/s³.")] = None
-    baseline: Annotated[Literal["parabolic", "none"] | None, Field(description="Baseline correction.")] = None
+    baseline: Annotated[str | None, _one_of(BASELINES), Field(description="Baseline correction.")] = None
     envelope: Annotated[EnvelopeTable | None, Field(description="Intensity envelope.")] = None
     amplitude_m_s2: Annotated[float | None, Field(description="Amplitude of the pulse, m/s² (1).")] = None
     omega_rad_s: Annotated[float | None, Field(description="Circular frequency of the pulse, rad/s.")] = None
@@ -196,7 +197,10 @@ class MotionsTable(_Table):
             _refuse_foreign(self, {"records", "dt_s"}, "motions from records")
             return [shaking.read(path, self.dt_s) for path in _expand(self.records, folder)]
         if self.pulse is not None:
-            values = self.model_copy(update={"amplitude_m_s2": self.amplitude_m_s2 or 1.0})
+            if self.omega_rad_s is None:
+                raise ValueError(f"pulse {self.pulse!r} needs omega_rad_s (its circular frequency)")
+            amplitude = 1.0 if self.amplitude_m_s2 is None else self.amplitude_m_s2
+            values = self.model_copy(update={"amplitude_m_s2": amplitude})
             return [_construct(shaking.PULSES[self.pulse], values, {"pulse"}, f"pulse {self.pulse!r}").sample(1)]
         assert self.generator is not None  # exactly one of three, checked above
         assert self.number is not None
@@ -213,9 +217,7 @@ class LevelsTable(_Table):
     to: Annotated[float | None, Field(description="Last level.")] = None
     number: Annotated[int | None, Field(ge=1, le=100_000, description="Number of levels.")] = None
     spacing: Annotated[Literal["linear", "log"], Field(description="Spacing of the levels.")] = "linear"
-    unit: Annotated[
-        Literal["g", "m/s2", "cm/s2", "m/s", "cm/s", "m", "cm", "1"], Field(description="Unit of the levels.")
-    ]
+    unit: Annotated[str, _one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -250,7 +252,7 @@ class LevelsTable(_Table):
 class IdaTable(_Table):
     """Incremental dynamic analysis: the measure and its levels."""
 
-    im: Annotated[Literal["pga", "pgv", "pgd", "scale"], Field(description="Intensity measure.")] = "pga"
+    im: Annotated[str, _one_of(INTENSITY_MEASURES), Field(description="Intensity measure.")] = "pga"
     levels: Annotated[LevelsTable, Field(description="Levels of the measure.")]
 
 
@@ -280,10 +282,12 @@ def read_study_file(path: Path) -> StudyFile:
     try:
         return StudyFile.model_validate(content)
     except ValidationError as error:
-        raise StudyError(f"{path}: {_sentence(error.errors()[0], content)}") from None
+        # an unknown key is likely the cause of one that is missing: say it first
+        errors = sorted(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
+        raise StudyError(f"{path}: {_sentence(errors[0])}") from None
 
 
-def _sentence(error: ErrorDetails, content: dict[str, Any]) -> str:
+def _sentence(error: ErrorDetails) -> str:
     """One pydantic error as one sentence that names the key, the value and what is allowed."""
     key = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in error["loc"]).lstrip(".")
     if error["type"] == "extra_forbidden":

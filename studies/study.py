@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +26,9 @@ if TYPE_CHECKING:
     from distributed import Client
 
 RESULT_NAME = "results.nc"
+SQUAT = 2.0  # h/b below which bouncing decides (Lipscombe and Pellegrino 1993)
+HUGE = 30.0  # m: no content of a building
+__version__ = metadata.version("toppling")
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,8 @@ class Study:
         StudyError
             One sentence that names the file, the key, the value and what is allowed.
         """
+        if not isinstance(path, str | os.PathLike):
+            raise TypeError(f"path must be a path, got {type(path).__name__}")
         file = Path(path)
         content = read_study_file(file)
         try:
@@ -76,12 +84,26 @@ class Study:
         motions = sum(array.sizes["motion"] for array in self.motions)
         return len(self.blocks) * len(self.models) * motions * self.levels.size
 
+    @property
+    def notes(self) -> list[str]:
+        """What a user should know of the blocks before trusting a result: one sentence each."""
+        found = []
+        for block in self.blocks:
+            if block.h < SQUAT * block.b:
+                found.append(
+                    f"{block.label}: its centre of mass is {block.h / block.b:.1f} half widths high; below {SQUAT:g} "
+                    "it slides or bounces rather than rocks, which is not modelled"
+                )
+            if max(block.width, block.height) > HUGE:
+                found.append(f"{block.label}: {block.width:g} m x {block.height:g} m: metres meant?")
+        return found
+
     def run(
         self,
         out: str | os.PathLike[str] | None = None,
         client: Client | None = None,
+        resume: bool = True,
         *,
-        fresh: bool = False,
         progress: Callable[[int, int], None] | None = None,
     ) -> xr.Dataset:
         """Run the study.
@@ -92,8 +114,9 @@ class Study:
             Folder that gets ``results.nc`` (made where missing); nothing is written where not given.
         client : distributed.Client, optional
             Where to run; threads of this process where not given.
-        fresh : bool
-            Replace the results of another study in `out`.
+        resume : bool
+            Keep finished results of this study in `out` instead of computing them again, and refuse a folder with
+            another study's.  With False, compute and replace whatever is there.
         progress : callable, optional
             Called with (runs done, runs in all).
 
@@ -106,44 +129,62 @@ class Study:
         Raises
         ------
         StudyError
-            `out` cannot be written, or holds another study's results and `fresh` is not set.
+            `out` cannot be written, or holds another study's results and `resume` is set.
         """
-        target = None if out is None else self._target(Path(out), fresh)
+        if out is None:
+            return self._compute(client, progress)
+        folder = Path(out)
+        before = self._finished(folder / RESULT_NAME) if resume else None
+        if before is not None and before.attrs["title"] == self.title:
+            return before
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise StudyError(f"{folder}: cannot be made a folder ({error.strerror})") from None
+        if not os.access(folder, os.W_OK):
+            raise StudyError(f"{folder}: no permission to write")
+        try:
+            results = self._compute(client, progress) if before is None else before.assign_attrs(title=self.title)
+            save(results, folder / RESULT_NAME)
+        except BaseException:
+            if not any(folder.iterdir()):
+                folder.rmdir()
+            raise
+        return results
+
+    def _compute(self, client: Client | None, progress: Callable[[int, int], None] | None) -> xr.Dataset:
         results = ida(self.blocks, self.models, self.motions, self.levels, self.im, client=client, progress=progress)
         probabilities = overturning_probability(results)
         curves = fit_fragility(probabilities)
-        merged = results.assign({**probabilities.data_vars, **curves.data_vars})
-        merged = merged.assign_attrs(
+        return results.assign({**probabilities.data_vars, **curves.data_vars}).assign_attrs(
             title=self.title,
-            study=self._identity(),
+            study=json.dumps(self.configuration, ensure_ascii=False, sort_keys=True),
+            identity=self.identity,
             fit_method=curves.attrs["method"],
             confidence=curves.attrs["confidence"],
         )
-        if target is not None:
-            save(merged, target)
-        return merged
 
-    def _identity(self) -> str:
-        return json.dumps(self.configuration, ensure_ascii=False, sort_keys=True)
+    @cached_property
+    def identity(self) -> str:
+        """What decides the results, as a hash: the study without its title, the motions' samples, our version."""
+        content = {key: value for key, value in self.configuration.items() if key != "title"}
+        digest = hashlib.sha256(json.dumps([__version__, content], sort_keys=True).encode())
+        for record in records(self.motions):
+            digest.update(json.dumps([record.label, record.dt, record.source]).encode())
+            digest.update(record.acceleration.tobytes())
+        return digest.hexdigest()
 
-    def _target(self, out: Path, fresh: bool) -> Path:
-        """The result file to write, checked before the work rather than after it."""
-        target = out / RESULT_NAME
+    def _finished(self, target: Path) -> xr.Dataset | None:
+        """The finished results of this very study, if they are there; StudyError where another's are."""
+        if not target.exists():
+            return None
         try:
-            out.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise StudyError(f"{out}: cannot be made a folder ({error.strerror})") from None
-        if not os.access(out, os.W_OK):
-            raise StudyError(f"{out}: no permission to write")
-        if target.exists() and not fresh:
-            try:
-                with xr.open_dataset(target) as before:
-                    same = before.attrs.get("study") == self._identity()
-            except (OSError, ValueError):
-                raise StudyError(f"{target}: exists and is no result file; move it away or use --fresh") from None
-            if not same:
-                raise StudyError(f"{target}: holds the results of another study; use another folder or --fresh")
-        return target
+            with xr.open_dataset(target) as stored:
+                if stored.attrs.get("identity") == self.identity:
+                    return stored.load()
+        except (OSError, ValueError):
+            raise StudyError(f"{target}: exists and is no result file; move it away or use --fresh") from None
+        raise StudyError(f"{target}: holds the results of another study; use another folder or --fresh")
 
 
 def save(results: xr.Dataset, target: Path) -> None:

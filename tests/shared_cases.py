@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import toppling as tp
 from scipy import signal
+
+import toppling as tp
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 

@@ -4,8 +4,9 @@ import csv
 import math
 
 import pytest
-import toppling as tp
 from shared_cases import SHARED, needs_shared
+
+import toppling as tp
 from toppling.models import catalogue
 from toppling.models.catalogue import QUALITIES
 from toppling.units import STANDARD_GRAVITY as G

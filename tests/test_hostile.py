@@ -4,9 +4,13 @@ import math
 
 import numpy as np
 import pytest
-import toppling as tp
 import xarray as xr
+
+import toppling as tp
 from toppling import motions as mo
+from toppling.fragility import wilson_interval
+from toppling.models._piecewise import energy_consistent_zeta
+from toppling.models.runs import trace
 
 BLOCK = tp.Block(0.4, 1.8)
 LAW = tp.HousnerImpact()
@@ -31,6 +35,8 @@ BAD_LAWS = [
     (lambda: tp.HousnerImpact(lever="R"), ValueError, "lever='R' needs geometry='bilinear'"),
     (lambda: tp.DiscreteDamping(restitution_factor=0.0), ValueError, "restitution_factor must be"),
     (lambda: tp.HousnerImpact(restitution_factor=1.2).oscillator(BLOCK), ValueError, "above 1"),
+    (lambda: tp.DiscreteDamping(e=0.9, restitution_factor=0.9), ValueError, "give it or e, got e=0.9"),
+    (lambda: tp.ViscousDamping(1e3), ValueError, "zeta must be finite and >= 0 and <= 100"),
 ]
 
 BAD_SIMULATIONS = [
@@ -45,6 +51,9 @@ BAD_SIMULATIONS = [
     (lambda: tp.simulate(BLOCK, LAW, SHAKE, theta0=1.6), ValueError, "theta0 must be"),
     (lambda: tp.simulate(BLOCK, LAW, SHAKE, omega0=INF), ValueError, "omega0 must be"),
     (lambda: tp.simulate(BLOCK, LAW, SHAKE.isel(time=slice(0, 1))), ValueError, "at least 2 samples"),
+    (lambda: tp.simulate(BLOCK, LAW, every_second()), ValueError, "states dt = .* but its time steps"),
+    (lambda: tp.simulate(BLOCK, LAW, uneven()), ValueError, "time step of motion must be uniform"),
+    (lambda: tp.simulate(BLOCK, LAW, SHAKE.drop_vars(["time", "dt"])), ValueError, "a dt or a time coordinate"),
     (lambda: tp.free_rocking(BLOCK, LAW, BLOCK.alpha, 5.0), ValueError, "theta0 must satisfy 0 < .theta0. < alpha"),
     (lambda: tp.free_rocking(BLOCK, LAW, 0.0, 5.0), ValueError, "theta0 must satisfy"),
     (lambda: tp.free_rocking(BLOCK, LAW, 0.1, 0.0), ValueError, "duration must be"),
@@ -73,11 +82,26 @@ BAD_MOTIONS = [
     (lambda: mo.measures([SHAKE, SHAKE]), ValueError, "unique labels, got 'OneCycleSine"),
     (lambda: mo.measures(SHAKE.rename(time="t")), ValueError, "dims"),
     (lambda: mo.measures(SHAKE.assign_attrs(units="g")), ValueError, "must be in m s-2, got units 'g'"),
+    (lambda: mo.measures(None), TypeError, "labelled arrays .* got NoneType"),
+    (lambda: mo.measures(every_second()), ValueError, "states dt = .* but its time steps"),
+    (lambda: mo.measures(uneven()), ValueError, "must be uniform"),
+    (lambda: mo.from_array([0.0, 1.0], 0.01, 5), ValueError, "labels must be 1 non-empty strings"),
+    (lambda: mo.from_array([0.0, 1.0], 0.01, source=5), ValueError, "source must be one string"),
+    (lambda: mo.from_array(np.ma.masked_equal([0.0, 1.0], 1.0), 0.01), ValueError, "no masked values"),
+    (lambda: mo.read(5), TypeError, "path must be a path, got int"),
+    (lambda: mo.read(mo.example_path(), dt=0.5), ValueError, "states its own DT"),
+    (lambda: mo.write_at2(SHAKE, "no/such/folder.AT2"), ValueError, "cannot be written"),
+    (lambda: mo.write_at2(SHAKE, "x.AT2", title="a\nb"), ValueError, "title must be one line"),
+    (lambda: mo.scale_to("x", 1.0), TypeError, "labelled arrays"),
+    (lambda: mo.scale_to(SHAKE.isel(motion=0), 1.0), ValueError, "must have dims .motion, time."),
+    (lambda: mo.parabolic_baseline([0.0, 1.0], 0.01), ValueError, "at least 5 samples"),
+    (lambda: mo.parabolic_baseline(np.full(9, NAN), 0.01), ValueError, "finite"),
+    (lambda: mo.parabolic_baseline(np.ones(9), -0.01), ValueError, "dt must be"),
     (lambda: mo.scale_to(SHAKE, -1.0), ValueError, "target must be"),
     (lambda: mo.scale_to(SHAKE, 1.0, "pgx"), ValueError, "intensity measure must be one of"),
     (lambda: mo.KanaiTajimi(dt=0.0), ValueError, "dt must be"),
     (lambda: mo.KanaiTajimi(duration=NAN), ValueError, "duration must be"),
-    (lambda: mo.KanaiTajimi(duration=0.005, dt=0.005), ValueError, "duration must be at least 2 dt"),
+    (lambda: mo.KanaiTajimi(duration=0.005, dt=0.005), ValueError, "duration must be at least 20 dt"),
     (lambda: mo.KanaiTajimi(xi_g=0.0), ValueError, "xi_g must be"),
     (lambda: mo.CloughPenzien(omega_f=-1.0), ValueError, "omega_f must be"),
     (lambda: mo.KanaiTajimi(envelope="gamma"), TypeError, "envelope must be"),
@@ -120,6 +144,15 @@ BAD_STUDIES = [
     (lambda: study(outputs=[]), ValueError, "at least one of overturned"),
     (lambda: study(outputs=["peak"]), ValueError, "outputs must be one of"),
     (lambda: study(motions=mo.from_array(np.zeros(9), 0.01)), ValueError, "has pga = 0"),
+    (lambda: study(skip="yes"), TypeError, "skip must be True or False"),
+    (lambda: study(client="x"), TypeError, "client must be a dask.distributed Client, got str"),
+    (lambda: study(motions=None), TypeError, "labelled arrays"),
+    (lambda: tp.Study.from_toml(5), TypeError, "path must be a path, got int"),
+    (lambda: tp.overturning_probability(flags([0.5])), ValueError, "must be flags"),
+    (lambda: tp.overturning_probability(flags([])), ValueError, "at least one motion"),
+    (lambda: wilson_interval(np.array([5]), np.array([4])), ValueError, "between 0 and trials"),
+    (lambda: wilson_interval(np.array([1]), np.array([4]), 2.0), ValueError, "confidence must be"),
+    (lambda: tp.fit_fragility(more_runs()), ValueError, "dimensions of overturnings"),
     (lambda: tp.overturning_probability(SHAKE), TypeError, "needs a dataset with `overturned`"),
     (lambda: tp.overturning_probability(study(), confidence=1.0), ValueError, "confidence must be"),
     (lambda: tp.fit_fragility(3.0), TypeError, "needs an IDA dataset or a dataset of counts, got float"),
@@ -130,6 +163,23 @@ BAD_STUDIES = [
     (lambda: tp.fit_fragility(fractions([1], [4], -1.0)), ValueError, "level must be > 0"),
     (lambda: tp.fit_fragility(fractions([1], [4]), confidence=NAN), ValueError, "confidence must be"),
 ]
+
+
+def flags(values):
+    return xr.Dataset({"overturned": (("level", "motion"), [values])}, coords={"level": [1.0]})
+
+
+def more_runs():
+    return fractions([1], [4]).assign(runs=(("block", "level"), [[4], [5]]))
+
+
+def every_second():
+    """A stale dt beside a time axis that was thinned."""
+    return SHAKE.isel(time=slice(None, None, 2))
+
+
+def uneven():
+    return SHAKE.drop_vars("dt").assign_coords(time=SHAKE.time**2)
 
 
 def fractions(overturnings, runs, level=1.0):
@@ -184,3 +234,24 @@ def test_extreme_parameters_end_and_stay_finite(model, alpha, R):
         np.testing.assert_array_equal(peaks == 0.5 * math.pi, result.overturned.values)
     assert scaled.overturned.values[0, 0, -1].all()
     assert not scaled.overturned.values[0, 0, 0].any()
+
+
+def test_uplift_within_rounding_of_the_threshold_ends():
+    """Forcing a few units in the last place about the threshold, then falling, steady or rising: no endless uplift."""
+    rng = np.random.default_rng(5)
+    laws = [tp.HousnerImpact(e=0.9, geometry=g) for g in ("exact", "linear", "bilinear")] + [tp.EnergyConsistent(e=0.9)]
+    for i in range(4000):
+        oscillator = laws[i % 4].oscillator(tp.Block.from_slenderness(rng.uniform(0.01, 1.3), rng.uniform(0.1, 3.0)))
+        start = -oscillator.uplift_right / oscillator.gain * (1.0 + int(rng.integers(-40, 40)) * 2.2e-16)
+        after = start * rng.choice([0.0, 0.5, 1.0, 1.0 + 2.2e-16, 1.01, -1.0])
+        peak = trace(oscillator, np.array([start, after, 0.0]), 0.01).results[1]
+        assert 0.0 <= peak < 0.5
+
+
+def test_restitution_within_rounding_of_one():
+    shakes = mo.CloughPenzien(duration=8.0, dt=0.01).sample(10, seed=1)
+    for e in (np.nextafter(1.0, 0.0), 1.0 - 1e-15, 1.0 - 1e-12):
+        laws = [tp.EnergyConsistent(e=float(e)), tp.EnergyConsistent(e=float(e), rest="elastic")]
+        result = tp.ida(BLOCK, laws, shakes, [1.0, 3.0])
+        assert np.isfinite(result.peak_rotation.values).all()
+    assert 0.0 < energy_consistent_zeta(818.8023088772889, 818.8023088772887) < 1e-12

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-import toppling as tp
 from scipy.integrate import quad
+
+import toppling as tp
 from toppling import motions as mo
 from toppling.motions.filters import _filter
 from toppling.motions.measures import displacement, velocity

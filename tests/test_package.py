@@ -3,6 +3,7 @@
 import ast
 import doctest
 import importlib
+import inspect
 import json
 import os
 import pkgutil
@@ -15,8 +16,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import toppling as tp
 from shared_cases import LAWS, shake
+
+import toppling as tp
 from toppling.models.runs import trace
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -136,9 +138,25 @@ def test_readme_example(tmp_path, monkeypatch):
 
 
 def test_public_names():
-    """The contract: these names, and no other, at the top."""
-    for name in tp.__all__:
+    """The contract's names and signatures (annual_rate is still to come)."""
+    names = {
+        "Block", "catalogue", "DiscreteDamping", "GianniniMasiani", "MakrisKonstantinidis", "Vassiliou",
+        "ViscousDamping", "EnergyConsistent", "HousnerImpact", "simulate", "free_rocking", "motions", "ida",
+        "overturning_probability", "fit_fragility", "Study", "plot",
+    }  # fmt: skip
+    assert set(tp.__all__) == names
+    for name in names:
         assert getattr(tp, name) is not None
+
+    def parameters(function):
+        return [p.name for p in inspect.signature(function).parameters.values() if p.kind is not p.KEYWORD_ONLY]
+
+    assert parameters(tp.simulate) == ["block", "model", "motion", "theta0", "omega0"]
+    assert parameters(tp.free_rocking) == ["block", "model", "theta0", "duration", "dt"]
+    assert parameters(tp.ida) == ["blocks", "models", "motions", "levels", "im", "outputs", "client", "skip"]
+    assert parameters(tp.Study.run) == ["self", "out", "client", "resume"]
+    assert parameters(tp.Block) == ["width", "height", "cm_height", "inertia_factor", "name"]
+    assert parameters(tp.motions.from_array)[:3] == ["acceleration", "dt", "labels"]
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = tp.nothing
 
@@ -165,3 +183,16 @@ def test_without_the_compiler():
     np.testing.assert_array_equal(plain[: len(LAWS), [0, 2, 3]], compiled[:, [0, 2, 3]])
     np.testing.assert_allclose(plain[: len(LAWS), 1], compiled[:, 1], rtol=1e-10)
     assert len(plain) == 2 * len(LAWS)
+
+
+def test_every_key_of_a_study_file_is_documented():
+    """docs/study.md names each key, law, generator, pulse, envelope, measure and unit."""
+    from toppling.models import LAWS
+    from toppling.studies import schema
+
+    text = (ROOT / "docs/study.md").read_text(encoding="utf-8")
+    tables = [getattr(schema, name) for name in dir(schema) if name.endswith("Table") and not name.startswith("_")]
+    keys = {field.alias or name for table in [*tables, schema.StudyFile] for name, field in table.model_fields.items()}
+    words = {*LAWS, *tp.motions.GENERATORS, *tp.motions.PULSES, *tp.motions.ENVELOPES, *tp.motions.MEASURES}
+    for word in keys | words | set(schema.LEVEL_UNITS):
+        assert f"`{word}`" in text, word

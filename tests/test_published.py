@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
-import toppling as tp
 from reference import integrate
 from scipy.optimize import brentq
 from scipy.stats import binom
 from thresholds import boundary, overturns
+
+import toppling as tp
 from toppling.models.laws import Law
 from toppling.motions import HalfSine, KanaiTajimi, OneCycleCosine, OneCycleSine, RectangularPulse, scale_to_mean
 from toppling.units import STANDARD_GRAVITY as G

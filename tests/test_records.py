@@ -5,6 +5,7 @@ import os
 import numpy as np
 import pytest
 from shared_cases import SHARED, needs_shared
+
 from toppling import motions as mo
 from toppling.motions import RecordError
 from toppling.units import STANDARD_GRAVITY as G
@@ -55,6 +56,10 @@ class TestAt2:
         assert float(again.dt[0]) == 0.01
         with pytest.raises(ValueError, match="exactly one motion, got 2"):
             mo.write_at2(mo.CloughPenzien(duration=3.0).sample(2), tmp_path / "two.AT2")
+
+    def test_words_of_the_title_are_not_units(self, tmp_path):
+        header = HEADER.replace("SOMEWHERE", "SANTA CRUZ COMMUNITY HOSPITAL UNIT 5, UNITED STATES, VELOCITY ROAD")
+        assert mo.read(at2(tmp_path, "1 2 3 4", header=header)).values[0, 0] == G
 
     BROKEN = [
         ("1 2 3", {}, "declares 4 samples .NPTS. but holds 3: truncated or damaged"),
@@ -119,6 +124,9 @@ class TestCsv:
             ("t (s); a (cm/s2)", 0.01),
             ("Time [s],Acc [m/s^2]", 1.0),
             ("time,acc (gal)", 0.01),
+            ("time_s,acceleration_m_s2", 1.0),
+            ("time_s,acceleration_cm_s2", 0.01),
+            ("acceleration in g", G),
             ("", 1.0),
         ],
     )
@@ -135,6 +143,12 @@ class TestCsv:
 
     BROKEN = [
         ("1.0\n2.0\n", {}, "has no time column, so dt must be given"),
+        ("t,acc (ft/s2)\n0,1\n0.01,2\n", {}, "unknown unit 'ft/s2'"),
+        ("t,acc (mg)\n0,1\n0.01,2\n", {}, "unknown unit 'mg'"),
+        ("t,acc_mg\n0,1\n0.01,2\n", {}, "unknown unit 'mg'"),
+        ("t (ms),acc (g)\n0,1\n10,2\n", {}, "unknown unit 'ms'"),
+        ("t (s),velocity (cm/s)\n0,1\n0.01,2\n", {}, "velocity or displacement"),
+        ("PEER STRONG MOTION\njunk\n", {}, "looks like a PEER file"),
         ("0,1\n0.01,2\n", {"dt": 0.01}, "has a time column, so dt must not be given"),
         ("0,1\n0.01,2\n0.05,3\n", {}, "must be uniform: sample 1 lies at 0.01 s"),
         ("0,1\n0,2\n0,3\n", {}, "must increase"),

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-import toppling as tp
 from reference import integrate
 from shared_cases import SHARED, needs_shared, shake
+
+import toppling as tp
 from toppling.models.runs import trace
 from toppling.units import STANDARD_GRAVITY as G
 
@@ -50,7 +51,7 @@ def random_draw(rng):
         "alpha": alpha,
         "R": float(np.exp(rng.uniform(np.log(0.15), np.log(5.0)))),
         "inertia_factor": rng.uniform(1.1, 1.6),
-        "e": rng.uniform(0.5, 1.0),
+        "e": float(rng.choice([rng.uniform(0.5, 0.99), rng.uniform(0.02, 0.5)], p=[0.8, 0.2])),
         "delta": float(np.exp(rng.uniform(np.log(0.002), np.log(0.3)))),
         "coefficient": rng.uniform(0.0, 0.05),
         "zeta": rng.uniform(0.0, 0.2),

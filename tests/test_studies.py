@@ -12,9 +12,10 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
-import toppling as tp
 import xarray as xr
 from shared_cases import SHARED, needs_shared
+
+import toppling as tp
 from toppling.studies import StudyError
 from toppling.studies.cli import main
 from toppling.units import STANDARD_GRAVITY as G
@@ -85,10 +86,44 @@ class TestStudy:
         other = tp.Study.from_toml(write(tmp_path, SMALL.replace("0.9", "0.8")))
         with pytest.raises(StudyError, match="holds the results of another study; use another folder or --fresh"):
             other.run(tmp_path / "out")
-        other.run(tmp_path / "out", fresh=True)
+        other.run(tmp_path / "out", resume=False)
         (tmp_path / "out" / "results.nc").write_text("no netCDF")
         with pytest.raises(StudyError, match="exists and is no result file"):
             other.run(tmp_path / "out")
+
+    def test_finished_results_are_kept(self, tmp_path):
+        path = write(tmp_path)
+        calls = []
+        first = tp.Study.from_toml(path).run(tmp_path / "out", progress=lambda *done: calls.append(done))
+        assert calls
+        calls.clear()
+        again = tp.Study.from_toml(path).run(tmp_path / "out", progress=lambda *done: calls.append(done))
+        assert not calls
+        xr.testing.assert_identical(first, again)
+        tp.Study.from_toml(path).run(tmp_path / "out", resume=False, progress=lambda *done: calls.append(done))
+        assert calls
+        # another title is the same study under another name
+        renamed = tp.Study.from_toml(write(tmp_path, SMALL.replace("A small study", "Renamed"))).run(tmp_path / "out")
+        assert renamed.attrs["title"] == "Renamed"
+        with xr.open_dataset(tmp_path / "out" / "results.nc") as stored:
+            assert stored.attrs["title"] == "Renamed"
+
+    def test_changed_records_are_another_study(self, tmp_path):
+        shake = tp.motions.CloughPenzien(duration=4.0).sample(1, seed=1)
+        tp.motions.write_at2(shake, tmp_path / "R.AT2")
+        text = shaken_by('records = "R.AT2"')
+        tp.Study.from_toml(write(tmp_path, text)).run(tmp_path / "out")
+        tp.motions.write_at2(shake * 1.01, tmp_path / "R.AT2")
+        with pytest.raises(StudyError, match="results of another study"):
+            tp.Study.from_toml(write(tmp_path, text)).run(tmp_path / "out")
+
+    def test_notes_name_squat_and_absurd_blocks(self, tmp_path):
+        text = SMALL.replace("height_m = 1.2", "height_m = 0.6").replace("bookcase-5-shelf", "file-vertical-2-drawer")
+        notes = tp.Study.from_toml(write(tmp_path, text)).notes
+        assert len(notes) == 2
+        assert "crate: its centre of mass is 1.2 half widths high" in notes[1]
+        assert "metres meant" in tp.Study.from_toml(write(tmp_path, SMALL.replace("= 1.2", "= 120"))).notes[0]
+        assert tp.Study.from_toml(write(tmp_path)).notes == []
 
     def test_matches_the_api(self, tmp_path):
         result = tp.Study.from_toml(write(tmp_path)).run()
@@ -137,14 +172,22 @@ class TestStudy:
         assert bool(result.converged.all())
 
 
+def shaken_by(keys):
+    """The small study with other motions."""
+    return re.sub(r"(?s)\[motions\].*?\[ida\]", f"[motions]\n{keys}\n[ida]", SMALL)
+
+
 BAD_FILES = [
     ("", "key 'title' is missing"),
     ("title = ", "not valid TOML"),
-    (SMALL.replace("[[models]]", "[[model]]"), "models"),
+    (SMALL.replace("[[models]]", "[[model]]"), "unknown key 'model'; did you mean 'models'"),
+    (SMALL.replace("[motions]", "[motion]"), "unknown key 'motion'; did you mean 'motions'"),
+    (shaken_by('pulse = "ricker"'), "pulse 'ricker' needs omega_rad_s"),
+    (shaken_by('pulse = "ricker"\nomega_rad_s = 6\namplitude_m_s2 = 0'), "amplitude must be finite and > 0, got 0"),
     (SMALL.replace("width_m", "widht_m"), r"unknown key 'blocks\[2\].widht_m'; did you mean 'width_m'"),
     (SMALL.replace("duration_s", "duration"), r"unknown key 'motions.duration'; did you mean 'duration_s'"),
     (SMALL.replace("rise_s", "raise_s"), "unknown key 'motions.envelope.raise_s'; did you mean 'rise_s'"),
-    (SMALL.replace('"discrete"', '"discreet"'), r"models\[1\].law: input should be 'discrete'"),
+    (SMALL.replace('"discrete"', '"discreet"'), r"models\[1\].law: must be one of .*; did you mean 'discrete'"),
     (SMALL.replace("bookcase-5-shelf", "bookcase"), r"blocks\[1\]: no catalogue item 'bookcase'; nearest"),
     (SMALL.replace("e = 0.9", "e = 1.9"), r"models\[1\]: e must be finite and > 0 and <= 1, got 1.9"),
     (SMALL.replace("e = 0.9", "e = nan"), r"models\[1\].e: input should be a finite number"),
@@ -173,7 +216,7 @@ BAD_FILES = [
     (SMALL.replace("to = 1.0", "to = 0.05"), "strictly increasing"),
     (SMALL.replace("from = 0.1", "from = 0.0"), "levels must be > 0"),
     (SMALL.replace("from = 0.1", 'spacing = "log", from = 0.0'), "from > 0"),
-    (SMALL.replace('im = "pga"', 'im = "pgx"'), "ida.im: input should be 'pga'"),
+    (SMALL.replace('im = "pga"', 'im = "pgx"'), "ida.im: must be one of pga, pgv, pgd, scale, got 'pgx'"),
     (SMALL + "[extra]\n", "unknown key 'extra'"),
     (
         SMALL.replace('name = "crate"', 'name = "bookcase-5-shelf"'),
@@ -215,7 +258,9 @@ class TestCommand:
     def test_separated_data_are_said_in_the_table(self, tmp_path, capsys):
         text = SMALL.replace("from = 0.1, to = 1.0, number = 6", "from = 0.001, to = 0.002, number = 2")
         assert main(["run", str(write(tmp_path, text)), "--out", str(tmp_path / "out")]) == 0
-        assert capsys.readouterr().out.count("no overturning") == 4
+        printed = capsys.readouterr().out
+        assert printed.count("no overturning") == 5
+        assert "no overturning: nothing fell at any level: raise ida.levels.to" in printed
 
     @pytest.mark.parametrize(
         ("arguments", "message"),
@@ -263,7 +308,7 @@ class TestCommand:
             _, error = process.communicate(timeout=60)
         assert process.returncode == 130
         assert error == "toppling: interrupted, no results written\n"
-        assert list((tmp_path / "out").iterdir()) == []
+        assert not (tmp_path / "out").exists()
 
     def test_a_cluster_gives_the_same_bytes(self, tmp_path):
         """A real scheduler and two worker processes on loopback."""

@@ -1,6 +1,7 @@
 """Scale factors at which a verdict changes, found by refining a grid: what the published criteria are compared with."""
 
 import numpy as np
+
 from toppling.models.runs import run_many
 
 
