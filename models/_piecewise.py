@@ -1087,7 +1087,7 @@ def _run_lanes(record, dt, tables, links, parameters, steps, runs, which, factor
     s = np.empty(LANE_ROWS * LANES)
     lx = np.empty((LANES, STATE_FLOATS))
     lk = np.empty((LANES, STATE_INTEGERS), np.int64)
-    own = np.empty((LANES, 7))
+    own = np.zeros((LANES, 7))
     lane_o = np.empty(LANES, np.int64)
     lane_run = np.empty(LANES, np.int64)
     x = np.empty(STATE_FLOATS)
@@ -1267,7 +1267,7 @@ def run_batch(record, dt, tables, links, parameters, which, factors, start, skip
     """
     n = record.shape[0]
     m = which.shape[0]
-    steps = np.empty((tables.shape[0], tables.shape[1], 7))
+    steps = np.zeros((tables.shape[0], tables.shape[1], 7))
     _prepare(steps, tables, links, parameters, dt)
     # where each run begins: its first sample, and theta, omega, peak and region there
     first = np.zeros(m, np.int64)

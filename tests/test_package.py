@@ -185,6 +185,28 @@ def test_without_the_compiler():
     assert len(plain) == 2 * len(LAWS)
 
 
+def test_results_do_not_depend_on_what_memory_held():
+    """glibc fills every new and every freed block with a pattern on request: the same runs must come out."""
+    code = (
+        "import sys\n"
+        f"sys.path.insert(0, {str(ROOT / 'tests')!r})\n"
+        "import dataclasses, numpy as np, toppling as tp\n"
+        "from shared_cases import LAWS, shake\n"
+        "from toppling.models.runs import run_many, trace\n"
+        "block = tp.Block.from_slenderness(0.2, 0.5)\n"
+        "record = 2.0 * shake(np.random.default_rng(13), n=300, dt=0.02)\n"
+        "stiff = [dataclasses.replace(m, delta=0.002) if hasattr(m, 'delta') else m for m in LAWS]\n"
+        "oscillators = [m.oscillator(block) for m in [*LAWS, *stiff]]\n"
+        "for oscillator in oscillators:\n"
+        "    run = trace(oscillator, record, 0.02, max_turning_points=9)\n"
+        "    print(run.results.tolist(), run.history.tolist(), run.turning_points.tolist())\n"
+        "print(run_many(oscillators, np.full((len(oscillators), 3), [0.5, 1.0, 2.0]), record, 0.02).tolist())\n"
+    )
+    plain = run([sys.executable, "-c", code], ROOT)
+    for pattern in ("1", "85", "254"):
+        assert run([sys.executable, "-c", code], ROOT, MALLOC_PERTURB_=pattern) == plain
+
+
 def test_every_key_of_a_study_file_is_documented():
     """docs/study.md names each key, law, generator, pulse, envelope, measure and unit."""
     from toppling.models import LAWS
