@@ -37,10 +37,10 @@ lint: $(VENV)/installed-dev
 	cd $(VENV)/types && ../bin/mypy --config-file toppling/pyproject.toml $(addprefix toppling/,models motions fragility studies)
 
 test: lint
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow" tests
 
 test-slow: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -m slow tests
 
 test-all: test test-slow
 
