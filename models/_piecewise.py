@@ -397,100 +397,78 @@ def _first_event(poly, n, h, theta, lower, upper, hop):
 
 
 @njit(**_EVENT)
-def _crossing(zeta, speed):
-    """Squared speed at +1 of z'' + 2 zeta z' + z = 0 from -1 with `speed`; minus the potential it lacks if it turns."""
-    gap = 1.0 - zeta * zeta
-    drift = zeta * speed - 1.0
+def _crossing_time(zeta, gap, u0, u1, r0, r1):
+    """Time that a crossing takes with damping ratio zeta, and its derivative by zeta (see `energy_consistent_zeta`).
+
+    gap = 1 - zeta²; u = v + zeta z and r = u² + gap z² at the start (0) and at the end (1).  Needs u0 > sqrt(-gap)
+    where overdamped.
+    """
+    if abs(gap) < 1e-3 * min(u0, u1) ** 2 and u0 > 0.0:
+        # near critical damping: atan(w/u)/w as a series in w² = gap, the same on either side
+        time = 0.0
+        by_gap = 0.0
+        p0 = 1.0 / u0
+        p1 = 1.0 / u1
+        power = 1.0
+        for k in range(6):
+            time += power * (p0 + p1) / (2 * k + 1)
+            by_gap -= (k + 1) * power * (p0 / (u0 * u0) + p1 / (u1 * u1)) / (2 * k + 3)
+            p0 /= u0 * u0
+            p1 /= u1 * u1
+            power *= -gap
+        return time, 1.0 / r0 - 1.0 / r1 - 2.0 * zeta * by_gap
     if gap > 0.0:
         w = math.sqrt(gap)
-        turn = math.atan2(speed * w, drift) / w
-    else:
-        w = math.sqrt(-gap)
-        if drift <= 0.0 or speed * w >= drift:
-            return -1.0
-        turn = math.atanh(speed * w / drift) / w if w > 0.0 else speed / drift
-    left = 0.0
-    right = turn
-    t = turn
-    top = 0.0
-    for i in range(100):
-        decay = math.exp(-zeta * t)
-        if gap > 0.0:
-            c = math.cos(w * t)
-            s = math.sin(w * t) / w
-        elif w > 0.0:
-            c = math.cosh(w * t)
-            s = math.sinh(w * t) / w
-        else:
-            c = 1.0
-            s = t
-        z = decay * (-c + (speed - zeta) * s)
-        v = decay * (speed * c - drift * s)
-        if i == 0:
-            top = z
-            if top <= 1.0:
-                return top * top - 1.0 if top > 0.0 else -1.0
-            t = min(2.0 / speed, 0.5 * turn)
-            continue
-        f = z - 1.0
-        if f > 0.0:
-            right = t
-        else:
-            left = t
-        new = t - f / v if v > 0.0 else right
-        if not (left < new < right):
-            new = 0.5 * (left + right)
-        if abs(new - t) <= 4e-16 * t or new in (left, right):
-            return v * v
-        t = new
-    return v * v
+        time = (math.atan2(w, u1) - math.atan2(-w, u0)) / w
+        return time, ((u0 * zeta / w - w) / -r0 - (u1 * zeta / w + w) / r1) / w + time * zeta / gap
+    w = math.sqrt(-gap)
+    time = 0.5 * (math.log((u0 + w) ** 2 / r0) + math.log((u1 + w) ** 2 / r1)) / w
+    return time, ((u0 * zeta / w + w) / r0 + (u1 * zeta / w - w) / r1) / w + time * zeta / gap
 
 
 @njit(**_EVENT)
 def energy_consistent_zeta(speed, exit_speed):
     """Damping ratio with which a crossing from -1 at `speed` leaves +1 at `exit_speed` (unit frequency, unforced).
 
-    The exit speed falls strictly with the ratio, so a bracketed secant (Illinois) finds it to rounding.
+    With u = v + zeta z and w² = 1 - zeta², r = u² + w² z² falls as exp(-2 zeta t) along the motion, and the phase
+    atan2(w z, u) grows as w t (hyperbolic where overdamped).  So the start (-1, speed) and the end (1, exit_speed) give
+    the time between them in closed form, and one equation for zeta alone,
+    ln(r_start/r_end) = 2 zeta time, which falls strictly: Newton's step in a bracket finds its root to rounding.
     """
-    target = exit_speed * exit_speed
-    start = speed * speed
-    if target >= start:
+    loss = (speed - exit_speed) * (speed + exit_speed)
+    if loss <= 0.0:
         return 0.0
-    # First guess (physics: loss over the undamped path), from S = speed + (v0²) asin(1/v0) in these units.
-    v0 = math.sqrt(start + 1.0)
+    # First guess: the loss over the undamped path (v0 the speed at the middle).
+    v0 = math.sqrt(speed * speed + 1.0)
     path = speed + v0 * v0 * math.asin(1.0 / v0)
+    zeta = loss / (path + math.sqrt(max(0.0, path * path - 4.0 * loss)))
     low = 0.0
-    f_low = start - target
-    high = (start - target) / (path + math.sqrt(max(0.0, path * path - 4.0 * (start - target))))
-    f_high = _crossing(high, speed) - target
-    while f_high > 0.0:
-        low = high
-        f_low = f_high
-        high *= 1.5
-        f_high = _crossing(high, speed) - target
-    side = 0
-    zeta = high
+    high = math.inf
     for _ in range(200):
-        zeta = (low * f_high - high * f_low) / (f_high - f_low)
-        if not (low < zeta < high):
-            zeta = 0.5 * (low + high)
-        f = _crossing(zeta, speed) - target
-        if f > 0.0:
+        gap = (1.0 - zeta) * (1.0 + zeta)
+        u0 = speed - zeta
+        u1 = exit_speed + zeta
+        r1 = 1.0 + exit_speed * (exit_speed + 2.0 * zeta)
+        excess = loss - 2.0 * zeta * (speed + exit_speed)
+        r0 = r1 + excess
+        arrives = r0 > 0.0 and (gap > 0.0 or u0 > math.sqrt(-gap))
+        new = -1.0
+        if arrives:
+            time, by_zeta = _crossing_time(zeta, gap, u0, u1, r0, r1)
+            residual = math.log1p(excess / r1) - 2.0 * zeta * time
+            slope = -2.0 * (speed / r0 + exit_speed / r1 + time + zeta * by_zeta)
+            arrives = residual >= 0.0
+            if slope < 0.0:
+                new = zeta - residual / slope
+        if arrives:
             low = zeta
-            f_low = f
-            if side == 1:
-                f_high *= 0.5
-            side = 1
-        elif f < 0.0:
-            high = zeta
-            f_high = f
-            if side == -1:
-                f_low *= 0.5
-            side = -1
         else:
-            return zeta
-        if high - low <= 4e-16 * high or abs(f) <= 1e-16 * start:
-            return zeta
+            high = zeta
+        if not (low <= new <= high):
+            new = 0.5 * (low + high) if high < math.inf else 2.0 * zeta
+        if abs(new - zeta) <= 4e-16 * zeta:
+            return new
+        zeta = new
     return zeta
 
 
