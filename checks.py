@@ -24,7 +24,10 @@ def number(
     """Return `value` as a float; ValueError where it is not finite or outside the bounds, TypeError where no number."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
         raise TypeError(f"{name} must be a number{_in(unit)}, got {_shown(value)}")
-    result = float(value)
+    try:
+        result = float(value)
+    except OverflowError:
+        result = math.inf
     bounds = []
     if above is not None:
         bounds.append((result > above, f"> {above:g}"))
@@ -80,8 +83,20 @@ def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: 
     return array
 
 
+def acceleration(name: str, values: Any, *, ndim: tuple[int, ...] = (1,)) -> NDArray[np.float64]:
+    """Acceleration histories as `finite_array`, at most 1e9 m/s²."""
+    array = finite_array(name, values, ndim=ndim, unit="m/s²")
+    largest = float(np.abs(array).max())
+    if largest > MAX_ACCELERATION:
+        raise ValueError(f"{name} must be at most {MAX_ACCELERATION:g} m/s², got {largest:g}")
+    return array
+
+
 # A time axis printed with few digits is still uniform; one with a missing sample is not.
 UNIFORMITY = 0.05
+# Beyond these a motion is no shaking, and arithmetic on it overflows.
+MAX_ACCELERATION = 1e9
+MAX_STEP = 1e3
 ACCELERATION_SPELLINGS = ("m s-2", "m/s2", "m/s^2", "m/s²", "m s^-2", "m s**-2")
 
 
@@ -91,8 +106,9 @@ def time_step(what: str, time: NDArray[np.float64] | None, dt: float | None) -> 
     if time is not None:
         axis = finite_array(f"time of {what}", time, unit="s")
         step = float(axis[-1] - axis[0]) / (axis.size - 1)
-        if not step > 0.0:
-            raise ValueError(f"the time of {what} must increase, got {axis[0]:g} s first and {axis[-1]:g} s last")
+        if not 0.0 < step <= MAX_STEP:
+            ends = f"{axis[0]:g} s first and {axis[-1]:g} s last"
+            raise ValueError(f"the time of {what} must increase, by at most {MAX_STEP:g} s a step, got {ends}")
         off = np.abs(axis - (axis[0] + step * np.arange(axis.size)))
         worst = int(off.argmax())
         if off[worst] > UNIFORMITY * step:
@@ -104,7 +120,7 @@ def time_step(what: str, time: NDArray[np.float64] | None, dt: float | None) -> 
         if step is None:
             raise ValueError(f"{what} must have a dt or a time coordinate, got neither")
         return step
-    stated = number(f"dt of {what}", dt, above=0.0, unit="s")
+    stated = number(f"dt of {what}", dt, above=0.0, at_most=MAX_STEP, unit="s")
     if step is not None and abs(step - stated) > UNIFORMITY * stated:
         raise ValueError(f"{what} states dt = {stated:g} s, but its time steps by {step:g} s: drop or correct dt")
     return stated

@@ -22,6 +22,9 @@ ALL = "all overturned"
 SEPARATED = "separated"
 DECREASING = "not increasing"
 FAILED = "not converged"
+FLAT = "flat"
+# A median this far (in ln x) outside the levels says only that the data hold no slope.
+FAR = np.log(100.0)
 
 MAX_ITERATIONS = 100
 
@@ -69,9 +72,12 @@ def fit_lognormal(
     value = _log_likelihood(parameters, z, k, n)
     converged = False
     iterations = 0
-    for iterations in range(1, MAX_ITERATIONS + 1):  # noqa: B007 - reported
+    for iterations in range(1, MAX_ITERATIONS + 1):
         gradient, expected, _ = _derivatives(parameters, z, k, n)
-        step = np.linalg.solve(expected, gradient)
+        try:
+            step = np.linalg.solve(expected, gradient)
+        except np.linalg.LinAlgError:  # levels too close to be told apart
+            return LognormalFit(log_likelihood=value, iterations=iterations, status=FAILED)
         converged = bool(np.all(np.abs(step) <= 1e-10 * (1.0 + np.abs(parameters))))
         for _ in range(40):
             new = _log_likelihood(parameters + step, z, k, n)
@@ -90,15 +96,16 @@ def fit_lognormal(
     _, _, observed = _derivatives(parameters, z, k, n)
     # ln median = centre - width a/b and dispersion = width/b
     jacobian = np.array([[-width / b, width * a / b**2], [0.0, -width / b**2]])
-    covariance = jacobian @ np.linalg.inv(observed) @ jacobian.T
+    try:
+        covariance = jacobian @ np.linalg.inv(observed) @ jacobian.T
+    except np.linalg.LinAlgError:
+        return LognormalFit(log_likelihood=value, iterations=iterations, status=FAILED)
     errors = np.sqrt(np.diag(covariance))
+    log_median = centre - width * a / b
+    if not np.all(np.isfinite(errors)) or not x[0] - FAR <= log_median <= x[-1] + FAR:
+        return LognormalFit(log_likelihood=value, iterations=iterations, status=FLAT)
     return LognormalFit(
-        float(np.exp(centre - width * a / b)),
-        float(width / b),
-        float(errors[0]),
-        float(errors[1]),
-        float(value),
-        iterations,
+        float(np.exp(log_median)), float(width / b), float(errors[0]), float(errors[1]), float(value), iterations
     )
 
 
@@ -159,7 +166,7 @@ def fit_fragility(data: xr.Dataset, confidence: float = 0.95) -> xr.Dataset:
         On the dimensions left: median, median_se, median_lower, median_upper (unit of the level), dispersion,
         dispersion_se, dispersion_lower, dispersion_upper (1), log_likelihood, converged, and status: ``ok``, or why
         the estimates are NaN (``no runs``, ``one level``, ``no overturning``, ``all overturned``, ``separated``, ``not
-        increasing``, ``not converged``).
+        increasing``, ``flat``: a median over a hundred times outside the levels, ``not converged``).
 
     Raises
     ------

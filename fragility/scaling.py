@@ -13,6 +13,7 @@ from ..motions.arrays import Record
 from ..motions.measures import MEASURES, positive_measure
 
 SCALE = "scale"
+MIN_FACTOR = 1e-100
 INTENSITY_MEASURES = (*MEASURES, SCALE)
 
 
@@ -46,7 +47,24 @@ def scaling(levels: Any, motions: Sequence[Record], im: str) -> Scaling:
         raise ValueError(f"levels must be strictly increasing, got {values[at + 1]:g} after {values[at]:g}")
     if name == SCALE:
         factors = np.repeat(values[:, None], len(motions), axis=1)
+        _check_factors(factors, motions)
         return Scaling(values, factors, name, "1", "scale factor")
     measured = positive_measure(name, list(motions))
     _, units, long_name = MEASURES[name]
-    return Scaling(values, values[:, None] / measured, name, units, long_name)
+    with np.errstate(over="ignore", under="ignore"):
+        factors = values[:, None] / measured
+    _check_factors(factors, motions)
+    return Scaling(values, factors, name, units, long_name)
+
+
+def _check_factors(factors: NDArray[np.float64], motions: Sequence[Record]) -> None:
+    """ValueError where a motion would be scaled beyond any shaking, or to nothing."""
+    peaks = np.array([np.abs(motion.acceleration).max() for motion in motions])
+    with np.errstate(over="ignore", invalid="ignore"):
+        bad = ~np.isfinite(factors) | (factors < MIN_FACTOR) | ~(factors * peaks <= checks.MAX_ACCELERATION)
+    if bad.any():
+        level, motion = (int(i) for i in np.argwhere(bad)[0])
+        raise ValueError(
+            f"motion {motions[motion].label!r} must be scaled by {MIN_FACTOR:g} at least and to "
+            f"{checks.MAX_ACCELERATION:g} m/s² at most, got a factor of {factors[level, motion]:.3g}"
+        )

@@ -9,6 +9,7 @@ from .. import checks
 from ..units import STANDARD_GRAVITY
 
 UNIFORM_INERTIA_FACTOR = 4.0 / 3.0
+MIN_SIZE, MAX_SIZE, MIN_ANGLE = 1e-6, 1e6, 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +60,8 @@ class Block:
     name: str | None = None
 
     def __post_init__(self) -> None:
-        width = checks.number("width", self.width, above=0.0, unit="m")
-        height = checks.number("height", self.height, above=0.0, unit="m")
+        width = checks.number("width", self.width, above=0.0, at_most=MAX_SIZE, unit="m")
+        height = checks.number("height", self.height, above=0.0, at_most=MAX_SIZE, unit="m")
         middle = 0.5 * height
         cm_height = middle
         if self.cm_height is not None:
@@ -76,8 +77,11 @@ class Block:
         if self.name is not None and (not isinstance(self.name, str) or not self.name.strip()):
             raise ValueError(f"name must be a non-empty string or None, got {self.name!r}")
         alpha = math.atan2(0.5 * width, cm_height)
-        if not 0.0 < alpha < 0.5 * math.pi or not 0.0 < math.hypot(0.5 * width, cm_height) < math.inf:
-            raise ValueError(f"alpha must lie between 0 and pi/2, got {alpha:g} from width {width:g} and {cm_height:g}")
+        if not MIN_ANGLE <= alpha <= 0.5 * math.pi - MIN_ANGLE or math.hypot(0.5 * width, cm_height) < MIN_SIZE:
+            raise ValueError(
+                f"a block must have alpha between {MIN_ANGLE:g} and pi/2 - {MIN_ANGLE:g} rad and R of at least "
+                f"{MIN_SIZE:g} m, got {alpha:g} rad from width {width:g} m and a centre of mass at {cm_height:g} m"
+            )
         object.__setattr__(self, "width", width)
         object.__setattr__(self, "height", height)
         object.__setattr__(self, "cm_height", cm_height)

@@ -58,7 +58,7 @@ class Catalogue(Mapping[str, Block]):
         except KeyError:
             near = difflib.get_close_matches(str(name), self._items, n=3, cutoff=0.4)
             hint = f"; nearest: {', '.join(near)}" if near else ""
-            raise KeyError(f"no catalogue item {name!r}{hint}") from None
+            raise KeyError(f"no catalogue item {str(name)[:60]!r}{hint}") from None
 
     def __repr__(self) -> str:
         return f"<catalogue of {len(self)} contents: {', '.join(self)}>"

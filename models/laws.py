@@ -25,6 +25,8 @@ from .oscillator import Oscillator, bilinear, impact
 LEVERS = ("h", "R")
 RESTS = ("elastic", "rigid")
 GEOMETRIES = ("exact", "linear", "bilinear")
+MIN_DELTA = 1e-9
+"""Least half width of the elastic zone: its frequency grows as delta^-½, and the work with it."""
 MAX_DAMPING = 100.0
 """Largest damping ratio (and coefficient of Vassiliou's law): far beyond any sense, and the zone becomes stiff."""
 
@@ -50,7 +52,7 @@ class Law(ABC):
                     f"restitution_factor={values['restitution_factor']:g}"
                 )
         if "delta" in values:
-            checks.number("delta", values["delta"], above=0.0, below=1.0)
+            checks.number("delta", values["delta"], at_least=MIN_DELTA, below=1.0)
         for name in ("zeta", "coefficient"):
             if name in values:
                 checks.number(name, values[name], at_least=0.0, at_most=MAX_DAMPING)

@@ -22,6 +22,14 @@ OUTPUTS: dict[str, int] = {
 
 _NO_START = np.empty(0)
 
+# Accelerations and states below this are zero: products of denormal numbers have no sign left to decide an event.
+_NOTHING = 1e-200
+
+
+def _flushed(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    tiny = np.abs(values) < _NOTHING
+    return np.where(tiny, 0.0, values) if tiny.any() else values
+
 
 def run_many(
     oscillators: Sequence[Oscillator],
@@ -38,7 +46,7 @@ def run_many(
     which = np.repeat(np.arange(len(oscillators)), factors.shape[1])
     out = np.empty((which.size, engine.OUT_COLUMNS))
     engine.run_batch(
-        acceleration,
+        _flushed(acceleration),
         dt,
         *arrays,
         which,
@@ -69,12 +77,13 @@ def trace(
     max_turning_points: int = 0,
 ) -> Trace:
     """One run with its history, from (theta0, omega0)."""
-    start = np.array([theta0, omega0, float(oscillator.region_at(theta0, omega0))])
+    theta, omega = _flushed(np.array([theta0, omega0]))
+    start = np.array([theta, omega, float(oscillator.region_at(theta, omega))])
     out = np.empty((1, engine.OUT_COLUMNS))
     history = np.empty((engine.HISTORY_ROWS, acceleration.size))
     turning_points = np.empty((2, max_turning_points))
     found = engine.run_batch(
-        acceleration,
+        _flushed(acceleration),
         dt,
         *stack([oscillator]),
         np.zeros(1, np.int64),

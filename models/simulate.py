@@ -187,7 +187,7 @@ def _single_motion(motion: Any) -> tuple[NDArray[np.float64], float, str, float]
     checks.acceleration_units("motion", motion.attrs.get("units"))
     one = motion.isel(dict.fromkeys(extra, 0))
     label = str(one["motion"].item()) if "motion" in one.coords else "motion"
-    values = checks.finite_array("motion", one.values, unit="m/s²")
+    values = checks.acceleration("motion", one.values)
     if values.size < 2:
         raise ValueError(f"motion must have at least 2 samples, got {values.size}")
     time = one["time"].values if "time" in one.coords else None

@@ -63,8 +63,8 @@ def from_array(
     >>> from_array([0.0, 1.0, 0.0], dt=0.01).sizes["time"]
     3
     """
-    values = np.atleast_2d(checks.finite_array("acceleration", acceleration, ndim=(1, 2), unit="m/s²"))
-    step = checks.number("dt", dt, above=0.0, unit="s")
+    values = np.atleast_2d(checks.acceleration("acceleration", acceleration, ndim=(1, 2)))
+    step = checks.number("dt", dt, above=0.0, at_most=checks.MAX_STEP, unit="s")
     if values.shape[1] < 2:
         raise ValueError(f"acceleration must have at least 2 samples, got {values.shape[1]}")
     n = values.shape[0]
@@ -139,7 +139,7 @@ def _records_of(array: xr.DataArray) -> list[Record]:
         for piece, floor in pieces:
             one = piece.isel(motion=i)
             label = str(one["motion"].item()) if "motion" in one.coords else f"motion {i + 1}"
-            values = checks.finite_array(f"motion {label!r}", one.values, unit="m/s²")
+            values = checks.acceleration(f"motion {label!r}", one.values)
             if values.size < 2:
                 raise ValueError(f"motion {label!r} must have at least 2 samples, got {values.size}")
             source = str(one["source"].item()) if "source" in one.coords else "array"

@@ -20,6 +20,8 @@ from .envelopes import Envelope, RiseStrongDecay
 from .processing import parabolic_baseline
 
 BASELINES = ("parabolic", "none")
+LARGEST = 1e6
+MOST_SAMPLES = 500_000_000  # 4 GB
 LEAST_STEPS = 20  # fewer hold no motion, and a parabola would take most of it away
 
 
@@ -82,7 +84,7 @@ class KanaiTajimi(Generator):
 
     def __post_init__(self) -> None:
         for name in ("omega_g", "xi_g", "s0", "duration", "dt"):
-            checks.number(name, getattr(self, name), above=0.0)
+            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
         if self.duration < LEAST_STEPS * self.dt:
             raise ValueError(
                 f"duration must be at least {LEAST_STEPS} dt = {LEAST_STEPS * self.dt:g} s, got {self.duration:g}"
@@ -110,6 +112,11 @@ class KanaiTajimi(Generator):
         seed = checks.count("seed", seed)
         first = checks.count("first", first)
         steps = round(self.duration / self.dt)
+        if n * (steps + 1) > MOST_SAMPLES:
+            raise ValueError(
+                f"motions must have at most {MOST_SAMPLES:.0e} samples in all, got {n} motions of {steps + 1}: "
+                "make them in parts (first)"
+            )
         time = np.arange(steps + 1, dtype=np.float64) * self.dt
         noise = np.stack([stream(seed, first + i).standard_normal(time.size) for i in range(n)])
         noise *= math.sqrt(2.0 * math.pi * self.s0 / self.dt) * self.envelope(time)
@@ -148,7 +155,7 @@ class CloughPenzien(KanaiTajimi):
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("omega_f", "xi_f"):
-            checks.number(name, getattr(self, name), above=0.0)
+            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
 
     def _sections(self) -> list[tuple[list[float], list[float]]]:
         high_pass = ([1.0, 0.0, 0.0], [1.0, 2.0 * self.xi_f * self.omega_f, self.omega_f**2])

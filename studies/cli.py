@@ -115,6 +115,7 @@ _ADVICE = {
     "separated": "no two levels with both standing and fallen blocks: take more motions or closer levels",
     "one level": "one level gives no curve: take more levels",
     "not increasing": "falls do not grow with the level: look at the motions",
+    "flat": "falls hardly grow with the level: take more motions or a wider range of levels",
     "not converged": "the likelihood has no clear maximum: take more motions",
 }
 
@@ -203,6 +204,9 @@ def main(arguments: list[str] | None = None) -> int:
         return EXIT_INPUT
     except StudyError as error:
         print(f"toppling: {error}", file=sys.stderr)
+        return EXIT_INPUT
+    except OSError as error:
+        print(f"toppling: output cannot be written ({error.strerror or error})", file=sys.stderr)
         return EXIT_INPUT
     except MemoryError:
         print("toppling: not enough memory for this study; make it smaller", file=sys.stderr)

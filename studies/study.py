@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
@@ -74,7 +76,7 @@ class Study:
                 for model in study.models:
                     model.oscillator(block)
             scaling(study.levels, records(study.motions), study.im)
-        except ValueError as error:
+        except (ValueError, ArithmeticError) as error:
             raise StudyError(f"{file}: {error}") from None
         return study
 
@@ -135,8 +137,9 @@ class Study:
             return self._compute(client, progress)
         folder = Path(out)
         before = self._finished(folder / RESULT_NAME) if resume else None
-        if before is not None and before.attrs["title"] == self.title:
+        if before is not None and before.attrs.get("title") == self.title:
             return before
+        made = not folder.exists()
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -147,8 +150,9 @@ class Study:
             results = self._compute(client, progress) if before is None else before.assign_attrs(title=self.title)
             save(results, folder / RESULT_NAME)
         except BaseException:
-            if not any(folder.iterdir()):
-                folder.rmdir()
+            if made:
+                with suppress(OSError):  # not empty: another run's
+                    folder.rmdir()
             raise
         return results
 
@@ -176,29 +180,33 @@ class Study:
 
     def _finished(self, target: Path) -> xr.Dataset | None:
         """The finished results of this very study, if they are there; StudyError where another's are."""
-        if not target.exists():
-            return None
         try:
+            if not target.exists():
+                return None
             with xr.open_dataset(target) as stored:
                 if stored.attrs.get("identity") == self.identity:
                     return stored.load()
-        except (OSError, ValueError):
+        except (OSError, ValueError) as error:
+            if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+                raise StudyError(f"{target}: the name is too long") from None
             raise StudyError(f"{target}: exists and is no result file; move it away or use --fresh") from None
         raise StudyError(f"{target}: holds the results of another study; use another folder or --fresh")
 
 
 def save(results: xr.Dataset, target: Path) -> None:
     """Write a dataset whole or not at all: temporary file beside the target, fsync, rename."""
-    temporary = target.with_name(target.name + ".part")
+    temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
     try:
         results.to_netcdf(temporary, engine="netcdf4")
         with temporary.open("rb") as file:
             os.fsync(file.fileno())
         temporary.replace(target)
-    except OSError as error:
-        raise StudyError(f"{target}: cannot be written ({error.strerror or error})") from None
+    except (OSError, RuntimeError) as error:  # the HDF5 library speaks of a full disk as a RuntimeError
+        reason = getattr(error, "strerror", None) or error
+        raise StudyError(f"{target}: cannot be written ({reason}; is the disk full?)") from None
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
 
 
 def _plain(content: StudyFile) -> dict[str, Any]:

@@ -57,7 +57,7 @@ def test_squat_blocks_need_an_explicit_restitution():
 
 
 BAD_BLOCKS = [
-    (lambda: tp.Block(0.0, 1.0), "width must be finite and > 0 .in m., got 0.0"),
+    (lambda: tp.Block(0.0, 1.0), "width must be finite and > 0 and <= 1e.06 .in m., got 0.0"),
     (lambda: tp.Block(-0.4, 1.0), "got -0.4"),
     (lambda: tp.Block(math.nan, 1.0), "width must be finite.*got nan"),
     (lambda: tp.Block(0.4, math.inf), "height must be finite.*got inf"),

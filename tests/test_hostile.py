@@ -23,7 +23,7 @@ BAD_LAWS = [
     (lambda: tp.GianniniMasiani(e=NAN), ValueError, "e must be .* got nan"),
     (lambda: tp.MakrisKonstantinidis(e=-0.5), ValueError, "got -0.5"),
     (lambda: tp.EnergyConsistent(e="0.9"), TypeError, "e must be a number, got '0.9'"),
-    (lambda: tp.DiscreteDamping(delta=0.0), ValueError, "delta must be finite and > 0 and < 1, got 0.0"),
+    (lambda: tp.DiscreteDamping(delta=0.0), ValueError, "delta must be finite and >= 1e-09 and < 1, got 0.0"),
     (lambda: tp.DiscreteDamping(delta=1.0), ValueError, "delta must be"),
     (lambda: tp.Vassiliou(delta=INF), ValueError, "delta must be"),
     (lambda: tp.Vassiliou(coefficient=-0.1), ValueError, "coefficient must be"),
@@ -36,6 +36,10 @@ BAD_LAWS = [
     (lambda: tp.DiscreteDamping(restitution_factor=0.0), ValueError, "restitution_factor must be"),
     (lambda: tp.HousnerImpact(restitution_factor=1.2).oscillator(BLOCK), ValueError, "above 1"),
     (lambda: tp.DiscreteDamping(e=0.9, restitution_factor=0.9), ValueError, "give it or e, got e=0.9"),
+    (lambda: tp.DiscreteDamping(delta=1e-13), ValueError, "delta must be finite and >= 1e-09 and < 1, got 1e-13"),
+    (lambda: tp.Block(1e200, 1e200), ValueError, "width must be finite and > 0 and <= 1e.06"),
+    (lambda: tp.Block(1e-200, 1e-200), ValueError, "R of at least 1e-06 m"),
+    (lambda: tp.Block(10**400, 1.0), ValueError, "width must be finite"),
     (lambda: tp.ViscousDamping(1e3), ValueError, "zeta must be finite and >= 0 and <= 100"),
 ]
 
@@ -72,9 +76,13 @@ BAD_MOTIONS = [
     (lambda: mo.from_array(["a", "b"], 0.01), TypeError, "real numbers"),
     (lambda: mo.from_array([1j, 2j], 0.01), TypeError, "real numbers"),
     (lambda: mo.from_array([[1.0, 2.0], [3.0]], 0.01), TypeError, "real numbers"),
-    (lambda: mo.from_array([0.0, 1.0], 0.0), ValueError, "dt must be finite and > 0 .in s., got 0.0"),
+    (lambda: mo.from_array([0.0, 1.0], 0.0), ValueError, "dt must be finite and > 0 and <= 1000 .in s., got 0.0"),
     (lambda: mo.from_array([0.0, 1.0], -0.01), ValueError, "dt must be"),
     (lambda: mo.from_array([0.0, 1.0], NAN), ValueError, "dt must be"),
+    (lambda: mo.from_array([0.0, 1.0], 1e4), ValueError, "dt must be .*<= 1000"),
+    (lambda: mo.from_array([0.0, 1e10], 0.01), ValueError, "acceleration must be at most 1e.09 m/s², got 1e.10"),
+    (lambda: mo.KanaiTajimi(omega_g=1e200), ValueError, "omega_g must be .*<= 1e.06"),
+    (lambda: mo.KanaiTajimi().sample(10**12), ValueError, "at most 5e.08 samples in all"),
     (lambda: mo.from_array([0.0, 1.0], 0.01, ["a", "b"]), ValueError, "labels must be 1"),
     (lambda: mo.from_array(np.zeros((2, 3)), 0.01, ["a", "a"]), ValueError, "unique, got 'a'"),
     (lambda: mo.measures([]), ValueError, "at least one motion, got none"),
@@ -140,6 +148,10 @@ BAD_STUDIES = [
     (lambda: study(levels=[1.0, NAN]), ValueError, "levels must be finite"),
     (lambda: study(levels=[[1.0, 2.0]]), ValueError, "1 dimension"),
     (lambda: study(levels="high"), TypeError, "levels must be real numbers"),
+    (lambda: study(levels=[1.0, 1e300]), ValueError, "to 1e.09 m/s² at most, got a factor of"),
+    (lambda: study(levels=[1.0, 1e308], im="scale"), ValueError, "to 1e.09 m/s² at most"),
+    (lambda: study(motions=mo.from_array([0.0, 1e-310, 0.0], 0.01)), ValueError, "got a factor of inf"),
+    (lambda: study(levels=[1e-200], im="scale"), ValueError, "scaled by 1e-100 at least"),
     (lambda: study(im="pgx"), ValueError, "im must be one of 'pga', 'pgv', 'pgd', 'scale', got 'pgx'"),
     (lambda: study(outputs=[]), ValueError, "at least one of overturned"),
     (lambda: study(outputs=["peak"]), ValueError, "outputs must be one of"),
@@ -255,3 +267,36 @@ def test_restitution_within_rounding_of_one():
         result = tp.ida(BLOCK, laws, shakes, [1.0, 3.0])
         assert np.isfinite(result.peak_rotation.values).all()
     assert 0.0 < energy_consistent_zeta(818.8023088772889, 818.8023088772887) < 1e-12
+
+
+@pytest.mark.parametrize("model", [*EXTREMES, tp.DiscreteDamping(), tp.ViscousDamping(0.05), tp.Vassiliou()], ids=str)
+def test_denormal_and_huge_shaking_ends(model):
+    """Products of denormals have no sign; a shove of 1e8 g overturns, and does not spin."""
+    for values in ([-5e-324, 1.0, 0.0], [0.0, -1e-322, 1.0, 0.0], [5e-324, 5e-324, -1.0, 0.0], [5e-324, -5e-324]):
+        run = tp.simulate(BLOCK, model, mo.from_array(values, 0.01))
+        assert 0.0 <= float(run.peak_rotation) < 0.1
+    shove = tp.simulate(BLOCK, model, mo.from_array([0.0, 1e9, 1e9, 0.0], 0.01))
+    assert bool(shove.overturned)
+    back = tp.simulate(BLOCK, model, mo.from_array([1e9, -1e9, 1e9], 0.01))
+    assert float(back.peak_rotation) <= 0.5 * math.pi
+
+
+@pytest.mark.parametrize(
+    ("levels", "overturnings", "runs", "status"),
+    [
+        (np.linspace(0.1, 1.4, 14), [0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1], 200, "flat"),
+        ([1.0, 2.0, 3.0, 4.0], [10, 10, 10, 11], 200, "flat"),
+        ([1.0, 2.0, 3.0], [0, 1, 0], 200, "flat"),
+        ([1.0459478394829482, 166.3752963998099, 166.3752964025665, 166.375296402623], [0, 0, 1, 1], 25, None),
+    ],
+)
+def test_counts_without_a_slope_give_no_curve(levels, overturnings, runs, status):
+    data = xr.Dataset(
+        {"overturnings": ("level", np.array(overturnings)), "runs": ("level", np.full(len(levels), runs))},
+        coords={"level": np.asarray(levels)},
+    )
+    fit = tp.fit_fragility(data)
+    if status is not None:
+        assert fit.status.item() == status
+    finite = [np.isfinite(float(fit[name])) for name in ("median", "median_se", "median_upper", "dispersion_upper")]
+    assert all(finite) if fit.status.item() == "ok" else not any(finite)

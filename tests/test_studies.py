@@ -199,7 +199,7 @@ BAD_FILES = [
     (SMALL.replace("number = 12", "number = 0"), "motions.number: input should be greater than or equal to 1, got 0"),
     (SMALL.replace("number = 12", 'number = "many"'), "motions.number"),
     (SMALL.replace("number = 12", ""), "need number"),
-    (SMALL.replace("dt_s = 0.01", "dt_s = 0"), "dt must be finite and > 0, got 0"),
+    (SMALL.replace("dt_s = 0.01", "dt_s = 0"), "dt must be finite and > 0 and <= 1e.06, got 0"),
     (SMALL.replace("dt_s = 0.01", "omega_f_rad_s = -1"), "omega_f must be"),
     (
         SMALL.replace("clough-penzien", "kanai-tajimi").replace("dt_s", "xi_f"),
@@ -284,6 +284,39 @@ class TestCommand:
         blocked.write_text("")
         assert main(["run", str(write(tmp_path)), "--out", str(blocked / "out")]) == 2
         assert "cannot be made a folder" in capsys.readouterr().err
+
+    def test_two_runs_at_once(self, tmp_path):
+        """Neither takes the other's files away; both end well, with the same results."""
+        command = [sys.executable, "-m", "toppling.studies.cli", "run", str(write(tmp_path)), "--out", "out", "--fresh"]
+        running = [
+            subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            for _ in range(2)
+        ]
+        ended = [process.communicate(timeout=120) for process in running]
+        assert [process.returncode for process in running] == [0, 0], ended
+        assert sorted(os.listdir(tmp_path / "out")) == ["fragility.png", "results.nc"]
+
+    def test_full_disk(self, tmp_path):
+        """A limit on the size of files stands for a full disk: one sentence, exit code 2, nothing half written."""
+        resource = pytest.importorskip("resource")
+
+        def small_files():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+        main(["run", str(write(tmp_path)), "--out", str(tmp_path / "before")])  # so that nothing is compiled below
+        command = [sys.executable, "-m", "toppling.studies.cli", "run", str(write(tmp_path)), "--out", "out"]
+        done = subprocess.run(
+            command, cwd=tmp_path, capture_output=True, text=True, preexec_fn=small_files, check=False,
+        )  # fmt: skip
+        assert done.returncode == 2, done.stderr
+        assert "results.nc: cannot be written" in done.stderr
+        assert "Traceback" not in done.stderr
+        assert not (tmp_path / "out").exists()
+
+    def test_a_name_too_long(self, tmp_path, capsys):
+        assert main(["run", str(write(tmp_path)), "--out", str(tmp_path / ("x" * 300))]) == 2
+        assert "too long" in capsys.readouterr().err
 
     def test_unreachable_scheduler(self, tmp_path, capsys):
         path = str(write(tmp_path))
