@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: study test test-slow test-all lint clean
+.PHONY: study test test-slow test-all benchmark lint clean
 
 # `python3` may be too old where a newer one is installed beside it.
 $(BIN)/python:
@@ -43,6 +43,10 @@ test-slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -m slow tests
 
 test-all: test test-slow
+
+# Cost of the engine beside a plain RK4 (a command, not a test: compare ratios).
+benchmark: $(VENV)/installed
+	$(BIN)/python benchmarks/engine.py
 
 clean:
 	if [ -f $(VENV)/pyvenv.cfg ]; then rm -rf $(VENV); fi

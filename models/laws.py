@@ -129,8 +129,28 @@ def _zone_frequency(block: Block, delta: float) -> float:
     return math.sqrt(_q2(block) * (1.0 / delta - 1.0))
 
 
+class _HeldZoneLaw(_ImpactLaw):
+    """A law whose zone holds a damping set at each entry, by the rule `rule` of the engine."""
+
+    rule: ClassVar[int]
+    delta: float
+    lever: str
+    rest: str
+
+    def oscillator(self, block: Block) -> Oscillator:
+        return bilinear(
+            _q2(block),
+            block.alpha,
+            self.delta,
+            _gain(block, self.lever),
+            rule=self.rule,
+            e=self.restitution(block),
+            rigid_rest=self.rest == "rigid",
+        )
+
+
 @dataclass(frozen=True)
-class DiscreteDamping(_ImpactLaw):
+class DiscreteDamping(_HeldZoneLaw):
     """The paper's own law: f_d = c_D theta' inside |theta| <= delta alpha, nothing outside.
 
     c_D = c' |theta'_in| with c' = I_O (1 - e)/(2 delta alpha) (paper, Eqs. 15-17); theta'_in is the velocity at the
@@ -150,26 +170,16 @@ class DiscreteDamping(_ImpactLaw):
     """
 
     law: ClassVar[str] = "discrete"
+    rule: ClassVar[int] = engine.RULE_ENTRY_SPEED
     e: float | None = None
     delta: float = 0.05
     lever: str = "h"
     rest: str = "elastic"
     restitution_factor: float = field(default=1.0, kw_only=True)
 
-    def oscillator(self, block: Block) -> Oscillator:
-        return bilinear(
-            _q2(block),
-            block.alpha,
-            self.delta,
-            _gain(block, self.lever),
-            rule=engine.RULE_ENTRY_SPEED,
-            e=self.restitution(block),
-            rigid_rest=self.rest == "rigid",
-        )
-
 
 @dataclass(frozen=True)
-class EnergyConsistent(_ImpactLaw):
+class EnergyConsistent(_HeldZoneLaw):
     """Discrete damping with the c_D for which the zone takes out exactly what an impact with e takes out (derived).
 
     c >= 0 is the root for which the unforced crossing leaves the zone with
@@ -179,22 +189,12 @@ class EnergyConsistent(_ImpactLaw):
     """
 
     law: ClassVar[str] = "energy-consistent"
+    rule: ClassVar[int] = engine.RULE_ENERGY
     e: float | None = None
     delta: float = 0.05
     lever: str = "h"
     rest: str = "rigid"
     restitution_factor: float = field(default=1.0, kw_only=True)
-
-    def oscillator(self, block: Block) -> Oscillator:
-        return bilinear(
-            _q2(block),
-            block.alpha,
-            self.delta,
-            _gain(block, self.lever),
-            rule=engine.RULE_ENERGY,
-            e=self.restitution(block),
-            rigid_rest=self.rest == "rigid",
-        )
 
 
 @dataclass(frozen=True)
