@@ -12,6 +12,11 @@ Why a step is event-free: the acceleration a(t) of a linear region under linear 
 whose zeros are at least pi/sqrt(K) apart (at most one zero for K <= c²/4).  Steps satisfy sqrt|K| h <= 1/2, so a has at
 most one zero, the velocity at most two monotone parts, and the signs of velocity and acceleration at both ends decide.
 
+How a batch runs (`run_batch`): runs go in lockstep over one record, a lane each; `_step_lanes` takes the plain step of
+all lanes at once and marks those that may hold an event; `_look` solves these sample by sample (`_sample`), piece by
+piece (`_piece`: series, first event, what happens there), and puts them back.  After the record, `_free` follows the
+block until nothing can change.
+
 All functions called by a kernel stand in this file: numba's disk cache looks at one file only.
 """
 

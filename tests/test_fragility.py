@@ -4,6 +4,7 @@ import json
 import os
 
 import dask
+import distributed
 import numpy as np
 import pytest
 import xarray as xr
@@ -82,7 +83,6 @@ class TestIda:
             xr.testing.assert_identical(tp.ida(BLOCKS, MODELS, motions(), LEVELS, outputs=list(OUTPUTS)), result)
 
     def test_a_given_client_gives_the_same_bytes(self, result):
-        distributed = pytest.importorskip("distributed")
         done = []
         options = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
         with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
@@ -100,7 +100,6 @@ class TestIda:
 
     def test_a_client_that_is_not_the_default(self, result):
         """Only the given client is used, whatever the process-wide default is."""
-        distributed = pytest.importorskip("distributed")
         options = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
         with (
             distributed.LocalCluster(**options) as cluster,
