@@ -60,6 +60,11 @@ def run_many(
     return out.reshape(*factors.shape, engine.OUT_COLUMNS)
 
 
+def prepare(oscillators: Sequence[Oscillator]) -> None:
+    """Load the compiled engine, or compile it (some 20 s, once after installation), so that no run waits for it."""
+    run_many(oscillators[:1], np.ones((1, 1)), np.zeros(2), 0.01)
+
+
 class Trace(NamedTuple):
     """One run in full: results (5,), history (4, n) at the samples, turning points (2, t): time and rotation."""
 

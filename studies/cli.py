@@ -20,6 +20,7 @@ from rich.table import Table
 
 from ..models import catalogue
 from ..models.catalogue import QUALITIES
+from ..models.runs import prepare
 from .progress import show_progress
 from .schema import StudyError
 from .study import RESULT_NAME, Study
@@ -72,6 +73,9 @@ def run(
     for note in plan.notes:
         console.print(f"note: {note}", highlight=False, markup=False, soft_wrap=True)
     client = None if scheduler is None else _connect(scheduler)
+    if client is None:
+        with console.status("loading the engine (compiled once after installation, some 20 s)"):
+            prepare([plan.models[0].oscillator(plan.blocks[0])])
     try:
         with show_progress(console, "runs", plan.runs) as progress:
             results = plan.run(folder, client, resume=not fresh, progress=progress)
