@@ -17,10 +17,10 @@ from ..models.oscillator import Oscillator
 from ..models.runs import OUTPUTS, run_many
 from ..motions.arrays import Record
 
-# Planning figures, not measurements: the order of one sample of one run on a present core, closed form and exact
-# geometry.
-SECONDS_PER_SAMPLE = 2e-8
-SECONDS_PER_EXACT_SAMPLE = 1e-7
+# Planning figures, on the generous side of benchmarks/engine.py: one sample of one run on a present core, closed form
+# and exact geometry.
+SECONDS_PER_SAMPLE = 9e-9
+SECONDS_PER_EXACT_SAMPLE = 4.5e-8
 CHUNK_SECONDS = 1.0
 
 

@@ -385,7 +385,7 @@ def _first_event(poly, n, h, theta, lower, upper, hop):
         end = turn
         moved = _eval(poly, MOVED, n, turn)
     if moved * direction >= gap * direction:
-        # from the parabola through the start; from the chord's end where that has no root
+        # first guess: the root of the parabola through the start (the middle where it has none)
         discriminant = omega * omega + 2.0 * start * gap
         guess = -1.0
         if discriminant > 0.0:

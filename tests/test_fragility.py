@@ -305,4 +305,4 @@ def test_a_chunk_is_about_a_second():
     run_chunk(chunk._replace(motions=chunk.motions[:1], factors=chunk.factors[:, :1]))
     started = perf_counter()
     run_chunk(chunk)
-    assert 0.02 < perf_counter() - started < 10.0
+    assert 0.1 < perf_counter() - started < 8.0
