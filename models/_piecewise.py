@@ -74,9 +74,9 @@ RULE_CONSTANT, RULE_ENTRY_SPEED, RULE_ENERGY = range(3)
 PAR_COLUMNS = 10
 
 # State of a run.
-THETA, OMEGA, HELD, PEAK, OVERTURN_TIME = range(5)
-NOW, IMPACTS, UPLIFTED, OVERTURNED, TURNS, FREE = range(6)
-STATE_FLOATS, STATE_INTEGERS = 5, 6
+THETA, OMEGA, HELD, PEAK, OVERTURN_TIME, HEIGHT, CALM_MARGIN = range(7)
+NOW, IMPACTS, UPLIFTED, OVERTURNED, TURNS, FREE, NEED, GRADE, UPWARD = range(9)
+STATE_FLOATS, STATE_INTEGERS = 7, 9
 
 # Results of a run.
 OUT_OVERTURNED, OUT_PEAK, OUT_UPLIFTED, OUT_IMPACTS, OUT_OVERTURN_TIME = range(5)
@@ -86,8 +86,9 @@ OUT_COLUMNS = 5
 HISTORY_THETA, HISTORY_OMEGA, HISTORY_REGION, HISTORY_DAMPING, HISTORY_PEAK = range(5)
 HISTORY_ROWS = 5
 
+BYTE_OF = np.array([0, 0, 0, 0, 7, 2, 4, 3, 0, 1, 0, 6, 0, 0, 0, 0, 5, 0, 0])
 # Runs that go in lockstep over one record, and the rows of their state: two sets of (theta, omega) written in turn.
-LANES = 32
+LANES = 128
 (
     ROW_EVEN,
     _,
@@ -104,9 +105,38 @@ LANES = 32
     ROW_G2_RISE,
     ROW_UPPER,
     ROW_LOWER,
-    ROW_LOOK,
-) = range(16)
-LANE_ROWS = 16
+    ROW_CALM_UPPER,
+    ROW_CALM_LOWER,
+) = range(17)
+LANE_ROWS = 17
+# Samples that a lane may lag behind the others, so that events gather and are solved together.
+TILE = 8
+
+# Columns of a propagator; the grade says what a sample may be taken for, the pull is the region's largest |f(theta)|.
+STEP_G0, STEP_G1, STEP_G2, STEP_G3, STEP_G2_RISE, STEP_DAMPING, STEP_GRADE, STEP_PULL = range(8)
+STEP_COLUMNS = 8
+MANY_STEPS, ONE_STEP, ONE_PIECE = range(3)
+GRADES = (0.5, 0.25)  # largest rate * dt of one step, and of a piece of degree 12
+
+# Rows of the pieces that are solved together, a column each.
+(
+    PIECE_OMEGA,
+    PIECE_A,
+    PIECE_SLOPE,
+    PIECE_STIFFNESS,
+    PIECE_DAMPING,
+    PIECE_SPAN,
+    PIECE_GAP,
+    PIECE_TIME,
+    PIECE_MOVED,
+    PIECE_SPEED,
+    PIECE_SURE,
+) = range(11)
+PIECE_ROWS = 11
+
+# What a marked sample needs.
+WAITS, CROSSES, RETURNS, TURNS_BACK, HARD = range(5)
+TURN_COLUMNS = LANES * TILE + 8
 
 DEGREE = 30
 MOVED, SPEED, ACCELERATION = range(3)
@@ -114,10 +144,11 @@ INVERSE = np.array([0.0, *(1.0 / k for k in range(1, DEGREE + 1))])
 EPSILON = 2.220446049250313e-16
 MARGIN = 32.0 * EPSILON
 FLAT = 0.5 * math.pi
-# Bounces below this height (rad) that come by the thousand within one sample end at rest: only with e = 1 (to
-# rounding), where they would go on for ever.
-NO_HEIGHT = 1e-15
+# Bounces below this height (rad) that come by the thousand within one sample end at rest: only where e is so near 1
+# that they would go on by the million.
+NO_HEIGHT = 2e-11
 MANY_IMPACTS = 1000
+MANY_HOPS = 50
 MAX_FREE_PIECES = 100_000
 MAX_FREE_TURNS = 4
 FREE_STEP = 1e9  # s: longer than any piece
@@ -477,7 +508,7 @@ def energy_consistent_zeta(speed, exit_speed):
     return zeta
 
 
-@njit(**_EVENT)
+@njit(**_DRIVER, inline="always")
 def _captures(links, o, region):
     """Whether another region takes over where the velocity vanishes inside this one."""
     return links[o, region, LINK_TURN_LEFT] != NO_REGION or links[o, region, LINK_TURN_RIGHT] != NO_REGION
@@ -520,12 +551,15 @@ def _held_damping(tables, parameters, o, zone, omega):
 
 
 @njit(**_EVENT)
-def _settles(parameters, o, omega, stiffness, force, slope, left, peak):
+def _settles(parameters, o, omega, stiffness, force, slope, left, highest):
     """Whether all later bounces provably end before the sample does, or before its forcing reaches the threshold.
 
-    With a_min the least deceleration over a horizon, the bounces that follow take 2|omega|/((1 - e) a_min) in all and
-    rise to omega²/(2 a_min), which must not exceed the peak so far.  A tenth of a_min is kept for the softening
-    |K| x of the branch: x <= (1 - e)² a_min horizon²/8, and a horizon of half its time constant keeps it below 1/32.
+    On either side the deceleration changes one way over a horizon, from a to b say; a bounce under it comes back faster
+    by sqrt(b/a) at most, and over many bounces these factors multiply to no more than sqrt(max/min) of each side.  So,
+    with a_min the least deceleration and r the product of both ratios, the bounces that follow take at most
+    2|omega| sqrt(r)/((1 - e) a_min) in all and rise to omega² r/(2 a_min), which must not exceed `highest`: the peak so
+    far, and the branch on which there are impacts only.  A tenth of a_min is kept for the softening |K| x of the
+    branch: x <= (1 - e)² a_min horizon²/8, and a horizon of half its time constant keeps it below 1/32.
     """
     if omega == 0.0:
         return True
@@ -540,10 +574,16 @@ def _settles(parameters, o, omega, stiffness, force, slope, left, peak):
     elif end < -parameters[o, PAR_UPLIFT_LEFT] and slope < 0.0:
         horizon = 0.5 * (-parameters[o, PAR_UPLIFT_LEFT] - force) / slope
     end = force + slope * horizon
-    a_min = 0.9 * min(
-        parameters[o, PAR_UPLIFT_RIGHT] - max(force, end), parameters[o, PAR_UPLIFT_LEFT] + min(force, end)
-    )
-    return a_min > 0.0 and 2.0 * abs(omega) <= (1.0 - e) * a_min * horizon and omega * omega <= 2.0 * a_min * peak
+    right = parameters[o, PAR_UPLIFT_RIGHT]
+    left_side = parameters[o, PAR_UPLIFT_LEFT]
+    least_right = right - max(force, end)
+    least_left = left_side + min(force, end)
+    a_min = 0.9 * min(least_right, least_left)
+    if a_min <= 0.0:
+        return False
+    r = (right - min(force, end)) / least_right * ((left_side + max(force, end)) / least_left)
+    time = (1.0 - e) * a_min * horizon
+    return 4.0 * omega * omega * r <= time * time and omega * omega * r <= 2.0 * a_min * highest
 
 
 @njit(**_EVENT)
@@ -596,7 +636,7 @@ def _record_turn(x, k, tables, links, o, exact, region, time, turning_points):
         k[NOW] = target
 
 
-@njit(**_EVENT)
+@njit(**_DRIVER, inline="always")
 def _at_edge(x, k, tables, links, parameters, o, region, upper, force, slope, left, time):
     """What happens where the rotation reaches an edge of its region."""
     if upper:
@@ -629,7 +669,9 @@ def _at_edge(x, k, tables, links, parameters, o, region, upper, force, slope, le
         k[IMPACTS] += 1
         x[OMEGA] *= parameters[o, PAR_RESTITUTION]
         stiffness = tables[o, region, REGION_STIFFNESS]
-        if k[FREE] == 0 and _settles(parameters, o, x[OMEGA], stiffness, force, slope, left, x[PEAK]):
+        highest = min(x[PEAK], tables[o, target, REGION_UPPER] - tables[o, target, REGION_LOWER])
+        highest = min(highest, tables[o, region, REGION_UPPER] - tables[o, region, REGION_LOWER])
+        if k[FREE] == 0 and _settles(parameters, o, x[OMEGA], stiffness, force, slope, left, highest):
             x[OMEGA] = 0.0
             k[NOW] = REST
 
@@ -685,11 +727,83 @@ def _piece(x, k, tables, links, parameters, o, force, slope, left, time, poly, t
 
 
 @njit(**_EVENT)
-def _sample(x, k, tables, links, parameters, o, force, slope, dt, time, poly, trig, turning_points):
-    """One sample, cut at its events."""
-    t = 0.0
+def _hops(x, k, tables, links, parameters, o, force, slope, t, dt, time):
+    """Short flights from an impact to the next, one after the other, to the end of the sample where they last so long.
+
+    Taken only where nine Taylor terms are exact to rounding and the flight stays below the peak and in its region; the
+    time reached within the sample.
+    """
+    for _ in range(MANY_HOPS):
+        region = k[NOW]
+        if region == REST:
+            break
+        omega = x[OMEGA]
+        upper = tables[o, region, REGION_UPPER] == x[THETA]
+        action = links[o, region, LINK_UPPER_ACTION] if upper else links[o, region, LINK_LOWER_ACTION]
+        stiffness = tables[o, region, REGION_STIFFNESS]
+        c = tables[o, region, REGION_DAMPING]
+        if action != IMPACT or links[o, region, LINK_HELD]:
+            break
+        a = force + slope * t + tables[o, region, REGION_OFFSET] - stiffness * x[THETA] - c * omega
+        if omega * a >= 0.0:
+            break
+        left = dt - t
+        jerk = slope - c * a - stiffness * omega
+        h = -2.0 * omega / a
+        h -= jerk * h * h / (3.0 * a + 2.0 * jerk * h)
+        if not (0.0 < h < left):
+            h = left
+        # with |jerk| h <= |a|/4 the flight is a single arc
+        if abs(jerk) * h > 0.25 * abs(a) or h * _rate(stiffness, c) > 0.05:
+            break
+        # (an arc's height is a quarter of its first slope times its length, a little more with a jerk)
+        rise = abs(omega) * h * (1.0 if h == left else 0.35)
+        if abs(x[THETA]) + rise > x[PEAK] or rise > tables[o, region, REGION_UPPER] - tables[o, region, REGION_LOWER]:
+            break
+        y2 = 0.5 * a
+        y3 = jerk * (1.0 / 6.0)
+        y4 = -(c * y3 * (1.0 / 4.0) + stiffness * y2 * (1.0 / 12.0))
+        y5 = -(c * y4 * (1.0 / 5.0) + stiffness * y3 * (1.0 / 20.0))
+        y6 = -(c * y5 * (1.0 / 6.0) + stiffness * y4 * (1.0 / 30.0))
+        y7 = -(c * y6 * (1.0 / 7.0) + stiffness * y5 * (1.0 / 42.0))
+        y8 = -(c * y7 * (1.0 / 8.0) + stiffness * y6 * (1.0 / 56.0))
+        y9 = -(c * y8 * (1.0 / 9.0) + stiffness * y7 * (1.0 / 72.0))
+        lands = False
+        for _ in range(6):
+            # displacement over h, whose zero is the landing
+            f = omega + h * (y2 + h * (y3 + h * (y4 + h * (y5 + h * (y6 + h * (y7 + h * (y8 + h * y9)))))))
+            if h == left and f * omega > 0.0:
+                break
+            step = -f / (y2 + h * (2.0 * y3 + h * (3.0 * y4 + h * (4.0 * y5 + h * (5.0 * y6 + h * (6.0 * y7))))))
+            h = min(h + step, left)
+            lands = abs(step) <= 1e-7 * h
+            if lands:
+                break
+        if not lands and h != left:
+            break
+        speed = 6.0 * y6 + h * (7.0 * y7 + h * (8.0 * y8 + h * (9.0 * y9)))
+        speed = omega + h * (2.0 * y2 + h * (3.0 * y3 + h * (4.0 * y4 + h * (5.0 * y5 + h * speed))))
+        if not lands:
+            x[THETA] += left * f
+            x[OMEGA] = speed
+            k[TURNS] += 1 if speed * omega < 0.0 else 0
+            t = dt
+            break
+        t += h
+        x[OMEGA] = max(speed, 0.0) if upper else min(speed, 0.0)
+        k[TURNS] += 1
+        _at_edge(x, k, tables, links, parameters, o, region, upper, force + slope * t, slope, dt - t, time + t)
+    return t
+
+
+@njit(**_EVENT)
+def _sample(x, k, tables, links, parameters, o, force, slope, t, dt, time, poly, trig, turning_points):
+    """One sample from its time t on, cut at its events."""
     impacts = k[IMPACTS]
+    hops = turning_points.shape[1] == 0 and parameters[o, PAR_EXACT] == 0.0
     while t < dt and k[OVERTURNED] == 0:
+        if hops and k[NOW] != REST and x[THETA] == 0.0:
+            t = _hops(x, k, tables, links, parameters, o, force, slope, t, dt, time)
         t += _piece(
             x, k, tables, links, parameters, o, force + slope * t, slope, dt - t, time + t, poly, trig, turning_points
         )
@@ -725,6 +839,29 @@ def _saddle_passed(x, k, tables, links, parameters, o):
 
 
 @njit(**_EVENT)
+def _is_bound(x, k, tables, links, parameters, o):
+    """Whether the unforced block's energy cannot take it past its peak so far on either side.
+
+    No law adds energy, so it cannot pass a rotation whose potential is above the present energy.  At the peak that of
+    the outermost region counts: it is the lower one where a rigid branch and a zone overlap.
+    """
+    if parameters[o, PAR_EXACT] != 0.0:
+        return False
+    energy = 0.5 * x[OMEGA] * x[OMEGA] + _potential(tables, o, k[NOW], False, x[THETA])
+    peak = x[PEAK]
+    if abs(x[THETA]) > peak:
+        return False
+    right = math.inf
+    left = math.inf
+    for r in range(tables.shape[1]):
+        if tables[o, r, REGION_LOWER] <= peak <= tables[o, r, REGION_UPPER]:
+            right = min(right, _potential(tables, o, r, False, peak))
+        if tables[o, r, REGION_LOWER] <= -peak <= tables[o, r, REGION_UPPER]:
+            left = min(left, _potential(tables, o, r, False, -peak))
+    return energy * (1.0 + 1e-9) < min(left, right)
+
+
+@njit(**_EVENT)
 def _free(x, k, tables, links, parameters, o, time, poly, trig, turning_points):
     """After the record: on until overturned, at rest, or sure never to exceed the peak again.
 
@@ -743,6 +880,8 @@ def _free(x, k, tables, links, parameters, o, time, poly, trig, turning_points):
         stiffness = tables[o, region, REGION_STIFFNESS]
         if not passed:
             passed = _saddle_passed(x, k, tables, links, parameters, o)
+            if not passed and _is_bound(x, k, tables, links, parameters, o):
+                break
         if stiffness > 0.0:
             centre = tables[o, region, REGION_OFFSET] / stiffness
             reach = math.sqrt((x[THETA] - centre) ** 2 + x[OMEGA] ** 2 / stiffness)
@@ -764,30 +903,65 @@ def _free(x, k, tables, links, parameters, o, time, poly, trig, turning_points):
         x[OVERTURN_TIME] = math.nan
 
 
-@njit(**_EVENT)
+@njit(**_DRIVER, inline="always")
 def _propagator(stiffness, c, h):
     """The step's transition: impulse response, its slope, its first and second integrals, as series about the state.
 
     With y'' + c y' + K y = a + s t, y(h) = omega g1 + a g2 + s g3 and y'(h) = omega (1 + g0) + a g1 + s g2: increments,
-    so that the coefficients' rounding does not add up to a drift of energy.
+    so that the coefficients' rounding does not add up to a drift of energy.  The impulse response is the sum of
+    u_k h (t/h)^k; the terms after the fourteenth are below rounding for rate * h <= 1/2.  Returns g0, g1, g2, g3/h and
+    g2/h.  Written out, or the loop that calls it would not be vectorised.
     """
-    b = 1.0
-    before = 0.0
-    power = 1.0
-    g0 = 0.0
-    g1 = h
-    g2 = 0.5 * h * h
-    g3 = h * h * h / 6.0
-    for k in range(2, _degree(h * _rate(stiffness, c)) + 5):
-        new = -(c * b + stiffness * before * INVERSE[k - 1]) * INVERSE[k]
-        before = b
-        b = new
-        power *= h
-        g0 += k * b * power
-        g1 += b * power * h
-        g2 += b * power * h * h * INVERSE[k + 1]
-        g3 += b * power * h * h * h * (INVERSE[k + 1] * INVERSE[k + 2])
-    return g0, g1, g2, g3 / h, g2 / h
+    d = -c * h
+    s = -stiffness * h * h
+    u2 = d * 0.5
+    u3 = (d * u2 + s * 0.5) * (1.0 / 3.0)
+    u4 = (d * u3 + s * u2 * (1.0 / 3.0)) * (1.0 / 4.0)
+    u5 = (d * u4 + s * u3 * (1.0 / 4.0)) * (1.0 / 5.0)
+    u6 = (d * u5 + s * u4 * (1.0 / 5.0)) * (1.0 / 6.0)
+    u7 = (d * u6 + s * u5 * (1.0 / 6.0)) * (1.0 / 7.0)
+    u8 = (d * u7 + s * u6 * (1.0 / 7.0)) * (1.0 / 8.0)
+    u9 = (d * u8 + s * u7 * (1.0 / 8.0)) * (1.0 / 9.0)
+    u10 = (d * u9 + s * u8 * (1.0 / 9.0)) * (1.0 / 10.0)
+    u11 = (d * u10 + s * u9 * (1.0 / 10.0)) * (1.0 / 11.0)
+    u12 = (d * u11 + s * u10 * (1.0 / 11.0)) * (1.0 / 12.0)
+    u13 = (d * u12 + s * u11 * (1.0 / 12.0)) * (1.0 / 13.0)
+    u14 = (d * u13 + s * u12 * (1.0 / 13.0)) * (1.0 / 14.0)
+    g0 = 14.0 * u14 + 13.0 * u13 + 12.0 * u12 + 11.0 * u11 + 10.0 * u10 + 9.0 * u9 + 8.0 * u8
+    g0 += 7.0 * u7 + 6.0 * u6 + 5.0 * u5 + 4.0 * u4 + 3.0 * u3 + 2.0 * u2
+    g1 = u14 + u13 + u12 + u11 + u10 + u9 + u8
+    g1 += u7 + u6 + u5 + u4 + u3 + u2
+    g2 = (
+        u14 * (1.0 / 15.0)
+        + u13 * (1.0 / 14.0)
+        + u12 * (1.0 / 13.0)
+        + u11 * (1.0 / 12.0)
+        + u10 * (1.0 / 11.0)
+        + u9 * (1.0 / 10.0)
+        + u8 * (1.0 / 9.0)
+    )
+    g2 += (
+        u7 * (1.0 / 8.0) + u6 * (1.0 / 7.0) + u5 * (1.0 / 6.0) + u4 * (1.0 / 5.0) + u3 * (1.0 / 4.0) + u2 * (1.0 / 3.0)
+    )
+    g3 = (
+        u14 * (1.0 / 240.0)
+        + u13 * (1.0 / 210.0)
+        + u12 * (1.0 / 182.0)
+        + u11 * (1.0 / 156.0)
+        + u10 * (1.0 / 132.0)
+        + u9 * (1.0 / 110.0)
+        + u8 * (1.0 / 90.0)
+    )
+    g3 += (
+        u7 * (1.0 / 72.0)
+        + u6 * (1.0 / 56.0)
+        + u5 * (1.0 / 42.0)
+        + u4 * (1.0 / 30.0)
+        + u3 * (1.0 / 20.0)
+        + u2 * (1.0 / 12.0)
+    )
+    g2 += 0.5
+    return g0, h * (1.0 + g1), h * h * g2, h * h * (1.0 / 6.0 + g3), h * g2
 
 
 @njit(**_EVENT)
@@ -815,173 +989,850 @@ def _store_fallen(history, i, x):
 
 
 @njit(**_DRIVER, inline="always")
-def _step_lanes(s, n, force, rise, now, after):
+def _step(theta, omega, push, up, stiffness, c, g0, g1, g2, g3, g2_rise, upper, lower, calm_upper, calm_lower):
+    """One sample of one lane, and whether it may hold an event that matters.
+
+    Beyond an edge; or turned, or a dip of the velocity, outside the calm interval (see `_load_lane`).
+    """
+    a = push - stiffness * theta
+    theta_end = theta + (omega * g1 + a * g2 + up * g3)
+    omega_end = omega + (omega * g0 + a * g1 + up * g2_rise)
+    a_start = a - c * omega
+    a_end = push + up - stiffness * theta_end - c * omega_end
+    turns = (omega * omega_end <= 0.0) | ((a_start * omega < 0.0) & (a_end * omega > 0.0))
+    calm = (theta_end < calm_upper) & (theta_end > calm_lower)
+    look = (theta_end >= upper) | (theta_end <= lower) | (turns & (not calm))
+    return theta_end, omega_end, look
+
+
+@njit(**_DRIVER, inline="always")
+def _step_lanes(s, marks, n, force, rise, now, after):
     """One sample of n lanes from the state rows `now` to the rows `after`; the number of lanes that need a look.
 
     Rows lie at constant offsets in one flat array, and the trip count is known at run time only: so it vectorises.
     """
     count = 0
     for lane in range(n):
-        theta = s[now * LANES + lane]
-        omega = s[(now + 1) * LANES + lane]
         amplitude = s[ROW_AMPLITUDE * LANES + lane]
-        stiffness = s[ROW_STIFFNESS * LANES + lane]
-        c = s[ROW_DAMPING * LANES + lane]
-        g1 = s[ROW_G1 * LANES + lane]
-        push = s[ROW_OFFSET * LANES + lane] + amplitude * force
-        up = amplitude * rise
-        a = push - stiffness * theta
-        theta_end = theta + (omega * g1 + a * s[ROW_G2 * LANES + lane] + up * s[ROW_G3 * LANES + lane])
-        omega_end = omega + (omega * s[ROW_G0 * LANES + lane] + a * g1 + up * s[ROW_G2_RISE * LANES + lane])
+        theta_end, omega_end, look = _step(
+            s[now * LANES + lane],
+            s[(now + 1) * LANES + lane],
+            s[ROW_OFFSET * LANES + lane] + amplitude * force,
+            amplitude * rise,
+            s[ROW_STIFFNESS * LANES + lane],
+            s[ROW_DAMPING * LANES + lane],
+            s[ROW_G0 * LANES + lane],
+            s[ROW_G1 * LANES + lane],
+            s[ROW_G2 * LANES + lane],
+            s[ROW_G3 * LANES + lane],
+            s[ROW_G2_RISE * LANES + lane],
+            s[ROW_UPPER * LANES + lane],
+            s[ROW_LOWER * LANES + lane],
+            s[ROW_CALM_UPPER * LANES + lane],
+            s[ROW_CALM_LOWER * LANES + lane],
+        )
         s[after * LANES + lane] = theta_end
         s[(after + 1) * LANES + lane] = omega_end
-        a_start = a - c * omega
-        a_end = push + up - stiffness * theta_end - c * omega_end
-        look = (
-            (theta_end >= s[ROW_UPPER * LANES + lane])
-            | (theta_end <= s[ROW_LOWER * LANES + lane])
-            | (omega * omega_end <= 0.0)
-            | ((a_start * omega < 0.0) & (a_end * omega > 0.0))
-        )
-        s[ROW_LOOK * LANES + lane] = 1.0 if look else 0.0
+        marks[lane] = look
         if look:
             count += 1
     return count
 
 
 @njit(**_LANES)
-def _step_even(s, n, force, rise):
+def _step_even(s, marks, n, force, rise):
     """Compiled apart: inside a larger function the loop would not be vectorised."""
-    return _step_lanes(s, n, force, rise, ROW_EVEN, ROW_ODD)
+    return _step_lanes(s, marks, n, force, rise, ROW_EVEN, ROW_ODD)
 
 
 @njit(**_LANES)
-def _step_odd(s, n, force, rise):
-    return _step_lanes(s, n, force, rise, ROW_ODD, ROW_EVEN)
+def _step_odd(s, marks, n, force, rise):
+    return _step_lanes(s, marks, n, force, rise, ROW_ODD, ROW_EVEN)
+
+
+@njit(**_DRIVER, inline="always")
+def _unit_series(omega, a, slope, stiffness, c, h):
+    """Taylor coefficients 1 … 12 of the displacement in t/h: for rate * h <= 1/4 the next are below rounding.
+
+    y_k = -(c h y_(k-1)/k + K h² y_(k-2)/(k (k-1))), with the forcing's slope in y_3.  Written out, or the loops over
+    pieces that call it would not be vectorised.
+    """
+    d = -c * h
+    s = -stiffness * h * h
+    y1 = omega * h
+    y2 = 0.5 * a * h * h
+    y3 = (slope * h * h * h + 2.0 * d * y2 + s * y1) * (1.0 / 6.0)
+    y4 = d * y3 * (1.0 / 4.0) + s * y2 * (1.0 / 12.0)
+    y5 = d * y4 * (1.0 / 5.0) + s * y3 * (1.0 / 20.0)
+    y6 = d * y5 * (1.0 / 6.0) + s * y4 * (1.0 / 30.0)
+    y7 = d * y6 * (1.0 / 7.0) + s * y5 * (1.0 / 42.0)
+    y8 = d * y7 * (1.0 / 8.0) + s * y6 * (1.0 / 56.0)
+    y9 = d * y8 * (1.0 / 9.0) + s * y7 * (1.0 / 72.0)
+    y10 = d * y9 * (1.0 / 10.0) + s * y8 * (1.0 / 90.0)
+    y11 = d * y10 * (1.0 / 11.0) + s * y9 * (1.0 / 110.0)
+    y12 = d * y11 * (1.0 / 12.0) + s * y10 * (1.0 / 132.0)
+    return y1, y2, y3, y4, y5, y6, y7, y8, y9, y10, y11, y12
+
+
+@njit(**_DRIVER, inline="always")
+def _unit_value(y, t):
+    """Displacement at t (in units of the step) of a unit series."""
+    s = y[9] + t * (y[10] + t * y[11])
+    s = y[4] + t * (y[5] + t * (y[6] + t * (y[7] + t * (y[8] + t * s))))
+    return t * (y[0] + t * (y[1] + t * (y[2] + t * (y[3] + t * s))))
+
+
+@njit(**_DRIVER, inline="always")
+def _unit_speed(y, t):
+    """Velocity at t of a unit series."""
+    s = 10.0 * y[9] + t * (11.0 * y[10] + t * (12.0 * y[11]))
+    s = 5.0 * y[4] + t * (6.0 * y[5] + t * (7.0 * y[6] + t * (8.0 * y[7] + t * (9.0 * y[8] + t * s))))
+    return y[0] + t * (2.0 * y[1] + t * (3.0 * y[2] + t * (4.0 * y[3] + t * s)))
+
+
+@njit(**_DRIVER, inline="always")
+def _unit_acceleration(y, t):
+    """Acceleration at t of a unit series."""
+    s = 90.0 * y[9] + t * (110.0 * y[10] + t * (132.0 * y[11]))
+    s = 20.0 * y[4] + t * (30.0 * y[5] + t * (42.0 * y[6] + t * (56.0 * y[7] + t * (72.0 * y[8] + t * s))))
+    return 2.0 * y[1] + t * (6.0 * y[2] + t * (12.0 * y[3] + t * s))
+
+
+@njit(**_DRIVER, inline="always")
+def _unit_jerk(y, t):
+    """Third derivative at t of a unit series, to the accuracy that a correction of second order needs."""
+    return 6.0 * y[2] + t * (24.0 * y[3] + t * (60.0 * y[4] + t * (120.0 * y[5] + t * (210.0 * y[6]))))
+
+
+@njit(**_LANES)
+def _solve_crossings(v, n):
+    """When each of n pieces (columns of v) covers its gap, straight or after one turn, and its velocity there.
+
+    The parabola's root, a cubic correction, and two of Chebyshev's third-order steps; SURE where they converged.
+    """
+    for j in range(n):
+        omega = v[PIECE_OMEGA * LANES + j]
+        a = v[PIECE_A * LANES + j]
+        h = v[PIECE_SPAN * LANES + j]
+        gap = v[PIECE_GAP * LANES + j]
+        y = _unit_series(
+            omega,
+            a,
+            v[PIECE_SLOPE * LANES + j],
+            v[PIECE_STIFFNESS * LANES + j],
+            v[PIECE_DAMPING * LANES + j],
+            h,
+        )
+        root = math.sqrt(max(y[0] * y[0] + 4.0 * y[1] * gap, 0.0))
+        if y[0] * gap > 0.0:
+            t = 2.0 * gap / (y[0] + math.copysign(root, gap))
+        else:
+            t = -0.5 * (y[0] + math.copysign(root, y[0])) / y[1]
+        t -= y[2] * t * t * t / (y[0] + 2.0 * y[1] * t)
+        step = (gap - _unit_value(y, t)) / _unit_speed(y, t)
+        t += step * (1.0 - 0.5 * _unit_acceleration(y, t) / _unit_speed(y, t) * step)
+        speed = _unit_speed(y, t)
+        acceleration = _unit_acceleration(y, t)
+        step = (gap - _unit_value(y, t)) / speed
+        bend = 0.5 * acceleration / speed * step
+        t += step * (1.0 - bend)
+        v[PIECE_TIME * LANES + j] = t * h
+        v[PIECE_SPEED * LANES + j] = (speed + acceleration * step) / h
+        sure = (abs(step) <= 1e-6 * t) & (abs(bend) <= 1e-6) & (t > 0.0) & (t <= 1.0)
+        v[PIECE_SURE * LANES + j] = 1.0 if sure else 0.0
+
+
+@njit(**_LANES)
+def _solve_turns(v, n):
+    """The displacement at the turn of each of n pieces that turn once, or 0 where the velocity only dips."""
+    for j in range(n):
+        y = _unit_series(
+            v[PIECE_OMEGA * TURN_COLUMNS + j],
+            v[PIECE_A * TURN_COLUMNS + j],
+            v[PIECE_SLOPE * TURN_COLUMNS + j],
+            v[PIECE_STIFFNESS * TURN_COLUMNS + j],
+            v[PIECE_DAMPING * TURN_COLUMNS + j],
+            v[PIECE_SPAN * TURN_COLUMNS + j],
+        )
+        end = _unit_speed(y, 1.0)
+        t = y[0] / (y[0] - end)
+        step = 0.0
+        bend = 0.0
+        for _ in range(2):
+            acceleration = _unit_acceleration(y, t)
+            step = -_unit_speed(y, t) / acceleration
+            bend = 0.5 * _unit_jerk(y, t) / acceleration * step
+            t += step * (1.0 - bend)
+        turns = (y[0] * end < 0.0) & (abs(step) <= 1e-5) & (abs(bend) <= 1e-4) & (t > 0.0) & (t < 1.0)
+        # a dip that does not reach zero: the velocity at its extremum keeps its sign
+        dip = y[1] / (y[1] - 0.5 * _unit_acceleration(y, 1.0))
+        for _ in range(2):
+            dip -= _unit_acceleration(y, dip) / _unit_jerk(y, dip)
+        passes = (y[0] * end > 0.0) & (dip > 0.0) & (dip < 1.0) & (abs(_unit_acceleration(y, dip)) <= 1e-6 * abs(y[1]))
+        passes = passes & (_unit_speed(y, dip) * y[0] > 1e-6 * y[0] * y[0])
+        v[PIECE_MOVED * TURN_COLUMNS + j] = _unit_value(y, t) if turns else 0.0
+        v[PIECE_SURE * TURN_COLUMNS + j] = 1.0 if turns | passes else 0.0
+
+
+@njit(**_LANES)
+def _finish_pieces(v, n):
+    """What each of n pieces has moved at its end, and its velocity; SURE where it proves to hold no event."""
+    for j in range(n):
+        omega = v[PIECE_OMEGA * LANES + j]
+        a = v[PIECE_A * LANES + j]
+        slope = v[PIECE_SLOPE * LANES + j]
+        h = v[PIECE_SPAN * LANES + j]
+        gap = v[PIECE_GAP * LANES + j]
+        y = _unit_series(omega, a, slope, v[PIECE_STIFFNESS * LANES + j], v[PIECE_DAMPING * LANES + j], h)
+        moved = _unit_value(y, 1.0)
+        speed = _unit_speed(y, 1.0)
+        dips = (omega * a < 0.0) & (omega * _unit_acceleration(y, 1.0) > 0.0)
+        v[PIECE_MOVED * LANES + j] = moved
+        v[PIECE_SPEED * LANES + j] = speed / h
+        sure = (speed * gap > 0.0) & (abs(moved) < abs(gap)) & (moved * gap > 0.0) & (not dips)
+        v[PIECE_SURE * LANES + j] = 1.0 if sure else 0.0
+
+
+@njit(**_LANES)
+def _solve_propagators(v, n, dt):
+    """The propagator of each of n columns, from its stiffness and damping."""
+    for j in range(n):
+        g0, g1, g2, g3, g2_rise = _propagator(v[PIECE_STIFFNESS * LANES + j], v[PIECE_DAMPING * LANES + j], dt)
+        v[(PIECE_GAP + STEP_G0) * LANES + j] = g0
+        v[(PIECE_GAP + STEP_G1) * LANES + j] = g1
+        v[(PIECE_GAP + STEP_G2) * LANES + j] = g2
+        v[(PIECE_GAP + STEP_G3) * LANES + j] = g3
+        v[(PIECE_GAP + STEP_G2_RISE) * LANES + j] = g2_rise
 
 
 @njit(**_EVENT)
-def _load_lane(s, lane, x, k, tables, links, parameters, o, steps, own, dt, force, rows):
-    """Write a lane's coefficients for the region it is in, and its state into `rows`."""
+def _grade(rate):
+    """For what a sample may be taken, by rate * dt."""
+    if rate <= GRADES[1]:
+        return ONE_PIECE
+    return ONE_STEP if rate <= GRADES[0] else MANY_STEPS
+
+
+@njit(**_LANES)
+def _fill_step(step, region, c, dt):
+    """A region's propagator with damping c, and what goes with it, into the row `step`."""
+    stiffness = region[REGION_STIFFNESS]
+    offset = region[REGION_OFFSET]
+    grade = _grade(dt * _rate(stiffness, c))
+    step[STEP_DAMPING] = c
+    step[STEP_GRADE] = grade
+    step[STEP_PULL] = max(
+        abs(offset - stiffness * region[REGION_UPPER]), abs(offset - stiffness * region[REGION_LOWER])
+    )
+    if grade != MANY_STEPS:
+        g0, g1, g2, g3, g2_rise = _propagator(stiffness, c, dt)
+        step[STEP_G0] = g0
+        step[STEP_G1] = g1
+        step[STEP_G2] = g2
+        step[STEP_G3] = g3
+        step[STEP_G2_RISE] = g2_rise
+
+
+@njit(**_LANES)
+def _set_calm(s, lane, x):
+    """The interval in which turns do not matter, as far as the peak has grown."""
+    s[ROW_CALM_UPPER * LANES + lane] = min(x[PEAK], s[ROW_UPPER * LANES + lane]) - x[CALM_MARGIN]
+    s[ROW_CALM_LOWER * LANES + lane] = max(-x[PEAK], s[ROW_LOWER * LANES + lane]) + x[CALM_MARGIN]
+
+
+@njit(**_DRIVER, inline="always")
+def _load_lane(s, lane, x, k, tables, links, o, steps, own, dt, shaking, recording):
+    """Write a lane's coefficients for the region it is in (a moving block); its grade.
+
+    The calm interval: a turn there is below the peak and far from the edges, so nothing comes of it.  In a sample in
+    which the velocity vanishes the acceleration is at most twice A = shaking + max|f(theta)|, as c dt <= 1/2, and the
+    rotation stays within 2 A dt² of its end; half as much again is kept for what f grows beyond the edges.
+    """
+    region = k[NOW]
+    row = tables[o, region]
+    step = steps[o, region]
+    if links[o, region, LINK_HELD]:
+        step = own[lane]
+        if x[HELD] != step[STEP_DAMPING]:
+            _fill_step(step, row, x[HELD], dt)
+    grade = int(step[STEP_GRADE])
+    if grade == MANY_STEPS:
+        s[ROW_UPPER * LANES + lane] = -math.inf  # every sample needs a look
+        return grade
+    upper = row[REGION_UPPER]
+    lower = row[REGION_LOWER]
+    s[ROW_STIFFNESS * LANES + lane] = row[REGION_STIFFNESS]
+    s[ROW_OFFSET * LANES + lane] = row[REGION_OFFSET]
+    s[ROW_DAMPING * LANES + lane] = step[STEP_DAMPING]
+    s[ROW_G0 * LANES + lane] = step[STEP_G0]
+    s[ROW_G1 * LANES + lane] = step[STEP_G1]
+    s[ROW_G2 * LANES + lane] = step[STEP_G2]
+    s[ROW_G3 * LANES + lane] = step[STEP_G3]
+    s[ROW_G2_RISE * LANES + lane] = step[STEP_G2_RISE]
+    s[ROW_UPPER * LANES + lane] = upper
+    s[ROW_LOWER * LANES + lane] = lower
+    if recording or _captures(links, o, region):
+        s[ROW_CALM_UPPER * LANES + lane] = -math.inf
+        s[ROW_CALM_LOWER * LANES + lane] = math.inf
+    else:
+        x[CALM_MARGIN] = 3.0 * dt * dt * (shaking + step[STEP_PULL])
+        _set_calm(s, lane, x)
+    return grade
+
+
+@njit(**_EVENT)
+def _load_rest(s, lane, parameters, o):
+    """A lane at rest: its rows follow the forcing (theta := force, omega := 1), so its zone test is the threshold's."""
+    s[ROW_OFFSET * LANES + lane] = 0.0
+    s[ROW_STIFFNESS * LANES + lane] = 1.0
+    s[ROW_DAMPING * LANES + lane] = -1.0  # keeps rounding from looking like a dip of the velocity
+    s[ROW_G0 * LANES + lane] = 0.0
+    s[ROW_G1 * LANES + lane] = 0.0
+    s[ROW_G2 * LANES + lane] = 1.0
+    s[ROW_G3 * LANES + lane] = 1.0
+    s[ROW_G2_RISE * LANES + lane] = 0.0
+    s[ROW_UPPER * LANES + lane] = parameters[o, PAR_UPLIFT_RIGHT]
+    s[ROW_LOWER * LANES + lane] = -parameters[o, PAR_UPLIFT_LEFT]
+    s[ROW_CALM_UPPER * LANES + lane] = math.inf
+    s[ROW_CALM_LOWER * LANES + lane] = -math.inf
+
+
+@njit(**_LANES)
+def _reach(omega, a_start, a_end, dt):
+    """How far a step can take a block: |a| <= 1.2 max(|a_start|, |a_end|), for it solves a'' + c a' + K a = 0."""
+    return (abs(omega) + 1.2 * dt * max(abs(a_start), abs(a_end))) * dt
+
+
+@njit(**_LANES)
+def _need(theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper, lower, grade, bound):
+    """What a marked sample of a moving lane needs: nothing (WAITS), one root, or all (HARD).
+
+    CROSSES: it goes straight to an edge.  RETURNS: it turns, and meets the edge behind it.  TURNS_BACK: it turns.
+
+    The bounds hold for sqrt|K| dt, c dt <= 1/2; towards its zero |a| falls, which bounds how far the velocity dips.
+    `bound`: turns at smaller rotations do not matter (-1: all do, and need a region of their own or a place in a list).
+    """
+    a_start = push - stiffness * theta - c * omega
+    a_end = push + up - stiffness * theta_end - c * omega_end
+    if theta_end >= upper or theta_end <= lower:
+        if grade != ONE_PIECE or (a_start * omega < 0.0 and a_end * omega > 0.0):
+            return HARD
+        ahead = upper - theta if omega > 0.0 else lower - theta
+        if omega * omega_end > 0.0:
+            return CROSSES if ahead * omega > 0.0 else HARD
+        # it turns first and then meets the edge behind it
+        reach = _reach(omega, a_start, a_end, dt)
+        behind = lower - theta if omega > 0.0 else upper - theta
+        one_way = omega * omega_end < 0.0 and behind * omega < 0.0 and reach < abs(ahead)
+        return RETURNS if one_way and bound >= 0.0 else HARD
+    if omega * omega_end > 0.0 and (abs(omega) > 1.2 * dt * abs(a_start) or abs(omega_end) > 1.2 * dt * abs(a_end)):
+        return WAITS
+    if bound < 0.0:
+        return HARD
+    reach = _reach(omega, a_start, a_end, dt)
+    if theta + reach >= upper or theta - reach <= lower:
+        return HARD
+    return WAITS if abs(theta) + reach <= bound else TURNS_BACK
+
+
+@njit(**_LANES)
+def _note_event(x, k, need, theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper):
+    """What `_resolve` must know of a parked lane's event."""
+    k[NEED] = need
+    k[UPWARD] = 1 if theta_end >= upper else 0
+    if need == RETURNS:
+        a_start = push - stiffness * theta - c * omega
+        a_end = push + up - stiffness * theta_end - c * omega_end
+        reach = _reach(omega, a_start, a_end, dt)
+        if a_start * a_end > 0.0:
+            # it decelerates all the way: by no less than the smaller of both over 1.2
+            reach = min(reach, 0.6 * omega * omega / min(abs(a_start), abs(a_end)))
+        x[HEIGHT] = abs(theta) + reach
+
+
+@njit(**_LANES)
+def _add_turn(v, turn_lane, column, lane, theta, omega, theta_end, push, up, stiffness, c, dt):
+    """A turn that stays inside its region, to be solved with others; its lane goes on."""
+    turn_lane[column] = lane
+    v[PIECE_OMEGA * TURN_COLUMNS + column] = omega
+    v[PIECE_A * TURN_COLUMNS + column] = push - stiffness * theta - c * omega
+    v[PIECE_SLOPE * TURN_COLUMNS + column] = up / dt
+    v[PIECE_STIFFNESS * TURN_COLUMNS + column] = stiffness
+    v[PIECE_DAMPING * TURN_COLUMNS + column] = c
+    v[PIECE_SPAN * TURN_COLUMNS + column] = dt
+    v[PIECE_GAP * TURN_COLUMNS + column] = theta
+    v[PIECE_TIME * TURN_COLUMNS + column] = theta_end
+
+
+@njit(**_LANES)
+def _pad(v, columns, n):
+    """Harmless pieces up to a whole number of vectors, so that a piece's bits do not depend on its neighbours."""
+    padded = (n + 7) // 8 * 8
+    for j in range(n, padded):
+        v[PIECE_OMEGA * columns + j] = 1.0
+        v[PIECE_A * columns + j] = -2.0
+        v[PIECE_SLOPE * columns + j] = 0.0
+        v[PIECE_STIFFNESS * columns + j] = 0.0
+        v[PIECE_DAMPING * columns + j] = 0.0
+        v[PIECE_SPAN * columns + j] = 1.0
+        v[PIECE_GAP * columns + j] = 0.1
+    return padded
+
+
+@njit(**_EVENT)
+def _flush_turns(v, turn_lane, n, s, lx, lk, poly):
+    """Solve the turns that have gathered: each may raise its lane's peak."""
+    _solve_turns(v, _pad(v, TURN_COLUMNS, n))
+    for j in range(n):
+        lane = turn_lane[j]
+        theta = v[PIECE_GAP * TURN_COLUMNS + j]
+        # a turn next to a sample must not come out lower than the sample, by rounding
+        lx[lane, PEAK] = max(lx[lane, PEAK], abs(theta), abs(v[PIECE_TIME * TURN_COLUMNS + j]))
+        if v[PIECE_SURE * TURN_COLUMNS + j] == 1.0:
+            lx[lane, PEAK] = max(lx[lane, PEAK], abs(theta + v[PIECE_MOVED * TURN_COLUMNS + j]))
+            _set_calm(s, lane, lx[lane])  # (a parked lane's rows are written anew in any case)
+            continue
+        # a dip of the velocity, or too flat for the batch's steps: each turn by the general way
+        stiffness = v[PIECE_STIFFNESS * TURN_COLUMNS + j]
+        c = v[PIECE_DAMPING * TURN_COLUMNS + j]
+        omega = v[PIECE_OMEGA * TURN_COLUMNS + j]
+        a = v[PIECE_A * TURN_COLUMNS + j]
+        slope = v[PIECE_SLOPE * TURN_COLUMNS + j]
+        left = v[PIECE_SPAN * TURN_COLUMNS + j]
+        kind = TURN
+        while kind == TURN and left > 0.0:
+            degree = _degree(_rate(stiffness, c) * left)
+            _linear_series(poly, a, omega, c, stiffness, slope, degree)
+            kind, t, moved, _ = _first_event(poly, degree, left, 0.0, -math.inf, math.inf, -1.0)
+            theta += moved
+            a = _eval(poly, ACCELERATION, degree, t)
+            omega = 0.0
+            left -= t
+            if kind == TURN:
+                lx[lane, PEAK] = max(lx[lane, PEAK], abs(theta))
+
+
+@njit(**_DRIVER, inline="always")
+def _follow(
+    s,
+    lane,
+    x,
+    k,
+    tables,
+    links,
+    parameters,
+    o,
+    steps,
+    own,
+    amplitude,
+    record,
+    strongest,
+    dt,
+    i,
+    end,
+    now,
+    turn_pieces,
+    turn_lane,
+    waiting,
+    recording,
+):
+    """Take one lane from sample i to sample `end` alone, or to its next event: the sample reached, turns waiting."""
+    s[ROW_AMPLITUDE * LANES + lane] = amplitude
     region = k[NOW]
     if region == REST:
-        # The rows follow the forcing itself (theta := force, omega := 1), so that the zone test is the threshold's.
-        s[rows * LANES + lane] = force
-        s[(rows + 1) * LANES + lane] = 1.0
-        s[ROW_OFFSET * LANES + lane] = 0.0
-        s[ROW_STIFFNESS * LANES + lane] = 1.0
-        s[ROW_DAMPING * LANES + lane] = -1.0  # keeps rounding from looking like a dip of the velocity
-        s[ROW_G0 * LANES + lane] = 0.0
-        s[ROW_G1 * LANES + lane] = 0.0
-        s[ROW_G2 * LANES + lane] = 1.0
-        s[ROW_G3 * LANES + lane] = 1.0
-        s[ROW_G2_RISE * LANES + lane] = 0.0
-        s[ROW_UPPER * LANES + lane] = parameters[o, PAR_UPLIFT_RIGHT]
-        s[ROW_LOWER * LANES + lane] = -parameters[o, PAR_UPLIFT_LEFT]
-        return
-    s[rows * LANES + lane] = x[THETA]
-    s[(rows + 1) * LANES + lane] = x[OMEGA]
-    c = tables[o, region, REGION_DAMPING]
-    stiffness = tables[o, region, REGION_STIFFNESS]
-    s[ROW_STIFFNESS * LANES + lane] = stiffness
-    s[ROW_OFFSET * LANES + lane] = tables[o, region, REGION_OFFSET]
-    upper = tables[o, region, REGION_UPPER]
-    if links[o, region, LINK_HELD]:
-        c = x[HELD]
-        if c != own[lane, 5]:
-            own[lane, 5] = c
-            own[lane, 6] = 1.0 if dt * _rate(stiffness, c) <= 0.5 else 0.0
-            if own[lane, 6] == 1.0:
-                own[lane, 0], own[lane, 1], own[lane, 2], own[lane, 3], own[lane, 4] = _propagator(stiffness, c, dt)
-        s[ROW_G0 * LANES + lane] = own[lane, 0]
-        s[ROW_G1 * LANES + lane] = own[lane, 1]
-        s[ROW_G2 * LANES + lane] = own[lane, 2]
-        s[ROW_G3 * LANES + lane] = own[lane, 3]
-        s[ROW_G2_RISE * LANES + lane] = own[lane, 4]
-        one_step = own[lane, 6] == 1.0
-    else:
-        s[ROW_G0 * LANES + lane] = steps[o, region, 0]
-        s[ROW_G1 * LANES + lane] = steps[o, region, 1]
-        s[ROW_G2 * LANES + lane] = steps[o, region, 2]
-        s[ROW_G3 * LANES + lane] = steps[o, region, 3]
-        s[ROW_G2_RISE * LANES + lane] = steps[o, region, 4]
-        one_step = steps[o, region, 6] == 1.0
-    s[ROW_DAMPING * LANES + lane] = c
-    # where a sample is more than one step, every sample needs a look
-    s[ROW_UPPER * LANES + lane] = upper if one_step else -math.inf
-    s[ROW_LOWER * LANES + lane] = tables[o, region, REGION_LOWER]
+        _load_rest(s, lane, parameters, o)
+        upper = parameters[o, PAR_UPLIFT_RIGHT]
+        lower = -parameters[o, PAR_UPLIFT_LEFT]
+        force = amplitude * record[i]
+        above = force >= upper or force <= lower  # (a record may begin there)
+        while i < end:
+            force = amplitude * record[i + 1]
+            if above or force >= upper or force <= lower:
+                x[THETA] = 0.0
+                x[OMEGA] = 0.0
+                return i, waiting
+            i += 1
+        s[now * LANES + lane] = amplitude * record[end]
+        s[(now + 1) * LANES + lane] = 1.0
+        return end, waiting
+    grade = _load_lane(s, lane, x, k, tables, links, o, steps, own, dt, abs(amplitude) * strongest, recording)
+    k[GRADE] = grade
+    if grade == MANY_STEPS and i < end:
+        k[NEED] = HARD
+        return i, waiting
+    offset = s[ROW_OFFSET * LANES + lane]
+    stiffness = s[ROW_STIFFNESS * LANES + lane]
+    c = s[ROW_DAMPING * LANES + lane]
+    g0 = s[ROW_G0 * LANES + lane]
+    g1 = s[ROW_G1 * LANES + lane]
+    g2 = s[ROW_G2 * LANES + lane]
+    g3 = s[ROW_G3 * LANES + lane]
+    g2_rise = s[ROW_G2_RISE * LANES + lane]
+    upper = s[ROW_UPPER * LANES + lane]
+    lower = s[ROW_LOWER * LANES + lane]
+    calm_upper = s[ROW_CALM_UPPER * LANES + lane]
+    calm_lower = s[ROW_CALM_LOWER * LANES + lane]
+    theta = x[THETA]
+    omega = x[OMEGA]
+    while i < end:
+        force = record[i]
+        push = offset + amplitude * force
+        up = amplitude * (record[i + 1] - force)
+        theta_end, omega_end, look = _step(
+            theta, omega, push, up, stiffness, c, g0, g1, g2, g3, g2_rise, upper, lower, calm_upper, calm_lower
+        )
+        if look:
+            bound = -1.0 if recording or _captures(links, o, region) else x[PEAK]
+            need = _need(theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper, lower, grade, bound)
+            if need == TURNS_BACK:
+                _add_turn(turn_pieces, turn_lane, waiting, lane, theta, omega, theta_end, push, up, stiffness, c, dt)
+                waiting += 1
+            elif need != WAITS:
+                x[THETA] = theta
+                x[OMEGA] = omega
+                _note_event(x, k, need, theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper)
+                return i, waiting
+        theta = theta_end
+        omega = omega_end
+        i += 1
+    s[now * LANES + lane] = theta
+    s[(now + 1) * LANES + lane] = omega
+    return end, waiting
 
 
 @njit(**_LANES)
-def _is_quiet(s, lane, region, turns_matter, peak, dt, force, rise, now, after):
-    """Whether a lane that was marked holds no event after all: nothing but turns below the peak, far from the edges.
-
-    Over one step |a| <= 1.2 max(|a_start|, |a_end|) (it solves a'' + c a' + K a = 0 with sqrt|K| h, c h <= 1/2), which
-    bounds the excursion; towards its zero it falls, which bounds how far the velocity dips.
-    """
-    upper = s[ROW_UPPER * LANES + lane]
-    lower = s[ROW_LOWER * LANES + lane]
-    if region == REST or upper == -math.inf:
-        return False
-    theta = s[now * LANES + lane]
-    omega = s[(now + 1) * LANES + lane]
-    theta_end = s[after * LANES + lane]
-    omega_end = s[(after + 1) * LANES + lane]
-    if theta_end >= upper or theta_end <= lower:
-        return False
-    stiffness = s[ROW_STIFFNESS * LANES + lane]
-    c = s[ROW_DAMPING * LANES + lane]
-    amplitude = s[ROW_AMPLITUDE * LANES + lane]
-    push = s[ROW_OFFSET * LANES + lane] + amplitude * force
-    a_start = abs(push - stiffness * theta - c * omega)
-    a_end = abs(push + amplitude * rise - stiffness * theta_end - c * omega_end)
-    if omega * omega_end > 0.0 and (abs(omega) > 1.2 * dt * a_start or abs(omega_end) > 1.2 * dt * a_end):
-        return True
-    if turns_matter:
-        return False
-    reach = (abs(omega) + 1.2 * dt * max(a_start, a_end)) * dt
-    return theta + reach < upper and theta - reach > lower and abs(theta) + reach <= peak
+def _freeze_lane(s, lane):
+    """No more looks at a lane until it is loaded again; it drifts on meanwhile, for less than a tile."""
+    s[ROW_UPPER * LANES + lane] = math.inf
+    s[ROW_LOWER * LANES + lane] = -math.inf
+    s[ROW_CALM_UPPER * LANES + lane] = math.inf
+    s[ROW_CALM_LOWER * LANES + lane] = -math.inf
 
 
-@njit(**_EVENT)
-def _look(
-    s, n, lx, lk, which, tables, links, parameters, steps, own, dt, i, force, rise, now, after, x, k, poly, trig, turns
+@njit(**_LANES)
+def _advance(
+    s,
+    marks,
+    words,
+    n,
+    lx,
+    lk,
+    links,
+    lane_o,
+    amplitudes,
+    record,
+    dt,
+    i,
+    end,
+    now,
+    turn_pieces,
+    turn_lane,
+    parked_lane,
+    parked_at,
+    recording,
 ):
-    """Solve the marked lanes of sample i event by event; returns whether any of them overturned."""
-    fallen = False
-    for lane in range(n):
-        if s[ROW_LOOK * LANES + lane] == 0.0:
-            continue
-        o = which[lane]
-        region = lk[lane, NOW]
-        turns_matter = turns.shape[1] > 0 or (region != REST and _captures(links, o, region))
-        if _is_quiet(s, lane, region, turns_matter, lx[lane, PEAK], dt, force, rise, now, after):
-            continue
-        for j in range(STATE_FLOATS):
-            x[j] = lx[lane, j]
-        for j in range(STATE_INTEGERS):
-            k[j] = lk[lane, j]
-        if region != REST:
-            x[THETA] = s[now * LANES + lane]
-            x[OMEGA] = s[(now + 1) * LANES + lane]
-        held = x[HELD]
-        amplitude = s[ROW_AMPLITUDE * LANES + lane]
-        slope = amplitude * rise / dt
-        _sample(x, k, tables, links, parameters, o, amplitude * force, slope, dt, i * dt, poly, trig, turns)
-        if k[OVERTURNED] != 0:
-            fallen = True
-        if k[NOW] != region or x[HELD] != held:
-            _load_lane(s, lane, x, k, tables, links, parameters, o, steps, own, dt, amplitude * (force + rise), after)
-        elif region == REST:
-            s[after * LANES + lane] = amplitude * (force + rise)
-            s[(after + 1) * LANES + lane] = 1.0
+    """Lanes 0 … n - 1 from sample i to `end` in lockstep: turns waiting, lanes parked.
+
+    Turns are noted down and lanes with other events taken out, for `_resolve`.
+    """
+    waiting = 0
+    parked = 0
+    padded = (n + 7) // 8 * 8
+    while i < end:
+        force = record[i]
+        rise = record[i + 1] - force
+        if now == ROW_EVEN:
+            after = ROW_ODD
+            marked = _step_even(s, marks, padded, force, rise)
         else:
-            s[after * LANES + lane] = x[THETA]
-            s[(after + 1) * LANES + lane] = x[OMEGA]
-        for j in range(STATE_FLOATS):
-            lx[lane, j] = x[j]
-        for j in range(STATE_INTEGERS):
-            lk[lane, j] = k[j]
+            after = ROW_EVEN
+            marked = _step_odd(s, marks, padded, force, rise)
+        word = 0
+        while marked > 0:
+            bits = words[word]
+            word += 1
+            while bits != 0:
+                lowest = bits & -bits
+                bits ^= lowest
+                lane = 8 * word - 8 + BYTE_OF[lowest % 19]  # the eight powers of 256 differ modulo 19
+                marked -= 1
+                k = lk[lane]
+                x = lx[lane]
+                region = k[NOW]
+                theta = s[now * LANES + lane]
+                omega = s[(now + 1) * LANES + lane]
+                if region == REST:
+                    theta = 0.0
+                    omega = 0.0
+                elif k[GRADE] == MANY_STEPS:
+                    k[NEED] = HARD
+                else:
+                    push = s[ROW_OFFSET * LANES + lane] + amplitudes[lane] * force
+                    up = amplitudes[lane] * rise
+                    stiffness = s[ROW_STIFFNESS * LANES + lane]
+                    c = s[ROW_DAMPING * LANES + lane]
+                    need = _need(
+                        theta,
+                        omega,
+                        s[after * LANES + lane],
+                        s[(after + 1) * LANES + lane],
+                        push,
+                        up,
+                        stiffness,
+                        c,
+                        dt,
+                        s[ROW_UPPER * LANES + lane],
+                        s[ROW_LOWER * LANES + lane],
+                        k[GRADE],
+                        -1.0 if recording or _captures(links, lane_o[lane], region) else x[PEAK],
+                    )
+                    if need == TURNS_BACK:
+                        _add_turn(
+                            turn_pieces,
+                            turn_lane,
+                            waiting,
+                            lane,
+                            theta,
+                            omega,
+                            s[after * LANES + lane],
+                            push,
+                            up,
+                            stiffness,
+                            c,
+                            dt,
+                        )
+                        waiting += 1
+                    if need in (WAITS, TURNS_BACK):
+                        continue
+                    _note_event(
+                        x,
+                        k,
+                        need,
+                        theta,
+                        omega,
+                        s[after * LANES + lane],
+                        s[(after + 1) * LANES + lane],
+                        push,
+                        up,
+                        stiffness,
+                        c,
+                        dt,
+                        s[ROW_UPPER * LANES + lane],
+                    )
+                x[THETA] = theta
+                x[OMEGA] = omega
+                parked_lane[parked] = lane
+                parked_at[parked] = i
+                parked += 1
+                _freeze_lane(s, lane)
+        now = after
+        i += 1
+    return waiting, parked
+
+
+@njit(**_LANES)
+def _resolve(
+    s,
+    lx,
+    lk,
+    lane_o,
+    amplitudes,
+    tables,
+    links,
+    parameters,
+    steps,
+    own,
+    record,
+    strongest,
+    dt,
+    end,
+    now,
+    pieces,
+    zones,
+    zone_lane,
+    turn_pieces,
+    turn_lane,
+    waiting,
+    parked_lane,
+    parked_at,
+    parked_time,
+    parked,
+    poly,
+    trig,
+    turning_points,
+):
+    """Solve the events of the parked lanes and bring each to sample `end`; whether any of them overturned.
+
+    In rounds: the turns that wait, then one event a lane (the crossings all at once, then what follows them to the end
+    of the sample all at once, and what is out of the ordinary by `_sample`), then on to the next event.
+    """
+    fallen = False
+    recording = turning_points.shape[1] > 0
+    while parked > 0 or waiting > 0:
+        if waiting > 0:
+            _flush_turns(turn_pieces, turn_lane, waiting, s, lx, lk, poly)
+            waiting = 0
+        n = 0
+        for j in range(parked):
+            lane = parked_lane[j]
+            k = lk[lane]
+            x = lx[lane]
+            if k[NEED] == RETURNS:
+                # now that all earlier turns are in the peak, whether the turn before the edge matters can be said
+                k[NEED] = CROSSES if x[HEIGHT] <= x[PEAK] else HARD
+            if k[NOW] == REST or k[NEED] != CROSSES:
+                continue
+            i = parked_at[j]
+            amplitude = amplitudes[lane]
+            # (the lockstep's rows still hold the coefficients of its region)
+            stiffness = s[ROW_STIFFNESS * LANES + lane]
+            c = s[ROW_DAMPING * LANES + lane]
+            theta = x[THETA]
+            omega = x[OMEGA]
+            force = amplitude * record[i]
+            pieces[PIECE_OMEGA * LANES + n] = omega
+            pieces[PIECE_A * LANES + n] = force + s[ROW_OFFSET * LANES + lane] - stiffness * theta - c * omega
+            pieces[PIECE_SLOPE * LANES + n] = amplitude * (record[i + 1] - record[i]) / dt
+            pieces[PIECE_STIFFNESS * LANES + n] = stiffness
+            pieces[PIECE_DAMPING * LANES + n] = c
+            pieces[PIECE_SPAN * LANES + n] = dt
+            pieces[PIECE_GAP * LANES + n] = tables[lane_o[lane], k[NOW], REGION_LOWER + k[UPWARD]] - theta
+            n += 1
+        if n > 0:
+            _solve_crossings(pieces, _pad(pieces, LANES, n))
+        read = 0
+        n = 0
+        entries = 0
+        for j in range(parked):
+            lane = parked_lane[j]
+            x = lx[lane]
+            k = lk[lane]
+            o = lane_o[lane]
+            i = parked_at[j]
+            amplitude = amplitudes[lane]
+            force = amplitude * record[i]
+            slope = amplitude * (record[i + 1] - record[i]) / dt
+            region = k[NOW]
+            need = HARD
+            t = 0.0
+            if region == REST:
+                t, force = _uplift(parameters, o, x, k, force, slope, dt)
+                need = WAITS if k[NOW] == REST else CROSSES
+            elif k[NEED] == CROSSES:
+                if pieces[PIECE_SURE * LANES + read] == 1.0:
+                    t = min(pieces[PIECE_TIME * LANES + read], dt)
+                    speed = pieces[PIECE_SPEED * LANES + read]
+                    upper = k[UPWARD] != 0
+                    x[THETA] = tables[o, region, REGION_LOWER + k[UPWARD]]
+                    x[OMEGA] = max(speed, 0.0) if upper else min(speed, 0.0)
+                    force += slope * t
+                    _at_edge(x, k, tables, links, parameters, o, region, upper, force, slope, dt - t, i * dt + t)
+                    need = HARD if k[NOW] == REST else CROSSES
+                read += 1
+            if k[OVERTURNED] != 0:
+                need = WAITS
+                fallen = True
+            if need == CROSSES:
+                # what is left of the sample, in the region entered
+                region = k[NOW]
+                row = tables[o, region]
+                stiffness = row[REGION_STIFFNESS]
+                offset = row[REGION_OFFSET]
+                c = steps[o, region, STEP_DAMPING]
+                grade = steps[o, region, STEP_GRADE]
+                if links[o, region, LINK_HELD]:
+                    c = x[HELD]
+                    grade = own[lane, STEP_GRADE]
+                    if c != own[lane, STEP_DAMPING]:
+                        grade = _grade(dt * _rate(stiffness, c))
+                        if grade == ONE_PIECE:
+                            zones[PIECE_STIFFNESS * LANES + entries] = stiffness
+                            zones[PIECE_DAMPING * LANES + entries] = c
+                            zone_lane[entries] = lane
+                            entries += 1
+                theta = x[THETA]
+                omega = x[OMEGA]
+                a = force + offset - stiffness * theta
+                if omega == 0.0 and abs(a) <= 2.0 * EPSILON * (abs(force) + abs(offset) + abs(stiffness * theta)):
+                    a = 0.0
+                outward = omega > 0.0 or (omega == 0.0 and (a > 0.0 or (a == 0.0 and slope > 0.0)))
+                if grade == ONE_PIECE and t < dt:
+                    pieces[PIECE_OMEGA * LANES + n] = omega
+                    pieces[PIECE_A * LANES + n] = a - c * omega
+                    pieces[PIECE_SLOPE * LANES + n] = slope
+                    pieces[PIECE_STIFFNESS * LANES + n] = stiffness
+                    pieces[PIECE_DAMPING * LANES + n] = c
+                    pieces[PIECE_SPAN * LANES + n] = dt - t
+                    pieces[PIECE_GAP * LANES + n] = (row[REGION_UPPER] if outward else row[REGION_LOWER]) - theta
+                    n += 1
+                else:
+                    need = HARD
+            k[NEED] = need
+            parked_time[j] = t
+        if entries > 0:
+            _solve_propagators(zones, _pad(zones, LANES, entries), dt)
+        for j in range(entries):
+            step = own[zone_lane[j]]
+            step[STEP_DAMPING] = zones[PIECE_DAMPING * LANES + j]
+            step[STEP_GRADE] = ONE_PIECE
+            step[STEP_PULL] = 0.0
+            for column in range(STEP_G2_RISE + 1):
+                step[column] = zones[(PIECE_GAP + column) * LANES + j]
+        if n > 0:
+            _finish_pieces(pieces, _pad(pieces, LANES, n))
+        read = 0
+        again = 0
+        for j in range(parked):
+            lane = parked_lane[j]
+            x = lx[lane]
+            k = lk[lane]
+            o = lane_o[lane]
+            i = parked_at[j]
+            amplitude = amplitudes[lane]
+            if k[NEED] == CROSSES:
+                if pieces[PIECE_SURE * LANES + read] == 1.0:
+                    x[THETA] += pieces[PIECE_MOVED * LANES + read]
+                    x[OMEGA] = pieces[PIECE_SPEED * LANES + read]
+                else:
+                    k[NEED] = HARD
+                read += 1
+            if k[NEED] == HARD:
+                slope = amplitude * (record[i + 1] - record[i]) / dt
+                force = amplitude * record[i]
+                t = parked_time[j]
+                _sample(x, k, tables, links, parameters, o, force, slope, t, dt, i * dt, poly, trig, turning_points)
+                if k[OVERTURNED] != 0:
+                    fallen = True
+            if k[OVERTURNED] != 0:
+                continue
+            reached, waiting = _follow(
+                s,
+                lane,
+                x,
+                k,
+                tables,
+                links,
+                parameters,
+                o,
+                steps,
+                own,
+                amplitude,
+                record,
+                strongest,
+                dt,
+                i + 1,
+                end,
+                now,
+                turn_pieces,
+                turn_lane,
+                waiting,
+                recording,
+            )
+            if reached < end:
+                parked_lane[again] = lane
+                parked_at[again] = reached
+                again += 1
+        parked = again
     return fallen
 
 
@@ -999,19 +1850,12 @@ def _reset(x, k, theta, omega, peak, region, start):
 
 
 @njit(**_EVENT)
-def _prepare(steps, tables, links, parameters, dt):
-    """A propagator per oscillator and region of constant damping; the last column says whether a sample is one step."""
+def _prepare(steps, tables, parameters, dt):
+    """A propagator per oscillator and region of constant damping."""
     for o in range(tables.shape[0]):
         for r in range(tables.shape[1]):
-            stiffness = tables[o, r, REGION_STIFFNESS]
-            c = tables[o, r, REGION_DAMPING]
-            steps[o, r, 5] = c
-            steps[o, r, 6] = 0.0
-            if parameters[o, PAR_EXACT] == 0.0 and dt * _rate(stiffness, c) <= 0.5:
-                steps[o, r, 6] = 1.0
-                steps[o, r, 0], steps[o, r, 1], steps[o, r, 2], steps[o, r, 3], steps[o, r, 4] = _propagator(
-                    stiffness, c, dt
-                )
+            if parameters[o, PAR_EXACT] == 0.0:
+                _fill_step(steps[o, r], tables[o, r], tables[o, r, REGION_DAMPING], dt)
 
 
 @njit(**_EVENT)
@@ -1037,6 +1881,8 @@ def _clear_lane(s, lane):
     s[(ROW_ODD + 1) * LANES + lane] = 1.0
     s[ROW_UPPER * LANES + lane] = math.inf
     s[ROW_LOWER * LANES + lane] = -math.inf
+    s[ROW_CALM_UPPER * LANES + lane] = math.inf
+    s[ROW_CALM_LOWER * LANES + lane] = -math.inf
 
 
 @njit(**_EVENT)
@@ -1049,15 +1895,11 @@ def _write_result(out, j, x, k):
 
 
 @njit(**_EVENT)
-def _fetch_lane(s, lane, lx, lk, rows, x, k):
-    """A lane's whole state into x and k."""
-    for j in range(STATE_FLOATS):
-        x[j] = lx[lane, j]
-    for j in range(STATE_INTEGERS):
-        k[j] = lk[lane, j]
-    if k[NOW] != REST:
-        x[THETA] = s[rows * LANES + lane]
-        x[OMEGA] = s[(rows + 1) * LANES + lane]
+def _fetch_lane(s, lane, lx, lk, rows):
+    """A lane's rotation and velocity out of the lockstep."""
+    at_rest = lk[lane, NOW] == REST
+    lx[lane, THETA] = 0.0 if at_rest else s[rows * LANES + lane]
+    lx[lane, OMEGA] = 0.0 if at_rest else s[(rows + 1) * LANES + lane]
 
 
 @njit(**_DRIVER)
@@ -1068,13 +1910,22 @@ def _run_lanes(record, dt, tables, links, parameters, steps, runs, which, factor
     Returns the number of turning points of the last run to end.
     """
     s = np.empty(LANE_ROWS * LANES)
+    marks = np.zeros(LANES, np.uint8)
+    words = marks.view(np.int64)
     lx = np.empty((LANES, STATE_FLOATS))
     lk = np.empty((LANES, STATE_INTEGERS), np.int64)
-    own = np.zeros((LANES, 7))
+    own = np.zeros((LANES, STEP_COLUMNS))
     lane_o = np.empty(LANES, np.int64)
     lane_run = np.empty(LANES, np.int64)
-    x = np.empty(STATE_FLOATS)
-    k = np.empty(STATE_INTEGERS, np.int64)
+    amplitudes = np.empty(LANES)
+    pieces = np.zeros(PIECE_ROWS * LANES)
+    zones = np.zeros(PIECE_ROWS * LANES)
+    zone_lane = np.empty(LANES, np.int64)
+    turn_pieces = np.zeros(PIECE_ROWS * TURN_COLUMNS)
+    turn_lane = np.empty(TURN_COLUMNS, np.int64)
+    parked_lane = np.empty(LANES, np.int64)
+    parked_at = np.empty(LANES, np.int64)
+    parked_time = np.empty(LANES)
     poly = np.empty((3, DEGREE + 1))
     trig = np.empty((3, DEGREE + 1))
     no_turns = np.empty((2, 0))
@@ -1082,56 +1933,113 @@ def _run_lanes(record, dt, tables, links, parameters, steps, runs, which, factor
         _clear_lane(s, lane)
     n = record.shape[0]
     store = history.shape[1] == n
+    recording = turns.shape[1] > 0
     active = 0
     joined = 0
     now = ROW_EVEN
-    after = ROW_ODD
     found = 0
-    for i in range(first[runs[0]], n):
-        while joined < runs.shape[0] and first[runs[joined]] == i:
-            j = runs[joined]
-            o = which[j]
-            lane_o[active] = o
-            lane_run[active] = j
-            own[active, 5] = -1.0
-            _reset(x, k, begin[j, 0], begin[j, 1], begin[j, 2], int(begin[j, 3]), int(parameters[o, PAR_START]))
-            amplitude = -parameters[o, PAR_GAIN] * factors[j]
-            s[ROW_AMPLITUDE * LANES + active] = amplitude
-            _load_lane(s, active, x, k, tables, links, parameters, o, steps, own, dt, amplitude * record[i], now)
-            for c in range(STATE_FLOATS):
-                lx[active, c] = x[c]
-            for c in range(STATE_INTEGERS):
-                lk[active, c] = k[c]
-            active += 1
-            joined += 1
-        if store:
-            _fetch_lane(s, 0, lx, lk, now, x, k)
-            _store(history, i, x, k, tables, links, lane_o[0])
-        if i == n - 1:
-            break
-        force = record[i]
-        rise = record[i + 1] - force
-        padded = (active + 7) // 8 * 8
-        marked = _step_even(s, padded, force, rise) if now == ROW_EVEN else _step_odd(s, padded, force, rise)
-        if marked > 0 and _look(
+    strongest = 0.0
+    for j in range(n):
+        strongest = max(strongest, abs(record[j]))
+    i = first[runs[0]]
+    while True:
+        # up to the next multiple of TILE: where the lanes meet must not depend on who is among them
+        end = min(i + 1 if store else (i // TILE + 1) * TILE, n - 1)
+        if store and active > 0:
+            _fetch_lane(s, 0, lx, lk, now)
+            _store(history, i, lx[0], lk[0], tables, links, lane_o[0])
+        waiting, parked = _advance(
             s,
+            marks,
+            words,
             active,
             lx,
             lk,
+            links,
             lane_o,
+            amplitudes,
+            record,
+            dt,
+            i,
+            end,
+            now,
+            turn_pieces,
+            turn_lane,
+            parked_lane,
+            parked_at,
+            recording,
+        )
+        if (end - i) % 2 == 1:
+            now = ROW_ODD if now == ROW_EVEN else ROW_EVEN
+        while joined < runs.shape[0] and (first[runs[joined]] < end or end == n - 1):
+            # a run joins alone, and catches up
+            j = runs[joined]
+            o = which[j]
+            x = lx[active]
+            k = lk[active]
+            lane_o[active] = o
+            lane_run[active] = j
+            own[active, STEP_DAMPING] = -1.0
+            _reset(x, k, begin[j, 0], begin[j, 1], begin[j, 2], int(begin[j, 3]), int(parameters[o, PAR_START]))
+            amplitudes[active] = -parameters[o, PAR_GAIN] * factors[j]
+            if store:
+                _store(history, i, x, k, tables, links, o)
+            reached, waiting = _follow(
+                s,
+                active,
+                x,
+                k,
+                tables,
+                links,
+                parameters,
+                o,
+                steps,
+                own,
+                amplitudes[active],
+                record,
+                strongest,
+                dt,
+                first[j],
+                end,
+                now,
+                turn_pieces,
+                turn_lane,
+                waiting,
+                recording,
+            )
+            if reached < end:
+                parked_lane[parked] = active
+                parked_at[parked] = reached
+                parked += 1
+            active += 1
+            joined += 1
+        i = end
+        if (parked > 0 or waiting > 0) and _resolve(
+            s,
+            lx,
+            lk,
+            lane_o,
+            amplitudes,
             tables,
             links,
             parameters,
             steps,
             own,
+            record,
+            strongest,
             dt,
-            i,
-            force,
-            rise,
+            end,
             now,
-            after,
-            x,
-            k,
+            pieces,
+            zones,
+            zone_lane,
+            turn_pieces,
+            turn_lane,
+            waiting,
+            parked_lane,
+            parked_at,
+            parked_time,
+            parked,
             poly,
             trig,
             turns,
@@ -1141,31 +2049,30 @@ def _run_lanes(record, dt, tables, links, parameters, steps, runs, which, factor
                 if lk[lane, OVERTURNED] == 0:
                     lane += 1
                     continue
-                _fetch_lane(s, lane, lx, lk, after, x, k)
-                _write_result(out, lane_run[lane], x, k)
-                found = k[TURNS]
+                _write_result(out, lane_run[lane], lx[lane], lk[lane])
+                found = lk[lane, TURNS]
                 if store:
-                    _store_fallen(history, i + 1, x)
+                    _store_fallen(history, i, lx[lane])
                 active -= 1
                 for row in range(LANE_ROWS):
                     s[row * LANES + lane] = s[row * LANES + active]
-                for c in range(STATE_FLOATS):
-                    lx[lane, c] = lx[active, c]
-                for c in range(STATE_INTEGERS):
-                    lk[lane, c] = lk[active, c]
-                for c in range(7):
-                    own[lane, c] = own[active, c]
+                lx[lane] = lx[active]
+                lk[lane] = lk[active]
+                own[lane] = own[active]
+                amplitudes[lane] = amplitudes[active]
                 lane_o[lane] = lane_o[active]
                 lane_run[lane] = lane_run[active]
                 _clear_lane(s, active)
-            if active == 0 and joined == runs.shape[0]:
-                return found
-        now, after = after, now
+        if i == n - 1 or (active == 0 and joined == runs.shape[0]):
+            break
+    if store and active > 0:
+        _fetch_lane(s, 0, lx, lk, now)
+        _store(history, n - 1, lx[0], lk[0], tables, links, lane_o[0])
     for lane in range(active):
-        _fetch_lane(s, lane, lx, lk, now, x, k)
-        found = k[TURNS]
-        _free(x, k, tables, links, parameters, lane_o[lane], (n - 1) * dt, poly, trig, no_turns)
-        _write_result(out, lane_run[lane], x, k)
+        _fetch_lane(s, lane, lx, lk, now)
+        found = lk[lane, TURNS]
+        _free(lx[lane], lk[lane], tables, links, parameters, lane_o[lane], (n - 1) * dt, poly, trig, no_turns)
+        _write_result(out, lane_run[lane], lx[lane], lk[lane])
     return found
 
 
@@ -1196,7 +2103,7 @@ def _run_exact(record, dt, tables, links, parameters, runs, which, factors, firs
             end = amplitude * record[i + 1]
             if k[NOW] == REST and max(force, end) <= right and min(force, end) >= left:
                 continue
-            _sample(x, k, tables, links, parameters, o, force, (end - force) / dt, dt, i * dt, poly, trig, turns)
+            _sample(x, k, tables, links, parameters, o, force, (end - force) / dt, 0.0, dt, i * dt, poly, trig, turns)
             if k[OVERTURNED] != 0:
                 if store:
                     _store_fallen(history, i + 1, x)
@@ -1250,8 +2157,8 @@ def run_batch(record, dt, tables, links, parameters, which, factors, start, skip
     """
     n = record.shape[0]
     m = which.shape[0]
-    steps = np.zeros((tables.shape[0], tables.shape[1], 7))
-    _prepare(steps, tables, links, parameters, dt)
+    steps = np.zeros((tables.shape[0], tables.shape[1], STEP_COLUMNS))
+    _prepare(steps, tables, parameters, dt)
     # where each run begins: its first sample, and theta, omega, peak and region there
     first = np.zeros(m, np.int64)
     begin = np.zeros((m, 4))
