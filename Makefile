@@ -34,7 +34,7 @@ lint: $(VENV)/installed-dev
 	$(BIN)/ruff format --check .
 	@# mypy wants the package by its name, whatever this folder is called
 	@mkdir -p $(VENV)/types && ln -sfn "$(CURDIR)" $(VENV)/types/toppling
-	cd $(VENV)/types && ../bin/mypy --config-file toppling/pyproject.toml $(addprefix toppling/,models motions fragility studies)
+	cd $(VENV)/types && ../bin/mypy --config-file toppling/pyproject.toml $(addprefix toppling/,models motions fragility benchmarks studies)
 
 test: lint
 	$(BIN)/python -m pytest -m "not slow" tests
@@ -44,9 +44,10 @@ test-slow: $(VENV)/installed-dev
 
 test-all: test test-slow
 
-# Cost of the engine beside a plain RK4 (a command, not a test: compare ratios).
-benchmark: $(VENV)/installed
-	$(BIN)/python benchmarks/engine.py
+# The engine beside its rivals: tables, figures and docs/performance.md (a command, not a test).
+benchmark: $(VENV)/installed-dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[peers]'
+	$(BIN)/toppling bench --out docs
 
 clean:
 	if [ -f $(VENV)/pyvenv.cfg ]; then rm -rf $(VENV); fi

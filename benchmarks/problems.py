@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,9 @@ from ..models import (
 )
 from ..motions import CloughPenzien, RiseStrongDecay, scale_to
 from ..units import STANDARD_GRAVITY
+
+TRUTH_FILE = Path(__file__).with_name("truth.nc")
+"""Peaks to 40 digits and rotations of every law x block x factor: made by `truth`."""
 
 DT = 0.005
 DURATION = 20.0

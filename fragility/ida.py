@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -14,12 +16,12 @@ from numpy.typing import NDArray
 
 from .. import checks
 from ..models import Block, Law, describe_block, describe_law
-from ..models.runs import OUTPUTS
+from ..models.runs import OUTPUTS, TALLY
 from ..models.simulate import oscillator_of
 from ..motions.arrays import Record, records
 from ..motions.measures import MEASURES, measure, motion_coordinates
 from ..units import DIMENSIONLESS, METRE, RADIAN, SECOND, provenance
-from .plan import Chunk, plan_chunks, run_chunk
+from .plan import OUTPUT_TYPES, Chunk, Done, plan_chunks, run_chunk
 from .scaling import Scaling, scaling
 
 if TYPE_CHECKING:
@@ -28,13 +30,13 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int], None]
 Labelled = TypeVar("Labelled", Block, Law)
 
-# Type, units and long name of each output.
-_VARIABLES: dict[str, tuple[type[np.generic], str, str]] = {
-    "overturned": (np.bool_, DIMENSIONLESS, "whether the block overturned"),
-    "peak_rotation": (np.float64, RADIAN, "peak absolute rotation, pi/2 if overturned"),
-    "uplifted": (np.bool_, DIMENSIONLESS, "whether the block uplifted"),
-    "impacts": (np.int32, DIMENSIONLESS, "impacts during the record"),
-    "overturning_time": (np.float64, SECOND, "time of overturning, NaN if it stands"),
+# Units and long name of each output.
+_VARIABLES: dict[str, tuple[str, str]] = {
+    "overturned": (DIMENSIONLESS, "whether the block overturned"),
+    "peak_rotation": (RADIAN, "peak absolute rotation, pi/2 if overturned"),
+    "uplifted": (DIMENSIONLESS, "whether the block uplifted"),
+    "impacts": (DIMENSIONLESS, "impacts during the record"),
+    "overturning_time": (SECOND, "time of overturning, NaN if it stands"),
 }
 
 
@@ -67,7 +69,10 @@ def ida(
     client : distributed.Client, optional
         Where to run; threads of this process where not given.
     skip : bool
-        Leave out what is known before the first uplift: flags do not change, peaks only by rounding.
+        Leave out what is known: before the first uplift, and, where ``outputs`` is overturned alone, once the rest of
+        the record cannot overturn a block.  Flags do not change, peaks only by rounding.  The attribute ``skipped``
+        (JSON) says how many samples all runs have, which share was left out and why (after overturning, too, which
+        `skip` does not change), and how many events a run were solved.
     progress : callable, optional
         Called with (runs done, runs in all) after every chunk.
 
@@ -101,28 +106,44 @@ def ida(
     plain = records(motions)
     scaled = scaling(levels, plain, im)
     oscillators = [oscillator_of(block, model) for block in all_blocks for model in all_models]
-    chunks = plan_chunks(oscillators, plain, scaled.factors, skip)
-    results = np.empty((len(oscillators), scaled.levels.size, len(plain), len(OUTPUTS)))
-    for chunk, part in zip(chunks, _execute(chunks, client, progress), strict=True):
-        results[:, :, chunk.first : chunk.stop] = part
-    shape = (len(all_blocks), len(all_models), *results.shape[1:])
-    return label_results(results.reshape(shape), all_blocks, all_models, plain, scaled, wanted)
+    chunks = plan_chunks(oscillators, plain, scaled.factors, skip, wanted)
+    shape = (len(all_blocks), len(all_models), scaled.levels.size, len(plain))
+    results = {name: np.empty((len(oscillators), *shape[2:]), OUTPUT_TYPES[name]) for name in wanted}
+    tally = np.zeros(len(TALLY), np.int64)
+    for chunk, done in zip(chunks, _execute(chunks, client, progress), strict=True):
+        for name, part in zip(wanted, done.results, strict=True):
+            results[name][:, :, chunk.first : chunk.stop] = part
+        tally += done.tally
+    shaped = {name: values.reshape(shape) for name, values in results.items()}
+    dataset = label_results(shaped, all_blocks, all_models, plain, scaled)
+    dataset.attrs["skipped"] = json.dumps(skipped(tally, runs=math.prod(shape)))
+    return dataset
+
+
+def skipped(tally: NDArray[np.int64], runs: int) -> dict[str, float]:
+    """The engine's counts (`models.runs.TALLY`) as shares of all samples, and events a run."""
+    counts = dict(zip(TALLY, tally.tolist(), strict=True))
+    samples = counts.pop("samples")
+    events = counts.pop("events")
+    return {
+        "samples": samples,
+        **{f"share_{reason}": round(count / samples, 6) for reason, count in counts.items()},
+        "events_per_run": round(events / runs, 3),
+    }
 
 
 def label_results(
-    results: NDArray[np.float64],
+    results: Mapping[str, NDArray[Any]],
     blocks: Sequence[Block],
     models: Sequence[Law],
     motions: Sequence[Record],
     scaled: Scaling,
-    outputs: Sequence[str],
 ) -> xr.Dataset:
-    """Results (block, model, level, motion, output) as the labelled dataset that `ida` returns."""
+    """Outputs (block, model, level, motion) by name as the labelled dataset that `ida` returns."""
     dims = ("block", "model", "level", "motion")
     variables = {}
-    for name in outputs:
-        kind, units, long_name = _VARIABLES[name]
-        values = results[..., OUTPUTS[name]].astype(kind)
+    for name, values in results.items():
+        units, long_name = _VARIABLES[name]
         variables[name] = (dims, values, {"units": units, "long_name": long_name})
     configuration = {
         "blocks": [describe_block(block) for block in blocks],
@@ -149,7 +170,7 @@ def label_results(
     )
 
 
-def _execute(chunks: Sequence[Chunk], client: Client | None, progress: Progress | None) -> list[NDArray[np.float64]]:
+def _execute(chunks: Sequence[Chunk], client: Client | None, progress: Progress | None) -> list[Done]:
     """Run the chunks on threads here or on a cluster, results in the order of the chunks."""
     total = sum(chunk.runs for chunk in chunks)
     tasks = [delayed(run_chunk, pure=False)(delayed(chunk, traverse=False)) for chunk in chunks]
@@ -179,8 +200,8 @@ class _ThreadProgress(Callback):
         self._progress = progress
 
     def _posttask(self, key: Any, result: Any, dsk: Any, state: Any, worker_id: Any) -> None:
-        if self._progress is not None and isinstance(result, np.ndarray):
-            self._done += result.size // len(OUTPUTS)
+        if self._progress is not None and isinstance(result, Done):
+            self._done += result.runs
             self._progress(self._done, self._total)
 
 

@@ -8,24 +8,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..models.oscillator import Oscillator
-from ..models.runs import OUTPUTS, run_many
+from ..models.runs import OUTPUTS, TALLY, run_many
 from ..motions.arrays import Record
 
 # Planning figures, on the generous side of benchmarks/engine.py: one sample of one run on a present core, closed form
 # and exact geometry.
-SECONDS_PER_SAMPLE = 9e-9
+SECONDS_PER_SAMPLE = 5e-9
 SECONDS_PER_EXACT_SAMPLE = 4.5e-8
 CHUNK_SECONDS = 1.0
 
+OUTPUT_TYPES: dict[str, type[np.generic]] = {
+    "overturned": np.bool_,
+    "peak_rotation": np.float64,
+    "uplifted": np.bool_,
+    "impacts": np.int32,
+    "overturning_time": np.float64,
+}
+"""The type in which each output (`models.runs.OUTPUTS`) is kept."""
+
 
 class Chunk(NamedTuple):
-    """One task: the motions first … stop - 1 under all oscillators; factors (level, motion)."""
+    """One task: the motions first … stop - 1 under all oscillators; factors (level, motion); outputs wanted."""
 
     first: int
     stop: int
@@ -33,6 +42,7 @@ class Chunk(NamedTuple):
     motions: tuple[Record, ...]
     factors: NDArray[np.float64]
     skip: bool
+    outputs: tuple[str, ...]
 
     @property
     def runs(self) -> int:
@@ -45,6 +55,7 @@ def plan_chunks(
     motions: Sequence[Record],
     factors: NDArray[np.float64],
     skip: bool = True,
+    outputs: Sequence[str] = tuple(OUTPUTS),
     seconds: float = CHUNK_SECONDS,
 ) -> list[Chunk]:
     """Chunks of about `seconds` each, in the order of the motions; factors (level, motion)."""
@@ -59,14 +70,34 @@ def plan_chunks(
             cost = 0.0
     if bounds[-1] != len(motions):
         bounds.append(len(motions))
-    return [Chunk(a, b, tuple(oscillators), tuple(motions[a:b]), factors[:, a:b], skip) for a, b in pairwise(bounds)]
+    return [
+        Chunk(a, b, tuple(oscillators), tuple(motions[a:b]), factors[:, a:b], skip, tuple(outputs))
+        for a, b in pairwise(bounds)
+    ]
 
 
-def run_chunk(chunk: Chunk) -> NDArray[np.float64]:
-    """Results (oscillator, level, motion, output) of one chunk; outputs in the order of `models.runs.OUTPUTS`."""
+class Done(NamedTuple):
+    """What a chunk gives back: an array (oscillator, level, motion) per output, and the counts (`runs.TALLY`)."""
+
+    results: tuple[NDArray[Any], ...]
+    tally: NDArray[np.int64]
+
+    @property
+    def runs(self) -> int:
+        """Number of runs in the chunk."""
+        return int(self.results[0].size)
+
+
+def run_chunk(chunk: Chunk) -> Done:
+    """All runs of one chunk, each output in its own type: flags take a byte."""
     n = len(chunk.oscillators)
-    results = np.empty((n, chunk.factors.shape[0], len(chunk.motions), len(OUTPUTS)))
+    shape = (n, chunk.factors.shape[0], len(chunk.motions))
+    results = tuple(np.empty(shape, OUTPUT_TYPES[name]) for name in chunk.outputs)
+    flags_only = chunk.outputs == ("overturned",)
+    tally = np.zeros(len(TALLY), np.int64)
     for i, motion in enumerate(chunk.motions):
         factors = np.broadcast_to(chunk.factors[:, i], (n, chunk.factors.shape[0]))
-        results[:, :, i] = run_many(chunk.oscillators, factors, motion.acceleration, motion.dt, chunk.skip)
-    return results
+        runs = run_many(chunk.oscillators, factors, motion.acceleration, motion.dt, chunk.skip, flags_only, tally)
+        for array, name in zip(results, chunk.outputs, strict=True):
+            array[:, :, i] = runs[..., OUTPUTS[name]]
+    return Done(results, tally)

@@ -74,21 +74,30 @@ RULE_CONSTANT, RULE_ENTRY_SPEED, RULE_ENERGY = range(3)
 PAR_COLUMNS = 10
 
 # State of a run.
-THETA, OMEGA, HELD, PEAK, OVERTURN_TIME, HEIGHT, CALM_MARGIN = range(7)
-NOW, IMPACTS, UPLIFTED, OVERTURNED, TURNS, FREE, NEED, GRADE, UPWARD = range(9)
-STATE_FLOATS, STATE_INTEGERS = 7, 9
+THETA, OMEGA, HELD, PEAK, OVERTURN_TIME, CALM_MARGIN = range(6)
+NOW, IMPACTS, UPLIFTED, OVERTURNED, TURNS, FREE, NEED, GRADE, UPWARD, SAFE = range(10)
+STATE_FLOATS, STATE_INTEGERS = 6, 10
 
 # Results of a run.
 OUT_OVERTURNED, OUT_PEAK, OUT_UPLIFTED, OUT_IMPACTS, OUT_OVERTURN_TIME = range(5)
 OUT_COLUMNS = 5
+
+# What a batch counts: samples of all runs, those left out (before the first uplift, after overturning, once the rest of
+# the record cannot overturn the block), events solved.
+TALLY_SAMPLES, TALLY_BEFORE_UPLIFT, TALLY_OVERTURNED, TALLY_SAFE, TALLY_EVENTS = range(5)
+TALLY_COLUMNS = 5
 
 # Rows of a history.
 HISTORY_THETA, HISTORY_OMEGA, HISTORY_REGION, HISTORY_DAMPING, HISTORY_PEAK = range(5)
 HISTORY_ROWS = 5
 
 BYTE_OF = np.array([0, 0, 0, 0, 7, 2, 4, 3, 0, 1, 0, 6, 0, 0, 0, 0, 5, 0, 0])
+# Rows of the response before the first uplift, at scale factor 1.
+UNIT_THETA, UNIT_OMEGA, UNIT_PEAK = range(3)
+UNIT_ROWS = 3
+
 # Runs that go in lockstep over one record, and the rows of their state: two sets of (theta, omega) written in turn.
-LANES = 128
+LANES = 192
 (
     ROW_EVEN,
     _,
@@ -110,7 +119,9 @@ LANES = 128
 ) = range(17)
 LANE_ROWS = 17
 # Samples that a lane may lag behind the others, so that events gather and are solved together.
-TILE = 8
+TILE = 6
+# Samples between two looks at whether the rest of a record can still overturn a block.
+SAFETY_INTERVAL = 16 * TILE
 
 # Columns of a propagator; the grade says what a sample may be taken for, the pull is the region's largest |f(theta)|.
 STEP_G0, STEP_G1, STEP_G2, STEP_G3, STEP_G2_RISE, STEP_DAMPING, STEP_GRADE, STEP_PULL = range(8)
@@ -564,7 +575,10 @@ def _settles(parameters, o, omega, stiffness, force, slope, left, highest):
     if omega == 0.0:
         return True
     e = parameters[o, PAR_RESTITUTION]
-    if e >= 1.0:
+    right = parameters[o, PAR_UPLIFT_RIGHT]
+    left_side = parameters[o, PAR_UPLIFT_LEFT]
+    # (mostly the answer is no, and this is enough to tell)
+    if 2.0 * abs(omega) >= (1.0 - e) * 0.5 * (right + left_side) * left:
         return False
     horizon = min(left, 0.5 / math.sqrt(-stiffness))
     end = force + slope * horizon
@@ -574,8 +588,6 @@ def _settles(parameters, o, omega, stiffness, force, slope, left, highest):
     elif end < -parameters[o, PAR_UPLIFT_LEFT] and slope < 0.0:
         horizon = 0.5 * (-parameters[o, PAR_UPLIFT_LEFT] - force) / slope
     end = force + slope * horizon
-    right = parameters[o, PAR_UPLIFT_RIGHT]
-    left_side = parameters[o, PAR_UPLIFT_LEFT]
     least_right = right - max(force, end)
     least_left = left_side + min(force, end)
     a_min = 0.9 * min(least_right, least_left)
@@ -836,6 +848,55 @@ def _saddle_passed(x, k, tables, links, parameters, o):
     if links[o, region, LINK_HELD]:
         half = 0.5 * x[HELD]
     return side * x[OMEGA] + (half + math.sqrt(half * half - stiffness)) * beyond > 0.0
+
+
+@njit(**_EVENT)
+def _find_barrier(tables, parameters, o, barriers):
+    """sqrt(2 (U_saddle - U_lowest)) of the lower saddle, U_lowest, and the largest lever of the shaking, into a row.
+
+    U_lowest between the saddles; in exact geometry the lever of the shaking is largest, 1/cos(alpha), at the saddle.
+    """
+    lowest = math.inf
+    saddle_potential = math.inf
+    exact = parameters[o, PAR_EXACT] != 0.0
+    lever = 1.0
+    for r in range(tables.shape[1]):
+        lower = tables[o, r, REGION_LOWER]
+        upper = tables[o, r, REGION_UPPER]
+        stiffness = tables[o, r, REGION_STIFFNESS]
+        if not lower < upper:
+            continue  # a row that only pads the table
+        centre = tables[o, r, REGION_OFFSET] / stiffness
+        if stiffness > 0.0:
+            lowest = min(lowest, _potential(tables, o, r, exact, min(max(centre, lower), upper)))
+            continue
+        if lower < centre < upper:
+            saddle_potential = min(saddle_potential, _potential(tables, o, r, exact, centre))
+            if exact:
+                lever = max(lever, 1.0 / math.cos(centre))
+        # the end of the branch that looks to the middle
+        inner = lower if abs(lower) < abs(upper) else upper
+        lowest = min(lowest, _potential(tables, o, r, exact, inner))
+    barriers[o, 0] = math.sqrt(2.0 * max(saddle_potential - lowest, 0.0))
+    barriers[o, 1] = lowest
+    barriers[o, 2] = lever
+
+
+@njit(**_EVENT)
+def _is_safe(x, k, tables, parameters, o, push, barriers):
+    """Whether the rest of the record cannot overturn the block: `push` is gain * integral of |u''| over what is left.
+
+    With E the energy above the lowest potential, |omega| <= sqrt(2E), so dE/dt <= |omega| |force| lets sqrt(2E) grow by
+    no more than push.  No law adds energy.
+    """
+    energy = 0.0
+    if k[NOW] != REST:
+        exact = parameters[o, PAR_EXACT] != 0.0
+        energy = 0.5 * x[OMEGA] * x[OMEGA] + _potential(tables, o, k[NOW], exact, x[THETA]) - barriers[o, 1]
+        stiffness = tables[o, k[NOW], REGION_STIFFNESS]
+        if stiffness < 0.0 and abs(x[THETA]) >= abs(tables[o, k[NOW], REGION_OFFSET] / stiffness):
+            return False  # beyond the saddle
+    return math.sqrt(2.0 * max(energy, 0.0)) + push * barriers[o, 2] < (1.0 - 1e-9) * barriers[o, 0]
 
 
 @njit(**_EVENT)
@@ -1330,29 +1391,16 @@ def _need(theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper,
     if bound < 0.0:
         return HARD
     reach = _reach(omega, a_start, a_end, dt)
-    if theta + reach >= upper or theta - reach <= lower:
+    # a single turn can pass the edge ahead only; a dip may hide two
+    dips = omega * omega_end >= 0.0
+    if (theta + reach >= upper and (dips or omega > 0.0)) or (theta - reach <= lower and (dips or omega < 0.0)):
         return HARD
     return WAITS if abs(theta) + reach <= bound else TURNS_BACK
 
 
 @njit(**_LANES)
-def _note_event(x, k, need, theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper):
-    """What `_resolve` must know of a parked lane's event."""
-    k[NEED] = need
-    k[UPWARD] = 1 if theta_end >= upper else 0
-    if need == RETURNS:
-        a_start = push - stiffness * theta - c * omega
-        a_end = push + up - stiffness * theta_end - c * omega_end
-        reach = _reach(omega, a_start, a_end, dt)
-        if a_start * a_end > 0.0:
-            # it decelerates all the way: by no less than the smaller of both over 1.2
-            reach = min(reach, 0.6 * omega * omega / min(abs(a_start), abs(a_end)))
-        x[HEIGHT] = abs(theta) + reach
-
-
-@njit(**_LANES)
 def _add_turn(v, turn_lane, column, lane, theta, omega, theta_end, push, up, stiffness, c, dt):
-    """A turn that stays inside its region, to be solved with others; its lane goes on."""
+    """A turn inside a region, to be solved with others, in a sample from theta to theta_end."""
     turn_lane[column] = lane
     v[PIECE_OMEGA * TURN_COLUMNS + column] = omega
     v[PIECE_A * TURN_COLUMNS + column] = push - stiffness * theta - c * omega
@@ -1484,13 +1532,15 @@ def _follow(
         if look:
             bound = -1.0 if recording or _captures(links, o, region) else x[PEAK]
             need = _need(theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper, lower, grade, bound)
-            if need == TURNS_BACK:
-                _add_turn(turn_pieces, turn_lane, waiting, lane, theta, omega, theta_end, push, up, stiffness, c, dt)
+            if need in (TURNS_BACK, RETURNS):
+                last = theta_end if need == TURNS_BACK else theta
+                _add_turn(turn_pieces, turn_lane, waiting, lane, theta, omega, last, push, up, stiffness, c, dt)
                 waiting += 1
-            elif need != WAITS:
+            if need in (RETURNS, CROSSES, HARD):
                 x[THETA] = theta
                 x[OMEGA] = omega
-                _note_event(x, k, need, theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper)
+                k[NEED] = need
+                k[UPWARD] = 1 if theta_end >= upper else 0
                 return i, waiting
         theta = theta_end
         omega = omega_end
@@ -1586,39 +1636,15 @@ def _advance(
                         k[GRADE],
                         -1.0 if recording or _captures(links, lane_o[lane], region) else x[PEAK],
                     )
-                    if need == TURNS_BACK:
-                        _add_turn(
-                            turn_pieces,
-                            turn_lane,
-                            waiting,
-                            lane,
-                            theta,
-                            omega,
-                            s[after * LANES + lane],
-                            push,
-                            up,
-                            stiffness,
-                            c,
-                            dt,
-                        )
+                    theta_end = s[after * LANES + lane]
+                    if need in (TURNS_BACK, RETURNS):
+                        last = theta_end if need == TURNS_BACK else theta
+                        _add_turn(turn_pieces, turn_lane, waiting, lane, theta, omega, last, push, up, stiffness, c, dt)
                         waiting += 1
                     if need in (WAITS, TURNS_BACK):
                         continue
-                    _note_event(
-                        x,
-                        k,
-                        need,
-                        theta,
-                        omega,
-                        s[after * LANES + lane],
-                        s[(after + 1) * LANES + lane],
-                        push,
-                        up,
-                        stiffness,
-                        c,
-                        dt,
-                        s[ROW_UPPER * LANES + lane],
-                    )
+                    k[NEED] = need
+                    k[UPWARD] = 1 if theta_end >= s[ROW_UPPER * LANES + lane] else 0
                 x[THETA] = theta
                 x[OMEGA] = omega
                 parked_lane[parked] = lane
@@ -1661,14 +1687,17 @@ def _resolve(
     trig,
     turning_points,
 ):
-    """Solve the events of the parked lanes and bring each to sample `end`; whether any of them overturned.
+    """Solve the events of the parked lanes and bring each to sample `end`: whether any overturned, events solved.
 
     In rounds: the turns that wait, then one event a lane (the crossings all at once, then what follows them to the end
     of the sample all at once, and what is out of the ordinary by `_sample`), then on to the next event.
     """
     fallen = False
+    solved = 0
+    per_dt = 1.0 / dt
     recording = turning_points.shape[1] > 0
     while parked > 0 or waiting > 0:
+        solved += parked + waiting
         if waiting > 0:
             _flush_turns(turn_pieces, turn_lane, waiting, s, lx, lk, poly)
             waiting = 0
@@ -1678,8 +1707,7 @@ def _resolve(
             k = lk[lane]
             x = lx[lane]
             if k[NEED] == RETURNS:
-                # now that all earlier turns are in the peak, whether the turn before the edge matters can be said
-                k[NEED] = CROSSES if x[HEIGHT] <= x[PEAK] else HARD
+                k[NEED] = CROSSES  # (its turn is in the peak by now)
             if k[NOW] == REST or k[NEED] != CROSSES:
                 continue
             i = parked_at[j]
@@ -1692,7 +1720,7 @@ def _resolve(
             force = amplitude * record[i]
             pieces[PIECE_OMEGA * LANES + n] = omega
             pieces[PIECE_A * LANES + n] = force + s[ROW_OFFSET * LANES + lane] - stiffness * theta - c * omega
-            pieces[PIECE_SLOPE * LANES + n] = amplitude * (record[i + 1] - record[i]) / dt
+            pieces[PIECE_SLOPE * LANES + n] = amplitude * (record[i + 1] - record[i]) * per_dt
             pieces[PIECE_STIFFNESS * LANES + n] = stiffness
             pieces[PIECE_DAMPING * LANES + n] = c
             pieces[PIECE_SPAN * LANES + n] = dt
@@ -1711,7 +1739,7 @@ def _resolve(
             i = parked_at[j]
             amplitude = amplitudes[lane]
             force = amplitude * record[i]
-            slope = amplitude * (record[i + 1] - record[i]) / dt
+            slope = amplitude * (record[i + 1] - record[i]) * per_dt
             region = k[NOW]
             need = HARD
             t = 0.0
@@ -1797,7 +1825,7 @@ def _resolve(
                     k[NEED] = HARD
                 read += 1
             if k[NEED] == HARD:
-                slope = amplitude * (record[i + 1] - record[i]) / dt
+                slope = amplitude * (record[i + 1] - record[i]) * per_dt
                 force = amplitude * record[i]
                 t = parked_time[j]
                 _sample(x, k, tables, links, parameters, o, force, slope, t, dt, i * dt, poly, trig, turning_points)
@@ -1833,7 +1861,7 @@ def _resolve(
                 parked_at[again] = reached
                 again += 1
         parked = again
-    return fallen
+    return fallen, solved
 
 
 @njit(**_EVENT)
@@ -1888,7 +1916,7 @@ def _clear_lane(s, lane):
 @njit(**_EVENT)
 def _write_result(out, j, x, k):
     out[j, OUT_OVERTURNED] = k[OVERTURNED]
-    out[j, OUT_PEAK] = x[PEAK]
+    out[j, OUT_PEAK] = math.nan if k[SAFE] != 0 else x[PEAK]
     out[j, OUT_UPLIFTED] = k[UPLIFTED]
     out[j, OUT_IMPACTS] = k[IMPACTS]
     out[j, OUT_OVERTURN_TIME] = x[OVERTURN_TIME]
@@ -1903,11 +1931,29 @@ def _fetch_lane(s, lane, lx, lk, rows):
 
 
 @njit(**_DRIVER)
-def _run_lanes(record, dt, tables, links, parameters, steps, runs, which, factors, first, begin, out, turns, history):
+def _run_lanes(
+    record,
+    dt,
+    tables,
+    links,
+    parameters,
+    steps,
+    runs,
+    which,
+    factors,
+    first,
+    begin,
+    shaking_left,
+    barriers,
+    out,
+    turns,
+    history,
+    tally,
+):
     """Up to LANES runs in lockstep over one record; runs (r,) are sorted by their first sample.
 
-    A run joins at its first sample and leaves when it has overturned; between, only marked lanes leave the lockstep.
-    Returns the number of turning points of the last run to end.
+    A run joins at its first sample and leaves when it has overturned, or is sure not to (where shaking_left is given);
+    between, only marked lanes leave the lockstep.  Returns the number of turning points of the last run to end.
     """
     s = np.empty(LANE_ROWS * LANES)
     marks = np.zeros(LANES, np.uint8)
@@ -2014,41 +2060,54 @@ def _run_lanes(record, dt, tables, links, parameters, steps, runs, which, factor
             active += 1
             joined += 1
         i = end
-        if (parked > 0 or waiting > 0) and _resolve(
-            s,
-            lx,
-            lk,
-            lane_o,
-            amplitudes,
-            tables,
-            links,
-            parameters,
-            steps,
-            own,
-            record,
-            strongest,
-            dt,
-            end,
-            now,
-            pieces,
-            zones,
-            zone_lane,
-            turn_pieces,
-            turn_lane,
-            waiting,
-            parked_lane,
-            parked_at,
-            parked_time,
-            parked,
-            poly,
-            trig,
-            turns,
-        ):
+        leaving = False
+        if parked > 0 or waiting > 0:
+            leaving, solved = _resolve(
+                s,
+                lx,
+                lk,
+                lane_o,
+                amplitudes,
+                tables,
+                links,
+                parameters,
+                steps,
+                own,
+                record,
+                strongest,
+                dt,
+                end,
+                now,
+                pieces,
+                zones,
+                zone_lane,
+                turn_pieces,
+                turn_lane,
+                waiting,
+                parked_lane,
+                parked_at,
+                parked_time,
+                parked,
+                poly,
+                trig,
+                turns,
+            )
+            tally[TALLY_EVENTS] += solved
+        if shaking_left.shape[0] > 0 and (i % SAFETY_INTERVAL == 0 or i == n - 1):
+            for lane in range(active):
+                if lk[lane, OVERTURNED] == 0:
+                    _fetch_lane(s, lane, lx, lk, now)
+                    push = abs(amplitudes[lane]) * shaking_left[i]
+                    if _is_safe(lx[lane], lk[lane], tables, parameters, lane_o[lane], push, barriers):
+                        lk[lane, SAFE] = 1
+                        leaving = True
+        if leaving:
             lane = 0
             while lane < active:
-                if lk[lane, OVERTURNED] == 0:
+                if lk[lane, OVERTURNED] == 0 and lk[lane, SAFE] == 0:
                     lane += 1
                     continue
+                tally[TALLY_SAFE if lk[lane, SAFE] != 0 else TALLY_OVERTURNED] += n - 1 - i
                 _write_result(out, lane_run[lane], lx[lane], lk[lane])
                 found = lk[lane, TURNS]
                 if store:
@@ -2077,7 +2136,24 @@ def _run_lanes(record, dt, tables, links, parameters, steps, runs, which, factor
 
 
 @njit(**_DRIVER)
-def _run_exact(record, dt, tables, links, parameters, runs, which, factors, first, begin, out, turns, history):
+def _run_exact(
+    record,
+    dt,
+    tables,
+    links,
+    parameters,
+    runs,
+    which,
+    factors,
+    first,
+    begin,
+    shaking_left,
+    barriers,
+    out,
+    turns,
+    history,
+    tally,
+):
     """Runs in exact geometry, one after the other: every sample of a moving block is solved by its own series."""
     x = np.empty(STATE_FLOATS)
     k = np.empty(STATE_INTEGERS, np.int64)
@@ -2101,15 +2177,22 @@ def _run_exact(record, dt, tables, links, parameters, runs, which, factors, firs
                 break
             force = amplitude * record[i]
             end = amplitude * record[i + 1]
+            looks = shaking_left.shape[0] > 0 and i % SAFETY_INTERVAL == 0
+            if looks and _is_safe(x, k, tables, parameters, o, abs(amplitude) * shaking_left[i], barriers):
+                k[SAFE] = 1
+                tally[TALLY_SAFE] += n - 1 - i
+                break
             if k[NOW] == REST and max(force, end) <= right and min(force, end) >= left:
                 continue
+            tally[TALLY_EVENTS] += 1
             _sample(x, k, tables, links, parameters, o, force, (end - force) / dt, 0.0, dt, i * dt, poly, trig, turns)
             if k[OVERTURNED] != 0:
+                tally[TALLY_OVERTURNED] += n - 2 - i
                 if store:
                     _store_fallen(history, i + 1, x)
                 break
         found = k[TURNS]
-        if k[OVERTURNED] == 0:
+        if k[OVERTURNED] == 0 and k[SAFE] == 0:
             _free(x, k, tables, links, parameters, o, (n - 1) * dt, poly, trig, no_turns)
         _write_result(out, j, x, k)
     return found
@@ -2117,7 +2200,7 @@ def _run_exact(record, dt, tables, links, parameters, runs, which, factors, firs
 
 @njit(**_DRIVER)
 def _unit_response(record, dt, tables, links, parameters, steps, o, unit):
-    """The response of oscillator o to the record as it is until its first uplift, into unit (5, n); its peak for good.
+    """The response of oscillator o to the record as it is until its first uplift, into unit (3, n); its peak for good.
 
     An elastic block: its zone's linear response, as if the zone had no edges; at scale factor f it is f times this. A
     block that rests rigidly: the running maximum of the record alone, in the row of peaks.
@@ -2127,33 +2210,97 @@ def _unit_response(record, dt, tables, links, parameters, steps, o, unit):
         high = 0.0
         for i in range(record.shape[0]):
             high = max(high, abs(record[i]))
-            unit[HISTORY_PEAK, i] = high
+            unit[UNIT_PEAK, i] = high
         return 0.0
+    x = np.empty(STATE_FLOATS)
+    k = np.empty(STATE_INTEGERS, np.int64)
+    poly = np.empty((3, DEGREE + 1))
+    trig = np.empty((3, DEGREE + 1))
+    no_turns = np.empty((2, 0))
     lower = tables[o, zone, REGION_LOWER]
     upper = tables[o, zone, REGION_UPPER]
     tables[o, zone, REGION_LOWER] = -math.inf
     tables[o, zone, REGION_UPPER] = math.inf
-    begin = np.zeros((1, 4))
-    begin[0, 3] = zone
-    which = np.full(1, o)
-    factors = np.ones(1)
-    runs = np.zeros(1, np.int64)
-    out = np.empty((1, OUT_COLUMNS))
-    _run_lanes(
-        record, dt, tables, links, parameters, steps, runs, which, factors, runs, begin, out, np.empty((2, 0)), unit
-    )
+    _reset(x, k, 0.0, 0.0, 0.0, zone, zone)
+    gain = -parameters[o, PAR_GAIN]
+    stiffness = tables[o, zone, REGION_STIFFNESS]
+    c = tables[o, zone, REGION_DAMPING]
+    one_step = steps[o, zone, STEP_GRADE] != MANY_STEPS
+    g0 = steps[o, zone, STEP_G0]
+    g1 = steps[o, zone, STEP_G1]
+    g2 = steps[o, zone, STEP_G2]
+    g3 = steps[o, zone, STEP_G3]
+    g2_rise = steps[o, zone, STEP_G2_RISE]
+    theta = 0.0
+    omega = 0.0
+    high = 0.0
+    n = record.shape[0]
+    for i in range(n - 1):
+        high = max(high, abs(theta))
+        unit[UNIT_THETA, i] = theta
+        unit[UNIT_OMEGA, i] = omega
+        unit[UNIT_PEAK, i] = high
+        push = gain * record[i]
+        up = gain * (record[i + 1] - record[i])
+        if one_step:
+            a = push - stiffness * theta
+            theta_end = theta + (omega * g1 + a * g2 + up * g3)
+            omega_end = omega + (omega * g0 + a * g1 + up * g2_rise)
+            a -= c * omega
+            a_end = push + up - stiffness * theta_end - c * omega_end
+            turns = omega * omega_end <= 0.0 or (a * omega < 0.0 and a_end * omega > 0.0)
+            if not turns or abs(theta) + _reach(omega, a, a_end, dt) <= high:
+                theta = theta_end
+                omega = omega_end
+                continue
+        x[THETA] = theta
+        x[OMEGA] = omega
+        _sample(x, k, tables, links, parameters, o, push, up / dt, 0.0, dt, i * dt, poly, trig, no_turns)
+        theta = x[THETA]
+        omega = x[OMEGA]
+        high = max(high, x[PEAK])
+    x[THETA] = theta
+    x[OMEGA] = omega
+    x[PEAK] = max(high, abs(theta))
+    unit[UNIT_THETA, n - 1] = theta
+    unit[UNIT_OMEGA, n - 1] = omega
+    unit[UNIT_PEAK, n - 1] = x[PEAK]
+    _free(x, k, tables, links, parameters, o, (n - 1) * dt, poly, trig, no_turns)
     tables[o, zone, REGION_LOWER] = lower
     tables[o, zone, REGION_UPPER] = upper
-    return out[0, OUT_PEAK]
+    return x[PEAK]
+
+
+@njit(**_EVENT)
+def _cannot_fall(parameters, o, factor, shaking_left, barriers):
+    """Whether a block at rest cannot be overturned by the whole record (as `_is_safe`)."""
+    push = abs(parameters[o, PAR_GAIN] * factor) * shaking_left[0]
+    return push * barriers[o, 2] < (1.0 - 1e-9) * barriers[o, 0]
 
 
 @njit(**_DRIVER)
-def run_batch(record, dt, tables, links, parameters, which, factors, start, skip, out, turning_points, history):
+def run_batch(
+    record,
+    dt,
+    tables,
+    links,
+    parameters,
+    which,
+    factors,
+    start,
+    skip,
+    flags_only,
+    out,
+    turning_points,
+    history,
+    tally,
+):
     """Runs of oscillators which[j] under factors[j] * record; returns the turning points of the last one.
 
     record (n,) m/s²; tables (o, r, 6), links (o, r, 9), parameters (o, 10); which, factors (m,), sorted by oscillator;
     start (theta, omega, region) or empty for all at rest; out (m, 5) is filled; turning_points (2, t) and history
-    (5, n or 0) store a single run's. skip: leave out what is known before the first uplift.
+    (5, n or 0) store a single run's. skip: leave out what is known before the first uplift; with flags_only also what
+    cannot overturn the block any more, and then only OUT_OVERTURNED is right.  tally (5,) is added to.
     """
     n = record.shape[0]
     m = which.shape[0]
@@ -2162,9 +2309,18 @@ def run_batch(record, dt, tables, links, parameters, which, factors, start, skip
     # where each run begins: its first sample, and theta, omega, peak and region there
     first = np.zeros(m, np.int64)
     begin = np.zeros((m, 4))
-    unit = np.zeros((HISTORY_ROWS, n if skip else 0))
+    unit = np.zeros((UNIT_ROWS, n if skip else 0))
     unit_peak = 0.0
     current = -1
+    tally[TALLY_SAMPLES] += m * (n - 1)
+    # the integral of |u''| from each sample to the end (from above: chords of |u''|), and the barriers
+    shaking_left = np.zeros(n if skip and flags_only else 0)
+    barriers = np.zeros((tables.shape[0], 3))
+    if skip and flags_only:
+        for i in range(n - 2, -1, -1):
+            shaking_left[i] = shaking_left[i + 1] + 0.5 * dt * (abs(record[i]) + abs(record[i + 1]))
+        for o in range(tables.shape[0]):
+            _find_barrier(tables, parameters, o, barriers)
     linear = np.empty(m, np.int64)
     exact = np.empty(m, np.int64)
     linear_runs = 0
@@ -2178,6 +2334,10 @@ def run_batch(record, dt, tables, links, parameters, which, factors, start, skip
             begin[j, 1] = start[1]
             begin[j, 2] = abs(start[0])
             begin[j, 3] = start[2]
+        elif skip and flags_only and _cannot_fall(parameters, o, factors[j], shaking_left, barriers):
+            tally[TALLY_SAFE] += n - 1
+            out[j, OUT_OVERTURNED] = 0.0
+            continue
         elif skip and (zone == REST or tables[o, zone, REGION_OFFSET] == 0.0):
             # (a zone with a static offset does not respond in proportion to the factor)
             if o != current:
@@ -2189,18 +2349,22 @@ def run_batch(record, dt, tables, links, parameters, which, factors, start, skip
                 level = min(tables[o, zone, REGION_UPPER], -tables[o, zone, REGION_LOWER])
             # A part in 10⁹ early: the rounding of a scaled response must not hide the uplift.
             level *= (1.0 - 1e-9) / abs(factors[j])
-            first[j] = max(_first_rise(unit[HISTORY_PEAK], level) - 1, 0)
+            first[j] = max(_first_rise(unit[UNIT_PEAK], level) - 1, 0)
             if zone != REST:
-                begin[j, 0] = factors[j] * unit[HISTORY_THETA, first[j]]
-                begin[j, 1] = factors[j] * unit[HISTORY_OMEGA, first[j]]
-                begin[j, 2] = abs(factors[j]) * unit[HISTORY_PEAK, first[j]]
+                begin[j, 0] = factors[j] * unit[UNIT_THETA, first[j]]
+                begin[j, 1] = factors[j] * unit[UNIT_OMEGA, first[j]]
+                begin[j, 2] = abs(factors[j]) * unit[UNIT_PEAK, first[j]]
             if first[j] == n - 1 and unit_peak < level:
                 out[j, OUT_OVERTURNED] = 0.0
                 out[j, OUT_PEAK] = abs(factors[j]) * unit_peak
                 out[j, OUT_UPLIFTED] = 0.0
                 out[j, OUT_IMPACTS] = 0.0
                 out[j, OUT_OVERTURN_TIME] = math.nan
+                tally[TALLY_BEFORE_UPLIFT] += n - 1
                 continue
+        tally[TALLY_BEFORE_UPLIFT] += first[j]
+        if flags_only and skip:
+            begin[j, 2] = FLAT  # no turn matters then
         if parameters[o, PAR_EXACT] != 0.0:
             exact[exact_runs] = j
             exact_runs += 1
@@ -2220,9 +2384,12 @@ def run_batch(record, dt, tables, links, parameters, which, factors, start, skip
             factors,
             first,
             begin,
+            shaking_left,
+            barriers,
             out,
             turning_points,
             history,
+            tally,
         )
     order = linear[:linear_runs][np.argsort(first[linear[:linear_runs]], kind="mergesort")]
     for j in range(0, linear_runs, LANES):
@@ -2238,8 +2405,11 @@ def run_batch(record, dt, tables, links, parameters, which, factors, start, skip
             factors,
             first,
             begin,
+            shaking_left,
+            barriers,
             out,
             turning_points,
             history,
+            tally,
         )
     return turns

@@ -20,6 +20,9 @@ OUTPUTS: dict[str, int] = {
 }
 """Results of a run by name, and their column."""
 
+TALLY: tuple[str, ...] = ("samples", "before_uplift", "after_overturning", "cannot_overturn", "events")
+"""What the engine counts: samples of all runs, the samples left out by reason, and the events solved."""
+
 _NO_START = np.empty(0)
 
 # Accelerations and states below this are zero: products of denormal numbers have no sign left to decide an event.
@@ -37,12 +40,17 @@ def run_many(
     acceleration: NDArray[np.float64],
     dt: float,
     skip: bool = True,
+    flags_only: bool = False,
+    tally: NDArray[np.int64] | None = None,
 ) -> NDArray[np.float64]:
     """Results (o, m, 5) of every oscillator under factors (o, m) times one record (n,), m/s², all starting at rest.
 
-    `skip` leaves out what is known before the first uplift; flags do not change, peaks only by rounding.
+    `skip` leaves out what is known before the first uplift; flags do not change, peaks only by rounding.  With
+    `flags_only` it also ends a run once the rest of the record cannot overturn the block: then only the overturned flag
+    is right.  `tally` (see `TALLY`) is added to.
     """
     arrays = stack(oscillators)
+    counts = np.zeros(engine.TALLY_COLUMNS, np.int64) if tally is None else tally
     which = np.repeat(np.arange(len(oscillators)), factors.shape[1])
     out = np.empty((which.size, engine.OUT_COLUMNS))
     engine.run_batch(
@@ -53,10 +61,14 @@ def run_many(
         np.ascontiguousarray(factors).ravel(),
         _NO_START,
         skip,
+        flags_only,
         out,
         np.empty((2, 0)),
         np.empty((engine.HISTORY_ROWS, 0)),
+        counts,
     )
+    if flags_only:
+        out[:, 1:] = np.nan
     return out.reshape(*factors.shape, engine.OUT_COLUMNS)
 
 
@@ -95,8 +107,10 @@ def trace(
         np.ones(1),
         start,
         False,
+        False,
         out,
         turning_points,
         history,
+        np.zeros(engine.TALLY_COLUMNS, np.int64),
     )
     return Trace(out[0], history, turning_points[:, : min(found, max_turning_points)])

@@ -74,10 +74,11 @@ class TestIda:
         for seconds in (1e-9, 1e-3, 1e9):
             chunks = plan_chunks(oscillators, plain, factors, seconds=seconds)
             assert [c.first for c in chunks] == [0] + [c.stop for c in chunks[:-1]]
-            parts = np.concatenate([run_chunk(c) for c in reversed(chunks)][::-1], axis=2)
-            for name, column in OUTPUTS.items():
-                values = result[name].values.reshape(parts.shape[:-1])
-                np.testing.assert_array_equal(parts[..., column], values.astype(float))
+            parts = [run_chunk(c).results for c in reversed(chunks)][::-1]
+            for name, *pieces in zip(OUTPUTS, *parts, strict=True):
+                found = np.concatenate(pieces, axis=2)
+                assert found.dtype == result[name].dtype
+                np.testing.assert_array_equal(found, result[name].values.reshape(found.shape))
         assert len(plan_chunks(oscillators, plain, factors, seconds=1e-9)) == 12
         with dask.config.set(num_workers=1):
             xr.testing.assert_identical(tp.ida(BLOCKS, MODELS, motions(), LEVELS, outputs=list(OUTPUTS)), result)
@@ -118,6 +119,20 @@ class TestIda:
         plain = tp.ida(BLOCKS, MODELS, motions(), LEVELS, skip=False)
         np.testing.assert_array_equal(plain.overturned.values, result.overturned.values)
         np.testing.assert_allclose(plain.peak_rotation.values, result.peak_rotation.values, rtol=1e-9)
+
+    def test_says_what_was_skipped(self, result):
+        """Shares of samples by reason, on the dataset; flags alone end runs that cannot fall any more."""
+        plain = tp.ida(BLOCKS, MODELS, motions(), LEVELS, skip=False)
+        flags = tp.ida(BLOCKS, MODELS, motions(), LEVELS, outputs="overturned")
+        np.testing.assert_array_equal(flags.overturned.values, plain.overturned.values)
+        none, some, most = (json.loads(data.attrs["skipped"]) for data in (plain, result, flags))
+        per_motion = sum(record.acceleration.size - 1 for record in tp.motions.records(motions()))
+        assert none["samples"] == len(BLOCKS) * len(MODELS) * len(LEVELS) * per_motion
+        assert none["share_before_uplift"] == none["share_cannot_overturn"] == 0.0
+        assert some["share_before_uplift"] > 0.05
+        assert most["share_cannot_overturn"] > 0.0
+        assert none["share_after_overturning"] == some["share_after_overturning"]
+        assert none["events_per_run"] >= some["events_per_run"] > most["events_per_run"] > 1.0
 
     def test_plain_factors_and_velocity_levels(self):
         array = motions()[0]

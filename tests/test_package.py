@@ -22,7 +22,7 @@ import toppling as tp
 from toppling.models.runs import trace
 
 ROOT = Path(__file__).resolve().parents[1]
-ROOMS = ("models", "motions", "fragility", "studies")
+ROOMS = ("models", "motions", "fragility", "benchmarks", "studies")
 MODULES = sorted(
     [f"toppling.{room}.{info.name}" for room in ROOMS for info in pkgutil.iter_modules([str(ROOT / room)])]
     + ["toppling", "toppling.units", "toppling.checks", *(f"toppling.{room}" for room in ROOMS)]
@@ -60,7 +60,7 @@ class TestWheel:
         names = {n for n in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in n}
         modules = {f"toppling/{p.relative_to(ROOT)}" for room in ROOMS for p in (ROOT / room).glob("*.py")}
         modules |= {f"toppling/{name}" for name in ("__init__.py", "units.py", "checks.py", "py.typed")}
-        data = {"toppling/models/catalogue.csv", "toppling/motions/example.AT2"}
+        data = {"toppling/models/catalogue.csv", "toppling/motions/example.AT2", "toppling/benchmarks/truth.nc"}
         examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.toml")}
         assert names == modules | data | examples
         assert any(n.endswith("licenses/LICENSE") for n in zipfile.ZipFile(wheel).namelist())
@@ -97,7 +97,8 @@ class TestArchitecture:
         "models": {"models"},
         "motions": {"motions"},
         "fragility": {"models", "motions", "fragility"},
-        "studies": {"models", "motions", "fragility", "studies"},
+        "benchmarks": {"models", "motions", "fragility", "benchmarks"},
+        "studies": {"models", "motions", "fragility", "benchmarks", "studies"},
     }
 
     @pytest.mark.parametrize("room", ROOMS)

@@ -26,7 +26,7 @@ from shared_cases import ELASTIC, LAWS, RIGID, shake
 from test_reference import CASES, build
 
 import toppling as tp
-from toppling.models.runs import OUTPUTS, prepare, run_many, trace
+from toppling.models.runs import OUTPUTS, TALLY, prepare, run_many, trace
 from toppling.motions import OneCycleSine
 from toppling.units import STANDARD_GRAVITY as G
 
@@ -656,9 +656,13 @@ def random_models(rng):
 
 
 def test_skipping_changes_nothing_in_100_000_runs():
-    """skip=True: equal flags, peaks within max(1e-12, 100 x the change of a twin perturbed by 1e-13)."""
+    """skip=True: equal flags, peaks within max(1e-12, 100 x the change of a twin perturbed by 1e-13).
+
+    Where nothing but the overturned flag is asked for, runs that cannot fall any more are ended: the same flags.
+    """
     rng = np.random.default_rng(61)
     runs = falls = 0
+    tally = np.zeros(len(TALLY), np.int64)
     for _ in range(100):
         block, models = random_models(rng)
         oscillators = [model.oscillator(block) for model in models]
@@ -671,6 +675,8 @@ def test_skipping_changes_nothing_in_100_000_runs():
         other = run_many(oscillators, factors, record, dt, False)
         flags = [OVERTURNED, UPLIFTED, IMPACTS]
         np.testing.assert_array_equal(one[..., flags], other[..., flags])
+        short = run_many(oscillators, factors, record, dt, True, True, tally)
+        np.testing.assert_array_equal(short[..., OVERTURNED], other[..., OVERTURNED])
         error = np.abs(one[..., PEAK] - other[..., PEAK])
         if np.any(error > 1e-12 * other[..., PEAK]):
             change = np.zeros_like(error)
@@ -688,6 +694,9 @@ def test_skipping_changes_nothing_in_100_000_runs():
         falls += int(one[..., OVERTURNED].sum())
     assert runs >= 100_000
     assert 0.1 < falls / runs < 0.9
+    counts = dict(zip(TALLY, tally.tolist(), strict=True))
+    for reason in ("before_uplift", "after_overturning", "cannot_overturn"):
+        assert 0.01 < counts[reason] / counts["samples"] < 0.9  # each kind of skip is at work
 
 
 LANE_COUNTS = (1, 2, 7, 8, 9, 15, 16, 17, 31, 32, 33, 63, 64, 65, 255, 256, 257)
@@ -794,7 +803,10 @@ def plain_selection():
             oscillator = type(model)(**{**model.options, **options}).oscillator(block)
             record = level * shake(rng, n=150, dt=dt)
             found.append(trace(oscillator, record, dt, max_turning_points=50).results)
-            found += list(run_many([oscillator], np.array([[0.1, 0.9, 3.0]]), record, dt)[0])
+            factors = np.array([[0.1, 0.9, 3.0]])
+            found += list(run_many([oscillator], factors, record, dt)[0])
+            flags = run_many([oscillator], np.append(factors, [[1e-3]], axis=1), record, dt, flags_only=True)[0, :, :1]
+            found += list(np.hstack([flags, np.zeros((4, 4))]))
         found.append(trace(oscillator, np.zeros(20), 0.02, 0.6 * block.alpha, 0.1).results)
         found.append(trace(oscillator, np.r_[0.0, 60.0, 60.0, 60.0, np.zeros(60)], 0.05).results)
     # an overdamped crossing, and one near critical damping

@@ -1,0 +1,122 @@
+"""Fixed-step integrators of rocking blocks, as a careful user would write them: the near rivals of the engine.
+
+Plain Runge-Kutta and Newmark locate no event: they read damping, impacts and rest at the ends of their steps.
+Runge-Kutta with events ends its steps where something happens, and is the strongest rival on speed.  Integrators of
+other packages are in `peers`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _rivals as kernels
+from .problems import Problem
+
+Array = NDArray[np.float64]
+
+
+class Answer(NamedTuple):
+    """Of m runs: peak (m,) of abs(theta), rad, pi/2 if overturned; overturned (m,); rotation (m, samples), rad."""
+
+    peak: Array
+    overturned: NDArray[np.bool_]
+    rotation: Array
+
+
+class Rival(Protocol):
+    """One integrator with its settings."""
+
+    @property
+    def name(self) -> str: ...
+
+    def available(self) -> str:
+        """Why it cannot run here; "" if it can."""
+        ...
+
+    def handles(self, problem: Problem) -> bool:
+        """Whether it can solve `problem` at all."""
+        ...
+
+    def run(self, problem: Problem, record: Array, dt: float, factors: Array, every: int) -> Answer:
+        """Solve `problem` from rest under every factor (m,) times the record (n,), m/s², linear between samples.
+
+        Rotations are given at every `every`-th sample; `every` = 0: not at all, for timing.
+        """
+        ...
+
+
+def empty(record: Array, factors: Array, every: int) -> Answer:
+    """An answer to be filled in, at rest."""
+    m = factors.size
+    samples = -(-record.size // every) if every else 0
+    return Answer(np.zeros(m), np.zeros(m, dtype=np.bool_), np.zeros((m, samples)))
+
+
+def finish(
+    answer: Answer, j: int, problem: Problem, path: Array, ended: int, velocity: float, peak: float, every: int
+) -> None:
+    """Write run j: rotations at the samples up to number `ended`, where it ends or overturns."""
+    fallen = abs(path[ended]) >= kernels.FLAT
+    path[ended + 1 :] = path[ended]
+    kind, q2, alpha, edge, c = problem.kind, problem.q2, problem.alpha, problem.edge, problem.c
+    answer.overturned[j] = fallen or kernels.escapes(path[ended], velocity, kind, q2, alpha, edge, c)
+    answer.peak[j] = kernels.FLAT if answer.overturned[j] else peak
+    if every:
+        answer.rotation[j] = np.clip(path[::every], -kernels.FLAT, kernels.FLAT)
+
+
+def label(name: str, steps: int) -> str:
+    """A method's name with its step."""
+    return f"{name} dt" if steps == 1 else f"{name} dt/{steps}"
+
+
+@dataclass(frozen=True)
+class FixedSteps:
+    """A method in numba with `steps` equal steps per sample; handles every problem."""
+
+    title: str
+    kernel: Callable[..., Any]
+    leading: tuple[int, ...]
+    steps: int
+
+    @property
+    def name(self) -> str:
+        return label(self.title, self.steps)
+
+    def available(self) -> str:
+        return ""
+
+    def handles(self, problem: Problem) -> bool:
+        return True
+
+    def run(self, problem: Problem, record: Array, dt: float, factors: Array, every: int) -> Answer:
+        answer = empty(record, factors, every)
+        self.kernel(*self.leading, record, dt, self.steps, every, factors, *problem[1:], *answer)
+        return answer
+
+
+def runge_kutta(steps: int) -> FixedSteps:
+    """Classical Runge-Kutta; with one step a sample it is the yardstick of the engine's speed."""
+    return FixedSteps("RK4", kernels.fixed_steps, (kernels.RK4,), steps)
+
+
+def newmark(steps: int) -> FixedSteps:
+    """Newmark's average acceleration, iterated to convergence: what structural programs do."""
+    return FixedSteps("Newmark", kernels.fixed_steps, (kernels.NEWMARK,), steps)
+
+
+def located_runge_kutta(steps: int) -> FixedSteps:
+    """Classical Runge-Kutta that ends a step at each event; an excursion within one step goes unseen."""
+    return FixedSteps("RK4 with events", kernels.located_events, (), steps)
+
+
+RIVALS: tuple[Rival, ...] = (
+    *(runge_kutta(steps) for steps in (1, 5, 20, 100)),
+    *(newmark(steps) for steps in (1, 5, 20, 100)),
+    *(located_runge_kutta(steps) for steps in (1, 5, 20)),
+)
