@@ -13,9 +13,10 @@ import math
 import numpy as np
 from numba import njit
 
-from .problems import ENERGY, ENTRY_SPEED, EXACT, VISCOUS
-
 RK4, NEWMARK = range(2)
+# What a problem's damping is (see `problems.Problem`).
+VISCOUS, ENTRY_SPEED, ENERGY, IMPACT, EXACT = range(5)
+
 REST, RIGID, ZONE, OUTSIDE, FALLEN = range(5)
 NOTHING, LOW, HIGH, TURN = range(4)
 FLAT = 0.5 * math.pi

@@ -20,6 +20,7 @@ from ..models import (
 )
 from ..motions import CloughPenzien, RiseStrongDecay, scale_to
 from ..units import STANDARD_GRAVITY
+from ._rivals import ENERGY, ENTRY_SPEED, EXACT, IMPACT, VISCOUS
 
 TRUTH_FILE = Path(__file__).with_name("truth.nc")
 """Peaks to 40 digits and rotations of every law x block x factor: made by `truth`."""
@@ -43,8 +44,6 @@ LARGE = Block.from_slenderness(alpha=0.28, R=1.5)
 TRUTH_BLOCKS = {"hard": HARD, "large": LARGE}
 TRUTH_FACTORS = (0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45)
 """Scale factors of the runs whose truth is kept: the record's peak is 1 g."""
-
-VISCOUS, ENTRY_SPEED, ENERGY, IMPACT, EXACT = range(5)
 
 
 class Problem(NamedTuple):
