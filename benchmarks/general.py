@@ -11,7 +11,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from . import _rivals as kernels
-from .problems import EXACT, VISCOUS, Problem
+from ._rivals import EXACT, VISCOUS
+from .problems import Problem
 from .rivals import Answer, Array, empty, finish
 
 _MOST_LEGS = 100_000

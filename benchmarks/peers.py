@@ -17,8 +17,9 @@ import numpy as np
 from numba import carray, cfunc, njit  # type: ignore[attr-defined]
 
 from . import _rivals as kernels
+from ._rivals import ENERGY, ENTRY_SPEED, EXACT, IMPACT, VISCOUS
 from .general import SolveIvp
-from .problems import ENERGY, ENTRY_SPEED, EXACT, IMPACT, VISCOUS, Problem
+from .problems import Problem
 from .rivals import RIVALS, Answer, Array, Rival, empty, finish, label
 from .taylor import Heyoka
 

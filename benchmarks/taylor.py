@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _rivals as kernels
-from .problems import EXACT, Problem
+from ._rivals import EXACT
+from .problems import Problem
 from .rivals import Answer, Array, empty
 
 _MOST_STEPS = 20  # per sample and run; one and its events are usual

@@ -44,7 +44,8 @@ import xarray as xr
 from gmpy2 import atan2, const_pi, cos, log, mpfr, sin, sqrt
 
 from ..units import STANDARD_GRAVITY
-from .problems import DT, ENERGY, ENTRY_SPEED, EXACT, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, TRUTH_FILE, VISCOUS, Problem
+from ._rivals import ENERGY, ENTRY_SPEED, EXACT, VISCOUS
+from .problems import DT, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, TRUTH_FILE, Problem
 from .problems import problem as problem_of
 from .problems import record as the_record
 
