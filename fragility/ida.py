@@ -18,8 +18,9 @@ from .. import checks
 from ..models import Block, Law, describe_block, describe_law
 from ..models.runs import OUTPUTS, TALLY
 from ..models.simulate import oscillator_of
-from ..motions.arrays import Record, records
-from ..motions.measures import MEASURES, measure, motion_coordinates
+from ..motions.arrays import Record, motion_coordinates, records
+from ..motions.intensity import MEASURES, Measure
+from ..motions.measures import measure_variables
 from ..units import DIMENSIONLESS, METRE, RADIAN, SECOND, provenance
 from .plan import OUTPUT_TYPES, Chunk, Done, plan_chunks, run_chunk
 from .scaling import Scaling, scaling
@@ -45,7 +46,7 @@ def ida(
     models: Law | Sequence[Law],
     motions: xr.DataArray | Iterable[xr.DataArray],
     levels: Any,
-    im: str = "pga",
+    im: str | Measure = "pga",
     outputs: Sequence[str] = ("overturned", "peak_rotation"),
     client: Client | None = None,
     skip: bool = True,
@@ -62,8 +63,10 @@ def ida(
         Labelled motions (m s-2), each with its own time step and length; nothing is resampled or padded.
     levels : array_like, shape (level,)
         Levels of the intensity measure, SI, > 0, strictly increasing.
-    im : {"pga", "pgv", "pgd", "scale"}
-        The measure to which every motion is scaled; ``scale``: plain factors.
+    im : str or Measure
+        The measure to which every motion is scaled: a measure that grows with the motion (`motions.MEASURES`), one with
+        parameters such as ``motions.Sa(1.0)`` or ``"Sa(1.0)"``, ``pga_normalised`` = PGA/(g tan alpha) or
+        ``pgv_normalised`` = p PGV/(g tan alpha), whose factors depend on the block too, or ``scale``: plain factors.
     outputs : sequence of str
         Any of overturned, peak_rotation, uplifted, impacts, overturning_time.
     client : distributed.Client, optional
@@ -86,7 +89,7 @@ def ida(
     ------
     TypeError, ValueError
         No or wrong blocks, laws or motions, labels used twice, levels out of order, an unknown measure or output, a
-        motion whose measure is zero, a block that needs an explicit e.
+        measure that scaling does not change, a motion whose measure is zero, a block that needs an explicit e.
 
     Examples
     --------
@@ -104,7 +107,7 @@ def ida(
     all_blocks = _sequence("blocks", blocks, Block)
     all_models = _sequence("models", models, Law)  # type: ignore[type-abstract]
     plain = records(motions)
-    scaled = scaling(levels, plain, im)
+    scaled = scaling(levels, plain, im, all_blocks)
     oscillators = [oscillator_of(block, model) for block in all_blocks for model in all_models]
     chunks = plan_chunks(oscillators, plain, scaled.factors, skip, wanted)
     shape = (len(all_blocks), len(all_models), scaled.levels.size, len(plain))
@@ -161,13 +164,20 @@ def label_results(
                 "level", scaled.levels, {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
             ),
             **motion_coordinates(list(motions)),
-            **{
-                name: xr.Variable("motion", measure(name, list(motions)), {"units": units, "long_name": long_name})
-                for name, (_, units, long_name) in MEASURES.items()
-            },
+            **measure_variables(motions, MEASURES.values()),
+            **_measured(scaled),
         },
         attrs={"title": "Incremental dynamic analysis of freestanding blocks", **provenance(configuration)},
     )
+
+
+def _measured(scaled: Scaling) -> dict[str, xr.Variable]:
+    """The measure of the levels, for the motions as they are, where it is not among those that every result has."""
+    if scaled.measured is None or scaled.name in MEASURES:
+        return {}
+    dims = ("motion",) if scaled.measured.ndim == 1 else ("block", "motion")
+    attributes = {"units": scaled.units, "long_name": scaled.long_name}
+    return {scaled.name: xr.Variable(dims, scaled.measured, attributes)}
 
 
 def _execute(chunks: Sequence[Chunk], client: Client | None, progress: Progress | None) -> list[Done]:

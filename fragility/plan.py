@@ -34,7 +34,11 @@ OUTPUT_TYPES: dict[str, type[np.generic]] = {
 
 
 class Chunk(NamedTuple):
-    """One task: the motions first … stop - 1 under all oscillators; factors (level, motion); outputs wanted."""
+    """One task: the motions first … stop - 1 under all oscillators.
+
+    factors (block, level, motion): one block where they are the same for all; else the oscillators stand block by
+    block, equally many for each.  outputs: what is wanted of a run.
+    """
 
     first: int
     stop: int
@@ -47,7 +51,7 @@ class Chunk(NamedTuple):
     @property
     def runs(self) -> int:
         """Number of runs in the chunk."""
-        return len(self.oscillators) * self.factors.size
+        return len(self.oscillators) * int(self.factors[0].size)
 
 
 def plan_chunks(
@@ -58,9 +62,9 @@ def plan_chunks(
     outputs: Sequence[str] = tuple(OUTPUTS),
     seconds: float = CHUNK_SECONDS,
 ) -> list[Chunk]:
-    """Chunks of about `seconds` each, in the order of the motions; factors (level, motion)."""
+    """Chunks of about `seconds` each, in the order of the motions; factors (block, level, motion) as in `Chunk`."""
     per_level = sum(SECONDS_PER_EXACT_SAMPLE if one.exact else SECONDS_PER_SAMPLE for one in oscillators)
-    per_sample = per_level * factors.shape[0]
+    per_sample = per_level * factors.shape[1]
     bounds = [0]
     cost = 0.0
     for i, motion in enumerate(motions):
@@ -71,7 +75,7 @@ def plan_chunks(
     if bounds[-1] != len(motions):
         bounds.append(len(motions))
     return [
-        Chunk(a, b, tuple(oscillators), tuple(motions[a:b]), factors[:, a:b], skip, tuple(outputs))
+        Chunk(a, b, tuple(oscillators), tuple(motions[a:b]), factors[:, :, a:b], skip, tuple(outputs))
         for a, b in pairwise(bounds)
     ]
 
@@ -91,12 +95,14 @@ class Done(NamedTuple):
 def run_chunk(chunk: Chunk) -> Done:
     """All runs of one chunk, each output in its own type: flags take a byte."""
     n = len(chunk.oscillators)
-    shape = (n, chunk.factors.shape[0], len(chunk.motions))
+    blocks, levels = chunk.factors.shape[:2]
+    shape = (n, levels, len(chunk.motions))
     results = tuple(np.empty(shape, OUTPUT_TYPES[name]) for name in chunk.outputs)
     flags_only = chunk.outputs == ("overturned",)
     tally = np.zeros(len(TALLY), np.int64)
     for i, motion in enumerate(chunk.motions):
-        factors = np.broadcast_to(chunk.factors[:, i], (n, chunk.factors.shape[0]))
+        # one row of factors a block, the same for its oscillators, which stand side by side
+        factors = np.broadcast_to(chunk.factors[:, None, :, i], (blocks, n // blocks, levels)).reshape(n, levels)
         runs = run_many(chunk.oscillators, factors, motion.acceleration, motion.dt, chunk.skip, flags_only, tally)
         for array, name in zip(results, chunk.outputs, strict=True):
             array[:, :, i] = runs[..., OUTPUTS[name]]

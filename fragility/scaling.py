@@ -2,25 +2,69 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import checks
+from ..models import Block
 from ..motions.arrays import Record
-from ..motions.measures import MEASURES, positive_measure
+from ..motions.intensity import MEASURES, Measure
+from ..motions.measures import measure_named, positive_measure
+from ..units import DIMENSIONLESS, STANDARD_GRAVITY
 
 SCALE = "scale"
 MIN_FACTOR = 1e-100
-INTENSITY_MEASURES = (*MEASURES, SCALE)
+
+
+@dataclass(frozen=True)
+class BlockMeasure:
+    """A measure of the motion times a factor of the block, `per_block`, dimensionless."""
+
+    label: str
+    measure: Measure
+    per_block: Callable[[Block], float]
+    long_name: str
+
+    @property
+    def units(self) -> str:
+        """Unit of its values, written the CF way."""
+        return DIMENSIONLESS
+
+
+BLOCK_MEASURES: dict[str, BlockMeasure] = {
+    one.label: one
+    for one in (
+        BlockMeasure(
+            "pga_normalised",
+            MEASURES["pga"],
+            lambda block: 1.0 / (STANDARD_GRAVITY * math.tan(block.alpha)),
+            "peak floor acceleration over g tan alpha",
+        ),
+        BlockMeasure(
+            "pgv_normalised",
+            MEASURES["pgv"],
+            lambda block: block.p / (STANDARD_GRAVITY * math.tan(block.alpha)),
+            "p times peak floor velocity over g tan alpha",
+        ),
+    )
+}
+"""Measures that depend on the block: PGA/(g tan alpha), 1 where a rigid block uplifts, and p PGV/(g tan alpha)."""
+
+INTENSITY_MEASURES = (*(name for name, one in MEASURES.items() if one.power != 0.0), *BLOCK_MEASURES, SCALE)
+"""Names that levels can be of; measures with parameters come beside them (`intensity_measure`)."""
 
 
 class Scaling(NamedTuple):
     """Levels of an intensity measure and the factors that bring every motion to them.
 
-    levels (level,); factors (level, motion); name, units and long name of the measure.
+    levels (level,); factors (block, level, motion), one block where they are the same for all; name, units and long
+    name of the measure; measured: its values for the motions as they are, (motion,) or (block, motion), none for plain
+    factors.
     """
 
     levels: NDArray[np.float64]
@@ -28,33 +72,51 @@ class Scaling(NamedTuple):
     name: str
     units: str
     long_name: str
+    measured: NDArray[np.float64] | None = None
 
 
-def scaling(levels: Any, motions: Sequence[Record], im: str) -> Scaling:
-    """Factors level/measure for a measure of the motion; the levels themselves for ``im="scale"``.
+def intensity_measure(im: str | Measure) -> Measure | BlockMeasure | None:
+    """The measure that `im` names, None for plain factors (``scale``); ValueError where there is no such measure."""
+    if isinstance(im, str):
+        if im == SCALE:
+            return None
+        if im in BLOCK_MEASURES:
+            return BLOCK_MEASURES[im]
+    return measure_named(im, "im", (*BLOCK_MEASURES, SCALE))
+
+
+def scaling(levels: Any, motions: Sequence[Record], im: str | Measure, blocks: Sequence[Block] = ()) -> Scaling:
+    """Factors (level/measure)^(1/power) for a measure of the motion; the levels themselves for ``im="scale"``.
 
     Raises
     ------
     ValueError
-        Levels that are not finite, > 0 and strictly increasing; an unknown measure; a motion whose measure is zero.
+        Levels that are not finite, > 0 and strictly increasing; an unknown measure, or one that does not grow with the
+        motion; a motion whose measure is zero; no blocks for a measure that depends on them.
     """
-    name = checks.choice("im", im, INTENSITY_MEASURES)
+    one = intensity_measure(im)
     values = checks.finite_array("levels", np.atleast_1d(np.asarray(levels)))
     if values[0] <= 0.0:
         raise ValueError(f"levels must be > 0, got {values[0]:g}")
     if np.any(np.diff(values) <= 0.0):
         at = int(np.argmax(np.diff(values) <= 0.0))
         raise ValueError(f"levels must be strictly increasing, got {values[at + 1]:g} after {values[at]:g}")
-    if name == SCALE:
-        factors = np.repeat(values[:, None], len(motions), axis=1)
+    if one is None:
+        factors = np.broadcast_to(values[None, :, None], (1, values.size, len(motions)))
         _check_factors(factors, motions)
-        return Scaling(values, factors, name, "1", "scale factor")
-    measured = positive_measure(name, list(motions))
-    _, units, long_name = MEASURES[name]
+        return Scaling(values, factors, SCALE, DIMENSIONLESS, "scale factor")
+    if isinstance(one, BlockMeasure):
+        if not blocks:
+            raise ValueError(f"im {one.label!r} depends on the block: blocks must hold at least one, got none")
+        base = one.measure
+        measured = positive_measure(base, motions) * np.array([[one.per_block(block)] for block in blocks])
+    else:
+        base = one
+        measured = positive_measure(base, motions)
     with np.errstate(over="ignore", under="ignore"):
-        factors = values[:, None] / measured
+        factors = base.factors(values[:, None] / measured.reshape(-1, 1, len(motions)))
     _check_factors(factors, motions)
-    return Scaling(values, factors, name, units, long_name)
+    return Scaling(values, factors, one.label, one.units, one.long_name, measured)
 
 
 def _check_factors(factors: NDArray[np.float64], motions: Sequence[Record]) -> None:
@@ -63,8 +125,8 @@ def _check_factors(factors: NDArray[np.float64], motions: Sequence[Record]) -> N
     with np.errstate(over="ignore", invalid="ignore"):
         bad = ~np.isfinite(factors) | (factors < MIN_FACTOR) | ~(factors * peaks <= checks.MAX_ACCELERATION)
     if bad.any():
-        level, motion = (int(i) for i in np.argwhere(bad)[0])
+        block, level, motion = (int(i) for i in np.argwhere(bad)[0])
         raise ValueError(
             f"motion {motions[motion].label!r} must be scaled by {MIN_FACTOR:g} at least and to "
-            f"{checks.MAX_ACCELERATION:g} m/s² at most, got a factor of {factors[level, motion]:.3g}"
+            f"{checks.MAX_ACCELERATION:g} m/s² at most, got a factor of {factors[block, level, motion]:.3g}"
         )

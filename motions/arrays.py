@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
-from ..units import ACCELERATION, SECOND
+from ..units import ACCELERATION, METRE, SECOND
 
 
 class Record(NamedTuple):
@@ -150,6 +150,59 @@ def _records_of(array: xr.DataArray) -> list[Record]:
             )
             found.append(Record(f"{label} floor {floor}" if floor else label, values, dt, source, floor))
     return found
+
+
+def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
+    """Label, step, duration, source (and floor, where there is one) of plain records, as variables on ``motion``."""
+    labels = np.array([record.label for record in plain], dtype=object)
+    sources = np.array([record.source for record in plain], dtype=object)
+    coordinates = {
+        "motion": xr.Variable("motion", labels, {"units": "1", "long_name": "motion"}),
+        "dt": xr.Variable("motion", [r.dt for r in plain], {"units": SECOND, "long_name": "time step"}),
+        "duration": xr.Variable("motion", [r.duration for r in plain], {"units": SECOND, "long_name": "duration"}),
+        "source": xr.Variable("motion", sources, {"units": "1", "long_name": "source of the motion"}),
+    }
+    if any(record.floor for record in plain):
+        floors = np.array([record.floor for record in plain], dtype=object)
+        coordinates["floor"] = xr.Variable("motion", floors, {"units": "1", "long_name": "floor"})
+    return coordinates
+
+
+def floor_coordinates(floors: Sequence[Any], heights: NDArray[np.float64] | None = None) -> dict[str, xr.Variable]:
+    """Labels of floors, and their heights (m) where known, as variables on ``floor``."""
+    whole = all(isinstance(one, int) for one in floors)
+    labels = np.array(list(floors), dtype=np.int64 if whole else object)
+    text = "floor, 0 is the ground" if whole else "floor"
+    coordinates = {"floor": xr.Variable("floor", labels, {"units": "1", "long_name": text})}
+    if heights is not None:
+        attributes = {"units": METRE, "long_name": "height above the ground"}
+        coordinates["height"] = xr.Variable("floor", heights, attributes)
+    return coordinates
+
+
+def floor_array(
+    values: NDArray[np.float64],
+    dt: float,
+    labels: NDArray[np.object_],
+    sources: NDArray[np.object_],
+    floors: Sequence[Any],
+    heights: NDArray[np.float64] | None = None,
+) -> xr.DataArray:
+    """Floor histories (motion, floor, time), m/s², as the labelled array that `toppling.motions.records` takes."""
+    time = np.arange(values.shape[2]) * dt
+    return xr.DataArray(
+        values,
+        dims=("motion", "floor", "time"),
+        coords={
+            "motion": ("motion", labels, {"units": "1", "long_name": "motion"}),
+            **floor_coordinates(floors, heights),
+            "time": ("time", time, {"units": SECOND, "long_name": "time"}),
+            "dt": ("motion", np.full(len(labels), dt), {"units": SECOND, "long_name": "time step"}),
+            "source": ("motion", sources, {"units": "1", "long_name": "source of the motion"}),
+        },
+        name="acceleration",
+        attrs={"units": ACCELERATION, "long_name": "absolute floor acceleration", "standard_name": "acceleration"},
+    )
 
 
 def _repeated(names: Sequence[str]) -> str:

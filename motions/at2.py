@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,18 +12,21 @@ import xarray as xr
 
 from ..units import STANDARD_GRAVITY
 from .arrays import from_array, records
-from .files import RecordError, numbers, text_of, unit_factor
+from .files import Lines, RecordError, unit_factor
 
+_NUMBER = r"[-+]?(?:\d{1,12}\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?"
 _HEADER = re.compile(
-    r"NPTS\s*=\s*(?P<npts>\d+)\s*,?\s*DT\s*=\s*(?P<dt>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)", re.IGNORECASE
+    rf"NPTS\s{{0,9}}=\s{{0,9}}(?P<npts>\d{{1,12}})\s{{0,9}},?\s{{0,9}}DT\s{{0,9}}=\s{{0,9}}(?P<dt>{_NUMBER})"
+    rf"|(?<!\d)(?P<first>\d{{1,12}})\s+(?P<second>{_NUMBER})\s{{1,9}}NPTS\s{{0,9}},\s{{0,9}}DT",
+    re.IGNORECASE,
 )
 _HEADER_LINES = 4
 _UNITS = re.compile(r"\bUNITS?\b(?:\s+OF|\s+ARE|\s*[:=])?\s*([^\s.,;]+)", re.IGNORECASE)
 
 
-def is_at2(text: str) -> bool:
-    """Whether the fourth line declares a count and a step as PEER writes them."""
-    return _HEADER.search("\n".join(text.splitlines()[:_HEADER_LINES])) is not None
+def is_at2(head: Sequence[str]) -> bool:
+    """Whether one of the first four lines declares a count and a step as PEER writes them."""
+    return any(_HEADER.search(line) for line in head[:_HEADER_LINES])
 
 
 def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
@@ -31,7 +35,8 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
     Parameters
     ----------
     path : path
-        File with either header in use (``NPTS=  7996, DT= .00500 SEC`` or ``NPTS=   1451, dt=  .02000``).
+        File with a header in use (``NPTS=  7996, DT= .00500 SEC``, ``NPTS=   1451, dt=  .02000`` or, before NGA,
+        ``4000   .0050   NPTS, DT``).
 
     Returns
     -------
@@ -42,30 +47,41 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
     ------
     RecordError
         A file that cannot be read, declares another number of samples than it holds, or holds what is no number.
+
+    References
+    ----------
+    PEER Strong Motion Database, header and data block as in its AT2 files, https://ngawest2.berkeley.edu.
     """
-    file, text = text_of(path)
-    lines = text.splitlines()
-    header = "\n".join(lines[:_HEADER_LINES])
-    match = _HEADER.search(header)
-    if match is None:
-        raise RecordError(f"{file}: no 'NPTS= …, DT= …' in its first {_HEADER_LINES} lines: not a PEER AT2 file")
-    if re.search(r"\b(?:VELOCITY|DISPLACEMENT)\b", "\n".join(lines[2:3]), re.IGNORECASE):
-        raise RecordError(f"{file}: a velocity or displacement record, not acceleration")
-    declared, dt = int(match["npts"]), float(match["dt"])
-    if not 0.0 < dt < 10.0:
-        raise RecordError(f"{file}: DT must lie between 0 and 10 s, got {dt:g}")
-    last = next(i for i, line in enumerate(lines) if "NPTS" in line.upper())
-    stated = _UNITS.search(lines[2]) if last > 2 else None  # the title above may hold any word
-    factor = unit_factor(stated.group(1)) if stated else STANDARD_GRAVITY
-    if factor is None:
-        raise RecordError(f"{file}: unknown unit of acceleration in {lines[2].strip()[:60]!r}")
-    values = numbers(file, "\n".join(lines[last + 1 :]), last + 2)
+    with Lines(path) as lines:
+        file, head = lines.file, lines.head
+        last = next((i for i, line in enumerate(head[:_HEADER_LINES]) if _HEADER.search(line)), None)
+        if last is None:
+            raise RecordError(f"{file}: no 'NPTS= …, DT= …' in its first {_HEADER_LINES} lines: not a PEER AT2 file")
+        for _ in range(last + 1):
+            lines.header("its header")
+        match = _HEADER.search(head[last])
+        assert match is not None
+        quantity = head[2] if last > 2 else ""  # the title above may hold any word
+        if re.search(r"\b(?:VELOCITY|DISPLACEMENT)\b", quantity, re.IGNORECASE):
+            raise RecordError(f"{file}: a velocity or displacement record, not acceleration")
+        dt = float(match["dt"] or match["second"])
+        if not 0.0 < dt < 10.0:
+            raise RecordError(f"{file}: DT must lie between 0 and 10 s, got {dt:g}")
+        stated = _UNITS.search(quantity)
+        factor = unit_factor(stated.group(1)) if stated else STANDARD_GRAVITY
+        if factor is None:
+            raise RecordError(f"{file}: unknown unit of acceleration in {quantity.strip()[:60]!r}")
+        declared = int(match["npts"] or match["first"])
+        if declared < 2:
+            raise RecordError(f"{file}: declares {declared} samples, a motion has at least 2")
+        values = lines.numbers()
     if values.size != declared:
         raise RecordError(f"{file}: declares {declared} samples (NPTS) but holds {values.size}: truncated or damaged")
-    if declared < 2:
-        raise RecordError(f"{file}: declares {declared} samples, a motion has at least 2")
-    array = from_array(values * factor, dt, [file.stem], source=file.name)
-    return array.assign_attrs(title=" ".join(lines[1].split()) if last >= 1 else "")
+    try:
+        array = from_array(values * factor, dt, [file.stem], source=file.name)
+    except ValueError as error:
+        raise RecordError(f"{file}: {error}") from None
+    return array.assign_attrs(title=" ".join(head[1].split()) if last >= 1 else "")
 
 
 def write_at2(motion: xr.DataArray, path: str | os.PathLike[str], title: str = "") -> None:

@@ -1,12 +1,8 @@
-"""Filtered white noise: Kanai-Tajimi and Clough-Penzien motions with an intensity envelope.
-
-Motion `index` of a seed has a random stream of its own, so any slice of an ensemble can be made anywhere.
-"""
+"""Filtered white noise: Kanai-Tajimi and Clough-Penzien motions with an intensity envelope."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,27 +11,11 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from .. import checks
-from .arrays import from_array
+from .ensembles import LARGEST, Generator, Streams, Values, ensemble, normals, steps_of
 from .envelopes import Envelope, RiseStrongDecay
 from .processing import parabolic_baseline
 
 BASELINES = ("parabolic", "none")
-LARGEST = 1e6
-MOST_SAMPLES = 500_000_000  # 4 GB
-LEAST_STEPS = 20  # fewer hold no motion, and a parabola would take most of it away
-
-
-def stream(seed: int, index: int) -> np.random.Generator:
-    """The random stream of motion `index` under `seed`: depends on the two alone."""
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
-
-
-class Generator(ABC):
-    """A source of simulated motions: a frozen dataclass of parameters with one method."""
-
-    @abstractmethod
-    def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
-        """Motions `first` … `first + n - 1` of a seed, as one labelled array (motion, time), m/s²."""
 
 
 @dataclass(frozen=True)
@@ -83,12 +63,9 @@ class KanaiTajimi(Generator):
     baseline: str = "parabolic"
 
     def __post_init__(self) -> None:
-        for name in ("omega_g", "xi_g", "s0", "duration", "dt"):
+        for name in ("omega_g", "xi_g", "s0"):
             checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
-        if self.duration < LEAST_STEPS * self.dt:
-            raise ValueError(
-                f"duration must be at least {LEAST_STEPS} dt = {LEAST_STEPS * self.dt:g} s, got {self.duration:g}"
-            )
+        steps_of(self.duration, self.dt)
         if not isinstance(self.envelope, Envelope):
             raise TypeError(f"envelope must be a toppling.motions envelope, got {type(self.envelope).__name__}")
         checks.choice("baseline", self.baseline, BASELINES)
@@ -108,25 +85,15 @@ class KanaiTajimi(Generator):
         xarray.DataArray
             ``acceleration`` (motion, time), m s-2, not normalised (see `scale_to_mean`).
         """
-        n = checks.count("n", n, at_least=1)
-        seed = checks.count("seed", seed)
-        first = checks.count("first", first)
-        steps = round(self.duration / self.dt)
-        if n * (steps + 1) > MOST_SAMPLES:
-            raise ValueError(
-                f"motions must have at most {MOST_SAMPLES:.0e} samples in all, got {n} motions of {steps + 1}: "
-                "make them in parts (first)"
-            )
-        time = np.arange(steps + 1, dtype=np.float64) * self.dt
-        noise = np.stack([stream(seed, first + i).standard_normal(time.size) for i in range(n)])
+        return ensemble(self, n, seed, first, steps_of(self.duration, self.dt), self.dt, self._make)
+
+    def _make(self, streams: Streams) -> Values:
+        time = np.arange(steps_of(self.duration, self.dt) + 1, dtype=np.float64) * self.dt
+        noise = normals(streams, time.size)
         noise *= math.sqrt(2.0 * math.pi * self.s0 / self.dt) * self.envelope(time)
         for numerator, denominator in self._sections():
             noise = _filter(noise, numerator, denominator, self.dt)
-        if self.baseline == "parabolic":
-            noise = parabolic_baseline(noise, self.dt)
-        name = type(self).__name__
-        labels = [f"{name} {seed}-{first + i}" for i in range(n)]
-        return from_array(noise, self.dt, labels, source=f"{self!r} seed {seed}")
+        return parabolic_baseline(noise, self.dt) if self.baseline == "parabolic" else noise
 
     def _sections(self) -> list[tuple[list[float], list[float]]]:
         """Transfer functions in s, applied one after the other."""
@@ -169,7 +136,3 @@ def _filter(
     b, a, _ = signal.cont2discrete((np.array(numerator), np.array(denominator)), dt, method="foh")
     filtered: NDArray[np.float64] = signal.lfilter(np.ravel(b), np.ravel(a), values, axis=-1)
     return filtered
-
-
-GENERATORS: dict[str, type[KanaiTajimi]] = {"kanai-tajimi": KanaiTajimi, "clough-penzien": CloughPenzien}
-"""Every generator by the name that study files use."""

@@ -1,135 +1,148 @@
-"""Intensity measures of motions, exact for acceleration that is linear between samples.
+"""Intensity measures by name, and of labelled motions: all as one dataset, or one to scale by.
 
-Velocity and displacement start from zero and are not corrected: baseline correction is a step of its own.
+What each measure is stands in `intensity` and `parametrised`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
-from ..units import ACCELERATION, METRE, SECOND, VELOCITY
-from .arrays import Record, records
+from .arrays import Record, motion_coordinates, records
+from .intensity import MEASURES, Measure
+from .parametrised import PARAMETRISED
 
-Series = NDArray[np.float64]
-
-
-def velocity(acceleration: Series, dt: float) -> Series:
-    """Velocity at the samples (last axis), m/s: the trapezoidal rule is exact for linear segments."""
-    out = np.zeros_like(acceleration)
-    np.cumsum(0.5 * dt * (acceleration[..., 1:] + acceleration[..., :-1]), axis=-1, out=out[..., 1:])
-    return out
+_WRITTEN = re.compile(r"\s*(\w+)\s*\(([^()]*)\)\s*")
 
 
-def displacement(acceleration: Series, dt: float) -> Series:
-    """Displacement at the samples (last axis), m: u_(i+1) = u_i + v_i dt + (2 a_i + a_(i+1)) dt²/6."""
-    v = velocity(acceleration, dt)
-    out = np.zeros_like(acceleration)
-    steps = dt * v[..., :-1] + dt * dt / 6.0 * (2.0 * acceleration[..., :-1] + acceleration[..., 1:])
-    np.cumsum(steps, axis=-1, out=out[..., 1:])
-    return out
+def measure_named(name: str | Measure, what: str = "intensity measure", also: Sequence[str] = ()) -> Measure:
+    """The measure that a name or label says, such as ``pgv``, ``Sa(1.0)``, ``Sa(1.0, 0.02)`` or ``AvgSa(0.2:2.0:10)``.
 
-
-def peak_acceleration(acceleration: Series, dt: float) -> float:
-    """PGA: max |a|, m/s²."""
-    return float(np.abs(acceleration).max())
-
-
-def peak_velocity(acceleration: Series, dt: float) -> float:
-    """PGV: max |v|, m/s, between samples too (where the acceleration passes through zero)."""
-    v = velocity(acceleration, dt)
-    a, b = acceleration[:-1], acceleration[1:]
-    turns = np.flatnonzero(a * b < 0.0)
-    # v + a t/2 at t = dt a/(a - b)
-    inner = v[turns] + 0.5 * dt * a[turns] ** 2 / (a[turns] - b[turns])
-    return float(max(np.abs(v).max(), np.abs(inner).max(initial=0.0)))
-
-
-def peak_displacement(acceleration: Series, dt: float) -> float:
-    """PGD: max |u|, m, between samples too (where the velocity passes through zero)."""
-    v = velocity(acceleration, dt)
-    u = displacement(acceleration, dt)
-    a = acceleration[:-1]
-    slope = np.diff(acceleration) / dt
-    # roots in (0, dt) of v + a t + slope t²/2, in the form that does not cancel
-    discriminant = a * a - 2.0 * slope * v[:-1]
-    best = float(np.abs(u).max())
-    i = np.flatnonzero(discriminant >= 0.0)
-    root = np.sqrt(discriminant[i])
-    q = -(a[i] + np.where(a[i] >= 0.0, root, -root))
-    # 0/0 and x/0 mean that there is no such root: they fail the comparison below
-    with np.errstate(divide="ignore", invalid="ignore"):
-        candidates = (2.0 * v[:-1][i] / q, q / slope[i])
-    for t in candidates:
-        inside = np.isfinite(t) & (t > 0.0) & (t < dt)
-        j, s = i[inside], t[inside]
-        inner = u[j] + s * (v[j] + s * (a[j] / 2.0 + s * slope[j] / 6.0))
-        best = max(best, float(np.abs(inner).max(initial=0.0)))
-    return best
-
-
-MEASURES: dict[str, tuple[Callable[[Series, float], float], str, str]] = {
-    "pga": (peak_acceleration, ACCELERATION, "peak floor acceleration"),
-    "pgv": (peak_velocity, VELOCITY, "peak floor velocity"),
-    "pgd": (peak_displacement, METRE, "peak floor displacement"),
-}
-"""Measures by name: function of (acceleration, dt), unit, long name."""
-
-
-def measure(name: str, motions: list[Record]) -> NDArray[np.float64]:
-    """One measure of plain records, shape (motion,); ValueError for a name that is not in `MEASURES`."""
-    function = MEASURES[checks.choice("intensity measure", name, tuple(MEASURES))][0]
-    return np.array([function(record.acceleration, record.dt) for record in motions])
-
-
-def positive_measure(name: str, motions: list[Record]) -> NDArray[np.float64]:
-    """A measure to scale by, shape (motion,); ValueError where it is zero."""
-    values = measure(name, motions)
-    if not np.all(values > 0.0):
-        label = motions[int(np.argmin(values))].label
-        raise ValueError(f"motion {label!r} has {name} = 0 and cannot be scaled")
-    return values
-
-
-def measures(motions: xr.DataArray | Iterable[xr.DataArray]) -> xr.Dataset:
-    """Every intensity measure of every motion.
-
-    Returns
-    -------
-    xarray.Dataset
-        pga (m s-2), pgv (m s-1) and pgd (m) on ``motion``, with dt, duration (s) and source as coordinates.  All are
-        true maxima of the piecewise linear acceleration and its integrals, between samples too.
+    Parameters
+    ----------
+    name : str or Measure
+        A name of `MEASURES`, or one of Sa, Sv, Sd (period, damping), AvgSa (periods, damping) and FIV3 (period, alpha,
+        beta) with its parameters, those with defaults optional.  The periods of AvgSa stand apart by blanks, or as
+        first:last:number.  A measure is returned as it is.
+    what, also : str, sequence of str
+        For the message: what the name is of, and what else is allowed.
 
     Raises
     ------
     TypeError, ValueError
-        As `toppling.motions.records`: what is no labelled acceleration, has no unique labels or is not finite.
+        An unknown name, parameters that are wrong.
+
+    Examples
+    --------
+    >>> measure_named("Sa(1.0, 0.02)")
+    Sa(period=1.0, damping=0.02)
+    """
+    if isinstance(name, Measure):
+        return name
+    if isinstance(name, str):
+        if name in MEASURES:
+            return MEASURES[name]
+        match = _WRITTEN.fullmatch(name)
+        if match is not None and match.group(1) in PARAMETRISED:
+            try:
+                return PARAMETRISED[match.group(1)].read(match.group(2).split(","))
+            except (TypeError, ValueError) as error:
+                raise ValueError(f"{what} {name!r}: {_plainly(error, match.group(1))}") from None
+    allowed = ", ".join(repr(one) for one in (*MEASURES, *also))
+    shown = repr(name) if len(repr(name)) <= 60 else f"{name!r:.57}..."
+    raise ValueError(f"{what} must be one of {allowed}, or {' or '.join(f'{k}(…)' for k in PARAMETRISED)}, got {shown}")
+
+
+def _plainly(error: Exception, name: str) -> str:
+    """A message without Python's words for too many arguments."""
+    if isinstance(error, TypeError):
+        known = ", ".join(one.name for one in fields(PARAMETRISED[name]))
+        return f"{name} takes {known}"
+    return str(error)
+
+
+def measure(name: str | Measure, motions: Sequence[Record]) -> NDArray[np.float64]:
+    """One measure of plain records, shape (motion,); ValueError for a name that is not known."""
+    one = measure_named(name)
+    found = np.empty(len(motions))
+    for i, record in enumerate(motions):
+        try:
+            found[i] = one.of(record.acceleration, record.dt)
+        except ValueError as error:
+            raise ValueError(f"motion {record.label!r}: {error}") from None
+    return found
+
+
+def positive_measure(name: str | Measure, motions: Sequence[Record]) -> NDArray[np.float64]:
+    """A measure to scale by, shape (motion,); ValueError where it is zero, or does not grow with the motion."""
+    one = measure_named(name)
+    if one.power == 0.0:
+        scalable = ", ".join(repr(key) for key, known in MEASURES.items() if known.power != 0.0)
+        raise ValueError(
+            f"{one.label!r} does not grow with the motion and cannot be scaled to: take {scalable} or a spectral one"
+        )
+    values = measure(one, motions)
+    if not np.all(values > 0.0):
+        label = motions[int(np.argmin(values > 0.0))].label
+        raise ValueError(f"motion {label!r} has {one.label} = 0 and cannot be scaled")
+    return values
+
+
+def measures(
+    motions: xr.DataArray | Iterable[xr.DataArray], which: str | Measure | Sequence[str | Measure] | None = None
+) -> xr.Dataset:
+    """Intensity measures of every motion.
+
+    Parameters
+    ----------
+    motions : xarray.DataArray or a sequence of them
+        Labelled motions (m s-2), each with its own time step and length.
+    which : measures or their names, optional
+        Any of `MEASURES` and of ``Sa(1.0)``, ``Sv``, ``Sd``, ``AvgSa``, ``FIV3``; every one of `MEASURES` where not
+        given.
+
+    Returns
+    -------
+    xarray.Dataset
+        One variable a measure on ``motion``, under its label: pga (m s-2), pgv (m s-1), pgd (m), arias (m s-1), cav (m
+        s-1), d5_75, d5_95 and t_mean (s), housner_intensity (m); with dt, duration (s) and source as coordinates.
+        All but t_mean, which is of the samples, are exact for acceleration that is linear between samples, peaks
+        between samples too.  Durations and mean period of a motion of zeros are NaN.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `toppling.motions.records`: what is no labelled acceleration, has no unique labels or is not finite.  An
+        unknown measure.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> found = measures(motions.from_array([0.0, 2.0, 0.0], 0.1), ["pga", "cav", "Sa(0.5)"])
+    >>> list(found), float(found.pga[0]), round(float(found.cav[0]), 12)
+    (['pga', 'cav', 'Sa(0.5)'], 2.0, 0.2)
     """
     plain = records(motions)
-    return xr.Dataset(
-        {
-            name: ("motion", measure(name, plain), {"units": unit, "long_name": long_name})
-            for name, (_, unit, long_name) in MEASURES.items()
-        },
-        coords=motion_coordinates(plain),
-    )
+    if which is None:
+        chosen = list(MEASURES.values())
+    elif isinstance(which, str | Measure):
+        chosen = [measure_named(which)]
+    elif isinstance(which, Iterable):
+        chosen = [measure_named(one) for one in which]
+    else:
+        raise TypeError(f"which must be measures or their names, got {checks.kind(which)}")
+    return xr.Dataset(measure_variables(plain, chosen), coords=motion_coordinates(plain))
 
 
-def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
-    """Label, step, duration, source (and floor, where there is one) of plain records, as variables on ``motion``."""
-    labels = np.array([record.label for record in plain], dtype=object)
-    sources = np.array([record.source for record in plain], dtype=object)
-    coordinates = {
-        "motion": xr.Variable("motion", labels, {"units": "1", "long_name": "motion"}),
-        "dt": xr.Variable("motion", [r.dt for r in plain], {"units": SECOND, "long_name": "time step"}),
-        "duration": xr.Variable("motion", [r.duration for r in plain], {"units": SECOND, "long_name": "duration"}),
-        "source": xr.Variable("motion", sources, {"units": "1", "long_name": "source of the motion"}),
+def measure_variables(plain: Sequence[Record], chosen: Iterable[Measure]) -> dict[str, xr.Variable]:
+    """Measures of plain records as variables on ``motion``, by label."""
+    return {
+        one.label: xr.Variable("motion", measure(one, plain), {"units": one.units, "long_name": one.long_name})
+        for one in chosen
     }
-    if any(record.floor for record in plain):
-        floors = np.array([record.floor for record in plain], dtype=object)
-        coordinates["floor"] = xr.Variable("motion", floors, {"units": "1", "long_name": "floor"})
-    return coordinates

@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 
 from .. import checks
 from .arrays import records
-from .measures import positive_measure, velocity
+from .intensity import Measure
+from .measures import measure_named, positive_measure
+from .peaks import velocity
 
 
 def parabolic_baseline(acceleration: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
@@ -50,13 +52,15 @@ def parabolic_baseline(acceleration: NDArray[np.float64], dt: float) -> NDArray[
     return values
 
 
-def scale_to(motions: xr.DataArray, target: float, im: str = "pga") -> xr.DataArray:
+def scale_to(motions: xr.DataArray, target: float, im: str | Measure = "pga") -> xr.DataArray:
     """Every motion scaled so that its own intensity measure is `target` (SI, > 0).
+
+    `im` is a measure or its name (`measure_named`).
 
     Raises
     ------
     ValueError
-        A target <= 0, an unknown measure, a motion whose measure is zero.
+        A target <= 0, an unknown measure or one that does not grow with the motion, a motion whose measure is zero.
 
     Examples
     --------
@@ -65,12 +69,12 @@ def scale_to(motions: xr.DataArray, target: float, im: str = "pga") -> xr.DataAr
     >>> float(abs(scale_to(record, 3.0)).max())
     3.0
     """
-    values = _values(motions, im)
-    factors = xr.DataArray(checks.number("target", target, above=0.0) / values, dims="motion")
+    ratios = checks.number("target", target, above=0.0) / _values(motions, im)
+    factors = xr.DataArray(measure_named(im).factors(ratios), dims="motion")
     return (motions * factors).transpose(*motions.dims).assign_attrs(motions.attrs).rename(motions.name)
 
 
-def scale_to_mean(motions: xr.DataArray, target: float, im: str = "pga") -> xr.DataArray:
+def scale_to_mean(motions: xr.DataArray, target: float, im: str | Measure = "pga") -> xr.DataArray:
     """All motions scaled by one common factor, so that the mean of their intensity measure is `target` (SI, > 0).
 
     Raises
@@ -78,11 +82,12 @@ def scale_to_mean(motions: xr.DataArray, target: float, im: str = "pga") -> xr.D
     ValueError
         As `scale_to`.
     """
-    factor = checks.number("target", target, above=0.0) / float(_values(motions, im).mean())
+    ratio = checks.number("target", target, above=0.0) / float(_values(motions, im).mean())
+    factor = float(measure_named(im).factors(np.array(ratio)))
     return (motions * factor).assign_attrs(motions.attrs).rename(motions.name)
 
 
-def _values(motions: xr.DataArray, im: str) -> NDArray[np.float64]:
+def _values(motions: xr.DataArray, im: str | Measure) -> NDArray[np.float64]:
     plain = records(motions)
     if set(motions.dims) != {"motion", "time"}:
         raise ValueError(f"motions to be scaled must have dims (motion, time), got {motions.dims}")

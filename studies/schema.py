@@ -20,12 +20,16 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic_core import ErrorDetails
 
 from .. import motions as shaking
-from ..fragility.scaling import INTENSITY_MEASURES, SCALE
+from ..fragility.scaling import INTENSITY_MEASURES, intensity_measure
 from ..models import LAWS, Block, Law, catalogue
 from ..models.laws import GEOMETRIES, LEVERS, RESTS
-from ..motions import MEASURES, RecordError
+from ..motions import RecordError
 from ..motions.filters import BASELINES
-from ..units import STANDARD_GRAVITY
+from ..motions.nearfault import WITH_PULSE
+from ..motions.parametrised import PARAMETRISED
+from ..motions.scenario import FAULTINGS
+from ..motions.seismological import SITES
+from ..units import DIMENSIONLESS, STANDARD_GRAVITY
 
 # SI value of each unit a level may be written in, and the SI unit it belongs to.
 LEVEL_UNITS: dict[str, tuple[float, str]] = {
@@ -44,18 +48,29 @@ class StudyError(ValueError):
     """A study file that cannot be run; one sentence that names the file, the key, the value and what is allowed."""
 
 
+def _checked(value: str, allowed: Iterable[str], beside: str = "") -> str:
+    """A word that must be one of those allowed; the nearest is suggested where it is not."""
+    words = list(allowed)
+    if value in words:
+        return value
+    near = difflib.get_close_matches(value, words, n=1, cutoff=0.5)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    raise ValueError(f"must be one of {', '.join(words)}{beside}, got {value!r}{hint}")
+
+
 def _one_of(names: Iterable[str]) -> AfterValidator:
-    """A word (or None) that must be one of `names`; the nearest is suggested where it is not."""
+    """A word (or None) that must be one of `names`."""
     allowed = list(names)
+    return AfterValidator(lambda value: None if value is None else _checked(value, allowed))
 
-    def check(value: str | None) -> str | None:
-        if value is None or value in allowed:
-            return value
-        near = difflib.get_close_matches(value, allowed, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise ValueError(f"must be one of {', '.join(allowed)}, got {value!r}{hint}")
 
-    return AfterValidator(check)
+def _intensity_measure(value: str) -> str:
+    """The name of an intensity measure, one with parameters written as its label is."""
+    if "(" not in value:
+        return _checked(value, INTENSITY_MEASURES, f", {', '.join(f'{name}(…)' for name in PARAMETRISED)}")
+    measure = intensity_measure(value)
+    assert measure is not None  # only plain factors have none, and they have no parameters
+    return measure.label
 
 
 class _Table(BaseModel):
@@ -169,13 +184,46 @@ class MotionsTable(_Table):
     seed: Annotated[int | None, Field(ge=0, description="Seed of the simulated motions (0).")] = None
     duration_s: Annotated[float | None, Field(description="Length of a simulated motion, s.")] = None
     dt_s: Annotated[float | None, Field(description="Time step, s (of records: where a table states none).")] = None
-    omega_g_rad_s: Annotated[float | None, Field(description="Circular frequency of the ground filter, rad/s.")] = None
+    omega_g_rad_s: Annotated[
+        float | list[float] | None, Field(description="Circular frequency of the ground filter, or its drift, rad/s.")
+    ] = None
+    omega_g_times_s: Annotated[list[float] | None, Field(description="Times of the drift, s (evenly).")] = None
     xi_g: Annotated[float | None, Field(description="Damping ratio of the ground filter.")] = None
     omega_f_rad_s: Annotated[float | None, Field(description="Circular frequency of the high-pass, rad/s.")] = None
     xi_f: Annotated[float | None, Field(description="Damping ratio of the high-pass.")] = None
     s0_m2_s3: Annotated[float | None, Field(description="Spectral density of the white noise, m²/s³.")] = None
     baseline: Annotated[str | None, _one_of(BASELINES), Field(description="Baseline correction.")] = None
     envelope: Annotated[EnvelopeTable | None, Field(description="Intensity envelope.")] = None
+    magnitude: Annotated[float | None, Field(description="Moment magnitude of the scenario.")] = None
+    distance_m: Annotated[float | None, Field(description="Distance of the scenario, m.")] = None
+    vs30_m_s: Annotated[float | None, Field(description="Shear-wave velocity of the uppermost 30 m, m/s.")] = None
+    faulting: Annotated[str | None, _one_of(FAULTINGS), Field(description="Style of faulting.")] = None
+    f_c_hz: Annotated[float | None, Field(description="Corner of the high-pass, Hz.")] = None
+    arias_m_s: Annotated[float | None, Field(description="Expected Arias intensity, m/s.")] = None
+    d5_95_s: Annotated[float | None, Field(description="Time from 5 to 95 % of the Arias intensity, s.")] = None
+    t_mid_s: Annotated[float | None, Field(description="Time to 45 % of the Arias intensity, s.")] = None
+    omega_mid_rad_s: Annotated[float | None, Field(description="Filter frequency at that time, rad/s.")] = None
+    omega_slope_rad_s2: Annotated[float | None, Field(description="Slope of the filter frequency, rad/s².")] = None
+    zeta: Annotated[float | None, Field(description="Damping ratio of the filter.")] = None
+    depth_m: Annotated[float | None, Field(description="Depth of the top of the rupture, m.")] = None
+    along_m: Annotated[float | None, Field(description="Length of rupture towards the site, m.")] = None
+    angle_rad: Annotated[float | None, Field(description="Angle between rupture and site, rad.")] = None
+    with_pulse: Annotated[
+        str | None, _one_of(WITH_PULSE), Field(description="Whether near-fault motions have a pulse.")
+    ] = None
+    stress_drop_pa: Annotated[float | None, Field(description="Stress drop of the source, Pa.")] = None
+    kappa_s: Annotated[float | None, Field(description="Attenuation near the site, s.")] = None
+    q0: Annotated[float | None, Field(description="Quality factor of the path at 1 Hz.")] = None
+    q_exponent: Annotated[float | None, Field(description="Its growth with frequency.")] = None
+    beta_m_s: Annotated[float | None, Field(description="Shear-wave velocity at the source, m/s.")] = None
+    density_kg_m3: Annotated[float | None, Field(description="Density at the source, kg/m³.")] = None
+    site: Annotated[str | None, _one_of(SITES), Field(description="Site amplification.")] = None
+    amplification: Annotated[
+        list[tuple[float, float]] | None, Field(description="Own amplification: pairs of frequency (Hz) and factor.")
+    ] = None
+    gamma: Annotated[float | None, Field(description="Half cycles of the near-fault pulse.")] = None
+    nu_rad: Annotated[float | None, Field(description="Phase of the near-fault pulse, rad.")] = None
+    zero_residual: Annotated[bool | None, Field(description="Whether the near-fault pulse leaves nothing.")] = None
     amplitude_m_s2: Annotated[float | None, Field(description="Amplitude of the pulse, m/s² (1).")] = None
     omega_rad_s: Annotated[float | None, Field(description="Circular frequency of the pulse, rad/s.")] = None
     tail_s: Annotated[float | None, Field(description="Quiet after the pulse, s.")] = None
@@ -233,7 +281,8 @@ class LevelsTable(_Table):
     def build(self, im: str) -> NDArray[np.float64]:
         """Levels in SI; ValueError where the unit is not one of the measure's."""
         factor, si = LEVEL_UNITS[self.unit]
-        needed = "1" if im == SCALE else MEASURES[im][1]
+        measure = intensity_measure(im)
+        needed = DIMENSIONLESS if measure is None else measure.units
         if si != needed:
             fitting = [unit for unit, (_, of) in LEVEL_UNITS.items() if of == needed]
             raise ValueError(f"unit of levels of {im} must be one of {', '.join(fitting)}, got {self.unit!r}")
@@ -252,7 +301,7 @@ class LevelsTable(_Table):
 class IdaTable(_Table):
     """Incremental dynamic analysis: the measure and its levels."""
 
-    im: Annotated[str, _one_of(INTENSITY_MEASURES), Field(description="Intensity measure.")] = "pga"
+    im: Annotated[str, AfterValidator(_intensity_measure), Field(description="Intensity measure.")] = "pga"
     levels: Annotated[LevelsTable, Field(description="Levels of the measure.")]
 
 
@@ -322,7 +371,10 @@ def _known_keys(location: tuple[int | str, ...]) -> list[str]:
     return [field.alias or name for name, field in table.model_fields.items()]
 
 
-_UNIT_SUFFIXES = ("_m2_s3", "_m_s2", "_rad_s", "_per_s", "_s")
+# longest first
+_UNIT_SUFFIXES = (
+    "_m2_s3", "_rad_s2", "_kg_m3", "_rad_s", "_per_s", "_m_s2", "_m_s", "_rad", "_hz", "_pa", "_m", "_s"
+)  # fmt: skip
 
 
 def _bare(key: str) -> str:

@@ -75,7 +75,7 @@ class Study:
             for block in study.blocks:
                 for model in study.models:
                     model.oscillator(block)
-            scaling(study.levels, records(study.motions), study.im)
+            scaling(study.levels, records(study.motions), study.im, study.blocks)
         except (ValueError, ArithmeticError) as error:
             raise StudyError(f"{file}: {error}") from None
         return study

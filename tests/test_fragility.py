@@ -157,6 +157,94 @@ class TestIda:
         assert set(small.data_vars) == {"overturned", "peak_rotation"}
 
 
+class TestIntensityMeasures:
+    """Any measure that grows with the motion; those that depend on the block."""
+
+    def test_factors_of_a_measure_are_those_of_all_blocks(self):
+        plain = records(motions())
+        for im in ("pga", "arias", tp.motions.Sa(0.5), "scale"):
+            assert scaling(LEVELS, plain, im, BLOCKS).factors.shape == (1, 4, 12)
+        assert scaling(LEVELS, plain, "pga_normalised", BLOCKS).factors.shape == (2, 4, 12)
+
+    @pytest.mark.parametrize("im", ["arias", "cav", "housner_intensity", "Sa(0.5)", tp.motions.AvgSa([0.3, 1.0])])
+    def test_levels_are_reached(self, im):
+        """Each motion times its factor has the level as its measure."""
+        array = motions()[0]
+        scaled = scaling(LEVELS, records(array), im)
+        for level, row in zip(LEVELS, scaled.factors[0], strict=True):
+            found = tp.motions.measures(array.copy(data=array.values * row[:, None]), im)[scaled.name]
+            np.testing.assert_allclose(found.values, level, rtol=1e-12)
+
+    def test_spectral_acceleration(self, tmp_path):
+        array = motions()[0]
+        by_object = tp.ida(BLOCKS, MODELS, array, LEVELS, im=tp.motions.Sa(0.5))
+        xr.testing.assert_identical(tp.ida(BLOCKS, MODELS, array, LEVELS, im="Sa(0.5)"), by_object)
+        assert by_object.level.attrs["units"] == "m s-2"
+        assert by_object.level.attrs["im"] == "Sa(0.5)"
+        assert by_object.level.attrs["long_name"] == "spectral acceleration at 0.5 s, 5 % damping"
+        measured = tp.motions.measures(array, "Sa(0.5)")["Sa(0.5)"]
+        np.testing.assert_array_equal(by_object["Sa(0.5)"].values, measured.values)
+        assert tp.fit_fragility(by_object).attrs["im"] == "Sa(0.5)"
+        by_object.to_netcdf(tmp_path / "ida.nc")
+        with xr.open_dataset(tmp_path / "ida.nc") as again:
+            xr.testing.assert_identical(again.load(), by_object)
+
+    @pytest.mark.parametrize(("im", "of"), [("pga_normalised", "pga"), ("pgv_normalised", "pgv")])
+    def test_block_normalised(self, im, of, tmp_path):
+        """Each block runs as alone at its own levels of the plain measure."""
+        array = motions()[:2]
+        levels = np.array([1.0, 2.0, 5.0])
+        together = tp.ida(BLOCKS, MODELS, array, levels, im=im, outputs=list(OUTPUTS))
+        assert together.level.attrs["units"] == "1"
+        assert "over g tan alpha" in together.level.attrs["long_name"]
+        plain = tp.motions.measures(array)[of].values
+        for i, block in enumerate(BLOCKS):
+            unit = 9.80665 * block.b / block.h / (block.p if of == "pgv" else 1.0)
+            np.testing.assert_allclose(together[im].values[i], plain / unit, rtol=1e-13)
+            alone = tp.ida(block, MODELS, array, levels * unit, im=of, outputs=list(OUTPUTS))
+            np.testing.assert_array_equal(together.overturned.values[i], alone.overturned.values[0])
+            np.testing.assert_allclose(together.peak_rotation.values[i], alone.peak_rotation.values[0], rtol=1e-6)
+            xr.testing.assert_identical(
+                tp.ida(block, MODELS, array, levels, im=im).overturned, together.overturned.isel(block=[i])
+            )
+        together.to_netcdf(tmp_path / "ida.nc")
+        with xr.open_dataset(tmp_path / "ida.nc") as again:
+            xr.testing.assert_identical(again.load(), together)
+
+    def test_uplift_starts_at_one(self):
+        """A rigid block stands still below PGA = g tan alpha, and every one of them uplifts above."""
+        law = tp.HousnerImpact(geometry="exact")
+        result = tp.ida(BLOCKS, law, motions()[0], [1.0 - 1e-9, 1.0 + 1e-3], "pga_normalised", outputs=["uplifted"])
+        assert not result.uplifted.values[:, :, 0].any()
+        assert result.uplifted.values[:, :, 1].all()
+
+    def test_block_factors_are_bit_identical_for_any_chunking(self):
+        plain = records(motions())
+        oscillators = [m.oscillator(b) for b in BLOCKS for m in MODELS]
+        factors = scaling(LEVELS, plain, "pgv_normalised", BLOCKS).factors
+        whole = tp.ida(BLOCKS, MODELS, motions(), LEVELS, "pgv_normalised", outputs=list(OUTPUTS))
+        for seconds in (1e-9, 1e9):
+            chunks = plan_chunks(oscillators, plain, factors, seconds=seconds)
+            assert sum(chunk.runs for chunk in chunks) == 8 * 4 * 12
+            for name, *pieces in zip(OUTPUTS, *(run_chunk(chunk).results for chunk in chunks), strict=True):
+                found = np.concatenate(pieces, axis=2)
+                np.testing.assert_array_equal(found, whole[name].values.reshape(found.shape))
+
+    @pytest.mark.parametrize(
+        ("im", "message"),
+        [
+            ("d5_95", "'d5_95' does not grow with the motion"),
+            ("t_mean", "'t_mean' does not grow with the motion"),
+            ("Sa(0)", "im 'Sa\\(0\\)': period must be"),
+            (tp.motions.FIV3(60.0), "FIV3\\(60.0\\) needs a motion of at least"),
+            (3, "im must be one of .*'pga_normalised', 'pgv_normalised', 'scale', or Sa.*got 3"),
+        ],
+    )
+    def test_what_cannot_be_scaled_to(self, im, message):
+        with pytest.raises(ValueError, match=message):
+            tp.ida(BLOCKS, MODELS, motions(), LEVELS, im=im)
+
+
 class TestProbability:
     # 95 % Wilson intervals of 4/40 and the lower end of 20/20, published to five digits
     def test_wilson(self):
@@ -316,8 +404,8 @@ def test_a_chunk_is_about_a_second():
 
     plain = records(tp.motions.CloughPenzien(duration=20.0).sample(20))
     oscillators = [m.oscillator(BLOCKS[0]) for m in MODELS]
-    chunk = plan_chunks(oscillators, plain, np.full((40, 20), 1.0))[0]
-    run_chunk(chunk._replace(motions=chunk.motions[:1], factors=chunk.factors[:, :1]))
+    chunk = plan_chunks(oscillators, plain, np.full((1, 40, 20), 1.0))[0]
+    run_chunk(chunk._replace(motions=chunk.motions[:1], factors=chunk.factors[:, :, :1]))
     started = perf_counter()
     run_chunk(chunk)
     assert 0.1 < perf_counter() - started < 8.0

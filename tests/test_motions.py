@@ -9,7 +9,7 @@ from scipy.integrate import quad
 import toppling as tp
 from toppling import motions as mo
 from toppling.motions.filters import _filter
-from toppling.motions.measures import displacement, velocity
+from toppling.motions.peaks import displacement, velocity
 
 
 class TestGenerators:
@@ -133,15 +133,26 @@ class TestMeasures:
 
     def test_measures_carry_units(self):
         found = mo.measures(mo.KanaiTajimi(duration=2.0).sample(2))
-        assert {name: found[name].attrs["units"] for name in found} == {"pga": "m s-2", "pgv": "m s-1", "pgd": "m"}
+        assert {name: found[name].attrs["units"] for name in found} == {
+            "pga": "m s-2",
+            "pgv": "m s-1",
+            "pgd": "m",
+            "arias": "m s-1",
+            "cav": "m s-1",
+            "d5_75": "s",
+            "d5_95": "s",
+            "t_mean": "s",
+            "housner_intensity": "m",
+        }
         assert all(found[c].attrs["units"] and found[c].attrs["long_name"] for c in found.coords)
 
 
 class TestScaling:
-    @pytest.mark.parametrize("im", ["pga", "pgv", "pgd"])
+    @pytest.mark.parametrize("im", ["pga", "pgv", "pgd", "arias", "cav", "housner_intensity", "Sa(0.5)", mo.FIV3(0.4)])
     def test_scale_to(self, im):
         scaled = mo.scale_to(mo.CloughPenzien(duration=5.0).sample(4), 2.5, im)
-        np.testing.assert_allclose(mo.measures(scaled)[im].values, 2.5, rtol=1e-12)
+        name = im if isinstance(im, str) else im.label
+        np.testing.assert_allclose(mo.measures(scaled, im)[name].values, 2.5, rtol=1e-12)
         assert scaled.attrs["units"] == "m s-2"
         assert scaled.dims == ("motion", "time")
 
@@ -150,6 +161,8 @@ class TestScaling:
         scaled = mo.scale_to_mean(motions, 3.0)
         assert float(mo.measures(scaled).pga.mean()) == pytest.approx(3.0, rel=1e-13)
         np.testing.assert_allclose((scaled / motions).values[:, 1:].std(), 0.0, atol=1e-12)
+        squared = mo.scale_to_mean(motions, 3.0, "arias")
+        assert float(mo.measures(squared).arias.mean()) == pytest.approx(3.0, rel=1e-13)
 
     def test_zero_motions_cannot_be_scaled(self):
         with pytest.raises(ValueError, match="motion 'still' has pga = 0"):

@@ -156,6 +156,30 @@ class TestStudy:
         np.testing.assert_allclose(result.level.values, np.geomspace(0.1, 4.0, 6))
         assert bool(result.overturned.any())
 
+    @pytest.mark.parametrize(
+        ("im", "unit", "label"),
+        [
+            ("Sa(1)", "g", "Sa(1.0)"),
+            ("AvgSa(0.2:1:5, 0.02)", "cm/s2", "AvgSa(0.2:1.0:5, 0.02)"),
+            ("arias", "m/s", "arias"),
+        ],
+    )
+    def test_levels_of_other_measures(self, tmp_path, im, unit, label):
+        text = SMALL.replace('im = "pga"', f'im = "{im}"').replace('unit = "g"', f'unit = "{unit}"')
+        study = tp.Study.from_toml(write(tmp_path, text))
+        assert study.im == study.configuration["ida"]["im"] == label
+        result = study.run()
+        assert result.level.attrs["im"] == label
+        if im == "arias":
+            assert result.status.dims == ("block", "model")
+
+    def test_levels_for_each_block(self, tmp_path):
+        text = SMALL.replace('im = "pga"', 'im = "pgv_normalised"').replace('unit = "g"', 'unit = "1"')
+        result = tp.Study.from_toml(write(tmp_path, text)).run(tmp_path / "out")
+        assert result.pgv_normalised.dims == ("block", "motion")
+        with xr.open_dataset(tmp_path / "out" / "results.nc") as stored:
+            xr.testing.assert_identical(stored.load(), result)
+
     def test_the_example_is_the_issues_study(self):
         study = tp.Study.from_toml(EXAMPLES / "office.toml")
         assert study.runs == 3 * 6 * 200 * 20
@@ -216,7 +240,13 @@ BAD_FILES = [
     (SMALL.replace("to = 1.0", "to = 0.05"), "strictly increasing"),
     (SMALL.replace("from = 0.1", "from = 0.0"), "levels must be > 0"),
     (SMALL.replace("from = 0.1", 'spacing = "log", from = 0.0'), "from > 0"),
-    (SMALL.replace('im = "pga"', 'im = "pgx"'), "ida.im: must be one of pga, pgv, pgd, scale, got 'pgx'"),
+    (SMALL.replace('im = "pga"', 'im = "pgx"'), "ida.im: must be one of pga, pgv, .*scale, Sa.*, got 'pgx'"),
+    (SMALL.replace('im = "pga"', 'im = "Sa(-1)"'), r"ida.im: im 'Sa\(-1\)': period must be finite and >= 0.001"),
+    (
+        SMALL.replace('im = "pga"', 'im = "Sa(1.0)"').replace('"g"', '"m"'),
+        "units? of levels of Sa.1.0. must be one of g",
+    ),
+    (SMALL.replace('im = "pga"', 'im = "d5_95"'), "ida.im: must be one of pga, .*got 'd5_95'"),
     (SMALL + "[extra]\n", "unknown key 'extra'"),
     (
         SMALL.replace('name = "crate"', 'name = "bookcase-5-shelf"'),

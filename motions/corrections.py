@@ -1,0 +1,331 @@
+"""Baseline, filters, windows and resampling of labelled motions: each asked for, each noted in `processing`.
+
+Every function takes motions of dims (motion, time) and returns new ones; the attribute `processing` lists what was
+done, in order.  A motion comes out with the same bits alone or among a thousand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import signal
+
+from .. import checks
+from .arrays import records
+
+# Band-limited interpolation: zero crossings of the sinc on each side, and Kaiser's beta, which keep 1e-5 up to 0.9 of
+# the coarser step's Nyquist frequency.
+_CROSSINGS, _KAISER = 48, 12.0
+_LARGEST_RATIO = 10_000
+_MAX_SAMPLES = 50_000_000
+
+Kind = Literal["bandpass", "highpass", "lowpass"]
+
+
+def baseline(motions: xr.DataArray, order: int = 1) -> xr.DataArray:
+    """Subtract from each acceleration the polynomial in time that fits it best (least squares).
+
+    Parameters
+    ----------
+    motions : xarray.DataArray
+        Dims (motion, time), m s-2.
+    order : int, 0 to 10
+        0 subtracts the mean (the offset of a K-NET record), 1 the straight line, and so on.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No labelled motions, an order that is no whole number from 0 to 10 or not below the number of samples.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> record = motions.from_array([1.0, 2.0, 1.0, 2.0], dt=0.01)
+    >>> motions.baseline(record, order=0).values.tolist()
+    [[-0.5, 0.5, -0.5, 0.5]]
+    >>> motions.baseline(record, order=0).attrs["processing"]
+    'baseline(order=0)'
+    """
+    degree = checks.count("order", order)
+    if degree > 10:
+        raise ValueError(f"order must be at most 10, got {degree}")
+    n = _values(motions)[0].shape[1]
+    if n <= degree:
+        raise ValueError(f"order must be below the number of samples, got {degree} for {n}")
+    # orthonormal columns: the fit is then one product, well conditioned at any order
+    basis = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), degree))[0]
+    return _each(motions, f"baseline(order={degree})", lambda a: a - basis @ (basis.T @ a))
+
+
+def bandpass(motions: xr.DataArray, low: float, high: float, order: int = 4, zero_phase: bool = True) -> xr.DataArray:
+    """Butterworth band-pass filter from `low` to `high` (Hz).
+
+    Parameters
+    ----------
+    motions : xarray.DataArray
+        Dims (motion, time), m s-2; their offset should be gone (`baseline`): a step to or from zero at the ends rings.
+    low, high : float
+        Corner frequencies, Hz, 0 < low < high < 1 / (2 dt).
+    order : int, 1 to 10
+        Of each corner.
+    zero_phase : bool
+        True runs the filter forth and back: no phase shift, twice the order, -6 dB at the corners.  False runs it
+        forth alone: causal, -3 dB at the corners.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No labelled motions, corners out of order or beyond the Nyquist frequency.
+
+    Notes
+    -----
+    Forth and back, the record stands between zeros of 1.5 order / low seconds on either side, which the filter needs
+    for its transients [1]_; they are cut off again.  To keep them, so that velocity and displacement end at rest, `pad`
+    the record first.
+
+    References
+    ----------
+    .. [1] Boore, D. M. (2005). On pads and filters: processing strong-motion data. Bulletin of the Seismological
+       Society of America 95(2), 745-750.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> record = motions.read(motions.example_path())
+    >>> motions.bandpass(record, 0.1, 20.0).attrs["processing"]
+    'bandpass(low=0.1 Hz, high=20 Hz, order=4, zero_phase=True)'
+    """
+    corners = _corners(motions, low, high)
+    return _filtered(motions, corners, "bandpass", f"low={corners[0]:g} Hz, high={corners[1]:g} Hz", order, zero_phase)
+
+
+def highpass(motions: xr.DataArray, low: float, order: int = 4, zero_phase: bool = True) -> xr.DataArray:
+    """Butterworth high-pass filter above `low` (Hz); everything else as `bandpass`."""
+    corners = _corners(motions, low)
+    return _filtered(motions, corners, "highpass", f"low={corners[0]:g} Hz", order, zero_phase)
+
+
+def lowpass(motions: xr.DataArray, high: float, order: int = 4, zero_phase: bool = True) -> xr.DataArray:
+    """Butterworth low-pass filter below `high` (Hz); everything else as `bandpass`."""
+    corners = _corners(motions, high)
+    return _filtered(motions, corners, "lowpass", f"high={corners[0]:g} Hz", order, zero_phase)
+
+
+def taper(motions: xr.DataArray, duration: float) -> xr.DataArray:
+    """Let each motion rise from zero and fall to zero as a half cosine of `duration` seconds at either end.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No labelled motions, a duration <= 0 or above half the motions'.
+    """
+    values, dt = _values(motions)
+    n = values.shape[1]
+    length = checks.number("duration", duration, above=0.0, at_most=0.5 * (n - 1) * dt, unit="s")
+    window = signal.windows.tukey(n, 2.0 * length / ((n - 1) * dt))
+    return _each(motions, f"taper(duration={length:g} s)", lambda a: a * window)
+
+
+def pad(motions: xr.DataArray, before: float, after: float) -> xr.DataArray:
+    """Set each motion between zeros, `before` and `after` seconds of them (rounded up to steps).
+
+    Raises
+    ------
+    TypeError, ValueError
+        No labelled motions, a negative length, more than 50 million samples.
+    """
+    values, dt = _values(motions)
+    steps = [
+        int(np.ceil(checks.number(name, value, at_least=0.0, at_most=1e6, unit="s") / dt - 1e-6))
+        for name, value in (("before", before), ("after", after))
+    ]
+    _size(values.shape[0] * (values.shape[1] + sum(steps)))
+    return _each(motions, f"pad(before={before:g} s, after={after:g} s)", lambda a: np.pad(a, steps))
+
+
+def trim(motions: xr.DataArray, start: float = 0.0, stop: float | None = None) -> xr.DataArray:
+    """Keep the samples from `start` to `stop` (s, both included; to the end where None); time begins at 0 again.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No labelled motions, a window that holds fewer than two samples or reaches beyond the motions.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> record = motions.from_array([0.0, 1.0, 2.0, 3.0], dt=0.5)
+    >>> motions.trim(record, 0.5, 1.0).values.tolist()
+    [[1.0, 2.0]]
+    """
+    values, dt = _values(motions)
+    last = (values.shape[1] - 1) * dt
+    margin = 1e-6 * dt
+    begin = checks.number("start", start, at_least=0.0, below=last, unit="s")
+    end = last if stop is None else checks.number("stop", stop, above=begin, at_most=last + margin, unit="s")
+    i, j = int(np.ceil((begin - margin) / dt)), int(np.floor((end + margin) / dt))
+    if j - i < 1:
+        raise ValueError(f"start and stop must leave at least 2 samples of {dt:g} s, got {begin:g} s to {end:g} s")
+    return _each(motions, f"trim(start={begin:g} s, stop={end:g} s)", lambda a: a[i : j + 1])
+
+
+def trim_husid(motions: xr.DataArray, low: float = 0.05, high: float = 0.95) -> xr.DataArray:
+    """Keep the strong shaking: from where ∫ü² reaches the fraction `low` of its end to where it reaches `high`.
+
+    Motions in one array are one record's components: all keep the same window, from the earliest start to the latest
+    stop, so that they stay simultaneous.  An offset counts as shaking: subtract it first (`baseline`).
+
+    Raises
+    ------
+    TypeError, ValueError
+        No labelled motions, fractions not 0 <= low < high <= 1, a motion that is zero throughout.
+
+    References
+    ----------
+    Husid, R. (1969). Características de terremotos: análisis general. Revista del IDIEM 8(1), 21-42.
+    """
+    first = checks.number("low", low, at_least=0.0, below=1.0)
+    last = checks.number("high", high, above=first, at_most=1.0)
+    values = _values(motions)[0]
+    windows = []
+    for a in values:
+        # the exact integral of the square of an acceleration that is linear between samples, but for dt / 3
+        growth = np.concatenate([[0.0], np.cumsum(a[:-1] ** 2 + a[:-1] * a[1:] + a[1:] ** 2)])
+        if growth[-1] == 0.0:
+            raise ValueError("motions to be trimmed must shake, got one that is zero throughout")
+        reached = growth / growth[-1]
+        # the last sample not above low, the first not below high: the window never loses what was asked for
+        windows.append((np.searchsorted(reached, first, side="right") - 1, np.searchsorted(reached, last)))
+    i, j = min(int(w[0]) for w in windows), max(int(w[1]) for w in windows)
+    return _each(motions, f"trim_husid(low={first:g}, high={last:g})", lambda a: a[i : max(j, i + 1) + 1])
+
+
+def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
+    """The band-limited motions at another time step `dt` (s).
+
+    Parameters
+    ----------
+    motions : xarray.DataArray
+        Dims (motion, time), m s-2; they should begin and end near zero (`baseline`, `taper`): beyond its ends a motion
+        is zero, and a step there rings.
+    dt : float
+        New step, s.  It and the old one must be as two whole numbers up to 10,000.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No labelled motions, dt <= 0, steps in no such ratio, fewer than two samples left.
+
+    Notes
+    -----
+    A polyphase filter (`scipy.signal.resample_poly`) with a Kaiser-windowed sinc of 48 zero crossings a side: unlike an
+    FFT it does not take the motion for periodic, and its cost does not depend on the length's factors.  A finer step
+    that divides the old one keeps every old sample; a coarser one removes what lies above its Nyquist frequency first.
+    toppling's models take a motion as linear between its samples, so a finer step changes what they see: it fills in
+    the curve that the samples stand for, where no resampling keeps the chords between them.
+
+    References
+    ----------
+    Oppenheim, A. V. and Schafer, R. W. (2010). Discrete-time signal processing, 3rd ed., section 4.6. Pearson.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> record = motions.read(motions.example_path())
+    >>> finer = motions.resample(record, 0.005)
+    >>> bool(abs(finer.values[:, ::2] - record.values).max() < 1e-12)
+    True
+    """
+    values, old = _values(motions)
+    new = checks.number("dt", dt, above=0.0, at_most=checks.MAX_STEP, unit="s")
+    ratio = Fraction(old / new).limit_denominator(_LARGEST_RATIO)
+    up, down = ratio.numerator, ratio.denominator
+    if not 1 <= up <= _LARGEST_RATIO or abs(up / down - old / new) > 1e-9 * old / new:
+        raise ValueError(
+            f"dt must stand to the motions' step {old:g} s as two whole numbers up to {_LARGEST_RATIO}, got {new!r} s"
+        )
+    n = (values.shape[1] - 1) * up // down + 1
+    if n < 2:
+        raise ValueError(f"dt must leave at least 2 samples of {(values.shape[1] - 1) * old:g} s, got {new:g} s")
+    _size(values.shape[0] * n)
+    said = f"resample(dt={new:g} s)"
+    if up == down:
+        return _each(motions, said, lambda a: a)
+    rate = max(up, down)
+    window = signal.firwin(2 * _CROSSINGS * rate + 1, 1.0 / rate, window=("kaiser", _KAISER))
+    if down == 1:
+        window = window / (window[_CROSSINGS * rate] * up)
+    taps: Any = window  # scipy's type stubs know no array here, its documentation does
+    return _each(motions, said, lambda a: signal.resample_poly(a, up, down, window=taps)[:n], dt=new)
+
+
+def _filtered(
+    motions: xr.DataArray, corners: tuple[float, ...], kind: Kind, said: str, order: int, zero_phase: bool
+) -> xr.DataArray:
+    poles = checks.count("order", order, at_least=1)
+    if poles > 10:
+        raise ValueError(f"order must be at most 10, got {poles}")
+    if not isinstance(zero_phase, bool):
+        raise TypeError(f"zero_phase must be True or False, got {zero_phase!r}")
+    values, dt = _values(motions)
+    sections = signal.butter(poles, corners if len(corners) > 1 else corners[0], kind, fs=1.0 / dt, output="sos")
+    said = f"{kind}({said}, order={poles}, zero_phase={zero_phase})"
+    if not zero_phase:
+        return _each(motions, said, lambda a: signal.sosfilt(sections, a))
+    zeros = int(np.ceil(1.5 * poles / (corners[0] * dt)))
+    _size(values.shape[1] + 2 * zeros)
+    return _each(
+        motions, said, lambda a: signal.sosfiltfilt(sections, np.pad(a, zeros), padtype=None)[zeros : zeros + a.size]
+    )
+
+
+def _corners(motions: xr.DataArray, low: float, high: float | None = None) -> tuple[float, ...]:
+    nyquist = 0.5 / _values(motions)[1]
+    if high is None:
+        return (checks.number("the corner frequency", low, above=0.0, below=nyquist, unit="Hz"),)
+    first = checks.number("low", low, above=0.0, below=nyquist, unit="Hz")
+    return first, checks.number("high", high, above=first, below=nyquist, unit="Hz")
+
+
+def _values(motions: xr.DataArray) -> tuple[NDArray[np.float64], float]:
+    """Accelerations (motion, time) and their step; refuses what is no set of motions."""
+    plain = records(motions)
+    if set(motions.dims) != {"motion", "time"}:
+        raise ValueError(f"motions to be corrected must have dims (motion, time), got {motions.dims}")
+    return np.stack([record.acceleration for record in plain]), plain[0].dt
+
+
+def _size(samples: int) -> None:
+    if samples > _MAX_SAMPLES:
+        raise ValueError(f"the result would hold {samples:,} samples, allowed are {_MAX_SAMPLES:,}")
+
+
+def _each(
+    motions: xr.DataArray,
+    said: str,
+    function: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    dt: float | None = None,
+) -> xr.DataArray:
+    """`function` of every motion, labelled as the motions are, what was done added to `processing`."""
+    values, step = _values(motions)
+    if dt is not None:
+        step = dt
+    found = np.stack([function(a) for a in values])
+    done = motions.attrs.get("processing")
+    array = xr.DataArray(
+        found,
+        dims=("motion", "time"),
+        coords={name: c for name, c in motions.coords.items() if "time" not in c.dims},
+        name=motions.name,
+        attrs={**motions.attrs, "processing": f"{done}; {said}" if done else said},
+    )
+    time = {"units": "s", "long_name": "time"}
+    array = array.assign_coords(time=("time", np.arange(found.shape[1]) * step, time))
+    if "dt" in motions.coords:
+        array = array.assign_coords(dt=("motion", np.full(found.shape[0], step), motions["dt"].attrs))
+    return array

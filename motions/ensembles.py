@@ -1,0 +1,94 @@
+"""What every generator of motions shares: one random stream a motion, work in chunks, one labelled array.
+
+Motion `index` of a seed has a random stream of its own, so any slice of an ensemble can be made anywhere.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .. import checks
+from .arrays import from_array
+
+Values = NDArray[np.float64]
+Streams = list[np.random.Generator]
+
+LARGEST = 1e6
+MOST_SAMPLES = 500_000_000  # 4 GB
+LEAST_STEPS = 20  # fewer hold no motion, and a parabola would take most of it away
+CHUNK_SAMPLES = 2_000_000  # 16 MB a temporary
+
+
+def stream(seed: int, index: int) -> np.random.Generator:
+    """The random stream of motion `index` under `seed`: depends on the two alone."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
+
+
+class Generator(ABC):
+    """A source of simulated motions: a frozen dataclass of parameters with one method."""
+
+    @abstractmethod
+    def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
+        """Motions `first` … `first + n - 1` of a seed, as one labelled array (motion, time), m/s²."""
+
+
+def steps_of(duration: float, dt: float) -> int:
+    """Number of steps of a motion; ValueError where it is too short to be one.  Both are checked: > 0, s."""
+    checks.number("dt", dt, above=0.0, at_most=LARGEST)
+    checks.number("duration", duration, above=0.0, at_most=LARGEST)
+    if duration < LEAST_STEPS * dt:
+        raise ValueError(f"duration must be at least {LEAST_STEPS} dt = {LEAST_STEPS * dt:g} s, got {duration:g}")
+    return round(duration / dt)
+
+
+def counts(n: int, seed: int, first: int) -> tuple[int, int, int]:
+    """The checked arguments of `sample`."""
+    return checks.count("n", n, at_least=1), checks.count("seed", seed), checks.count("first", first)
+
+
+def ensemble(
+    generator: Generator, n: int, seed: int, first: int, steps: int, dt: float, make: Callable[[Streams], Values]
+) -> xr.DataArray:
+    """Motions `first` … `first + n - 1` of `seed`, made a chunk at a time.
+
+    Parameters
+    ----------
+    generator : Generator
+        Whose motions they are: names them.
+    steps, dt : int, float
+        Length in steps and time step, s.
+    make : callable
+        From the streams of some motions to their accelerations (motion, steps + 1), m/s²; each row may depend on its
+        own stream only, bit by bit.
+
+    Raises
+    ------
+    TypeError, ValueError
+        n < 1, seed or first < 0, more than 5e8 samples in all.
+    """
+    n, seed, first = counts(n, seed, first)
+    if n * (steps + 1) > MOST_SAMPLES:
+        raise ValueError(
+            f"motions must have at most {MOST_SAMPLES:.0e} samples in all, got {n} motions of {steps + 1}: "
+            "make them in parts (first)"
+        )
+    values = np.empty((n, steps + 1))
+    rows = max(1, CHUNK_SAMPLES // (steps + 1))
+    for start in range(0, n, rows):
+        indices = range(first + start, first + min(start + rows, n))
+        values[start : start + len(indices)] = make([stream(seed, index) for index in indices])
+    labels = [f"{type(generator).__name__} {seed}-{first + i}" for i in range(n)]
+    return from_array(values, dt, labels, source=f"{generator!r} seed {seed}")
+
+
+def normals(streams: Streams, size: int) -> Values:
+    """Standard normal numbers, shape (motion, size), each row from its own stream."""
+    noise = np.empty((len(streams), size))
+    for row, random in zip(noise, streams, strict=True):
+        random.standard_normal(out=row)
+    return noise

@@ -1,0 +1,22 @@
+"""Every generator by the name that study files use."""
+
+from __future__ import annotations
+
+from .ensembles import Generator
+from .evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
+from .filters import CloughPenzien, KanaiTajimi
+from .nearfault import NearFault
+from .seismological import Seismological
+from .sitebased import SiteBased, SiteBasedScenario
+
+GENERATORS: dict[str, type[Generator]] = {
+    "kanai-tajimi": KanaiTajimi,
+    "clough-penzien": CloughPenzien,
+    "evolutionary-kanai-tajimi": EvolutionaryKanaiTajimi,
+    "evolutionary-clough-penzien": EvolutionaryCloughPenzien,
+    "site-based": SiteBased,
+    "site-based-scenario": SiteBasedScenario,
+    "near-fault": NearFault,
+    "seismological": Seismological,
+}
+"""Every generator by the name that study files use."""
