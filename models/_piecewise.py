@@ -12,10 +12,13 @@ Why a step is event-free: the acceleration a(t) of a linear region under linear 
 whose zeros are at least pi/sqrt(K) apart (at most one zero for K <= c²/4).  Steps satisfy sqrt|K| h <= 1/2, so a has at
 most one zero, the velocity at most two monotone parts, and the signs of velocity and acceleration at both ends decide.
 
-How a batch runs (`run_batch`): runs go in lockstep over one record, a lane each; `_step_lanes` takes the plain step of
-all lanes at once and marks those that may hold an event; `_look` solves these sample by sample (`_sample`), piece by
-piece (`_piece`: series, first event, what happens there), and puts them back.  After the record, `_free` follows the
-block until nothing can change.
+How a batch runs (`run_batch`): runs go in lockstep over one record, a lane each.  `_advance` takes the plain step of all
+lanes at once, in vectors, and sorts the lanes that it marks: a turn is noted down, a lane with another event is parked.
+Every few samples `_resolve` solves what has gathered, the turns together, the crossings together, what follows them to
+the end of the sample together (`_solve_turns`, `_solve_crossings`, `_finish_pieces`: written out, so that they become
+vector code too), and what is out of the ordinary one by one (`_sample`, piece by piece: series, first event, what happens
+there); then each lane catches up with the others.  A lane's bits do not depend on who is beside it.  After the record,
+`_free` follows the block until nothing can change.
 
 All functions called by a kernel stand in this file: numba's disk cache looks at one file only.
 """
