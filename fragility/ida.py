@@ -19,7 +19,7 @@ from ..models import Block, Law, describe_block, describe_law
 from ..models.runs import OUTPUTS, TALLY
 from ..models.simulate import oscillator_of
 from ..motions.arrays import Record, motion_coordinates, records
-from ..motions.intensity import MEASURES, Measure
+from ..motions.intensity import RESULT_MEASURES, Measure
 from ..motions.measures import measure_variables
 from ..units import DIMENSIONLESS, METRE, RADIAN, SECOND, provenance
 from .plan import OUTPUT_TYPES, Chunk, Done, plan_chunks, run_chunk
@@ -164,7 +164,7 @@ def label_results(
                 "level", scaled.levels, {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
             ),
             **motion_coordinates(list(motions)),
-            **measure_variables(motions, MEASURES.values()),
+            **measure_variables(motions, RESULT_MEASURES),
             **_measured(scaled),
         },
         attrs={"title": "Incremental dynamic analysis of freestanding blocks", **provenance(configuration)},
@@ -173,7 +173,7 @@ def label_results(
 
 def _measured(scaled: Scaling) -> dict[str, xr.Variable]:
     """The measure of the levels, for the motions as they are, where it is not among those that every result has."""
-    if scaled.measured is None or scaled.name in MEASURES:
+    if scaled.measured is None or scaled.name in {one.label for one in RESULT_MEASURES}:
         return {}
     dims = ("motion",) if scaled.measured.ndim == 1 else ("block", "motion")
     attributes = {"units": scaled.units, "long_name": scaled.long_name}

@@ -100,3 +100,6 @@ MEASURES: dict[str, Measure] = {
     )
 }
 """Measures without parameters, by name."""
+
+RESULT_MEASURES = tuple(one for name, one in MEASURES.items() if name not in {"t_mean", "housner_intensity"})
+"""Those that every result carries on its motions: all that cost less than a handful of runs."""

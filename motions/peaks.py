@@ -8,6 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _peaks
+
 Series = NDArray[np.float64]
 
 
@@ -34,32 +36,9 @@ def peak_acceleration(acceleration: Series, dt: float) -> float:
 
 def peak_velocity(acceleration: Series, dt: float) -> float:
     """PGV: max |v|, m/s, between samples too (where the acceleration passes through zero)."""
-    v = velocity(acceleration, dt)
-    a, b = acceleration[:-1], acceleration[1:]
-    turns = np.flatnonzero(a * b < 0.0)
-    # v + a t/2 at t = dt a/(a - b)
-    inner = v[turns] + 0.5 * dt * a[turns] ** 2 / (a[turns] - b[turns])
-    return float(max(np.abs(v).max(), np.abs(inner).max(initial=0.0)))
+    return float(_peaks.peak_velocity(acceleration, dt))
 
 
 def peak_displacement(acceleration: Series, dt: float) -> float:
     """PGD: max |u|, m, between samples too (where the velocity passes through zero)."""
-    v = velocity(acceleration, dt)
-    u = displacement(acceleration, dt)
-    a = acceleration[:-1]
-    slope = np.diff(acceleration) / dt
-    # roots in (0, dt) of v + a t + slope t²/2, in the form that does not cancel
-    discriminant = a * a - 2.0 * slope * v[:-1]
-    best = float(np.abs(u).max())
-    i = np.flatnonzero(discriminant >= 0.0)
-    root = np.sqrt(discriminant[i])
-    q = -(a[i] + np.where(a[i] >= 0.0, root, -root))
-    # 0/0 and x/0 mean that there is no such root: they fail the comparison below
-    with np.errstate(divide="ignore", invalid="ignore"):
-        candidates = (2.0 * v[:-1][i] / q, q / slope[i])
-    for t in candidates:
-        inside = np.isfinite(t) & (t > 0.0) & (t < dt)
-        j, s = i[inside], t[inside]
-        inner = u[j] + s * (v[j] + s * (a[j] / 2.0 + s * slope[j] / 6.0))
-        best = max(best, float(np.abs(inner).max(initial=0.0)))
-    return best
+    return float(_peaks.peak_displacement(acceleration, dt))
