@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: study test test-slow test-all benchmark lint clean
+.PHONY: study gallery test test-slow test-all benchmark lint clean
 
 # `python3` may be too old where a newer one is installed beside it.
 $(BIN)/python:
@@ -28,6 +28,10 @@ $(VENV)/installed-dev: pyproject.toml | $(BIN)/python
 
 study: $(VENV)/installed
 	$(BIN)/toppling run studies/examples/office.toml --out $(OUT) $(if $(FRESH),--fresh)
+
+# docs/motions.md and its figures
+gallery: $(VENV)/installed
+	$(BIN)/python docs/gallery.py
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .

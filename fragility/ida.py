@@ -23,7 +23,7 @@ from ..motions.intensity import RESULT_MEASURES, Measure
 from ..motions.measures import measure_variables
 from ..units import DIMENSIONLESS, METRE, RADIAN, SECOND, provenance
 from .plan import OUTPUT_TYPES, Chunk, Done, plan_chunks, run_chunk
-from .scaling import Scaling, scaling
+from .scaling import Scaling, ground_of, scaling
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -51,6 +51,7 @@ def ida(
     client: Client | None = None,
     skip: bool = True,
     *,
+    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Incremental dynamic analysis.
@@ -76,6 +77,9 @@ def ida(
         the record cannot overturn a block.  Flags do not change, peaks only by rounding.  The attribute ``skipped``
         (JSON) says how many samples all runs have, which share was left out and why (after overturning, too, which
         `skip` does not change), and how many events a run were solved.
+    ground : xarray.DataArray or a sequence of them, optional
+        The ground motions of which `motions` are floor motions, with the labels they had: levels are then of their
+        measure, and each floor motion is scaled as the ground below it (the building is elastic).
     progress : callable, optional
         Called with (runs done, runs in all) after every chunk.
 
@@ -107,7 +111,8 @@ def ida(
     all_blocks = _sequence("blocks", blocks, Block)
     all_models = _sequence("models", models, Law)  # type: ignore[type-abstract]
     plain = records(motions)
-    scaled = scaling(levels, plain, im, all_blocks)
+    below = None if ground is None else ground_of(plain, records(ground))
+    scaled = scaling(levels, plain, im, all_blocks, below)
     oscillators = [oscillator_of(block, model) for block in all_blocks for model in all_models]
     chunks = plan_chunks(oscillators, plain, scaled.factors, skip, wanted)
     shape = (len(all_blocks), len(all_models), scaled.levels.size, len(plain))
@@ -154,6 +159,7 @@ def label_results(
         "im": scaled.name,
         "levels": scaled.levels.tolist(),
         "motions": [record.label for record in motions],
+        **({"im_at": "ground"} if scaled.ground else {}),
     }
     return xr.Dataset(
         variables,
@@ -173,11 +179,13 @@ def label_results(
 
 def _measured(scaled: Scaling) -> dict[str, xr.Variable]:
     """The measure of the levels, for the motions as they are, where it is not among those that every result has."""
-    if scaled.measured is None or scaled.name in {one.label for one in RESULT_MEASURES}:
+    carried = scaled.name in {one.label for one in RESULT_MEASURES}
+    if scaled.measured is None or (carried and not scaled.ground):
         return {}
+    name = f"ground_{scaled.name}" if scaled.ground else scaled.name
     dims = ("motion",) if scaled.measured.ndim == 1 else ("block", "motion")
     attributes = {"units": scaled.units, "long_name": scaled.long_name}
-    return {scaled.name: xr.Variable(dims, scaled.measured, attributes)}
+    return {name: xr.Variable(dims, scaled.measured, attributes)}
 
 
 def _execute(chunks: Sequence[Chunk], client: Client | None, progress: Progress | None) -> list[Done]:

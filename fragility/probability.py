@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from .. import checks
+from ..motions.arrays import floor_coordinates
 from ..units import DIMENSIONLESS
 
 
@@ -47,7 +48,9 @@ def overturning_probability(ida: xr.Dataset, confidence: float = 0.95) -> xr.Dat
     Returns
     -------
     xarray.Dataset
-        probability, lower, upper, overturnings and runs on (block, model, level), dimensionless.
+        probability, lower, upper, overturnings and runs on (block, model, level), dimensionless.  Motions of several
+        floors (`floor`, or in a study's results `motion_floor`, on motion) are not pooled: floor becomes a dimension,
+        (block, model, floor, level).  Drop that coordinate to pool them.
 
     Raises
     ------
@@ -56,7 +59,8 @@ def overturning_probability(ida: xr.Dataset, confidence: float = 0.95) -> xr.Dat
 
     Notes
     -----
-    At one level every motion counts once, so the runs are independent and the interval is Wilson's (1927).
+    At one level every motion counts once, so the runs are independent and the interval is Wilson's (1927).  Floors of
+    one building shake together: their probabilities are not independent of each other.
     """
     level = checks.number("confidence", confidence, above=0.0, below=1.0)
     if not isinstance(ida, xr.Dataset) or "overturned" not in ida:
@@ -68,8 +72,7 @@ def overturning_probability(ida: xr.Dataset, confidence: float = 0.95) -> xr.Dat
         raise ValueError("overturned must hold at least one motion, got none")
     if flags.dtype != np.bool_ and not bool(((flags == 0) | (flags == 1)).all()):
         raise ValueError(f"overturned must be flags, got values other than 0 and 1 ({flags.dtype})")
-    overturnings = flags.sum("motion").astype(np.int64)
-    runs = xr.full_like(overturnings, flags.sizes["motion"])
+    overturnings, runs = _counts(flags)
     lower, upper = wilson_interval(overturnings.values, runs.values, level)
     percent = f"{100.0 * level:g} %"
     variables = {
@@ -83,3 +86,24 @@ def overturning_probability(ida: xr.Dataset, confidence: float = 0.95) -> xr.Dat
         {name: array.assign_attrs(units=DIMENSIONLESS, long_name=text) for name, (array, text) in variables.items()},
         attrs={**ida.attrs, "title": "Probability of overturning", "confidence": level},
     )
+
+
+FLOORS = ("floor", "motion_floor")
+"""What the floor of each motion is called: by `toppling.ida`, and in results with a dimension `floor` beside it."""
+
+
+def _counts(flags: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
+    """Overturnings and runs, for each floor where there are several."""
+    name = next((one for one in FLOORS if one in flags.coords and flags[one].dims == ("motion",)), None)
+    labels = list(dict.fromkeys(map(str, flags[name].values))) if name is not None else []
+    if len(labels) < 2:
+        overturnings = flags.sum("motion").astype(np.int64)
+        return overturnings, xr.full_like(overturnings, flags.sizes["motion"])
+    on_floor = np.array([[str(one) == label for one in flags[name].values] for label in labels])
+    whole = all(label.isdecimal() for label in labels)
+    floor = floor_coordinates([int(label) for label in labels] if whole else labels)["floor"]
+    parts = [flags.isel(motion=np.flatnonzero(here)).sum("motion").astype(np.int64) for here in on_floor]
+    rest = [dim for dim in parts[0].dims if dim != "level"]
+    overturnings = xr.concat(parts, floor).transpose(*rest, "floor", ...)
+    motions = xr.DataArray(on_floor.sum(axis=1), {"floor": floor}, ("floor",))
+    return overturnings, xr.zeros_like(overturnings) + motions

@@ -64,7 +64,7 @@ class Scaling(NamedTuple):
 
     levels (level,); factors (block, level, motion), one block where they are the same for all; name, units and long
     name of the measure; measured: its values for the motions as they are, (motion,) or (block, motion), none for plain
-    factors.
+    factors; ground: whether it is measured on the ground below and not on the motions themselves.
     """
 
     levels: NDArray[np.float64]
@@ -73,6 +73,7 @@ class Scaling(NamedTuple):
     units: str
     long_name: str
     measured: NDArray[np.float64] | None = None
+    ground: bool = False
 
 
 def intensity_measure(im: str | Measure) -> Measure | BlockMeasure | None:
@@ -85,8 +86,16 @@ def intensity_measure(im: str | Measure) -> Measure | BlockMeasure | None:
     return measure_named(im, "im", (*BLOCK_MEASURES, SCALE))
 
 
-def scaling(levels: Any, motions: Sequence[Record], im: str | Measure, blocks: Sequence[Block] = ()) -> Scaling:
+def scaling(
+    levels: Any,
+    motions: Sequence[Record],
+    im: str | Measure,
+    blocks: Sequence[Block] = (),
+    ground: Sequence[Record] | None = None,
+) -> Scaling:
     """Factors (level/measure)^(1/power) for a measure of the motion; the levels themselves for ``im="scale"``.
+
+    With `ground`, one a motion, the measure is taken of it instead: the floors of an elastic building grow with it.
 
     Raises
     ------
@@ -105,18 +114,36 @@ def scaling(levels: Any, motions: Sequence[Record], im: str | Measure, blocks: S
         factors = np.broadcast_to(values[None, :, None], (1, values.size, len(motions)))
         _check_factors(factors, motions)
         return Scaling(values, factors, SCALE, DIMENSIONLESS, "scale factor")
+    measured_on = motions if ground is None else ground
     if isinstance(one, BlockMeasure):
         if not blocks:
             raise ValueError(f"im {one.label!r} depends on the block: blocks must hold at least one, got none")
         base = one.measure
-        measured = positive_measure(base, motions) * np.array([[one.per_block(block)] for block in blocks])
+        measured = positive_measure(base, measured_on) * np.array([[one.per_block(block)] for block in blocks])
     else:
         base = one
-        measured = positive_measure(base, motions)
+        measured = positive_measure(base, measured_on)
     with np.errstate(over="ignore", under="ignore"):
         factors = base.factors(values[:, None] / measured.reshape(-1, 1, len(motions)))
     _check_factors(factors, motions)
-    return Scaling(values, factors, one.label, one.units, one.long_name, measured)
+    text = one.long_name if ground is None else _of_the_ground(one.long_name)
+    return Scaling(values, factors, one.label, one.units, text, measured, ground is not None)
+
+
+def ground_of(motions: Sequence[Record], ground: Sequence[Record]) -> list[Record]:
+    """The ground motion below each floor motion, found by its label; ValueError where there is none."""
+    known = {record.label: record for record in ground}
+    found = []
+    for motion in motions:
+        label = motion.label.removesuffix(f" floor {motion.floor}") if motion.floor else motion.label
+        if label not in known:
+            raise ValueError(f"ground must hold the ground motion {label!r} of motion {motion.label!r}, got none")
+        found.append(known[label])
+    return found
+
+
+def _of_the_ground(long_name: str) -> str:
+    return long_name.replace("floor", "ground") if "floor" in long_name else f"{long_name}, ground motion"
 
 
 def _check_factors(factors: NDArray[np.float64], motions: Sequence[Record]) -> None:

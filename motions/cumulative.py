@@ -68,6 +68,20 @@ def significant_duration(acceleration: Series, dt: float, start: float, end: flo
     return _time_at(a, dt, energy, end * energy[-1]) - _time_at(a, dt, energy, start * energy[-1])
 
 
+def husid(acceleration: Series, dt: float) -> Series:
+    """Share of the Arias intensity reached at every sample (time,), 0 to 1; NaN for a motion of zeros.
+
+    References
+    ----------
+    Husid, R. (1969). Características de terremotos: análisis general. Revista del IDIEM 8(1), 21-42.
+    """
+    largest = float(np.abs(acceleration).max())
+    if largest == 0.0:
+        return np.full(acceleration.shape, math.nan)
+    energy = np.concatenate([[0.0], np.cumsum(_squares(acceleration / largest, dt))])
+    return np.asarray(energy / energy[-1])
+
+
 def _squares(acceleration: Series, dt: float) -> Series:
     """Integral of a² over each segment: (a² + a b + b²) dt/3."""
     a, b = acceleration[..., :-1], acceleration[..., 1:]

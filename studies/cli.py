@@ -7,6 +7,7 @@ user's mistake.
 from __future__ import annotations
 
 import sys
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -62,10 +63,14 @@ def run(
     console = _console()
     folder = out if out is not None else Path("results") / study.stem
     plan = Study.from_toml(study)
-    motions = sum(array.sizes["motion"] for array in plan.motions)
+    floors = {array.sizes.get("floor", 1) for array in plan.motions}
+    motions = _count(plan.shakes, "motion")
+    if len(floors) == 1 and floors != {1}:
+        each = floors.pop()
+        motions = f"{_count(plan.shakes // each, 'motion')} × {_count(each, 'floor')}"
     console.print(
         f"{plan.title}: {_count(len(plan.blocks), 'block')} × {_count(len(plan.models), 'law')} × "
-        f"{_count(motions, 'motion')} × {_count(plan.levels.size, 'level')} = {_count(plan.runs, 'run')}",
+        f"{motions} × {_count(plan.levels.size, 'level')} = {_count(plan.runs, 'run')}",
         highlight=False,
         markup=False,
         soft_wrap=True,
@@ -87,6 +92,41 @@ def run(
         console.print(hint, highlight=False, markup=False, soft_wrap=True)
     figure = _draw(results, folder / FIGURE_NAME)
     console.print(f"results: {folder / RESULT_NAME}\nfigure:  {figure}", highlight=False, markup=False, soft_wrap=True)
+
+
+@app.command(name="motions")
+def look_at_motions(
+    inputs: Annotated[list[str], Parameter(negative_iterable="")],
+    /,
+    *,
+    out: Annotated[Path, Parameter(help="Folder for the figures.")] = Path("results/motions"),
+    json_: Annotated[
+        bool, Parameter(name="--json", negative="", help="Print every measure of every motion as JSON, no table.")
+    ] = False,
+    damping: Annotated[float, Parameter(help="Damping ratio of the spectra.")] = 0.05,
+) -> None:
+    """Look at motions: print their measures, draw histories.png, spectra.png and husid.png.
+
+    Parameters
+    ----------
+    inputs
+        One study file (TOML), or record files: paths or patterns.
+    """
+    from .look import draw_motions, measured, measures_json, measures_table, read_motions  # noqa: PLC0415 - matplotlib
+
+    motions = read_motions(inputs)
+    try:
+        values = measured(motions, damping)
+    except ValueError as error:
+        raise StudyError(str(error)) from None
+    figures = draw_motions(motions, out, damping)
+    if json_:
+        print(measures_json(values, figures))
+        return
+    console = _console()
+    console.print(measures_table(values))
+    for figure in figures:
+        console.print(f"figure: {figure}", highlight=False, markup=False, soft_wrap=True)
 
 
 @app.command(name="catalogue")
@@ -142,7 +182,7 @@ def _count(n: int, noun: str) -> str:
 
 def fragility_table(results: xr.Dataset) -> Table:
     """Medians and dispersions of a study's curves, with intervals, for a terminal."""
-    from .plots import display_unit  # noqa: PLC0415 - matplotlib loads slowly and is not needed for an error message
+    from .plots import display_unit, floor_name  # noqa: PLC0415 - matplotlib loads slowly and is not needed for an error message
 
     scale, unit = display_unit(results["level"])
     name = results["level"].attrs.get("long_name", "level")
@@ -155,10 +195,14 @@ def fragility_table(results: xr.Dataset) -> Table:
     )
     for heading in ("law", "median", percent, "β", percent):
         table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
-    for i, block in enumerate(results["block"].values):
-        table.add_row(f"[bold]{escape(str(block))}[/]")
+    floors = results["floor"].values.tolist() if "floor" in results.dims else [None]
+    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
+        where = "" if floor is None else f", {floor_name(floor)}"
+        table.add_row(f"[bold]{escape(str(results['block'].values[i]) + where)}[/]")
         for j, model in enumerate(results["model"].values):
             one = results.isel(block=i, model=j)
+            if floor is not None:
+                one = one.isel(floor=k)
             if bool(one["converged"]):
                 median, low, high = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
                 beta, narrow, wide = (one[f"dispersion{end}"].item() for end in ("", "_lower", "_upper"))
@@ -203,7 +247,7 @@ def main(arguments: list[str] | None = None) -> int:
     except CycloptsError as error:
         sentence = " ".join(str(error).split())
         given = sys.argv[1:] if arguments is None else arguments
-        command = f"toppling {given[0]}" if given and given[0] in ("run", "catalogue") else "toppling"
+        command = f"toppling {given[0]}" if given and given[0] in ("run", "motions", "catalogue") else "toppling"
         print(f"toppling: {sentence} (see {command} --help)", file=sys.stderr)
         return EXIT_INPUT
     except StudyError as error:

@@ -48,7 +48,7 @@ def model_name(label: str) -> str:
     return label.replace("e_R", "$e_R$")
 
 
-def fragility(results: xr.Dataset, block: str, ax: Axes | None = None) -> Axes:
+def fragility(results: xr.Dataset, block: str, ax: Axes | None = None, floor: int | str | None = None) -> Axes:
     """Fragility curves of one block under every law: fitted lines, observed fractions with their intervals.
 
     Parameters
@@ -59,21 +59,34 @@ def fragility(results: xr.Dataset, block: str, ax: Axes | None = None) -> Axes:
         Label of the block.
     ax : matplotlib Axes, optional
         Where to draw; new axes where not given.
+    floor : int or str, optional
+        Which floor, where the results are of several.
 
     Returns
     -------
     matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        Results of several floors, and none is said.
     """
+    here = results.sel(block=block)
+    if "floor" in results.dims:
+        if floor is None:
+            raise ValueError(f"results are of several floors, say which: {', '.join(map(str, _floors(results)))}")
+        here = here.sel(floor=floor)
     if ax is None:
         ax = plt.figure(figsize=(6.0, 4.2), layout="constrained").add_subplot()
-    here = results.sel(block=block)
     scale, unit = display_unit(results["level"])
     levels = here["level"].values / scale
     # offset of each law's points by a part of the least spacing: intervals at one level do not hide each other
     shift = np.linspace(-0.25, 0.25, here.sizes["model"]) if here.sizes["model"] > 1 else np.zeros(1)
     gap = float(np.diff(levels).min()) if levels.size > 1 else 0.0
     # no further than the first level at which nearly everything falls: the same for all blocks, which are compared
-    done = np.flatnonzero((results["probability"] > 0.995).all(["block", "model"]).values)
+    done = np.flatnonzero(
+        (results["probability"] > 0.995).all([*{"block", "model", "floor"} & {*results["probability"].dims}]).values
+    )
     end = levels[done[0]] if done.size else levels[-1]
     x = np.linspace(0.0, end * 1.02, 400)[1:]
     for i, (colour, marker, line) in enumerate(styles(results)):
@@ -104,36 +117,50 @@ def fragility(results: xr.Dataset, block: str, ax: Axes | None = None) -> Axes:
     ax.set_ylabel("probability of overturning")
     ax.grid(alpha=0.25, lw=0.6)
     ax.spines[["top", "right"]].set_visible(False)
-    ax.set_title(f"{block}\n" + _sizes(here), fontsize=10)
+    where = "" if floor is None else f", {floor_name(floor)}"
+    ax.set_title(f"{block}{where}\n" + _sizes(here), fontsize=10)
     return ax
 
 
 def fragility_figure(results: xr.Dataset) -> Figure:
-    """One panel of fragility curves for each block, with one legend for all."""
-    blocks = [str(block) for block in results["block"].values]
-    columns = min(PANEL_COLUMNS, len(blocks))
-    rows = math.ceil(len(blocks) / columns)
+    """One panel of fragility curves for each block (and floor), with one legend for all."""
+    floors = _floors(results)
+    panels = [(str(block), floor) for block in results["block"].values for floor in floors]
+    # a row for each block where its floors fit into one
+    columns = min(PANEL_COLUMNS, len(panels) if floors == [None] or len(floors) > PANEL_COLUMNS else len(floors))
+    rows = math.ceil(len(panels) / columns)
     laws = results.sizes["model"]
     legend_rows = math.ceil(laws / columns)
     figure = plt.figure(figsize=(max(4.4 * columns, 6.0), 3.7 * rows + 0.26 * legend_rows + 0.55), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
-    for ax, block in zip(axes.flat, blocks, strict=False):
-        fragility(results, block, ax)
+    for ax, (block, floor) in zip(axes.flat, panels, strict=False):
+        fragility(results, block, ax, floor)
         ax.label_outer(remove_inner_ticks=False)
         ax.set_xlabel(ax.get_xlabel() or axes.flat[0].get_xlabel())
-    for ax in list(axes.flat)[len(blocks) :]:
+    for ax in list(axes.flat)[len(panels) :]:
         ax.remove()
     handles, labels = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=9)
     percent = f"{100.0 * float(results.attrs.get('confidence', 0.95)):g} %"
-    motions = results.sizes["motion"]
-    legend = f"{motions} motion{'s' if motions != 1 else ''}; points: observed, with {percent} Wilson intervals"
+    motions = results.sizes["motion"] // len(floors)
+    each = " a floor" if len(floors) > 1 else ""
+    legend = f"{motions} motion{'s' if motions != 1 else ''}{each}; points: observed, with {percent} Wilson intervals"
     if results.sizes["model"] > 1:
         legend += " (shifted sideways to be told apart)"
     if bool(results["converged"].any()):
         legend += "; lines: lognormal fits"
     figure.suptitle(f"{results.attrs.get('title', 'Fragility')}\n{legend}", fontsize=11)
     return figure
+
+
+def floor_name(floor: int | str) -> str:
+    """A floor as people say it."""
+    return "ground" if str(floor) == "0" else f"floor {floor}"
+
+
+def _floors(results: xr.Dataset) -> list[int | str | None]:
+    """The floors that results tell apart; None alone where they do not."""
+    return list(results["floor"].values.tolist()) if "floor" in results.dims else [None]
 
 
 def _sizes(here: xr.Dataset) -> str:

@@ -11,7 +11,7 @@ import math
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -169,8 +169,42 @@ class EnvelopeTable(_Table):
         return envelope
 
 
+BUILDINGS = {
+    "flexural-shear": ({"period_s", "alpha0", "storeys"}, {"period_s"}),
+    "storeys": ({"masses_kg", "stiffnesses_n_m"}, {"masses_kg", "stiffnesses_n_m"}),
+}
+"""Kinds of buildings: the keys that are their own, and those that must be given."""
+
+
+class BuildingTable(_Table):
+    """An elastic building between the motions and the blocks."""
+
+    kind: Annotated[str, _one_of(BUILDINGS), Field(description="A uniform cantilever, or masses on springs.")]
+    period_s: Annotated[float | None, Field(description="Fundamental period, s.")] = None
+    alpha0: Annotated[float | None, Field(description="Flexural-shear parameter (5).")] = None
+    storeys: Annotated[int | None, Field(description="Number of storeys (5).")] = None
+    masses_kg: Annotated[list[float] | None, Field(description="Mass of each floor from the lowest up, kg.")] = None
+    stiffnesses_n_m: Annotated[list[float] | None, Field(description="Stiffness of each storey, N/m.")] = None
+    damping: Annotated[float | list[float] | None, Field(description="Damping ratio, of all or each mode.")] = None
+    storey_height_m: Annotated[float | list[float] | None, Field(description="Height of all or each storey, m.")] = None
+    modes: Annotated[int | None, Field(description="Number of modes.")] = None
+    floors: Annotated[list[int] | None, Field(description="Floors with blocks, 0 is the ground (all).")] = None
+
+    def build(self) -> shaking.Building:
+        """The building; ValueError where a key does not belong to it or is out of range."""
+        own, needed = BUILDINGS[self.kind]
+        _refuse_foreign(self, own | {"kind", "damping", "storey_height_m", "modes", "floors"}, f"kind {self.kind!r}")
+        missing = sorted(name for name in needed if getattr(self, name) is None)
+        if missing:
+            raise ValueError(f"kind {self.kind!r} needs {' and '.join(missing)}")
+        given = self.model_dump(exclude={"kind", "floors"}, exclude_none=True)
+        options = {_bare(key): value for key, value in given.items()}
+        make = shaking.Building.flexural_shear if self.kind == "flexural-shear" else shaking.Building.from_storeys
+        return make(**options)
+
+
 class MotionsTable(_Table):
-    """What shakes the blocks: a generator, a pulse, or records."""
+    """What shakes the blocks: a generator, a pulse, records, or floor histories."""
 
     generator: Annotated[
         str | None, _one_of(shaking.GENERATORS), Field(description="Name of a stochastic generator.")
@@ -179,6 +213,10 @@ class MotionsTable(_Table):
     records: Annotated[
         str | list[str] | None,
         Field(description="Record files: paths or patterns (* and **), relative to the study file."),
+    ] = None
+    floors_file: Annotated[
+        str | list[str] | None,
+        Field(description="Floor histories (CSV, netCDF) of another program: paths or patterns, as for records."),
     ] = None
     number: Annotated[int | None, Field(ge=1, description="Number of simulated motions.")] = None
     seed: Annotated[int | None, Field(ge=0, description="Seed of the simulated motions (0).")] = None
@@ -230,11 +268,10 @@ class MotionsTable(_Table):
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
-        kinds = [name for name in ("generator", "pulse", "records") if getattr(self, name) is not None]
+        sources = ("generator", "pulse", "records", "floors_file")
+        kinds = [name for name in sources if getattr(self, name) is not None]
         if len(kinds) != 1:
-            raise ValueError(
-                f"motions needs exactly one of generator, pulse, records, got {' and '.join(kinds) or 'none'}"
-            )
+            raise ValueError(f"motions needs exactly one of {', '.join(sources)}, got {' and '.join(kinds) or 'none'}")
         if self.generator is not None and self.number is None:
             raise ValueError("motions from a generator need number (how many)")
         return self
@@ -243,14 +280,17 @@ class MotionsTable(_Table):
         """The motions; ValueError where a parameter does not belong or is out of range, or no record is found."""
         if self.records is not None:
             _refuse_foreign(self, {"records", "dt_s"}, "motions from records")
-            return [shaking.read(path, self.dt_s) for path in _expand(self.records, folder)]
+            return [shaking.read(path, self.dt_s) for path in expand(self.records, folder)]
+        if self.floors_file is not None:
+            _refuse_foreign(self, {"floors_file"}, "motions from a floors_file")
+            return [shaking.read_floors(path) for path in expand(self.floors_file, folder, "floors_file")]
         if self.pulse is not None:
             if self.omega_rad_s is None:
                 raise ValueError(f"pulse {self.pulse!r} needs omega_rad_s (its circular frequency)")
             amplitude = 1.0 if self.amplitude_m_s2 is None else self.amplitude_m_s2
             values = self.model_copy(update={"amplitude_m_s2": amplitude})
             return [_construct(shaking.PULSES[self.pulse], values, {"pulse"}, f"pulse {self.pulse!r}").sample(1)]
-        assert self.generator is not None  # exactly one of three, checked above
+        assert self.generator is not None  # exactly one of four, checked above
         assert self.number is not None
         apart = {"generator", "number", "seed"}
         generator = _construct(shaking.GENERATORS[self.generator], self, apart, f"generator {self.generator!r}")
@@ -302,7 +342,17 @@ class IdaTable(_Table):
     """Incremental dynamic analysis: the measure and its levels."""
 
     im: Annotated[str, AfterValidator(_intensity_measure), Field(description="Intensity measure.")] = "pga"
+    im_at: Annotated[
+        str | None, _one_of(("floor", "ground")), Field(description="Where a building's motions are measured (floor).")
+    ] = None
     levels: Annotated[LevelsTable, Field(description="Levels of the measure.")]
+
+
+class Shaking(NamedTuple):
+    """What shakes the blocks, and the ground motions below it where the levels are of their measure."""
+
+    motions: list[xr.DataArray]
+    ground: list[xr.DataArray]
 
 
 class StudyFile(_Table):
@@ -312,7 +362,27 @@ class StudyFile(_Table):
     blocks: Annotated[list[BlockTable], Field(min_length=1, description="The blocks.")]
     models: Annotated[list[ModelTable], Field(min_length=1, description="The damping laws.")]
     motions: Annotated[MotionsTable, Field(description="What shakes them.")]
+    building: Annotated[BuildingTable | None, Field(description="What stands between the motions and them.")] = None
     ida: Annotated[IdaTable, Field(description="The analysis.")]
+
+    @model_validator(mode="after")
+    def _ground_below(self) -> Self:
+        if self.ida.im_at == "ground" and self.building is None:
+            raise ValueError("ida.im_at 'ground' needs a building, whose floors move with the ground")
+        if self.building is not None and self.motions.floors_file is not None:
+            raise ValueError("a building needs ground motions, got motions.floors_file, which are of floors already")
+        return self
+
+    def shaking(self, folder: Path) -> Shaking:
+        """The motions, through the building where there is one; ValueError as the tables' own."""
+        ground = self.motions.build(folder)
+        if self.building is None:
+            return Shaking(ground, [])
+        try:
+            floors = self.building.build().floor_motions(ground, self.building.floors)
+        except ValueError as error:
+            raise ValueError(f"building: {error}") from None
+        return Shaking(floors, ground if self.ida.im_at == "ground" else [])
 
 
 def read_study_file(path: Path) -> StudyFile:
@@ -361,6 +431,7 @@ def _known_keys(location: tuple[int | str, ...]) -> list[str]:
         "blocks": BlockTable,
         "models": ModelTable,
         "motions": MotionsTable,
+        "building": BuildingTable,
         "envelope": EnvelopeTable,
         "ida": IdaTable,
         "levels": LevelsTable,
@@ -373,7 +444,7 @@ def _known_keys(location: tuple[int | str, ...]) -> list[str]:
 
 # longest first
 _UNIT_SUFFIXES = (
-    "_m2_s3", "_rad_s2", "_kg_m3", "_rad_s", "_per_s", "_m_s2", "_m_s", "_rad", "_hz", "_pa", "_m", "_s"
+    "_m2_s3", "_rad_s2", "_kg_m3", "_rad_s", "_per_s", "_m_s2", "_m_s", "_n_m", "_rad", "_hz", "_pa", "_kg", "_m", "_s"
 )  # fmt: skip
 
 
@@ -403,13 +474,15 @@ def _construct(cls: Any, table: BaseModel, apart: set[str], what: str) -> Any:
         raise ValueError(f"{what}: {error}") from None
 
 
-def _expand(patterns: str | list[str], folder: Path) -> list[Path]:
+def expand(patterns: str | list[str], folder: Path, what: str = "records") -> list[Path]:
     """Files that the patterns name, sorted, each once; RecordError where a pattern names none."""
     found: dict[Path, None] = {}
     for pattern in [patterns] if isinstance(patterns, str) else patterns:
         matches = sorted(glob.glob(pattern, root_dir=folder, recursive=True))
         files = [folder / match for match in matches if (folder / match).is_file()]
+        if not files and (folder / pattern).is_file():  # a name with brackets is a pattern that does not match itself
+            files = [folder / pattern]
         if not files:
-            raise RecordError(f"records: no file matches {pattern!r} (looked in {folder.resolve()})")
+            raise RecordError(f"{what}: no file matches {pattern!r} (looked in {folder.resolve()})")
         found.update(dict.fromkeys(files))
     return list(found)

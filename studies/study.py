@@ -19,7 +19,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..fragility import fit_fragility, ida, overturning_probability
-from ..fragility.scaling import scaling
+from ..fragility.scaling import ground_of, scaling
 from ..models import Block, Law
 from ..motions import records
 from .schema import StudyError, StudyFile, read_study_file
@@ -37,7 +37,8 @@ __version__ = metadata.version("toppling")
 class Study:
     """Blocks x damping laws x motions x levels, ready to run.
 
-    Made by `Study.from_toml`; `configuration` is the study file's content as plain values.
+    Made by `Study.from_toml`; `configuration` is the study file's content as plain values, `ground` the ground motions
+    below where the levels are of their measure and not of the floor motions'.
     """
 
     title: str
@@ -47,6 +48,7 @@ class Study:
     levels: NDArray[np.float64]
     im: str
     configuration: dict[str, Any]
+    ground: tuple[xr.DataArray, ...] = ()
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> Study:
@@ -62,29 +64,37 @@ class Study:
         file = Path(path)
         content = read_study_file(file)
         try:
+            shaking = content.shaking(file.parent)
             study = cls(
                 content.title,
                 tuple(_each("blocks", content.blocks)),
                 tuple(_each("models", content.models)),
-                tuple(content.motions.build(file.parent)),
+                tuple(shaking.motions),
                 content.ida.levels.build(content.ida.im),
                 content.ida.im,
                 _plain(content),
+                tuple(shaking.ground),
             )
             # what only blocks, laws, motions and levels together can get wrong is said before the work, not during it
             for block in study.blocks:
                 for model in study.models:
                     model.oscillator(block)
-            scaling(study.levels, records(study.motions), study.im, study.blocks)
+            plain = records(study.motions)
+            below = ground_of(plain, records(study.ground)) if study.ground else None
+            scaling(study.levels, plain, study.im, study.blocks, below)
         except (ValueError, ArithmeticError) as error:
             raise StudyError(f"{file}: {error}") from None
         return study
 
     @property
     def runs(self) -> int:
-        """Number of runs: blocks x laws x motions x levels."""
-        motions = sum(array.sizes["motion"] for array in self.motions)
-        return len(self.blocks) * len(self.models) * motions * self.levels.size
+        """Number of runs: blocks x laws x motions (those of every floor) x levels."""
+        return len(self.blocks) * len(self.models) * self.shakes * self.levels.size
+
+    @property
+    def shakes(self) -> int:
+        """Number of motions, those of every floor."""
+        return sum(array.sizes["motion"] * array.sizes.get("floor", 1) for array in self.motions)
 
     @property
     def notes(self) -> list[str]:
@@ -157,9 +167,21 @@ class Study:
         return results
 
     def _compute(self, client: Client | None, progress: Callable[[int, int], None] | None) -> xr.Dataset:
-        results = ida(self.blocks, self.models, self.motions, self.levels, self.im, client=client, progress=progress)
+        ground = self.ground or None
+        results = ida(
+            self.blocks,
+            self.models,
+            self.motions,
+            self.levels,
+            self.im,
+            client=client,
+            ground=ground,
+            progress=progress,
+        )
         probabilities = overturning_probability(results)
         curves = fit_fragility(probabilities)
+        if "floor" in probabilities.dims:  # the dimension takes the name
+            results = results.rename(floor="motion_floor")
         return results.assign({**probabilities.data_vars, **curves.data_vars}).assign_attrs(
             title=self.title,
             study=json.dumps(self.configuration, ensure_ascii=False, sort_keys=True),
@@ -173,7 +195,7 @@ class Study:
         """What decides the results, as a hash: the study without its title, the motions' samples, our version."""
         content = {key: value for key, value in self.configuration.items() if key != "title"}
         digest = hashlib.sha256(json.dumps([__version__, content], sort_keys=True).encode())
-        for record in records(self.motions):
+        for record in (*records(self.motions), *(records(self.ground) if self.ground else ())):
             digest.update(json.dumps([record.label, record.dt, record.source]).encode())
             digest.update(record.acceleration.tobytes())
         return digest.hexdigest()
