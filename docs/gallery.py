@@ -158,6 +158,30 @@ def seismological() -> xr.DataArray:
 
 
 @section(
+    "spectrum-compatible",
+    "Motions whose response spectrum is a given one, a code's or a site's, with peak velocity and displacement kept "
+    "near what that spectrum implies: matching alone would spoil them.",
+    "Least change of acceleration that mends every oscillator peak, by time-reversed impulse responses, after "
+    "Lilhanand and Tseng (1988), recalled.",
+)
+def spectrum_compatible() -> xr.DataArray:
+    target = motions.TargetSpectrum.asce7_floor(s_ds=0.5, z_over_h=1.0).between(0.05, 4.0)
+    generator = motions.SpectrumCompatible(target)
+    return generator.sample(30, seed=1)
+
+
+@section(
+    "ac156",
+    "Shake-table motions for qualifying equipment by ICC-ES AC156; `motions.ac156_acceptance` checks its rules. "
+    "Nothing below 1.3 Hz is enforced, where the velocity that topples lives: it is matched here all the same.",
+    "ICC-ES AC156 with ASCE 7-16, spectra as test laboratories publish them; the standards were not read.",
+)
+def ac156() -> xr.DataArray:
+    generator = motions.AC156(s_ds=1.0, z_over_h=1.0)
+    return generator.sample(30, seed=1)
+
+
+@section(
     "rectangular",
     "Constant acceleration, then nothing: West's criterion and the simplest closed forms.",
     "Elementary; its length is π/ω, as the half-sine's.",

@@ -1,5 +1,6 @@
 """What shakes the contents: simulated motions, pulses, records, and their intensity measures."""
 
+from .ac156 import AC156, ac156_acceptance
 from .arrays import from_array, records
 from .at2 import read_at2, write_at2
 from .corrections import bandpass, baseline, highpass, lowpass, pad, resample, taper, trim, trim_husid
@@ -12,6 +13,7 @@ from .floor_files import read_floors
 from .floors import Building
 from .generators import GENERATORS
 from .intensity import MEASURES, Measure
+from .matching import SpectrumCompatible, match, matching_report
 from .measures import measure_named, measures
 from .nearfault import NearFault
 from .p58 import p58_floor_demands
@@ -31,9 +33,11 @@ from .reading import example_path, read, read_all
 from .seismological import Seismological
 from .sitebased import SiteBased, SiteBasedScenario
 from .spectra import response_spectrum
+from .targets import TargetSpectrum
 from .text import read_csv
 
 __all__ = [
+    "AC156",
     "ENVELOPES",
     "FIV3",
     "GENERATORS",
@@ -65,14 +69,19 @@ __all__ = [
     "Seismological",
     "SiteBased",
     "SiteBasedScenario",
+    "SpectrumCompatible",
     "Stationary",
     "Sv",
+    "TargetSpectrum",
+    "ac156_acceptance",
     "bandpass",
     "baseline",
     "example_path",
     "from_array",
     "highpass",
     "lowpass",
+    "match",
+    "matching_report",
     "measure_named",
     "measures",
     "p58_floor_demands",

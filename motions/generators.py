@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from .ac156 import AC156
 from .ensembles import Generator
 from .evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
 from .filters import CloughPenzien, KanaiTajimi
+from .matching import SpectrumCompatible
 from .nearfault import NearFault
 from .seismological import Seismological
 from .sitebased import SiteBased, SiteBasedScenario
@@ -18,5 +20,7 @@ GENERATORS: dict[str, type[Generator]] = {
     "site-based-scenario": SiteBasedScenario,
     "near-fault": NearFault,
     "seismological": Seismological,
+    "spectrum-compatible": SpectrumCompatible,
+    "ac156": AC156,
 }
 """Every generator by the name that study files use."""

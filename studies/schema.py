@@ -29,6 +29,7 @@ from ..motions.nearfault import WITH_PULSE
 from ..motions.parametrised import PARAMETRISED
 from ..motions.scenario import FAULTINGS
 from ..motions.seismological import SITES
+from ..motions.targets import EDITIONS
 from ..units import DIMENSIONLESS, STANDARD_GRAVITY
 
 # SI value of each unit a level may be written in, and the SI unit it belongs to.
@@ -231,6 +232,17 @@ class MotionsTable(_Table):
     xi_f: Annotated[float | None, Field(description="Damping ratio of the high-pass.")] = None
     s0_m2_s3: Annotated[float | None, Field(description="Spectral density of the white noise, m²/s³.")] = None
     baseline: Annotated[str | None, _one_of(BASELINES), Field(description="Baseline correction.")] = None
+    target: Annotated[
+        str | None, Field(description="CSV of the spectrum to be matched, relative to the study file.")
+    ] = None
+    s_ds: Annotated[float | None, Field(description="S_DS of ASCE 7, in g.")] = None
+    z_over_h: Annotated[float | None, Field(description="Height of attachment over that of the roof (0).")] = None
+    edition: Annotated[str | None, _one_of(EDITIONS), Field(description="Edition of ASCE 7 (7-16).")] = None
+    vertical: Annotated[bool | None, Field(description="The vertical spectrum (false).")] = None
+    lowest_frequency_hz: Annotated[float | None, Field(description="Where matching starts, Hz (0.1).")] = None
+    f_lowest_hz: Annotated[float | None, Field(description="Lowest natural frequency of the component, Hz.")] = None
+    pgv_bound: Annotated[float | None, Field(description="Greatest relative distance of PGV (0.15).")] = None
+    pgd_bound: Annotated[float | None, Field(description="Greatest relative distance of PGD (0.5).")] = None
     envelope: Annotated[EnvelopeTable | None, Field(description="Intensity envelope.")] = None
     magnitude: Annotated[float | None, Field(description="Moment magnitude of the scenario.")] = None
     distance_m: Annotated[float | None, Field(description="Distance of the scenario, m.")] = None
@@ -293,7 +305,15 @@ class MotionsTable(_Table):
         assert self.generator is not None  # exactly one of four, checked above
         assert self.number is not None
         apart = {"generator", "number", "seed"}
-        generator = _construct(shaking.GENERATORS[self.generator], self, apart, f"generator {self.generator!r}")
+        kind, what = shaking.GENERATORS[self.generator], f"generator {self.generator!r}"
+        for need in ("s_ds", "target"):
+            if need in getattr(kind, "__dataclass_fields__", {}) and getattr(self, need) is None:
+                raise ValueError(f"{what} needs {need}")
+        values = self
+        if self.target is not None:
+            spectrum = shaking.TargetSpectrum.from_csv(folder / self.target)
+            values = self.model_copy(update={"target": spectrum})
+        generator = _construct(kind, values, apart, what)
         return [generator.sample(self.number, seed=self.seed or 0)]
 
 
