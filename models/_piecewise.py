@@ -234,8 +234,8 @@ def _linear_series(poly, acceleration, omega, c, stiffness, slope, n):
 
 
 @njit(**_EVENT)
-def _exact_series(poly, trig, theta, omega, p2, tilt, force, slope, h):
-    """Taylor coefficients of x'' = -p² sin(tilt - x) + (force + slope t) cos(tilt - x)/cos(tilt), and a safe step.
+def _exact_series(poly, trig, theta, omega, p2, tilt, scale, force, slope, h):
+    """Taylor coefficients of x'' = -p² sin(tilt - x) + (force + slope t) cos(tilt - x) scale, and a safe step.
 
     sin and cos of the running angle by their product recurrences.  The step returned (<= h) keeps the neglected terms
     below 1e-17 of the largest kept one and holds at most one zero of the acceleration: proved by a bound on the terms
@@ -243,7 +243,6 @@ def _exact_series(poly, trig, theta, omega, p2, tilt, force, slope, h):
     """
     trig[0, 0] = math.sin(tilt - theta)
     trig[1, 0] = math.cos(tilt - theta)
-    scale = 1.0 / math.cos(tilt)
     trig[2, 1] = omega
     a = -p2 * trig[0, 0] + force * trig[1, 0] * scale
     if omega == 0.0 and abs(a) <= 2.0 * EPSILON * (p2 * abs(trig[0, 0]) + abs(force * trig[1, 0] * scale)):
@@ -259,10 +258,10 @@ def _exact_series(poly, trig, theta, omega, p2, tilt, force, slope, h):
         for j in range(1, k + 1):
             s -= j * trig[2, j] * trig[1, k - j]
             c += j * trig[2, j] * trig[0, k - j]
-        trig[0, k] = s / k
-        trig[1, k] = c / k
+        trig[0, k] = s * INVERSE[k]
+        trig[1, k] = c * INVERSE[k]
         forced = (force * trig[1, k] + slope * trig[1, k - 1]) * scale
-        trig[2, k + 2] = (-p2 * trig[0, k] + forced) / ((k + 2) * (k + 1))
+        trig[2, k + 2] = (-p2 * trig[0, k] + forced) * (INVERSE[k + 2] * INVERSE[k + 1])
         power *= h
         term = (k + 2) * abs(trig[2, k + 2]) * power
         if k == 1:
@@ -286,9 +285,9 @@ def _exact_series(poly, trig, theta, omega, p2, tilt, force, slope, h):
             term = k * (k - 1) * abs(trig[2, k]) * power
             of_a += term
             if k > 3:
-                of_jerk += (k - 2) * term / h
+                of_jerk += (k - 2) * term
             power *= h
-        if 2.0 * abs(trig[2, 2]) > of_a or 6.0 * abs(trig[2, 3]) > of_jerk:
+        if 2.0 * abs(trig[2, 2]) > of_a or 6.0 * abs(trig[2, 3]) * h > of_jerk:
             break
         if trig[2, 1] == 0.0 and trig[2, 2] == 0.0 and trig[2, 3] == 0.0:
             break
@@ -708,7 +707,9 @@ def _piece(x, k, tables, links, parameters, o, force, slope, left, time, poly, t
     exact = parameters[o, PAR_EXACT] != 0.0
     if exact:
         h = min(left, 0.5 / math.sqrt(-stiffness))
-        n, h = _exact_series(poly, trig, theta, omega, -stiffness, offset / stiffness, force, slope, h)
+        n, h = _exact_series(
+            poly, trig, theta, omega, -stiffness, offset / stiffness, parameters[o, PAR_EXACT], force, slope, h
+        )
     else:
         c = x[HELD] if links[o, region, LINK_HELD] else tables[o, region, REGION_DAMPING]
         rate = _rate(stiffness, c)

@@ -117,9 +117,16 @@ def stack(oscillators: Sequence[Oscillator]) -> Stack:
             oscillator.uplift_left,
             oscillator.rest_right,
             oscillator.rest_left,
-            oscillator.exact,
+            exact_lever(oscillator),
         )
     return Stack(tables, links, parameters)
+
+
+def exact_lever(oscillator: Oscillator) -> float:
+    """1/cos(alpha) of an oscillator in exact geometry, whose shaking is given by its gain at rest; 0 of any other."""
+    if not oscillator.exact:
+        return 0.0
+    return 1.0 / math.cos(oscillator.regions[0].offset / oscillator.regions[0].stiffness)
 
 
 def _check_table(oscillator: Oscillator) -> None:

@@ -7,7 +7,9 @@ user's mistake.
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from itertools import product
+from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -152,6 +154,48 @@ def show_catalogue() -> None:
     _console().print(table)
 
 
+@app.command
+def bench(
+    *,
+    out: Annotated[Path, Parameter(help="Folder for performance.md and its figures.")] = Path("results/bench"),
+    parts: Annotated[
+        str, Parameter(help="What to measure, with commas: speed, skipping, scale, precision, flags.")
+    ] = "speed,skipping,scale,precision,flags",
+    full: Annotated[bool, Parameter(negative="", help="Ten million runs and the slowest rivals as well.")] = False,
+    json: Annotated[bool, Parameter(negative="", help="Print all figures as JSON instead of tables.")] = False,
+) -> None:
+    """Measure the engine beside other integrators, against a 40-digit truth; some 6 minutes (--full: some 25)."""
+    from ..benchmarks import page, suite  # noqa: PLC0415 - compiled rivals and peers load only here
+
+    try:
+        chosen = suite.parts_of(parts)
+    except ValueError as error:
+        raise StudyError(f"--parts {parts}: {error}") from None
+    out.mkdir(parents=True, exist_ok=True)
+    log = Console(stderr=True)
+    with log.status("") as status:
+        tell = status.update if log.is_terminal else log.print
+        results = suite.run(chosen, full, lambda part: tell(f"measuring: {part}"))
+    written = page.write(results, out)
+    if json:
+        sys.stdout.write(dumps(results, ensure_ascii=False, allow_nan=False) + "\n")
+        return
+    console = _console(least=120)
+    for table in page.summary(results):
+        console.print(_plain_table(table.title, table.headings, table.rows))
+    console.print("\n".join(f"written: {path}" for path in written), highlight=False, markup=False, soft_wrap=True)
+
+
+def _plain_table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    """Text in the first column, figures in the others."""
+    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
+    for i, heading in enumerate(headings):
+        table.add_column(heading, justify="right" if i else "left", overflow="fold", no_wrap=not i)
+    for row in rows:
+        table.add_row(*(escape(cell) for cell in row))
+    return table
+
+
 # What to do where there is no curve, by the status of the fit.
 _ADVICE = {
     "no overturning": "nothing fell at any level: raise ida.levels.to",
@@ -170,10 +214,10 @@ def _hints(results: xr.Dataset) -> list[str]:
     return [f"{status}: {_ADVICE[status]}" for status in found if status in _ADVICE]
 
 
-def _console() -> Console:
-    """The terminal, or 100 columns where the output goes elsewhere."""
+def _console(least: int = 100) -> Console:
+    """The terminal, or at least so many columns where the output goes elsewhere."""
     console = Console()
-    return console if console.is_terminal else Console(width=max(100, console.width))
+    return console if console.is_terminal else Console(width=max(least, console.width))
 
 
 def _count(n: int, noun: str) -> str:
@@ -247,7 +291,9 @@ def main(arguments: list[str] | None = None) -> int:
     except CycloptsError as error:
         sentence = " ".join(str(error).split())
         given = sys.argv[1:] if arguments is None else arguments
-        command = f"toppling {given[0]}" if given and given[0] in ("run", "motions", "catalogue") else "toppling"
+        command = (
+            f"toppling {given[0]}" if given and given[0] in ("run", "motions", "catalogue", "bench") else "toppling"
+        )
         print(f"toppling: {sentence} (see {command} --help)", file=sys.stderr)
         return EXIT_INPUT
     except StudyError as error:

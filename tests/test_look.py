@@ -50,6 +50,8 @@ SHORT = {
     "site-based-scenario": "magnitude = 6.5\ndistance_m = 20000\nvs30_m_s = 500\ndt_s = 0.02",
     "near-fault": "magnitude = 6.5\ndistance_m = 8000\nalong_m = 10000\ndt_s = 0.02",
     "seismological": "magnitude = 6\ndistance_m = 20000\ndt_s = 0.02",
+    "spectrum-compatible": 'target = "target.csv"\ndt_s = 0.01',
+    "ac156": "s_ds = 1\nduration_s = 20\ndt_s = 0.01",
 }
 
 
@@ -62,6 +64,7 @@ def write(folder, motions=NOISE, building="", im_at="", name="study.toml"):
 @pytest.mark.parametrize("name", tp.motions.GENERATORS)
 def test_every_generator_by_name(tmp_path, name):
     """A tiny study asks for it; its motions are the class's own."""
+    (tmp_path / "target.csv").write_text("period (s), sa (g)\n0.1, 1\n0.5, 1\n2, 0.25\n")
     study = tp.Study.from_toml(write(tmp_path, f'generator = "{name}"\nnumber = 2\nseed = 3\n{SHORT[name]}'))
     assert study.motions[0].motion.values[0] == f"{tp.motions.GENERATORS[name].__name__} 3-0"
     result = study.run()

@@ -1,0 +1,178 @@
+"""Measuring and nothing else: medians of repeated CPU times, errors against the truth, the machine.  Plain data out."""
+
+from __future__ import annotations
+
+import json
+import platform
+import statistics
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from time import thread_time
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..models import Block, Law
+from ..models.oscillator import Oscillator
+from ..models.runs import OUTPUTS, run_many, trace
+from .problems import DT, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, TRUTH_FILE, problem
+from .rivals import Answer, Array, Rival
+
+Row = dict[str, Any]
+"""One line of a table: names and plain values."""
+
+SHORTEST = 0.01
+"""s: shorter tasks are repeated within one measurement."""
+ENGINE = "toppling"
+LEAST_ROCKING = 1e-12
+"""Peak over alpha below which a run does not count as rocking (one is at its threshold but for rounding: see truth)."""
+TRUTH_RUNS = len(TRUTH_BLOCKS) * len(TRUTH_FACTORS)
+
+
+def seconds(tasks: Sequence[Callable[[], Any]], repeats: int) -> list[float]:
+    """Median CPU time of each task, in turns, so that what slows the machine for a while slows all of them.
+
+    The calling thread's CPU time: other programs on the machine do not count.
+    """
+    number = []
+    for task in tasks:
+        task()  # compiles, fills caches
+        start = thread_time()
+        if repeats > 1:
+            task()
+        number.append(max(1, round(SHORTEST / max(thread_time() - start, 1e-6))) if repeats > 1 else 1)
+    taken: list[list[float]] = [[] for _ in tasks]
+    for _ in range(repeats):
+        for times, task, n in zip(taken, tasks, number, strict=True):
+            start = thread_time()
+            for _ in range(n):
+                task()
+            times.append((thread_time() - start) / n)
+    return [statistics.median(times) for times in taken]
+
+
+def oscillators(law: Law, blocks: Sequence[Block]) -> list[Oscillator]:
+    """`law` for every block, as the engine takes it."""
+    return [law.oscillator(block) for block in blocks]
+
+
+def is_rigid(law: Law) -> bool:
+    """Whether a block under `law` rests rigidly, so that a rival may leave out the time in which it rests."""
+    return problem(next(iter(TRUTH_BLOCKS.values())), law).rigid
+
+
+class Truth(NamedTuple):
+    """One law's true runs (block, factor): flags; peaks, rad; rotations (…, sample), rad; and all but the flags when
+    the record is multiplied by 1 + 1e-13: how much they change, rad."""
+
+    overturned: NDArray[np.bool_]
+    peak: Array
+    rotation: Array
+    twin: Array
+    rotation_twin: Array
+
+
+@cache
+def truth_data() -> xr.Dataset:
+    """The file of the truth, in memory."""
+    with xr.open_dataset(TRUTH_FILE) as data:
+        return data.load()
+
+
+def truth_of(law: Law) -> Truth:
+    """The true runs of one law."""
+    one = truth_data().sel(law=law.label)
+    names = ("overturned", "peak_rotation", "rotation", "twin", "rotation_twin")
+    return Truth(*(one[name].values.astype(bool if name == "overturned" else float) for name in names))
+
+
+def stride() -> int:
+    """Every how many samples a rotation of the truth is kept."""
+    return int(np.diff(truth_data()["sample"].values[:2])[0])
+
+
+def engine_answer(law: Law, block: Block, shaking: Array, factors: Array, every: int) -> Answer:
+    """The engine's runs in the form of the rivals' answers; histories run by run, as `simulate` does."""
+    oscillator = law.oscillator(block)
+    runs = run_many([oscillator], factors[None, :], shaking, DT, skip=False)[0]
+    histories = [trace(oscillator, factor * shaking, DT).history[0, ::every] for factor in factors]
+    return Answer(runs[:, OUTPUTS["peak_rotation"]], runs[:, OUTPUTS["overturned"]] > 0.0, np.array(histories))
+
+
+def answers(law: Law, rival: Rival | None, shaking: Array) -> list[Answer]:
+    """The runs of the truth by one rival, or by the engine (None), an answer for each block."""
+    factors, every = np.array(TRUTH_FACTORS), stride()
+    if rival is None:
+        return [engine_answer(law, block, shaking, factors, every) for block in TRUTH_BLOCKS.values()]
+    return [rival.run(problem(block, law), shaking, DT, factors, every) for block in TRUTH_BLOCKS.values()]
+
+
+def errors(law: Law, found: Sequence[Answer]) -> Row:
+    """Errors of `found`, an answer for each block, as fractions of alpha (a peak may be zero, alpha is not).
+
+    The largest over the runs that truly stand, the median over those of them that rock (a rigid block may just rest);
+    and the number of wrong flags among all.  None: not a number, or infinite.
+    """
+    truth = truth_of(law)
+    alphas = np.array([block.alpha for block in TRUTH_BLOCKS.values()])[:, None]
+    overturned = np.stack([answer.overturned for answer in found])
+    rotation = np.stack([answer.rotation for answer in found])
+    peak = np.stack([answer.peak for answer in found])
+    stands = ~truth.overturned
+    rocks = stands & (truth.peak > LEAST_ROCKING * alphas)
+    along = np.abs(rotation - truth.rotation).max(axis=-1) / alphas
+    high = np.abs(peak - truth.peak) / alphas
+    figures = {
+        "trajectory_max": along[stands].max(),
+        "trajectory_median": np.median(along[rocks]),
+        "peak_max": high[stands].max(),
+        "peak_median": np.median(high[rocks]),
+    }
+    return {
+        **{name: float(value) if np.isfinite(value) else None for name, value in figures.items()},
+        "wrong_flags": int((overturned != truth.overturned).sum()),
+        "flags": int(overturned.size),
+    }
+
+
+def multiplication(law: Law) -> float:
+    """How far the true trajectories that stand move, over alpha, if the record is multiplied by 1 + 1e-13."""
+    truth = truth_of(law)
+    alphas = np.array([block.alpha for block in TRUTH_BLOCKS.values()])[:, None]
+    return float((truth.rotation_twin / alphas)[~truth.overturned].max())
+
+
+def law_names(laws: Sequence[Law] = LAWS) -> list[str]:
+    """Labels of the laws, in order."""
+    return [law.label for law in laws]
+
+
+def in_a_process(code: str, *arguments: Any) -> Row:
+    """What `code` prints as JSON on its last line, run in a Python process of its own with `arguments` as JSON."""
+    command = [sys.executable, "-c", code, json.dumps(arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        reason = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        raise RuntimeError(f"a measuring process ended with {done.returncode}: {reason}")
+    answer: Row = json.loads(done.stdout.strip().splitlines()[-1])
+    return answer
+
+
+def machine() -> Row:
+    """The processor's model and the versions that decide the figures; nothing that names a computer."""
+    model = platform.processor() or platform.machine()
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                model = line.partition(":")[2].strip()
+                break
+    except OSError:
+        pass
+    packages = {name: metadata.version(name) for name in ("toppling", "numpy", "numba", "dask")}
+    return {"processor": model, "system": platform.system(), "python": platform.python_version(), **packages}

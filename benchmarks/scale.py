@@ -1,0 +1,174 @@
+"""`ida` end to end: the engine's share, what a process costs before its first run, time and memory up to 10^7 runs."""
+
+from __future__ import annotations
+
+import json
+import resource
+import statistics
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from threading import Lock
+from time import perf_counter, process_time, thread_time
+from typing import Any
+
+import dask
+import numpy as np
+import xarray as xr
+
+from ..fragility import ida
+from ..models import DiscreteDamping, EnergyConsistent, GianniniMasiani, HousnerImpact
+from ..models import _piecewise as engine
+from ..models.runs import run_many
+from ..motions import CloughPenzien, RiseStrongDecay
+from ..units import STANDARD_GRAVITY
+from .measure import Row, in_a_process, oscillators
+from .problems import DT, DURATION, record, typical
+
+THREADS = 2
+MODELS = (
+    DiscreteDamping(e=0.9),
+    GianniniMasiani(e=0.9),
+    EnergyConsistent(e=0.9),
+    HousnerImpact(e=0.9, geometry="linear"),
+)
+LEVELS = STANDARD_GRAVITY * np.linspace(0.1, 1.0, 10)
+RUNS_A_MOTION = 25 * len(MODELS) * LEVELS.size
+SIZES, LARGEST = (1_000, 10_000, 100_000, 1_000_000), 10_000_000
+SHARE_RUNS = 100_000
+_AT_ONCE = 100
+_MODULE = __name__
+_CHILD = f"""
+import json, sys
+from importlib import import_module
+print(json.dumps(getattr(import_module({_MODULE!r}), json.loads(sys.argv[1])[0])(*json.loads(sys.argv[1])[1:])))
+"""
+_FIRST_CALL = f"""
+import json, sys
+from time import perf_counter
+start = perf_counter()
+import toppling
+imported = perf_counter()
+from importlib import import_module
+answer = import_module({_MODULE!r}).first_and_second()
+print(json.dumps(dict(answer, loading=imported - start)))
+"""
+
+
+def scale(sizes: Sequence[int] = SIZES, full: bool = False, share_runs: int = SHARE_RUNS, repeats: int = 3) -> Row:
+    """The three measurements, each in processes of their own, all with THREADS threads."""
+    share = in_a_process(_CHILD, "kernel_share", share_runs, repeats)
+    starts = [in_a_process(_FIRST_CALL) for _ in range(repeats)]
+    points = [_point_or_failure(size) for size in (*sizes, LARGEST) if full or size < LARGEST]
+    first = {name: statistics.median(start[name] for start in starts) for name in starts[0]}
+    return {"share": share, "first": first, "points": points}
+
+
+def _point_or_failure(size: int) -> Row:
+    """One point of the cost curve; a process that the system ended (for memory) is a result as well."""
+    try:
+        return in_a_process(_CHILD, "point", size)
+    except RuntimeError as error:
+        return {"runs": size, "failed": str(error)}
+
+
+def ensemble(number: int) -> list[xr.DataArray]:
+    """Motions by the hundred, so that no more than their own memory is needed."""
+    shaking = CloughPenzien(omega_g=15.0, xi_g=0.6, duration=DURATION, dt=DT, envelope=RiseStrongDecay(2.0, 10.0, 0.2))
+    return [shaking.sample(min(_AT_ONCE, number - first), seed=3, first=first) for first in range(0, number, _AT_ONCE)]
+
+
+def analyse(motions: list[xr.DataArray], outputs: Sequence[str]) -> xr.Dataset:
+    """The IDA that is measured."""
+    with dask.config.set(num_workers=THREADS):
+        return ida(typical(), MODELS, motions, LEVELS, outputs=outputs)
+
+
+class KernelClock:
+    """Adds up the CPU time that all threads spend in the engine: stands in for `run_batch`, in the benchmark only."""
+
+    def __init__(self) -> None:
+        self.total = 0.0
+        self._lock = Lock()
+        self._kernel = engine.run_batch
+
+    def __call__(self, *arguments: Any) -> Any:
+        start = thread_time()
+        answer = self._kernel(*arguments)
+        spent = thread_time() - start
+        with self._lock:
+            self.total += spent
+        return answer
+
+    def __enter__(self) -> KernelClock:
+        engine.run_batch = self
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        engine.run_batch = self._kernel
+
+
+def kernel_share(runs: int, repeats: int) -> Row:
+    """Kernels' CPU time as a share of wall time x threads, and of the process's CPU time: medians by output."""
+    motions = ensemble(max(1, runs // RUNS_A_MOTION))
+    analyse(motions[:1], ("overturned",))
+    found: Row = {"runs": len(typical()) * len(MODELS) * LEVELS.size * sum(m.sizes["motion"] for m in motions)}
+    found["cores"] = statistics.median(_cores() for _ in range(repeats))
+    for name, outputs in (("peaks", ("overturned", "peak_rotation")), ("flags", ("overturned",))):
+        shares = []
+        for _ in range(repeats):
+            with KernelClock() as clock:
+                wall, cpu = perf_counter(), process_time()
+                analyse(motions, outputs)
+                wall, cpu = perf_counter() - wall, process_time() - cpu
+            shares.append((clock.total / (wall * THREADS), clock.total / cpu, cpu / wall, wall))
+        columns = [statistics.median(column) for column in zip(*shares, strict=True)]
+        found[name] = dict(zip(("of_wall", "of_cpu", "cores", "wall"), columns, strict=True))
+    return found
+
+
+def _cores() -> float:
+    """How many cores THREADS equal tasks of the engine get that wait for nothing."""
+    task = partial(run_many, oscillators(MODELS[1], typical()), np.ones((25, 20)), record(), DT, skip=False)
+    with ThreadPoolExecutor(THREADS) as pool:
+        wall, cpu = perf_counter(), process_time()
+        for running in [pool.submit(task) for _ in range(THREADS)]:
+            running.result()
+        return (process_time() - cpu) / (perf_counter() - wall)
+
+
+def first_and_second() -> Row:
+    """Wall time of the first small analysis in this process, and of the same again."""
+    motions = ensemble(1)
+    times = []
+    for _ in range(2):
+        start = perf_counter()
+        analyse(motions, ("overturned", "peak_rotation"))
+        times.append(perf_counter() - start)
+    return {"first": times[0], "second": times[1], "runs": RUNS_A_MOTION}
+
+
+def point(runs: int) -> Row:
+    """Wall time and memory of one analysis, flags alone; the engine is loaded before."""
+    motions = ensemble(max(1, runs // RUNS_A_MOTION))
+    analyse(ensemble(1), ("overturned",))
+    before = _peak_memory()
+    wall, cpu = perf_counter(), process_time()
+    results = analyse(motions, ("overturned",))
+    wall, cpu = perf_counter() - wall, process_time() - cpu
+    skipped = json.loads(results.attrs["skipped"])
+    return {
+        "runs": int(results["overturned"].size),
+        "wall": wall,
+        "cpu": cpu,
+        "memory": _peak_memory(),
+        "memory_before": before,
+        "left_out": sum(value for name, value in skipped.items() if name.startswith("share_")),
+    }
+
+
+def _peak_memory() -> float:
+    """The most memory this process has had, bytes."""
+    unit = 1 if sys.platform == "darwin" else 1024
+    return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)

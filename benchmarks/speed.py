@@ -1,0 +1,104 @@
+"""What a sample costs: the engine beside plain Runge-Kutta, exact geometry beside linear, and what skipping saves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ..models import Block, Law
+from ..models.runs import TALLY, run_many
+from ..motions import CloughPenzien, RiseStrongDecay, records
+from ..motions.arrays import Record
+from ..units import STANDARD_GRAVITY
+from .measure import Row, is_rigid, oscillators, seconds
+from .problems import CASES, DT, DURATION, LAWS, problem, record, typical
+from .rivals import Array, runge_kutta
+
+YARDSTICK = runge_kutta(1)
+EXACT_GEOMETRY, LINEAR_GEOMETRY = "housner e=0.9", "housner e=0.9 geometry=linear"
+SKIPPING_LEVELS = np.linspace(0.1, 2.0, 20)
+"""Peak acceleration over g tan alpha, below which a rigid block does not even uplift."""
+
+
+def motions(number: int, seed: int = 0) -> list[Record]:
+    """Simulated motions of the benchmark's kind."""
+    envelope = RiseStrongDecay(2.0, 10.0, 0.2)
+    shaking = CloughPenzien(omega_g=15.0, xi_g=0.6, duration=DURATION, dt=DT, envelope=envelope)
+    return records(shaking.sample(number, seed=seed))
+
+
+def speed(
+    laws: Sequence[Law] = LAWS, cases: Mapping[str, tuple[list[Block], Array]] = CASES, repeats: int = 7
+) -> list[Row]:
+    """ns per sample and run of the engine, without skipping, and of the yardstick, for each law and case."""
+    shaking = record()
+    rows = []
+    for law in laws:
+        for case, (blocks, factors) in cases.items():
+            grid = np.tile(factors, (len(blocks), 1))
+            engine = partial(run_many, oscillators(law, blocks), grid, shaking, DT, skip=False)
+            yardstick = partial(_yardstick, law, blocks, factors, shaking)
+            ours, theirs = (1e9 * s / (grid.size * shaking.size) for s in seconds([engine, yardstick], repeats))
+            rows.append(
+                {"law": law.label, "case": case, "rigid": is_rigid(law), "engine": ours, "yardstick": theirs}
+                | {"share": ours / theirs}
+            )
+    return rows
+
+
+def _yardstick(law: Law, blocks: Sequence[Block], factors: Array, shaking: Array) -> None:
+    for block in blocks:
+        YARDSTICK.run(problem(block, law), shaking, DT, factors, 0)
+
+
+def exact_over_linear(rows: Sequence[Row]) -> dict[str, float]:
+    """Cost of exact geometry over linear by case, from the rows of `speed`."""
+    cost = {(row["law"], row["case"]): row["engine"] for row in rows}
+    return {
+        case: cost[EXACT_GEOMETRY, case] / cost[LINEAR_GEOMETRY, case]
+        for law, case in cost
+        if law == EXACT_GEOMETRY and (LINEAR_GEOMETRY, case) in cost
+    }
+
+
+def skipping(
+    laws: Sequence[Law] = LAWS, blocks: Sequence[Block] | None = None, number: int = 5, repeats: int = 5
+) -> list[Row]:
+    """How much sooner a typical IDA is done with skipping, for peaks and for flags alone, and what is left out."""
+    blocks = typical() if blocks is None else blocks
+    shakes = motions(number)
+    thresholds = np.array([STANDARD_GRAVITY * np.tan(block.alpha) for block in blocks])
+    rows = []
+    for law in laws:
+        own = oscillators(law, blocks)
+
+        def analysis(skip: bool, flags_only: bool, tally: Any = None, own: Any = own) -> None:
+            for one in shakes:
+                factors = thresholds[:, None] * SKIPPING_LEVELS / np.abs(one.acceleration).max()
+                run_many(own, factors, one.acceleration, one.dt, skip, flags_only, tally)
+
+        tasks: list[Callable[[], None]] = [
+            partial(analysis, False, False),
+            partial(analysis, True, False),
+            partial(analysis, True, True),
+        ]
+        whole, peaks, flags = seconds(tasks, repeats)
+        samples = len(shakes) * len(blocks) * SKIPPING_LEVELS.size * shakes[0].acceleration.size
+        rows.append(
+            {"law": law.label, "whole": 1e9 * whole / samples, "peaks": whole / peaks, "flags": whole / flags}
+            | {"left_out_peaks": _shares(analysis, False)[0], "left_out_flags": _shares(analysis, True)[0]}
+            | {"after_overturning": _shares(analysis, False)[1]}
+        )
+    return rows
+
+
+def _shares(analysis: Callable[..., None], flags_only: bool) -> tuple[float, float]:
+    """Shares of all samples that skipping leaves out, and that come after overturning (left out in any case)."""
+    tally = np.zeros(len(TALLY), np.int64)
+    analysis(True, flags_only, tally)
+    counts = dict(zip(TALLY, tally.tolist(), strict=True))
+    skipped = counts["before_uplift"] + counts["cannot_overturn"]
+    return skipped / counts["samples"], counts["after_overturning"] / counts["samples"]

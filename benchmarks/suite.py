@@ -1,0 +1,66 @@
+"""The benchmark as a whole: which parts there are, and all their results as one plain dictionary (JSON)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ..models.runs import prepare
+from .flags import flags
+from .measure import Row, machine
+from .precision import precision
+from .problems import HARD, LAWS
+from .scale import scale
+from .speed import exact_over_linear, skipping, speed
+
+PARTS = ("speed", "skipping", "scale", "precision", "flags")
+COMMAND = "toppling bench"
+
+
+def _speed(full: bool) -> Row:
+    rows = speed(repeats=15 if full else 7)
+    return {"rows": rows, "exact_over_linear": exact_over_linear(rows)}
+
+
+_MEASURES: dict[str, Callable[[bool], Any]] = {
+    "speed": _speed,
+    "skipping": lambda full: skipping(repeats=9 if full else 5),
+    "scale": lambda full: scale(full=full),
+    "precision": lambda full: precision(full=full),
+    "flags": lambda full: flags(),
+}
+
+
+def parts_of(text: str) -> list[str]:
+    """The parts named in a comma-separated list, in the order in which they are run.
+
+    Raises
+    ------
+    ValueError
+        A part that does not exist, or none.
+    """
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    allowed = f"allowed: {', '.join(PARTS)}"
+    if not names:
+        raise ValueError(f"names no part; {allowed}")
+    for name in names:
+        if name not in PARTS:
+            raise ValueError(f"{name!r} is no part of the benchmark; {allowed}")
+    return [part for part in PARTS if part in names]
+
+
+def command(parts: Sequence[str], full: bool) -> str:
+    """The command that measures these parts."""
+    chosen = "" if tuple(parts) == PARTS else f" --parts {','.join(parts)}"
+    return f"{COMMAND}{chosen}{' --full' if full else ''}"
+
+
+def run(parts: Sequence[str] = PARTS, full: bool = False, tell: Callable[[str], None] = lambda _: None) -> Row:
+    """Measure `parts`; `tell` is called with each part before it starts."""
+    tell("the engine (compiled once after installation)")
+    prepare([LAWS[0].oscillator(HARD)])
+    results: Row = {"command": command(parts, full), "full": full, "machine": machine()}
+    for part in parts:
+        tell(part)
+        results[part] = _MEASURES[part](full)
+    return results

@@ -1,0 +1,241 @@
+"""The benchmark's results as tables of strings, the same for the terminal and the page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from .measure import ENGINE, Row
+from .precision import ALL_LAWS, DEAR, FAILED, MISSING, UNABLE
+from .speed import YARDSTICK
+
+TARGETS = {"K": 1.0 / 3.0, "B": 1.0 / 6.0}
+"""Cost of the engine over that of plain Runge-Kutta."""
+EXACT_TARGET = 10.0
+SHARE_TARGET = 0.85
+SHARED = "e = 0.9 and δ = 0.05 wherever a law has them"
+RIGHT = 1e-6
+"""Largest error of the trajectory, over alpha, of an integrator that is called right."""
+
+
+class Table(NamedTuple):
+    """A title, headings (the first column is text, the others are figures), rows."""
+
+    title: str
+    headings: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+
+
+def error(value: float | None) -> str:
+    """An error in one significant digit."""
+    if value is None:
+        return "diverges"
+    return "0" if value == 0.0 else f"{value:.0e}".replace("e-0", "e-").replace("e+00", "").replace("e+0", "e+")
+
+
+def cost(value: float) -> str:
+    """ns, in two or three digits."""
+    return f"{value:.1f}" if value < 100.0 else f"{value:,.0f}"
+
+
+def percent(value: float | None, signed: bool = False) -> str:
+    """A share or a relative change."""
+    if value is None:
+        return "–"
+    shown = f"{100.0 * value:{'+' if signed else ''}.{1 if abs(value) >= 0.00095 else 2}f}"
+    return f"{'0' if float(shown) == 0.0 else shown.replace('-', '−')} %"
+
+
+def span(values: Iterable[float], digits: int = 1) -> str:
+    """The least and the largest, or the one."""
+    known = list(values)
+    low, high = f"{min(known):,.{digits}f}", f"{max(known):,.{digits}f}"
+    return low if low == high else f"{low}–{high}"
+
+
+def short(law: str) -> str:
+    """A law's label without what all laws share (see `SHARED`)."""
+    name = law.replace(" e=0.9", "").replace(" δ=0.05", "")
+    return f"{name} geometry=exact" if name == "housner" else name
+
+
+def fraction(target: float) -> str:
+    """A target as people say it."""
+    return f"1/{round(1.0 / target)}"
+
+
+def speed_table(rows: Sequence[Row]) -> Table:
+    """Both cases of each law in one row."""
+    headings = ("law", "K: engine", "K: RK4", "K: ratio", "B: engine", "B: RK4", "B: ratio")
+    lines = []
+    for law in laws_of(rows):
+        cells = []
+        star = ""
+        for case, target in TARGETS.items():
+            for row in (r for r in rows if r["law"] == law and r["case"] == case):
+                star = " *" if row["rigid"] else ""
+                mark = " ✓" if row["share"] <= target else ""
+                cells += [cost(row["engine"]), cost(row["yardstick"]), f"{row['share']:.3f}{mark}"]
+        lines.append((short(law) + star, *cells))
+    return Table(f"ns per sample and run, engine without skipping and {YARDSTICK.name}", headings, lines)
+
+
+def skipping_table(rows: Sequence[Row]) -> Table:
+    """How many times sooner, and the share of samples left out."""
+    headings = (
+        *("law", "no skipping, ns", "after overturning"),
+        *("peaks: times faster", "left out", "flags only: times faster", "left out"),
+    )
+    lines = [
+        (
+            short(row["law"]),
+            cost(row["whole"]),
+            percent(row["after_overturning"]),
+            f"{row['peaks']:.1f}",
+            percent(row["left_out_peaks"]),
+            f"{row['flags']:.1f}",
+            percent(row["left_out_flags"]),
+        )
+        for row in rows
+    ]
+    return Table("What skipping saves in a typical IDA", headings, lines)
+
+
+def share_table(share: Row) -> Table:
+    """Kernels' share of an IDA."""
+    lines = [
+        (title, f"{one['wall']:.2f}", f"{one['cores']:.2f}", percent(one["of_wall"]), percent(one["of_cpu"]))
+        for title, one in (("flags and peaks", share["peaks"]), ("flags only", share["flags"]))
+    ]
+    headings = (
+        "outputs",
+        "wall time, s",
+        "cores in use",
+        "kernels: share of wall time × 2 threads",
+        "share of CPU time",
+    )
+    return Table(f"An IDA of {share['runs']:,} runs with two threads", headings, lines)
+
+
+def scale_table(points: Sequence[Row]) -> Table:
+    """Time and memory by the number of runs."""
+    lines = []
+    for point in points:
+        if "failed" in point:
+            lines.append((f"{point['runs']:,}", "failed", *(["–"] * 4)))
+            continue
+        wall, memory, before = point["wall"], point["memory"] / 1e6, point["memory_before"] / 1e6
+        seconds = f"{wall:.3f}" if wall < 1.0 else f"{wall:.1f}"
+        used, a_run = f"{point['cpu'] / wall:.2f}", f"{1e6 * point['cpu'] / point['runs']:.1f}"
+        lines.append((f"{point['runs']:,}", seconds, used, a_run, f"{memory:,.0f}", f"{before:,.0f}"))
+    headings = (
+        "runs",
+        "wall time, s",
+        "cores in use",
+        "CPU time a run, µs",
+        "peak memory, MB",
+        "of it before the analysis, MB",
+    )
+    return Table("Cost of an IDA with two threads, flags only", headings, lines)
+
+
+def errors_table(law: str, rows: Sequence[Row]) -> Table:
+    """All integrators under one law, cheapest first."""
+    here = sorted((row for row in rows if row["law"] == law), key=lambda row: float(row["cost"]))
+    headings = ("integrator", "ns", "trajectory, largest", "trajectory, median", "peak, largest", "wrong flags")
+    lines = [
+        (
+            row["name"],
+            cost(row["cost"]),
+            *(error(row[name]) for name in ("trajectory_max", "trajectory_median", "peak_max")),
+            f"{row['wrong_flags']} of {row['flags']}",
+        )
+        for row in here
+    ]
+    return Table(short(law), headings, lines)
+
+
+def next_right(law: str, rows: Sequence[Row]) -> Row | None:
+    """The cheapest rival that is right under a law."""
+    right = [
+        row
+        for row in rows
+        if row["law"] == law
+        and row["name"] != ENGINE
+        and row["trajectory_max"] is not None
+        and row["trajectory_max"] <= RIGHT
+        and not row["wrong_flags"]
+    ]
+    return min(right, key=lambda row: float(row["cost"]), default=None)
+
+
+def precision_table(rows: Sequence[Row]) -> Table:
+    """The engine under each law, how sensitive the truth is, and the cheapest rival that is right."""
+    headings = (
+        "law",
+        "ns",
+        "error",
+        "1e-13 moves the truth by",
+        "wrong flags",
+        "cheapest right rival",
+        "its ns",
+        "its error",
+    )
+    lines = []
+    for ours in (row for row in rows if row["name"] == ENGINE):
+        rival = next_right(ours["law"], rows)
+        theirs = ("none", "–", "–")
+        if rival is not None:
+            theirs = (rival["name"], cost(rival["cost"]), error(rival["trajectory_max"]))
+        flags = f"{ours['wrong_flags']} of {ours['flags']}"
+        cells = (short(ours["law"]), cost(ours["cost"]), error(ours["trajectory_max"]), error(ours["twin"]), flags)
+        lines.append((*cells, *theirs))
+    return Table("The engine against the 40-digit truth: largest error of the trajectory over α", headings, lines)
+
+
+def absences(left_out: Sequence[Row]) -> list[str]:
+    """One line for each rival that is missing somewhere, and why."""
+    lines = []
+    for why in (MISSING, UNABLE, DEAR, FAILED):
+        rows = [row for row in left_out if row["why"] == why]
+        if why == MISSING:
+            for reason in dict.fromkeys(row["reason"] for row in rows):
+                names = ", ".join(row["name"] for row in rows if row["reason"] == reason)
+                lines.append(f"{names}: {ALL_LAWS}, {reason}")
+            continue
+        for name in dict.fromkeys(row["name"] for row in rows):
+            here = [row for row in rows if row["name"] == name]
+            count = f"{len(here)} law{'' if len(here) == 1 else 's'}"
+            if why == DEAR:
+                needed = span((row["seconds"] for row in here), digits=0)
+                lines.append(f"{name}: {count}, too dear (about {needed} s a law)")
+            else:
+                reasons = "; ".join(dict.fromkeys(row["reason"] for row in here))
+                lines.append(f"{name}: {count}, {reasons}")
+    return lines
+
+
+def flags_table(law: str, rows: Sequence[Row]) -> Table:
+    """Wrong flags under one law, and what they do to curves."""
+    headings = (
+        *("integrator", "wrong flags", "share", "of them overturned"),
+        *("median: mean change", "largest", "β: mean change", "largest"),
+    )
+    lines: list[tuple[str, ...]] = []
+    for row in (row for row in rows if row["law"] == law):
+        changes = (f"{name}_{kind}" for name in ("median", "dispersion") for kind in ("mean", "largest"))
+        lines.append(
+            (
+                row["name"],
+                f"{row['wrong']:,} of {row['runs']:,}",
+                percent(row["wrong"] / row["runs"]),
+                f"{row['falsely_overturned']:,}",
+                *(percent(row[name], signed=True) for name in changes),
+            )
+        )
+    return Table(f"Wrong verdicts: {short(law)}", headings, lines)
+
+
+def laws_of(rows: Sequence[Row]) -> list[str]:
+    """Labels of the laws in some rows, in order."""
+    return list(dict.fromkeys(row["law"] for row in rows))
