@@ -106,6 +106,9 @@ def look_at_motions(
         bool, Parameter(name="--json", negative="", help="Print every measure of every motion as JSON, no table.")
     ] = False,
     damping: Annotated[float, Parameter(help="Damping ratio of the spectra.")] = 0.05,
+    target: Annotated[
+        Path | None, Parameter(help="CSV of a spectrum to hold them against: period (s) or frequency (Hz), sa (unit).")
+    ] = None,
 ) -> None:
     """Look at motions: print their measures, draw histories.png, spectra.png and husid.png.
 
@@ -114,19 +117,28 @@ def look_at_motions(
     inputs
         One study file (TOML), or record files: paths or patterns.
     """
+    from ..motions import TargetSpectrum, matching_report  # noqa: PLC0415 - not for every command
     from .look import draw_motions, measured, measures_json, measures_table, read_motions  # noqa: PLC0415 - matplotlib
 
     motions = read_motions(inputs)
     try:
         values = measured(motions, damping)
+        spectrum = None if target is None else TargetSpectrum.from_csv(target, damping)
     except ValueError as error:
         raise StudyError(str(error)) from None
-    figures = draw_motions(motions, out, damping)
+    figures = draw_motions(motions, out, damping, spectrum)
     if json_:
         print(measures_json(values, figures))
         return
     console = _console()
     console.print(measures_table(values))
+    if spectrum is not None:
+        misfit = matching_report(motions, spectrum).misfit_mean
+        console.print(
+            f"misfit to {spectrum.name}: {100 * float(misfit.mean()):.1f} % in the mean over periods and motions, "
+            f"{100 * float(misfit.max()):.1f} % for the worst motion",
+            highlight=False,
+        )
     for figure in figures:
         console.print(f"figure: {figure}", highlight=False, markup=False, soft_wrap=True)
 

@@ -26,6 +26,7 @@ from ..motions.arrays import Record, records
 from ..motions.cumulative import husid
 from ..motions.peaks import velocity
 from ..motions.spectra import damping_of
+from ..motions.targets import TargetSpectrum
 from ..units import STANDARD_GRAVITY
 from .plots import COLOURS, floor_name
 from .schema import StudyError, expand, read_study_file
@@ -124,7 +125,7 @@ def measures_json(values: xr.Dataset, figures: Sequence[Path] = ()) -> str:
 
 
 def draw_motions(
-    motions: Sequence[xr.DataArray], folder: Path, damping: float = 0.05, target: xr.DataArray | None = None
+    motions: Sequence[xr.DataArray], folder: Path, damping: float = 0.05, target: TargetSpectrum | None = None
 ) -> list[Path]:
     """Write histories.png, spectra.png and husid.png; StudyError where the folder cannot be written."""
     mpl.use("Agg")
@@ -165,7 +166,7 @@ def histories_figure(plain: Sequence[Record]) -> Figure:
 
 
 def spectra_figure(
-    motions: Sequence[xr.DataArray], damping: float = 0.05, target: xr.DataArray | None = None
+    motions: Sequence[xr.DataArray], damping: float = 0.05, target: TargetSpectrum | None = None
 ) -> Figure:
     """Pseudo-acceleration spectra of all motions with median and percentiles, of each floor its own."""
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
@@ -174,7 +175,7 @@ def spectra_figure(
 
 
 def draw_spectra(
-    ax: Axes, motions: Sequence[xr.DataArray], damping: float = 0.05, target: xr.DataArray | None = None
+    ax: Axes, motions: Sequence[xr.DataArray], damping: float = 0.05, target: TargetSpectrum | None = None
 ) -> Axes:
     """Spectra into axes: every motion thin, median and 16 and 84 % of each floor, a target dashed.
 
@@ -186,8 +187,8 @@ def draw_spectra(
         Labelled motions.
     damping : float
         Damping ratio.
-    target : xarray.DataArray, optional
-        Target spectrum, m s-2, on ``period`` (s).
+    target : toppling.motions.TargetSpectrum, optional
+        What the spectra should be.
     """
     spectrum = shaking.response_spectrum(list(motions), PERIODS, damping_of(damping))
     sa = spectrum["sa"].values / STANDARD_GRAVITY
@@ -210,8 +211,8 @@ def draw_spectra(
     if len(floors) > 1:
         ax.plot([], [], lw=1.2, ls="dashed", color="0.3", label="16 and 84 %")
     if target is not None:
-        values = target.values / STANDARD_GRAVITY
-        ax.plot(target["period"].values, values, lw=1.8, ls="dotted", color="#000000", label="target", zorder=4)
+        values = np.array(target.sa) / STANDARD_GRAVITY
+        ax.plot(target.periods, values, lw=1.8, ls="dotted", color="#000000", label="target", zorder=4)
     ax.set_xscale("log")
     top = float(sa.max())
     if top > 0.0:

@@ -216,6 +216,19 @@ class TestFloors:
 
 
 class TestCommand:
+    def test_target_spectrum(self, tmp_path, capsys):
+        """A target from CSV is drawn, and the misfit said; a wrong one is refused in one sentence."""
+        (tmp_path / "target.csv").write_text("period (s), sa (g)\n0.1, 1\n0.5, 1\n2, 0.25\n")
+        motions = 'generator = "spectrum-compatible"\ntarget = "target.csv"\nnumber = 2\nseed = 3\ndt_s = 0.01'
+        study = str(write(tmp_path, motions))
+        command = ["motions", study, "--out", str(tmp_path / "out"), "--target"]
+        assert main([*command, str(tmp_path / "target.csv")]) == 0
+        said = capsys.readouterr().out
+        mean, worst = (float(one) for one in re.findall(r"([\d.]+) %", said)[-2:])
+        assert 0.0 < mean <= worst < 8.0
+        assert main([*command, str(tmp_path / "none.csv")]) == 2
+        assert len(capsys.readouterr().err.strip().splitlines()) == 1
+
     def test_study_file(self, tmp_path, capsys):
         path = write(tmp_path, building=TOWER)
         assert main(["motions", str(path), "--out", str(tmp_path / "out")]) == 0
@@ -291,7 +304,7 @@ class TestLook:
         from matplotlib.figure import Figure
 
         shaking = tp.motions.CloughPenzien(duration=5.0, dt=0.02).sample(5)
-        target = xr.DataArray([1.0, 2.0], {"period": ("period", [0.1, 1.0])}, ("period",))
+        target = tp.motions.TargetSpectrum((0.1, 1.0), (1.0, 2.0))
         ax = draw_spectra(Figure().subplots(), [shaking], 0.05, target)
         lines = {line.get_label(): line for line in ax.lines}
         periods, median = lines["median"].get_data()
