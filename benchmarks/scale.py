@@ -35,7 +35,7 @@ MODELS = (
 )
 LEVELS = STANDARD_GRAVITY * np.linspace(0.1, 1.0, 10)
 RUNS_A_MOTION = 25 * len(MODELS) * LEVELS.size
-SIZES, LARGEST = (1_000, 10_000, 100_000, 1_000_000), 10_000_000
+SIZES = (1_000, 10_000, 100_000, 1_000_000, 10_000_000)
 SHARE_RUNS = 100_000
 _AT_ONCE = 100
 _MODULE = __name__
@@ -56,11 +56,11 @@ print(json.dumps(dict(answer, loading=imported - start)))
 """
 
 
-def scale(sizes: Sequence[int] = SIZES, full: bool = False, share_runs: int = SHARE_RUNS, repeats: int = 3) -> Row:
+def scale(sizes: Sequence[int] = SIZES, share_runs: int = SHARE_RUNS, repeats: int = 3) -> Row:
     """The three measurements, each in processes of their own, all with THREADS threads."""
     share = in_a_process(_CHILD, "kernel_share", share_runs, repeats)
     starts = [in_a_process(_FIRST_CALL) for _ in range(repeats)]
-    points = [_point_or_failure(size) for size in (*sizes, LARGEST) if full or size < LARGEST]
+    points = [_point_or_failure(size) for size in sizes]
     first = {name: statistics.median(start[name] for start in starts) for name in starts[0]}
     return {"share": share, "first": first, "points": points}
 

@@ -25,7 +25,7 @@ def _speed(full: bool) -> Row:
 _MEASURES: dict[str, Callable[[bool], Any]] = {
     "speed": _speed,
     "skipping": lambda full: skipping(repeats=9 if full else 5),
-    "scale": lambda full: scale(full=full),
+    "scale": lambda full: scale(),
     "precision": lambda full: precision(full=full),
     "flags": lambda full: flags(),
 }

@@ -173,7 +173,7 @@ def bench(
     parts: Annotated[
         str, Parameter(help="What to measure, with commas: speed, skipping, scale, precision, flags.")
     ] = "speed,skipping,scale,precision,flags",
-    full: Annotated[bool, Parameter(negative="", help="Ten million runs and the slowest rivals as well.")] = False,
+    full: Annotated[bool, Parameter(negative="", help="The slowest rivals as well.")] = False,
     json: Annotated[bool, Parameter(negative="", help="Print all figures as JSON instead of tables.")] = False,
 ) -> None:
     """Measure the engine beside other integrators, against a 40-digit truth; some 6 minutes (--full: some 25)."""
