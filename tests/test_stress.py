@@ -26,6 +26,7 @@ from shared_cases import ELASTIC, LAWS, RIGID, shake
 from test_reference import CASES, build
 
 import toppling as tp
+from toppling.models._piecewise import REST
 from toppling.models.runs import OUTPUTS, TALLY, prepare, run_many, trace
 from toppling.motions import OneCycleSine
 from toppling.units import STANDARD_GRAVITY as G
@@ -409,7 +410,8 @@ class TestManyEventsInOneSample:
         check_sane(run, block)
         assert run.turning_points.shape[1] < EVENTS
         if rate_bound(law, {**draw, "e": 1.0}) == rate_bound(law, draw):  # no damping of the zone by its stiffness
-            assert np.sum(run.turning_points[0] < 3.0 * draw["dt"]) >= 12
+            # (a rigid block comes to rest at once where all that follows would end within the sample)
+            assert np.sum(run.turning_points[0] < 3.0 * draw["dt"]) >= 12 or run.history[2, 3] == REST
         truth = integrate(law, acceleration=record, theta0=theta0, **keywords)
         error = np.abs(run.history[0] - truth.theta).max() / theta0
         if error > 1e-9:
