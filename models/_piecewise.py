@@ -24,7 +24,7 @@ All functions called by a kernel stand in this file: numba's disk cache looks at
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -166,6 +166,39 @@ MANY_HOPS = 50
 MAX_FREE_PIECES = 100_000
 MAX_FREE_TURNS = 4
 FREE_STEP = 1e9  # s: longer than any piece
+
+
+class Model(NamedTuple):
+    """All oscillators of a batch: region tables, links, parameters, and a propagator per oscillator and region."""
+
+    tables: Any
+    links: Any
+    parameters: Any
+    steps: Any
+
+
+class Lanes(NamedTuple):
+    """The lanes' arrays: lockstep rows, marks (words: eight at a time), states, held propagators, which oscillator and
+    run, amplitude; the pieces, zones and turns that wait to be solved together; the lanes parked, where and when.
+    """
+
+    rows: Any
+    marks: Any
+    words: Any
+    x: Any
+    k: Any
+    own: Any
+    oscillator: Any
+    run: Any
+    amplitude: Any
+    pieces: Any
+    zones: Any
+    zone_lane: Any
+    turns: Any
+    turn_lane: Any
+    parked: Any
+    parked_at: Any
+    parked_time: Any
 
 
 @njit(**_EVENT)
@@ -1306,7 +1339,7 @@ def _set_calm(s, lane, x):
 
 
 @njit(**_DRIVER, inline="always")
-def _load_lane(s, lane, x, k, tables, links, o, steps, own, dt, shaking, recording):
+def _load_lane(s, lane, x, k, model, o, own, dt, shaking, recording):
     """Write a lane's coefficients for the region it is in (a moving block); its grade.
 
     The calm interval: a turn there is below the peak and far from the edges, so nothing comes of it.  In a sample in
@@ -1314,9 +1347,9 @@ def _load_lane(s, lane, x, k, tables, links, o, steps, own, dt, shaking, recordi
     rotation stays within 2 A dt² of its end; half as much again is kept for what f grows beyond the edges.
     """
     region = k[NOW]
-    row = tables[o, region]
-    step = steps[o, region]
-    if links[o, region, LINK_HELD]:
+    row = model.tables[o, region]
+    step = model.steps[o, region]
+    if model.links[o, region, LINK_HELD]:
         step = own[lane]
         if x[HELD] != step[STEP_DAMPING]:
             _fill_step(step, row, x[HELD], dt)
@@ -1336,7 +1369,7 @@ def _load_lane(s, lane, x, k, tables, links, o, steps, own, dt, shaking, recordi
     s[ROW_G2_RISE * LANES + lane] = step[STEP_G2_RISE]
     s[ROW_UPPER * LANES + lane] = upper
     s[ROW_LOWER * LANES + lane] = lower
-    if recording or _captures(links, o, region):
+    if recording or _captures(model.links, o, region):
         s[ROW_CALM_UPPER * LANES + lane] = -math.inf
         s[ROW_CALM_LOWER * LANES + lane] = math.inf
     else:
@@ -1432,17 +1465,18 @@ def _pad(v, columns, n):
 
 
 @njit(**_EVENT)
-def _flush_turns(v, turn_lane, n, s, lx, lk, poly):
+def _flush_turns(w, n, poly):
     """Solve the turns that have gathered: each may raise its lane's peak."""
+    v = w.turns
     _solve_turns(v, _pad(v, TURN_COLUMNS, n))
     for j in range(n):
-        lane = turn_lane[j]
+        lane = w.turn_lane[j]
         theta = v[PIECE_GAP * TURN_COLUMNS + j]
         # a turn next to a sample must not come out lower than the sample, by rounding
-        lx[lane, PEAK] = max(lx[lane, PEAK], abs(theta), abs(v[PIECE_TIME * TURN_COLUMNS + j]))
+        w.x[lane, PEAK] = max(w.x[lane, PEAK], abs(theta), abs(v[PIECE_TIME * TURN_COLUMNS + j]))
         if v[PIECE_SURE * TURN_COLUMNS + j] == 1.0:
-            lx[lane, PEAK] = max(lx[lane, PEAK], abs(theta + v[PIECE_MOVED * TURN_COLUMNS + j]))
-            _set_calm(s, lane, lx[lane])  # (a parked lane's rows are written anew in any case)
+            w.x[lane, PEAK] = max(w.x[lane, PEAK], abs(theta + v[PIECE_MOVED * TURN_COLUMNS + j]))
+            _set_calm(w.rows, lane, w.x[lane])  # (a parked lane's rows are written anew in any case)
             continue
         # a dip of the velocity, or too flat for the batch's steps: each turn by the general way
         stiffness = v[PIECE_STIFFNESS * TURN_COLUMNS + j]
@@ -1461,40 +1495,24 @@ def _flush_turns(v, turn_lane, n, s, lx, lk, poly):
             omega = 0.0
             left -= t
             if kind == TURN:
-                lx[lane, PEAK] = max(lx[lane, PEAK], abs(theta))
+                w.x[lane, PEAK] = max(w.x[lane, PEAK], abs(theta))
 
 
 @njit(**_DRIVER, inline="always")
-def _follow(
-    s,
-    lane,
-    x,
-    k,
-    tables,
-    links,
-    parameters,
-    o,
-    steps,
-    own,
-    amplitude,
-    record,
-    strongest,
-    dt,
-    i,
-    end,
-    now,
-    turn_pieces,
-    turn_lane,
-    waiting,
-    recording,
-):
+def _follow(w, lane, model, record, strongest, dt, i, end, now, waiting, recording):
     """Take one lane from sample i to sample `end` alone, or to its next event: the sample reached, turns waiting."""
+    s = w.rows
+    x = w.x[lane]
+    k = w.k[lane]
+    o = w.oscillator[lane]
+    amplitude = w.amplitude[lane]
+    links = model.links
     s[ROW_AMPLITUDE * LANES + lane] = amplitude
     region = k[NOW]
     if region == REST:
-        _load_rest(s, lane, parameters, o)
-        upper = parameters[o, PAR_UPLIFT_RIGHT]
-        lower = -parameters[o, PAR_UPLIFT_LEFT]
+        _load_rest(s, lane, model.parameters, o)
+        upper = model.parameters[o, PAR_UPLIFT_RIGHT]
+        lower = -model.parameters[o, PAR_UPLIFT_LEFT]
         force = amplitude * record[i]
         above = force >= upper or force <= lower  # (a record may begin there)
         while i < end:
@@ -1507,7 +1525,7 @@ def _follow(
         s[now * LANES + lane] = amplitude * record[end]
         s[(now + 1) * LANES + lane] = 1.0
         return end, waiting
-    grade = _load_lane(s, lane, x, k, tables, links, o, steps, own, dt, abs(amplitude) * strongest, recording)
+    grade = _load_lane(s, lane, x, k, model, o, w.own, dt, abs(amplitude) * strongest, recording)
     k[GRADE] = grade
     if grade == MANY_STEPS and i < end:
         k[NEED] = HARD
@@ -1538,7 +1556,7 @@ def _follow(
             need = _need(theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper, lower, grade, bound)
             if need in (TURNS_BACK, RETURNS):
                 last = theta_end if need == TURNS_BACK else theta
-                _add_turn(turn_pieces, turn_lane, waiting, lane, theta, omega, last, push, up, stiffness, c, dt)
+                _add_turn(w.turns, w.turn_lane, waiting, lane, theta, omega, last, push, up, stiffness, c, dt)
                 waiting += 1
             if need in (RETURNS, CROSSES, HARD):
                 x[THETA] = theta
@@ -1564,31 +1582,12 @@ def _freeze_lane(s, lane):
 
 
 @njit(**_LANES)
-def _advance(
-    s,
-    marks,
-    words,
-    n,
-    lx,
-    lk,
-    links,
-    lane_o,
-    amplitudes,
-    record,
-    dt,
-    i,
-    end,
-    now,
-    turn_pieces,
-    turn_lane,
-    parked_lane,
-    parked_at,
-    recording,
-):
+def _advance(w, n, model, record, dt, i, end, now, recording):
     """Lanes 0 … n - 1 from sample i to `end` in lockstep: turns waiting, lanes parked.
 
     Turns are noted down and lanes with other events taken out, for `_resolve`.
     """
+    s = w.rows
     waiting = 0
     parked = 0
     padded = (n + 7) // 8 * 8
@@ -1597,21 +1596,21 @@ def _advance(
         rise = record[i + 1] - force
         if now == ROW_EVEN:
             after = ROW_ODD
-            marked = _step_even(s, marks, padded, force, rise)
+            marked = _step_even(s, w.marks, padded, force, rise)
         else:
             after = ROW_EVEN
-            marked = _step_odd(s, marks, padded, force, rise)
+            marked = _step_odd(s, w.marks, padded, force, rise)
         word = 0
         while marked > 0:
-            bits = words[word]
+            bits = w.words[word]
             word += 1
             while bits != 0:
                 lowest = bits & -bits
                 bits ^= lowest
                 lane = 8 * word - 8 + BYTE_OF[lowest % 19]  # the eight powers of 256 differ modulo 19
                 marked -= 1
-                k = lk[lane]
-                x = lx[lane]
+                k = w.k[lane]
+                x = w.x[lane]
                 region = k[NOW]
                 theta = s[now * LANES + lane]
                 omega = s[(now + 1) * LANES + lane]
@@ -1621,8 +1620,8 @@ def _advance(
                 elif k[GRADE] == MANY_STEPS:
                     k[NEED] = HARD
                 else:
-                    push = s[ROW_OFFSET * LANES + lane] + amplitudes[lane] * force
-                    up = amplitudes[lane] * rise
+                    push = s[ROW_OFFSET * LANES + lane] + w.amplitude[lane] * force
+                    up = w.amplitude[lane] * rise
                     stiffness = s[ROW_STIFFNESS * LANES + lane]
                     c = s[ROW_DAMPING * LANES + lane]
                     need = _need(
@@ -1638,12 +1637,12 @@ def _advance(
                         s[ROW_UPPER * LANES + lane],
                         s[ROW_LOWER * LANES + lane],
                         k[GRADE],
-                        -1.0 if recording or _captures(links, lane_o[lane], region) else x[PEAK],
+                        -1.0 if recording or _captures(model.links, w.oscillator[lane], region) else x[PEAK],
                     )
                     theta_end = s[after * LANES + lane]
                     if need in (TURNS_BACK, RETURNS):
                         last = theta_end if need == TURNS_BACK else theta
-                        _add_turn(turn_pieces, turn_lane, waiting, lane, theta, omega, last, push, up, stiffness, c, dt)
+                        _add_turn(w.turns, w.turn_lane, waiting, lane, theta, omega, last, push, up, stiffness, c, dt)
                         waiting += 1
                     if need in (WAITS, TURNS_BACK):
                         continue
@@ -1651,8 +1650,8 @@ def _advance(
                     k[UPWARD] = 1 if theta_end >= s[ROW_UPPER * LANES + lane] else 0
                 x[THETA] = theta
                 x[OMEGA] = omega
-                parked_lane[parked] = lane
-                parked_at[parked] = i
+                w.parked[parked] = lane
+                w.parked_at[parked] = i
                 parked += 1
                 _freeze_lane(s, lane)
         now = after
@@ -1661,41 +1660,16 @@ def _advance(
 
 
 @njit(**_LANES)
-def _resolve(
-    s,
-    lx,
-    lk,
-    lane_o,
-    amplitudes,
-    tables,
-    links,
-    parameters,
-    steps,
-    own,
-    record,
-    strongest,
-    dt,
-    end,
-    now,
-    pieces,
-    zones,
-    zone_lane,
-    turn_pieces,
-    turn_lane,
-    waiting,
-    parked_lane,
-    parked_at,
-    parked_time,
-    parked,
-    poly,
-    trig,
-    turning_points,
-):
+def _resolve(w, model, record, strongest, dt, end, now, waiting, parked, poly, trig, turning_points):
     """Solve the events of the parked lanes and bring each to sample `end`: whether any overturned, events solved.
 
     In rounds: the turns that wait, then one event a lane (the crossings all at once, then what follows them to the end
     of the sample all at once, and what is out of the ordinary by `_sample`), then on to the next event.
     """
+    s = w.rows
+    pieces = w.pieces
+    zones = w.zones
+    tables, links, parameters, steps = model
     fallen = False
     solved = 0
     per_dt = 1.0 / dt
@@ -1703,19 +1677,19 @@ def _resolve(
     while parked > 0 or waiting > 0:
         solved += parked + waiting
         if waiting > 0:
-            _flush_turns(turn_pieces, turn_lane, waiting, s, lx, lk, poly)
+            _flush_turns(w, waiting, poly)
             waiting = 0
         n = 0
         for j in range(parked):
-            lane = parked_lane[j]
-            k = lk[lane]
-            x = lx[lane]
+            lane = w.parked[j]
+            k = w.k[lane]
+            x = w.x[lane]
             if k[NEED] == RETURNS:
                 k[NEED] = CROSSES  # (its turn is in the peak by now)
             if k[NOW] == REST or k[NEED] != CROSSES:
                 continue
-            i = parked_at[j]
-            amplitude = amplitudes[lane]
+            i = w.parked_at[j]
+            amplitude = w.amplitude[lane]
             # (the lockstep's rows still hold the coefficients of its region)
             stiffness = s[ROW_STIFFNESS * LANES + lane]
             c = s[ROW_DAMPING * LANES + lane]
@@ -1728,7 +1702,7 @@ def _resolve(
             pieces[PIECE_STIFFNESS * LANES + n] = stiffness
             pieces[PIECE_DAMPING * LANES + n] = c
             pieces[PIECE_SPAN * LANES + n] = dt
-            pieces[PIECE_GAP * LANES + n] = tables[lane_o[lane], k[NOW], REGION_LOWER + k[UPWARD]] - theta
+            pieces[PIECE_GAP * LANES + n] = tables[w.oscillator[lane], k[NOW], REGION_LOWER + k[UPWARD]] - theta
             n += 1
         if n > 0:
             _solve_crossings(pieces, _pad(pieces, LANES, n))
@@ -1736,12 +1710,12 @@ def _resolve(
         n = 0
         entries = 0
         for j in range(parked):
-            lane = parked_lane[j]
-            x = lx[lane]
-            k = lk[lane]
-            o = lane_o[lane]
-            i = parked_at[j]
-            amplitude = amplitudes[lane]
+            lane = w.parked[j]
+            x = w.x[lane]
+            k = w.k[lane]
+            o = w.oscillator[lane]
+            i = w.parked_at[j]
+            amplitude = w.amplitude[lane]
             force = amplitude * record[i]
             slope = amplitude * (record[i + 1] - record[i]) * per_dt
             region = k[NOW]
@@ -1774,13 +1748,13 @@ def _resolve(
                 grade = steps[o, region, STEP_GRADE]
                 if links[o, region, LINK_HELD]:
                     c = x[HELD]
-                    grade = own[lane, STEP_GRADE]
-                    if c != own[lane, STEP_DAMPING]:
+                    grade = w.own[lane, STEP_GRADE]
+                    if c != w.own[lane, STEP_DAMPING]:
                         grade = _grade(dt * _rate(stiffness, c))
                         if grade == ONE_PIECE:
                             zones[PIECE_STIFFNESS * LANES + entries] = stiffness
                             zones[PIECE_DAMPING * LANES + entries] = c
-                            zone_lane[entries] = lane
+                            w.zone_lane[entries] = lane
                             entries += 1
                 theta = x[THETA]
                 omega = x[OMEGA]
@@ -1800,11 +1774,11 @@ def _resolve(
                 else:
                     need = HARD
             k[NEED] = need
-            parked_time[j] = t
+            w.parked_time[j] = t
         if entries > 0:
             _solve_propagators(zones, _pad(zones, LANES, entries), dt)
         for j in range(entries):
-            step = own[zone_lane[j]]
+            step = w.own[w.zone_lane[j]]
             step[STEP_DAMPING] = zones[PIECE_DAMPING * LANES + j]
             step[STEP_GRADE] = ONE_PIECE
             step[STEP_PULL] = 0.0
@@ -1815,12 +1789,12 @@ def _resolve(
         read = 0
         again = 0
         for j in range(parked):
-            lane = parked_lane[j]
-            x = lx[lane]
-            k = lk[lane]
-            o = lane_o[lane]
-            i = parked_at[j]
-            amplitude = amplitudes[lane]
+            lane = w.parked[j]
+            x = w.x[lane]
+            k = w.k[lane]
+            o = w.oscillator[lane]
+            i = w.parked_at[j]
+            amplitude = w.amplitude[lane]
             if k[NEED] == CROSSES:
                 if pieces[PIECE_SURE * LANES + read] == 1.0:
                     x[THETA] += pieces[PIECE_MOVED * LANES + read]
@@ -1831,38 +1805,16 @@ def _resolve(
             if k[NEED] == HARD:
                 slope = amplitude * (record[i + 1] - record[i]) * per_dt
                 force = amplitude * record[i]
-                t = parked_time[j]
+                t = w.parked_time[j]
                 _sample(x, k, tables, links, parameters, o, force, slope, t, dt, i * dt, poly, trig, turning_points)
                 if k[OVERTURNED] != 0:
                     fallen = True
             if k[OVERTURNED] != 0:
                 continue
-            reached, waiting = _follow(
-                s,
-                lane,
-                x,
-                k,
-                tables,
-                links,
-                parameters,
-                o,
-                steps,
-                own,
-                amplitude,
-                record,
-                strongest,
-                dt,
-                i + 1,
-                end,
-                now,
-                turn_pieces,
-                turn_lane,
-                waiting,
-                recording,
-            )
+            reached, waiting = _follow(w, lane, model, record, strongest, dt, i + 1, end, now, waiting, recording)
             if reached < end:
-                parked_lane[again] = lane
-                parked_at[again] = reached
+                w.parked[again] = lane
+                w.parked_at[again] = reached
                 again += 1
         parked = again
     return fallen, solved
@@ -1927,21 +1879,18 @@ def _write_result(out, j, x, k):
 
 
 @njit(**_EVENT)
-def _fetch_lane(s, lane, lx, lk, rows):
+def _fetch_lane(w, lane, now):
     """A lane's rotation and velocity out of the lockstep."""
-    at_rest = lk[lane, NOW] == REST
-    lx[lane, THETA] = 0.0 if at_rest else s[rows * LANES + lane]
-    lx[lane, OMEGA] = 0.0 if at_rest else s[(rows + 1) * LANES + lane]
+    at_rest = w.k[lane, NOW] == REST
+    w.x[lane, THETA] = 0.0 if at_rest else w.rows[now * LANES + lane]
+    w.x[lane, OMEGA] = 0.0 if at_rest else w.rows[(now + 1) * LANES + lane]
 
 
 @njit(**_DRIVER)
 def _run_lanes(
     record,
     dt,
-    tables,
-    links,
-    parameters,
-    steps,
+    model,
     runs,
     which,
     factors,
@@ -1959,28 +1908,32 @@ def _run_lanes(
     A run joins at its first sample and leaves when it has overturned, or is sure not to (where shaking_left is given);
     between, only marked lanes leave the lockstep.  Returns the number of turning points of the last run to end.
     """
-    s = np.empty(LANE_ROWS * LANES)
     marks = np.zeros(LANES, np.uint8)
-    words = marks.view(np.int64)
-    lx = np.empty((LANES, STATE_FLOATS))
-    lk = np.empty((LANES, STATE_INTEGERS), np.int64)
-    own = np.zeros((LANES, STEP_COLUMNS))
-    lane_o = np.empty(LANES, np.int64)
-    lane_run = np.empty(LANES, np.int64)
-    amplitudes = np.empty(LANES)
-    pieces = np.zeros(PIECE_ROWS * LANES)
-    zones = np.zeros(PIECE_ROWS * LANES)
-    zone_lane = np.empty(LANES, np.int64)
-    turn_pieces = np.zeros(PIECE_ROWS * TURN_COLUMNS)
-    turn_lane = np.empty(TURN_COLUMNS, np.int64)
-    parked_lane = np.empty(LANES, np.int64)
-    parked_at = np.empty(LANES, np.int64)
-    parked_time = np.empty(LANES)
+    w = Lanes(
+        np.empty(LANE_ROWS * LANES),
+        marks,
+        marks.view(np.int64),
+        np.empty((LANES, STATE_FLOATS)),
+        np.empty((LANES, STATE_INTEGERS), np.int64),
+        np.zeros((LANES, STEP_COLUMNS)),
+        np.empty(LANES, np.int64),
+        np.empty(LANES, np.int64),
+        np.empty(LANES),
+        np.zeros(PIECE_ROWS * LANES),
+        np.zeros(PIECE_ROWS * LANES),
+        np.empty(LANES, np.int64),
+        np.zeros(PIECE_ROWS * TURN_COLUMNS),
+        np.empty(TURN_COLUMNS, np.int64),
+        np.empty(LANES, np.int64),
+        np.empty(LANES, np.int64),
+        np.empty(LANES),
+    )
+    tables, links, parameters, _ = model
     poly = np.empty((3, DEGREE + 1))
     trig = np.empty((3, DEGREE + 1))
     no_turns = np.empty((2, 0))
     for lane in range(LANES):
-        _clear_lane(s, lane)
+        _clear_lane(w.rows, lane)
     n = record.shape[0]
     store = history.shape[1] == n
     recording = turns.shape[1] > 0
@@ -1996,146 +1949,75 @@ def _run_lanes(
         # up to the next multiple of TILE: where the lanes meet must not depend on who is among them
         end = min(i + 1 if store else (i // TILE + 1) * TILE, n - 1)
         if store and active > 0:
-            _fetch_lane(s, 0, lx, lk, now)
-            _store(history, i, lx[0], lk[0], tables, links, lane_o[0])
-        waiting, parked = _advance(
-            s,
-            marks,
-            words,
-            active,
-            lx,
-            lk,
-            links,
-            lane_o,
-            amplitudes,
-            record,
-            dt,
-            i,
-            end,
-            now,
-            turn_pieces,
-            turn_lane,
-            parked_lane,
-            parked_at,
-            recording,
-        )
+            _fetch_lane(w, 0, now)
+            _store(history, i, w.x[0], w.k[0], tables, links, w.oscillator[0])
+        waiting, parked = _advance(w, active, model, record, dt, i, end, now, recording)
         if (end - i) % 2 == 1:
             now = ROW_ODD if now == ROW_EVEN else ROW_EVEN
         while joined < runs.shape[0] and (first[runs[joined]] < end or end == n - 1):
             # a run joins alone, and catches up
             j = runs[joined]
             o = which[j]
-            x = lx[active]
-            k = lk[active]
-            lane_o[active] = o
-            lane_run[active] = j
-            own[active, STEP_DAMPING] = -1.0
+            x = w.x[active]
+            k = w.k[active]
+            w.oscillator[active] = o
+            w.run[active] = j
+            w.own[active, STEP_DAMPING] = -1.0
             _reset(x, k, begin[j, 0], begin[j, 1], begin[j, 2], int(begin[j, 3]), int(parameters[o, PAR_START]))
-            amplitudes[active] = -parameters[o, PAR_GAIN] * factors[j]
+            w.amplitude[active] = -parameters[o, PAR_GAIN] * factors[j]
             if store:
                 _store(history, i, x, k, tables, links, o)
-            reached, waiting = _follow(
-                s,
-                active,
-                x,
-                k,
-                tables,
-                links,
-                parameters,
-                o,
-                steps,
-                own,
-                amplitudes[active],
-                record,
-                strongest,
-                dt,
-                first[j],
-                end,
-                now,
-                turn_pieces,
-                turn_lane,
-                waiting,
-                recording,
-            )
+            reached, waiting = _follow(w, active, model, record, strongest, dt, first[j], end, now, waiting, recording)
             if reached < end:
-                parked_lane[parked] = active
-                parked_at[parked] = reached
+                w.parked[parked] = active
+                w.parked_at[parked] = reached
                 parked += 1
             active += 1
             joined += 1
         i = end
         leaving = False
         if parked > 0 or waiting > 0:
-            leaving, solved = _resolve(
-                s,
-                lx,
-                lk,
-                lane_o,
-                amplitudes,
-                tables,
-                links,
-                parameters,
-                steps,
-                own,
-                record,
-                strongest,
-                dt,
-                end,
-                now,
-                pieces,
-                zones,
-                zone_lane,
-                turn_pieces,
-                turn_lane,
-                waiting,
-                parked_lane,
-                parked_at,
-                parked_time,
-                parked,
-                poly,
-                trig,
-                turns,
-            )
+            leaving, solved = _resolve(w, model, record, strongest, dt, end, now, waiting, parked, poly, trig, turns)
             tally[TALLY_EVENTS] += solved
         if shaking_left.shape[0] > 0 and (i % SAFETY_INTERVAL == 0 or i == n - 1):
             for lane in range(active):
-                if lk[lane, OVERTURNED] == 0:
-                    _fetch_lane(s, lane, lx, lk, now)
-                    push = abs(amplitudes[lane]) * shaking_left[i]
-                    if _is_safe(lx[lane], lk[lane], tables, parameters, lane_o[lane], push, barriers):
-                        lk[lane, SAFE] = 1
+                if w.k[lane, OVERTURNED] == 0:
+                    _fetch_lane(w, lane, now)
+                    push = abs(w.amplitude[lane]) * shaking_left[i]
+                    if _is_safe(w.x[lane], w.k[lane], tables, parameters, w.oscillator[lane], push, barriers):
+                        w.k[lane, SAFE] = 1
                         leaving = True
         if leaving:
             lane = 0
             while lane < active:
-                if lk[lane, OVERTURNED] == 0 and lk[lane, SAFE] == 0:
+                if w.k[lane, OVERTURNED] == 0 and w.k[lane, SAFE] == 0:
                     lane += 1
                     continue
-                tally[TALLY_SAFE if lk[lane, SAFE] != 0 else TALLY_OVERTURNED] += n - 1 - i
-                _write_result(out, lane_run[lane], lx[lane], lk[lane])
-                found = lk[lane, TURNS]
+                tally[TALLY_SAFE if w.k[lane, SAFE] != 0 else TALLY_OVERTURNED] += n - 1 - i
+                _write_result(out, w.run[lane], w.x[lane], w.k[lane])
+                found = w.k[lane, TURNS]
                 if store:
-                    _store_fallen(history, i, lx[lane])
+                    _store_fallen(history, i, w.x[lane])
                 active -= 1
                 for row in range(LANE_ROWS):
-                    s[row * LANES + lane] = s[row * LANES + active]
-                lx[lane] = lx[active]
-                lk[lane] = lk[active]
-                own[lane] = own[active]
-                amplitudes[lane] = amplitudes[active]
-                lane_o[lane] = lane_o[active]
-                lane_run[lane] = lane_run[active]
-                _clear_lane(s, active)
+                    w.rows[row * LANES + lane] = w.rows[row * LANES + active]
+                w.x[lane] = w.x[active]
+                w.k[lane] = w.k[active]
+                w.own[lane] = w.own[active]
+                w.amplitude[lane] = w.amplitude[active]
+                w.oscillator[lane] = w.oscillator[active]
+                w.run[lane] = w.run[active]
+                _clear_lane(w.rows, active)
         if i == n - 1 or (active == 0 and joined == runs.shape[0]):
             break
     if store and active > 0:
-        _fetch_lane(s, 0, lx, lk, now)
-        _store(history, n - 1, lx[0], lk[0], tables, links, lane_o[0])
+        _fetch_lane(w, 0, now)
+        _store(history, n - 1, w.x[0], w.k[0], tables, links, w.oscillator[0])
     for lane in range(active):
-        _fetch_lane(s, lane, lx, lk, now)
-        found = lk[lane, TURNS]
-        _free(lx[lane], lk[lane], tables, links, parameters, lane_o[lane], (n - 1) * dt, poly, trig, no_turns)
-        _write_result(out, lane_run[lane], lx[lane], lk[lane])
+        _fetch_lane(w, lane, now)
+        found = w.k[lane, TURNS]
+        _free(w.x[lane], w.k[lane], tables, links, parameters, w.oscillator[lane], (n - 1) * dt, poly, trig, no_turns)
+        _write_result(out, w.run[lane], w.x[lane], w.k[lane])
     return found
 
 
@@ -2326,6 +2208,7 @@ def run_batch(
     m = which.shape[0]
     steps = np.zeros((tables.shape[0], tables.shape[1], STEP_COLUMNS))
     _prepare(steps, tables, parameters, dt)
+    model = Model(tables, links, parameters, steps)
     # where each run begins: its first sample, and theta, omega, peak and region there
     first = np.zeros(m, np.int64)
     begin = np.zeros((m, 4))
@@ -2416,10 +2299,7 @@ def run_batch(
         turns = _run_lanes(
             record,
             dt,
-            tables,
-            links,
-            parameters,
-            steps,
+            model,
             order[j : j + LANES],
             which,
             factors,
