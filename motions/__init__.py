@@ -13,8 +13,9 @@ from .floor_files import read_floors
 from .floors import Building
 from .generators import GENERATORS
 from .intensity import MEASURES, Measure
-from .matching import SpectrumCompatible, match, matching_report
+from .matching import SpectrumCompatible, match
 from .measures import measure_named, measures
+from .misfit import matching_report
 from .nearfault import NearFault
 from .p58 import p58_floor_demands
 from .parametrised import FIV3, AvgSa, Sa, Sd, Sv

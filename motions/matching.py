@@ -7,7 +7,6 @@ adjustment as the spectrum (`_matching`), not a correction after it.  It does no
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -17,13 +16,12 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from .. import checks
-from ..units import DIMENSIONLESS, METRE, SECOND, VELOCITY
+from ..units import DIMENSIONLESS, METRE, VELOCITY
 from . import _matching as engine
-from .arrays import from_array, motion_coordinates, records
+from .arrays import from_array, records
 from .ensembles import LARGEST, LEAST_STEPS, MOST_SAMPLES, Generator, stream
 from .envelopes import Envelope, RiseStrongDecay
 from .peaks import peak_displacement, peak_velocity
-from .spectra import peak_displacements
 from .targets import TargetSpectrum
 
 Series = NDArray[np.float64]
@@ -462,81 +460,3 @@ def _labelled(values: Series, dt: float, labels: list[str], sources: list[str], 
             for name, (numbers, units, long_name) in coordinates.items()
         }
     )
-
-
-def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: TargetSpectrum) -> xr.Dataset:
-    """How near motions are to a target, period by period, and what became of their velocity and displacement.
-
-    Parameters
-    ----------
-    motions : xarray.DataArray or a sequence of them
-        Any labelled motions, m s-2.
-    target : TargetSpectrum
-
-    Returns
-    -------
-    xarray.Dataset
-        ``misfit`` (motion, period): Sa over the target less 1, eight periods an octave, exact between samples;
-        ``misfit_mean`` and ``misfit_max`` of its size; ``pgv`` (m s-1), ``pgd`` (m), ``end_velocity``,
-        ``end_displacement``; ``pgv_ratio`` and ``pgd_ratio`` over the references that motions of `match` and
-        `SpectrumCompatible` carry, NaN where a motion has none.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As `toppling.motions.records`.
-
-    Examples
-    --------
-    >>> from toppling import motions
-    >>> target = motions.TargetSpectrum((0.1, 1.0), (1.0, 1.0))
-    >>> list(matching_report(motions.HalfSine(2.0, 10.0).sample(1), target).misfit.dims)
-    ['motion', 'period']
-    """
-    arrays = [motions] if isinstance(motions, xr.DataArray) else list(motions)
-    plain = records(arrays)
-    axis = target.grid()
-    omega = 2.0 * math.pi / axis
-    spectra = [omega**2 * peak_displacements(one.acceleration, one.dt, axis, target.damping) for one in plain]
-    misfit = np.array(spectra) / target.at(axis) - 1.0
-    pgv = np.array([peak_velocity(one.acceleration, one.dt) for one in plain])
-    pgd = np.array([peak_displacement(one.acceleration, one.dt) for one in plain])
-    # each array holds all its floors beside each motion
-    references = {name: np.concatenate([_reference(one, name) for one in arrays]) for name in ("pgv", "pgd")}
-    ends = np.array([_end(one.acceleration, one.dt) for one in plain])
-    on_motion = {
-        "misfit_mean": (np.abs(misfit).mean(axis=1), DIMENSIONLESS, "mean misfit over periods"),
-        "misfit_max": (np.abs(misfit).max(axis=1), DIMENSIONLESS, "greatest misfit over periods"),
-        "pgv": (pgv, VELOCITY, "peak velocity"),
-        "pgd": (pgd, METRE, "peak displacement"),
-        "pgv_ratio": (pgv / references["pgv"], DIMENSIONLESS, "peak velocity over its reference"),
-        "pgd_ratio": (pgd / references["pgd"], DIMENSIONLESS, "peak displacement over its reference"),
-        "end_velocity": (ends[:, 0], VELOCITY, "velocity at the end"),
-        "end_displacement": (ends[:, 1], METRE, "displacement at the end"),
-    }
-    variables = {
-        name: xr.Variable("motion", values, {"units": units, "long_name": long_name})
-        for name, (values, units, long_name) in on_motion.items()
-    }
-    text = {"units": DIMENSIONLESS, "long_name": "pseudo-acceleration over the target, less 1"}
-    variables["misfit"] = xr.Variable(("motion", "period"), misfit, text)
-    period = xr.Variable("period", axis, {"units": SECOND, "long_name": "period of the oscillator"})
-    aim = xr.Variable("period", target.at(axis), {"units": "m s-2", "long_name": "target pseudo-acceleration"})
-    return xr.Dataset(
-        variables,
-        coords={**motion_coordinates(plain), "period": period, "target": aim},
-        attrs={"title": "Misfit of a target spectrum", "target": target.name, "damping": target.damping},
-    )
-
-
-def _reference(array: xr.DataArray, name: str) -> Series:
-    count = array.sizes.get("motion", 1)
-    key = f"{name}_reference"
-    values = np.ravel(array[key].values) if key in array.coords else np.full(count, math.nan)
-    return np.repeat(values, array.sizes.get("floor", 1))
-
-
-def _end(acceleration: Series, dt: float) -> tuple[float, float]:
-    v, d = np.empty_like(acceleration), np.empty_like(acceleration)
-    engine.integrate(acceleration, dt, v, d)
-    return float(v[-1]), float(d[-1])

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
-from .ensembles import Generator, Streams, counts, ensemble, steps_of, stream
+from .ensembles import Streams, counts, steps_of, stream
 from .modulation import modulation
 from .nearfault_equations import (
     MIDDLE,
@@ -21,8 +21,8 @@ from .nearfault_equations import (
     pulse_parameters,
 )
 from .pulses import velocity_pulse
-from .scenario import UNITS, Parameters, corner_frequency
-from .sitebased import ALL_ENERGY, MOST_TRIES, fits, settling, site_based_motions
+from .scenario import UNITS, Parameters
+from .sitebased import ALL_ENERGY, MOST_TRIES, ScenarioGenerator, fits, settling, site_based_motions
 
 Values = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ class _Draw(NamedTuple):
 
 
 @dataclass(frozen=True)
-class NearFault(Generator):
+class NearFault(ScenarioGenerator):
     """Motions near a fault, in the direction of the largest pulse.
 
     Parameters
@@ -86,21 +86,12 @@ class NearFault(Generator):
     f_c: float | None = None
     dt: float = 0.005
     duration: float | None = None
+    late: ClassVar[float] = TRUNCATION
 
     def __post_init__(self) -> None:
         _ = self.equations
         checks.choice("with_pulse", self.with_pulse, WITH_PULSE)
-        if self.f_c is not None:
-            checks.number("f_c", self.f_c, above=0.0, at_most=1e3, unit="Hz")
-        if self.duration is not None:
-            checks.number("duration", self.duration, above=0.0, unit="s")
-            least = max(self._needed(kind, 0.0) for kind in self._kinds)
-            if self.duration < least:
-                raise ValueError(
-                    f"duration must be at least {least:.1f} s, which motions with the median times need, got "
-                    f"{self.duration:g}"
-                )
-        steps_of(self.length, self.dt)
+        super().__post_init__()
 
     @property
     def equations(self) -> NearFaultEquations:
@@ -110,23 +101,13 @@ class NearFault(Generator):
         )
 
     @property
-    def corner(self) -> float:
-        """Corner of the high-pass in use, Hz."""
-        return corner_frequency(self.magnitude) if self.f_c is None else self.f_c
-
-    @property
-    def length(self) -> float:
-        """Length of the motions, s."""
-        if self.duration is not None:
-            return self.duration
-        return float(math.ceil(max(self._needed(kind, TRUNCATION) for kind in self._kinds)))
-
-    @property
     def _kinds(self) -> tuple[bool, ...]:
         return {"always": (True,), "never": (False,), "probability": (True, False)}[self.with_pulse]
 
-    def _needed(self, pulse: bool, errors: float) -> float:
-        """Length (s) for times at so many standard deviations."""
+    def _needed(self, errors: float) -> float:
+        return max(self._needed_by(pulse, errors) for pulse in self._kinds)
+
+    def _needed_by(self, pulse: bool, errors: float) -> float:
         scores = self.equations.at(np.full(11 if pulse else 6, errors), pulse)[None]
         own = background_parameters(scores)
         end = float(modulation(own.d5_95, own.t_mid, MIDDLE).time_of(ALL_ENERGY)[0]) + settling(self.corner)
@@ -141,18 +122,8 @@ class NearFault(Generator):
         draw = self._draw([stream(seed, first + i) for i in range(n)])
         named = {**UNITS, **PULSE_UNITS, "redrawn": ("1", "draws that were not used")}
         values = [*draw.background, *draw.pulse, draw.redrawn]
-        labels = np.array([f"{type(self).__name__} {seed}-{first + i}" for i in range(n)], dtype=object)
-        return xr.Dataset(
-            {
-                name: ("motion", value, {"units": unit, "long_name": long_name})
-                for (name, (unit, long_name)), value in zip(named.items(), values, strict=True)
-            },
-            {"motion": ("motion", labels, {"units": "1", "long_name": "motion"})},
-        )
-
-    def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
-        """Motions `first` … `first + n - 1` of `seed`, see `KanaiTajimi.sample`."""
-        return ensemble(self, n, seed, first, steps_of(self.length, self.dt), self.dt, self._make)
+        columns = {name: (value, *units) for (name, units), value in zip(named.items(), values, strict=True)}
+        return self._labelled(seed, first, columns)
 
     def _draw(self, streams: Streams) -> _Draw:
         equations = self.equations

@@ -6,7 +6,9 @@ One process, two ways to its parameters: given (or fitted to a record), or drawn
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
@@ -92,7 +94,7 @@ class SiteBased(Generator):
                 f"d5_95/t_mid must be {low:.3g} to {high:.3g} for a gamma modulating function, got "
                 f"{self.d5_95:g}/{self.t_mid:g} = {self.d5_95 / self.t_mid:.3g}"
             )
-        least = _needed(self._modulation(), self.f_c)
+        least = _end_of(self._modulation(), self.f_c)
         if self.duration is not None and checks.number("duration", self.duration, above=0.0, unit="s") < least:
             raise ValueError(
                 f"duration must be at least {least:.1f} s (99.5 % of the energy, then the high-pass dies out), got "
@@ -103,7 +105,7 @@ class SiteBased(Generator):
     @property
     def length(self) -> float:
         """Length of the motions, s."""
-        return math.ceil(_needed(self._modulation(), self.f_c)) if self.duration is None else self.duration
+        return math.ceil(_end_of(self._modulation(), self.f_c)) if self.duration is None else self.duration
 
     @classmethod
     def fit(cls, motion: xr.DataArray, f_c: float = DEFAULT_CORNER) -> SiteBased:
@@ -148,8 +150,66 @@ class SiteBased(Generator):
         return site_based_motions(streams, own, 0.45, self.f_c, self.dt, steps_of(self.length, self.dt))
 
 
+class ScenarioGenerator(Generator):
+    """Motions for an earthquake and a site, whose length follows from the times they draw."""
+
+    magnitude: float
+    f_c: float | None
+    dt: float
+    duration: float | None
+    late: ClassVar[float]
+    """Standard deviations above their medians for whose times the default length is enough."""
+
+    def __post_init__(self) -> None:
+        if self.f_c is not None:
+            checks.number("f_c", self.f_c, above=0.0, at_most=1e3, unit="Hz")
+        if self.duration is not None:
+            checks.number("duration", self.duration, above=0.0, unit="s")
+            least = self._needed(0.0)
+            if not self.duration >= least:
+                raise ValueError(
+                    f"duration must be at least {least:.1f} s, which motions with the median times need, got "
+                    f"{self.duration:g}"
+                )
+        steps_of(self.length, self.dt)
+
+    @property
+    def corner(self) -> float:
+        """Corner of the high-pass in use, Hz."""
+        return corner_frequency(self.magnitude) if self.f_c is None else self.f_c
+
+    @property
+    def length(self) -> float:
+        """Length of the motions, s."""
+        return float(math.ceil(self._needed(self.late))) if self.duration is None else self.duration
+
+    def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
+        """Motions `first` … `first + n - 1` of `seed`, see `KanaiTajimi.sample`."""
+        return ensemble(self, n, seed, first, steps_of(self.length, self.dt), self.dt, self._make)
+
+    @abstractmethod
+    def _needed(self, errors: float) -> float:
+        """Length (s) for times at so many standard deviations above their medians."""
+
+    @abstractmethod
+    def _make(self, streams: Streams) -> Values:
+        """Motions (motion, time) from their streams."""
+
+    def _labelled(self, seed: int, first: int, columns: dict[str, tuple[Values, str, str]]) -> xr.Dataset:
+        """What motions have drawn (values, unit, long name by name), on ``motion``."""
+        n = len(next(iter(columns.values()))[0])
+        labels = np.array([f"{type(self).__name__} {seed}-{first + i}" for i in range(n)], dtype=object)
+        return xr.Dataset(
+            {
+                name: ("motion", values, {"units": unit, "long_name": long_name})
+                for name, (values, unit, long_name) in columns.items()
+            },
+            {"motion": ("motion", labels, {"units": "1", "long_name": "motion"})},
+        )
+
+
 @dataclass(frozen=True)
-class SiteBasedScenario(Generator):
+class SiteBasedScenario(ScenarioGenerator):
     """Site-based motions for an earthquake and a site: every motion draws its own parameters.
 
     Parameters
@@ -188,54 +248,28 @@ class SiteBasedScenario(Generator):
     dt: float = 0.005
     duration: float | None = None
 
+    late: ClassVar[float] = 2.5
+
     def __post_init__(self) -> None:
         _ = self.equations
-        if self.f_c is not None:
-            checks.number("f_c", self.f_c, above=0.0, at_most=1e3, unit="Hz")
-        if self.duration is not None:
-            checks.number("duration", self.duration, above=0.0, unit="s")
-            middle = self.equations.medians()
-            least = _needed(modulation(np.array([middle.d5_95]), np.array([middle.t_mid])), self.corner)
-            if not self.duration >= least:
-                raise ValueError(
-                    f"duration must be at least {least:.1f} s, which motions with the median times need, got "
-                    f"{self.duration:g}"
-                )
-        steps_of(self.length, self.dt)
+        super().__post_init__()
 
     @property
     def equations(self) -> SiteBasedEquations:
         """The predictive equations of the scenario."""
         return SiteBasedEquations(self.magnitude, self.distance, self.vs30, self.faulting)
 
-    @property
-    def corner(self) -> float:
-        """Corner of the high-pass in use, Hz."""
-        return corner_frequency(self.magnitude) if self.f_c is None else self.f_c
-
-    @property
-    def length(self) -> float:
-        """Length of the motions, s."""
-        if self.duration is not None:
-            return self.duration
-        late = self.equations.at(np.full(6, 2.5))
-        return math.ceil(_needed(modulation(np.array([late.d5_95]), np.array([late.t_mid])), self.corner))
+    def _needed(self, errors: float) -> float:
+        own = self.equations.at(np.full(6, errors))
+        return _end_of(modulation(np.array([own.d5_95]), np.array([own.t_mid])), self.corner)
 
     def parameters(self, n: int, seed: int = 0, first: int = 0) -> xr.Dataset:
         """What motions `first` … `first + n - 1` of `seed` have drawn, on ``motion``, and how often they drew again."""
         n, seed, first = counts(n, seed, first)
         own, redrawn = self._draw([stream(seed, first + i) for i in range(n)])
-        labels = np.array([f"{type(self).__name__} {seed}-{first + i}" for i in range(n)], dtype=object)
-        found = {
-            name: ("motion", values, {"units": UNITS[name][0], "long_name": UNITS[name][1]})
-            for name, values in own._asdict().items()
-        }
-        found["redrawn"] = ("motion", redrawn, {"units": "1", "long_name": "draws that were not used"})
-        return xr.Dataset(found, {"motion": ("motion", labels, {"units": "1", "long_name": "motion"})})
-
-    def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
-        """Motions `first` … `first + n - 1` of `seed`, see `KanaiTajimi.sample`."""
-        return ensemble(self, n, seed, first, steps_of(self.length, self.dt), self.dt, self._make)
+        columns = {name: (values, *UNITS[name]) for name, values in own._asdict().items()}
+        columns["redrawn"] = (redrawn, "1", "draws that were not used")
+        return self._labelled(seed, first, columns)
 
     def _draw(self, streams: Streams) -> tuple[Parameters, NDArray[np.int64]]:
         equations = self.equations
@@ -269,7 +303,7 @@ def settling(f_c: float) -> float:
     return SETTLING / (2.0 * math.pi * f_c)
 
 
-def _needed(times: Modulation, f_c: float) -> float:
+def _end_of(times: Modulation, f_c: float) -> float:
     return float(times.time_of(ALL_ENERGY)[0]) + settling(f_c)
 
 
