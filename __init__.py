@@ -8,7 +8,7 @@ from importlib import import_module, metadata
 from typing import TYPE_CHECKING, Any
 
 from . import motions
-from .fragility import fit_fragility, ida, overturning_probability
+from .fragility import cloud, fit_fragility, ida, overturning_probability, stripes
 from .models import (
     Block,
     DiscreteDamping,
@@ -40,6 +40,7 @@ __all__ = [
     "Vassiliou",
     "ViscousDamping",
     "catalogue",
+    "cloud",
     "fit_fragility",
     "free_rocking",
     "ida",
@@ -47,6 +48,7 @@ __all__ = [
     "overturning_probability",
     "plot",
     "simulate",
+    "stripes",
 ]
 
 # Study files and figures load slow libraries (pydantic, matplotlib): only when asked for.

@@ -29,6 +29,8 @@ OUTPUT_TYPES: dict[str, type[np.generic]] = {
     "uplifted": np.bool_,
     "impacts": np.int32,
     "overturning_time": np.float64,
+    "impact_velocity": np.float64,
+    "direction": np.int8,
 }
 """The type in which each output (`models.runs.OUTPUTS`) is kept."""
 

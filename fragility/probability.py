@@ -10,6 +10,7 @@ from scipy.special import ndtri
 from .. import checks
 from ..motions.arrays import floor_coordinates
 from ..units import DIMENSIONLESS
+from .states import OVERTURNED, State, reached, state_name
 
 
 def wilson_interval(
@@ -35,56 +36,53 @@ def wilson_interval(
     return np.where(np.isnan(n), np.nan, lower), np.where(np.isnan(n), np.nan, upper)
 
 
-def overturning_probability(ida: xr.Dataset, confidence: float = 0.95) -> xr.Dataset:
-    """Observed probability of overturning and its binomial interval.
+def overturning_probability(runs: xr.Dataset, confidence: float = 0.95, state: State = OVERTURNED) -> xr.Dataset:
+    """Observed probability of overturning, or of another damage state, and its binomial interval.
 
     Parameters
     ----------
-    ida : xarray.Dataset
-        With `overturned` on (block, model, level, motion), as `toppling.ida` returns it.
+    runs : xarray.Dataset
+        Runs on (block, model, level, motion) as `toppling.ida` returns them, or on (block, model, motion) as
+        `toppling.stripes` does.
     confidence : float
         Of the Wilson interval, between 0 and 1.
+    state : str or float
+        ``overturned``, ``uplifted``, or a threshold of |theta|/alpha, see `reached`.
 
     Returns
     -------
     xarray.Dataset
-        probability, lower, upper, overturnings and runs on (block, model, level), dimensionless.  Motions of several
-        floors (`floor`, or in a study's results `motion_floor`, on motion) are not pooled: floor becomes a dimension,
-        (block, model, floor, level).  Drop that coordinate to pool them.
+        probability, lower, upper, overturnings and runs on (block, model, level), dimensionless; `overturnings` counts
+        the runs that reached the state.  Motions of several floors (`floor`, or in a study's results `motion_floor`, on
+        motion) are not pooled: floor becomes a dimension, (block, model, floor, level).  Drop that coordinate to pool.
 
     Raises
     ------
     TypeError, ValueError
-        A dataset without `overturned` on `motion`, a confidence outside (0, 1).
+        Runs without what the state needs, or of a cloud analysis, whose motions have no levels; a confidence outside
+        (0, 1).
 
     Notes
     -----
     At one level every motion counts once, so the runs are independent and the interval is Wilson's (1927).  Floors of
     one building shake together: their probabilities are not independent of each other.
     """
-    level = checks.number("confidence", confidence, above=0.0, below=1.0)
-    if not isinstance(ida, xr.Dataset) or "overturned" not in ida:
-        raise TypeError("overturning_probability needs a dataset with `overturned`, as toppling.ida returns it")
-    flags = ida["overturned"]
-    if "motion" not in flags.dims:
-        raise ValueError(f"overturned must have a motion dimension, got dims {flags.dims}")
-    if flags.sizes["motion"] == 0:
-        raise ValueError("overturned must hold at least one motion, got none")
-    if flags.dtype != np.bool_ and not bool(((flags == 0) | (flags == 1)).all()):
-        raise ValueError(f"overturned must be flags, got values other than 0 and 1 ({flags.dtype})")
-    overturnings, runs = _counts(flags)
-    lower, upper = wilson_interval(overturnings.values, runs.values, level)
-    percent = f"{100.0 * level:g} %"
+    within = checks.number("confidence", confidence, above=0.0, below=1.0)
+    flags = reached(runs, state)
+    overturnings, trials = _counts(flags)
+    lower, upper = wilson_interval(overturnings.values, trials.values, within)
+    percent = f"{100.0 * within:g} %"
+    name = state_name(state)
     variables = {
-        "probability": (overturnings / runs, "probability of overturning"),
+        "probability": (overturnings / trials, f"probability of {name}"),
         "lower": (overturnings.copy(data=lower), f"lower end of the {percent} Wilson interval"),
         "upper": (overturnings.copy(data=upper), f"upper end of the {percent} Wilson interval"),
-        "overturnings": (overturnings, "runs that overturned"),
-        "runs": (runs, "runs"),
+        "overturnings": (overturnings, f"runs with {name}"),
+        "runs": (trials, "runs"),
     }
     return xr.Dataset(
         {name: array.assign_attrs(units=DIMENSIONLESS, long_name=text) for name, (array, text) in variables.items()},
-        attrs={**ida.attrs, "title": "Probability of overturning", "confidence": level},
+        attrs={**runs.attrs, "title": f"Probability of {name}", "state": name, "confidence": within},
     )
 
 
@@ -93,17 +91,35 @@ FLOORS = ("floor", "motion_floor")
 
 
 def _counts(flags: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
-    """Overturnings and runs, for each floor where there are several."""
+    """Runs that reached the state, and runs, at each level and for each floor where there are several."""
     name = next((one for one in FLOORS if one in flags.coords and flags[one].dims == ("motion",)), None)
     labels = list(dict.fromkeys(map(str, flags[name].values))) if name is not None else []
     if len(labels) < 2:
-        overturnings = flags.sum("motion").astype(np.int64)
-        return overturnings, xr.full_like(overturnings, flags.sizes["motion"])
-    on_floor = np.array([[str(one) == label for one in flags[name].values] for label in labels])
+        return _at_levels(flags)
+    on_floor = [np.flatnonzero([str(one) == label for one in flags[name].values]) for label in labels]
     whole = all(label.isdecimal() for label in labels)
     floor = floor_coordinates([int(label) for label in labels] if whole else labels)["floor"]
-    parts = [flags.isel(motion=np.flatnonzero(here)).sum("motion").astype(np.int64) for here in on_floor]
-    rest = [dim for dim in parts[0].dims if dim != "level"]
-    overturnings = xr.concat(parts, floor).transpose(*rest, "floor", ...)
-    motions = xr.DataArray(on_floor.sum(axis=1), {"floor": floor}, ("floor",))
-    return overturnings, xr.zeros_like(overturnings) + motions
+    parts = [_at_levels(flags.isel(motion=here)) for here in on_floor]
+    rest = [dim for dim in parts[0][0].dims if dim != "level"]
+    overturnings, runs = (xr.concat(one, floor).transpose(*rest, "floor", ...) for one in zip(*parts, strict=True))
+    return overturnings, runs
+
+
+def _at_levels(flags: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
+    """Flags of motions as counts at each level: every motion is at all of them, or in one stripe."""
+    if "level" in flags.dims or "intensity" not in flags.coords:
+        overturnings = flags.sum("motion").astype(np.int64)
+        return overturnings, xr.full_like(overturnings, flags.sizes["motion"])
+    at = flags["intensity"]
+    if "stripe" not in flags.coords:
+        raise ValueError(
+            "a cloud analysis has every motion at an intensity of its own, and so no counts at levels: "
+            "fit a curve to it (fit_fragility)"
+        )
+    levels, which = np.unique(at.values, return_inverse=True)
+    level = xr.Variable("level", levels, at.attrs)
+    member = xr.DataArray(
+        which[:, None] == np.arange(levels.size), {"level": level}, ("motion", "level"), name=flags.name
+    ).astype(np.int64)
+    overturnings = flags.astype(np.int64).dot(member, dim="motion")
+    return overturnings, xr.zeros_like(overturnings) + member.sum("motion")

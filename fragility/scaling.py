@@ -104,30 +104,41 @@ def scaling(
         motion; a motion whose measure is zero; no blocks for a measure that depends on them.
     """
     one = intensity_measure(im)
+    values = increasing(levels)
+    if one is None:
+        factors = np.broadcast_to(values[None, :, None], (1, values.size, len(motions)))
+        _check_factors(factors, motions)
+        return Scaling(values, factors, SCALE, DIMENSIONLESS, "scale factor")
+    base = one.measure if isinstance(one, BlockMeasure) else one
+    measured = intensities(one, motions if ground is None else ground, blocks)
+    with np.errstate(over="ignore", under="ignore"):
+        factors = base.factors(values[:, None] / measured.reshape(-1, 1, len(motions)))
+    _check_factors(factors, motions)
+    text = one.long_name if ground is None else _of_the_ground(one.long_name)
+    return Scaling(values, factors, one.label, one.units, text, measured, ground is not None)
+
+
+def increasing(levels: Any) -> NDArray[np.float64]:
+    """Levels (level,); ValueError unless they are finite, > 0 and strictly increasing."""
     values = checks.finite_array("levels", np.atleast_1d(np.asarray(levels)))
     if values[0] <= 0.0:
         raise ValueError(f"levels must be > 0, got {values[0]:g}")
     if np.any(np.diff(values) <= 0.0):
         at = int(np.argmax(np.diff(values) <= 0.0))
         raise ValueError(f"levels must be strictly increasing, got {values[at + 1]:g} after {values[at]:g}")
-    if one is None:
-        factors = np.broadcast_to(values[None, :, None], (1, values.size, len(motions)))
-        _check_factors(factors, motions)
-        return Scaling(values, factors, SCALE, DIMENSIONLESS, "scale factor")
-    measured_on = motions if ground is None else ground
-    if isinstance(one, BlockMeasure):
-        if not blocks:
-            raise ValueError(f"im {one.label!r} depends on the block: blocks must hold at least one, got none")
-        base = one.measure
-        measured = positive_measure(base, measured_on) * np.array([[one.per_block(block)] for block in blocks])
-    else:
-        base = one
-        measured = positive_measure(base, measured_on)
-    with np.errstate(over="ignore", under="ignore"):
-        factors = base.factors(values[:, None] / measured.reshape(-1, 1, len(motions)))
-    _check_factors(factors, motions)
-    text = one.long_name if ground is None else _of_the_ground(one.long_name)
-    return Scaling(values, factors, one.label, one.units, text, measured, ground is not None)
+    return values
+
+
+def intensities(
+    one: Measure | BlockMeasure, motions: Sequence[Record], blocks: Sequence[Block] = ()
+) -> NDArray[np.float64]:
+    """A measure of motions as they are, (motion,), or (block, motion) where it depends on the block; all > 0."""
+    if not isinstance(one, BlockMeasure):
+        return positive_measure(one, motions)
+    if not blocks:
+        raise ValueError(f"im {one.label!r} depends on the block: blocks must hold at least one, got none")
+    per_block = np.array([[one.per_block(block)] for block in blocks])
+    return np.asarray(positive_measure(one.measure, motions) * per_block)
 
 
 def ground_of(motions: Sequence[Record], ground: Sequence[Record]) -> list[Record]:

@@ -77,13 +77,21 @@ RULE_CONSTANT, RULE_ENTRY_SPEED, RULE_ENERGY = range(3)
 PAR_COLUMNS = 10
 
 # State of a run.
-THETA, OMEGA, HELD, PEAK, OVERTURN_TIME, CALM_MARGIN = range(6)
+THETA, OMEGA, HELD, PEAK, OVERTURN_TIME, CALM_MARGIN, STRIKE = range(7)
 NOW, IMPACTS, UPLIFTED, OVERTURNED, TURNS, FREE, NEED, GRADE, UPWARD, SAFE = range(10)
-STATE_FLOATS, STATE_INTEGERS = 6, 10
+STATE_FLOATS, STATE_INTEGERS = 7, 10
 
 # Results of a run.
-OUT_OVERTURNED, OUT_PEAK, OUT_UPLIFTED, OUT_IMPACTS, OUT_OVERTURN_TIME = range(5)
-OUT_COLUMNS = 5
+(
+    OUT_OVERTURNED,
+    OUT_PEAK,
+    OUT_UPLIFTED,
+    OUT_IMPACTS,
+    OUT_OVERTURN_TIME,
+    OUT_STRIKE,
+    OUT_DIRECTION,
+) = range(7)
+OUT_COLUMNS = 7
 
 # What a batch counts: samples of all runs, those left out (before the first uplift, after overturning, once the rest of
 # the record cannot overturn the block), events solved.
@@ -711,9 +719,11 @@ def _at_edge(x, k, tables, links, parameters, o, region, upper, force, slope, le
                 k[NOW] = other
                 return
         k[IMPACTS] += 1
+        x[STRIKE] = max(x[STRIKE], abs(x[OMEGA]))
         x[HELD] = _held_damping(tables, parameters, o, target, x[OMEGA])
     else:
         k[IMPACTS] += 1
+        x[STRIKE] = max(x[STRIKE], abs(x[OMEGA]))
         x[OMEGA] *= parameters[o, PAR_RESTITUTION]
         stiffness = tables[o, region, REGION_STIFFNESS]
         highest = min(x[PEAK], tables[o, target, REGION_UPPER] - tables[o, target, REGION_LOWER])
@@ -968,6 +978,7 @@ def _free(x, k, tables, links, parameters, o, time, poly, trig, turning_points):
     """
     turns = k[TURNS]
     impacts = k[IMPACTS]
+    strike = x[STRIKE]
     k[FREE] = 1
     passed = False
     sides = 0
@@ -994,7 +1005,8 @@ def _free(x, k, tables, links, parameters, o, time, poly, trig, turning_points):
             break  # rounding on the separatrix itself: the proof stands, the time is not known
         if k[TURNS] != before:
             sides |= 1 if x[THETA] > 0.0 else 2
-    k[IMPACTS] = impacts  # counted during the record only
+    k[IMPACTS] = impacts  # those of the record only
+    x[STRIKE] = strike
     if passed and k[OVERTURNED] == 0:
         k[OVERTURNED] = 1
         x[PEAK] = FLAT
@@ -1827,6 +1839,7 @@ def _reset(x, k, theta, omega, peak, region, start):
     x[HELD] = 0.0
     x[PEAK] = peak
     x[OVERTURN_TIME] = math.nan
+    x[STRIKE] = 0.0
     for j in range(STATE_INTEGERS):
         k[j] = 0
     k[NOW] = region
@@ -1876,6 +1889,8 @@ def _write_result(out, j, x, k):
     out[j, OUT_UPLIFTED] = k[UPLIFTED]
     out[j, OUT_IMPACTS] = k[IMPACTS]
     out[j, OUT_OVERTURN_TIME] = x[OVERTURN_TIME]
+    out[j, OUT_STRIKE] = x[STRIKE]
+    out[j, OUT_DIRECTION] = 0.0 if k[OVERTURNED] == 0 else math.copysign(1.0, x[THETA])
 
 
 @njit(**_EVENT)
@@ -2200,7 +2215,7 @@ def run_batch(
     """Runs of oscillators which[j] under factors[j] * record; returns the turning points of the last one.
 
     record (n,) m/s²; tables (o, r, 6), links (o, r, 9), parameters (o, 10); which, factors (m,), sorted by oscillator;
-    start (theta, omega, region) or empty for all at rest; out (m, 5) is filled; turning_points (2, t) and history
+    start (theta, omega, region) or empty for all at rest; out (m, 7) is filled; turning_points (2, t) and history
     (5, n or 0) store a single run's. skip: leave out what is known before the first uplift; with flags_only also what
     cannot overturn the block any more, and then only OUT_OVERTURNED is right.  tally (5,) is added to.
     """
@@ -2263,6 +2278,8 @@ def run_batch(
                 out[j, OUT_UPLIFTED] = 0.0
                 out[j, OUT_IMPACTS] = 0.0
                 out[j, OUT_OVERTURN_TIME] = math.nan
+                out[j, OUT_STRIKE] = 0.0
+                out[j, OUT_DIRECTION] = 0.0
                 tally[TALLY_BEFORE_UPLIFT] += n - 1
                 continue
         tally[TALLY_BEFORE_UPLIFT] += first[j]

@@ -17,6 +17,8 @@ OUTPUTS: dict[str, int] = {
     "uplifted": engine.OUT_UPLIFTED,
     "impacts": engine.OUT_IMPACTS,
     "overturning_time": engine.OUT_OVERTURN_TIME,
+    "impact_velocity": engine.OUT_STRIKE,
+    "direction": engine.OUT_DIRECTION,
 }
 """Results of a run by name, and their column."""
 
@@ -43,7 +45,7 @@ def run_many(
     flags_only: bool = False,
     tally: NDArray[np.int64] | None = None,
 ) -> NDArray[np.float64]:
-    """Results (o, m, 5) of every oscillator under factors (o, m) times one record (n,), m/s², all starting at rest.
+    """Results (o, m, 7) of every oscillator under factors (o, m) times one record (n,), m/s², all starting at rest.
 
     `skip` leaves out what is known before the first uplift; flags do not change, peaks only by rounding.  With
     `flags_only` it also ends a run once the rest of the record cannot overturn the block: then only the overturned flag
@@ -78,7 +80,7 @@ def prepare(oscillators: Sequence[Oscillator]) -> None:
 
 
 class Trace(NamedTuple):
-    """One run in full: results (5,), history (4, n) at the samples, turning points (2, t): time and rotation."""
+    """One run in full: results (7,), history (4, n) at the samples, turning points (2, t): time and rotation."""
 
     results: NDArray[np.float64]
     history: NDArray[np.float64]

@@ -13,8 +13,9 @@ from scipy.stats import binomtest
 
 import toppling as tp
 from toppling.fragility import plan_chunks, run_chunk, wilson_interval
+from toppling.fragility.execution import OUTPUTS
+from toppling.fragility.plan import OUTPUT_TYPES
 from toppling.fragility.scaling import scaling
-from toppling.models.runs import OUTPUTS
 from toppling.motions import records
 
 BLOCKS = [tp.catalogue["bookcase-5-shelf"], tp.Block(0.5, 1.2, name="crate")]
@@ -75,7 +76,7 @@ class TestIda:
             chunks = plan_chunks(oscillators, plain, factors, seconds=seconds)
             assert [c.first for c in chunks] == [0] + [c.stop for c in chunks[:-1]]
             parts = [run_chunk(c).results for c in reversed(chunks)][::-1]
-            for name, *pieces in zip(OUTPUTS, *parts, strict=True):
+            for name, *pieces in zip(OUTPUT_TYPES, *parts, strict=True):
                 found = np.concatenate(pieces, axis=2)
                 assert found.dtype == result[name].dtype
                 np.testing.assert_array_equal(found, result[name].values.reshape(found.shape))
@@ -226,7 +227,7 @@ class TestIntensityMeasures:
         for seconds in (1e-9, 1e9):
             chunks = plan_chunks(oscillators, plain, factors, seconds=seconds)
             assert sum(chunk.runs for chunk in chunks) == 8 * 4 * 12
-            for name, *pieces in zip(OUTPUTS, *(run_chunk(chunk).results for chunk in chunks), strict=True):
+            for name, *pieces in zip(OUTPUT_TYPES, *(run_chunk(chunk).results for chunk in chunks), strict=True):
                 found = np.concatenate(pieces, axis=2)
                 np.testing.assert_array_equal(found, whole[name].values.reshape(found.shape))
 

@@ -165,7 +165,7 @@ BAD_STUDIES = [
     (lambda: wilson_interval(np.array([5]), np.array([4])), ValueError, "between 0 and trials"),
     (lambda: wilson_interval(np.array([1]), np.array([4]), 2.0), ValueError, "confidence must be"),
     (lambda: tp.fit_fragility(more_runs()), ValueError, "dimensions of overturnings"),
-    (lambda: tp.overturning_probability(SHAKE), TypeError, "needs a dataset with `overturned`"),
+    (lambda: tp.overturning_probability(SHAKE), TypeError, "needs runs with `overturned`"),
     (lambda: tp.overturning_probability(study(), confidence=1.0), ValueError, "confidence must be"),
     (lambda: tp.fit_fragility(3.0), TypeError, "needs an IDA dataset or a dataset of counts, got float"),
     (lambda: tp.fit_fragility(xr.Dataset()), ValueError, "counts must hold overturnings and runs"),

@@ -146,7 +146,7 @@ def test_public_names():
     names = {
         "Block", "catalogue", "DiscreteDamping", "GianniniMasiani", "MakrisKonstantinidis", "Vassiliou",
         "ViscousDamping", "EnergyConsistent", "HousnerImpact", "simulate", "free_rocking", "motions", "ida",
-        "overturning_probability", "fit_fragility", "Study", "plot",
+        "stripes", "cloud", "overturning_probability", "fit_fragility", "Study", "plot",
     }  # fmt: skip
     assert set(tp.__all__) == names
     for name in names:

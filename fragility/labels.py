@@ -1,0 +1,143 @@
+"""Results of runs as labelled datasets: the numbers behind blocks, laws and motions as coordinates."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..models import Block, Law, describe_block, describe_law
+from ..motions.arrays import Record, motion_coordinates
+from ..motions.intensity import RESULT_MEASURES
+from ..motions.measures import measure_variables
+from ..units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, RADIAN, SECOND, provenance
+from .execution import DERIVED, Request, Runs
+from .scaling import Scaling
+
+# Units and long name of each output.
+_VARIABLES: dict[str, tuple[str, str]] = {
+    "overturned": (DIMENSIONLESS, "whether the block overturned"),
+    "peak_rotation": (RADIAN, "peak absolute rotation, pi/2 if overturned"),
+    "uplifted": (DIMENSIONLESS, "whether the block uplifted"),
+    "impacts": (DIMENSIONLESS, "impacts during the record"),
+    "overturning_time": (SECOND, "time of overturning, NaN if it stands"),
+    "impact_velocity": (ANGULAR_VELOCITY, "greatest angular speed at which the block came down"),
+    "direction": (DIMENSIONLESS, "sign of the rotation in which the block fell, 0 if it stands"),
+    "top_displacement": (METRE, "greatest horizontal displacement of the upper corner"),
+}
+
+
+def label_runs(
+    runs: Runs,
+    asked: Request,
+    motions: Sequence[Record],
+    dims: tuple[str, ...],
+    coordinates: Mapping[str, xr.Variable],
+    configuration: Mapping[str, Any],
+    title: str,
+) -> xr.Dataset:
+    """Outputs (oscillator, …) as the dataset on (block, model, *dims) that analyses return.
+
+    `coordinates` come beside those of blocks, laws and motions, `configuration` beside their descriptions.
+    """
+    lengths = [len(motions) if dim == "motion" else coordinates[dim].size for dim in dims]
+    shape = (len(asked.blocks), len(asked.models), *lengths)
+    variables = {}
+    for name in asked.outputs:
+        values = runs.results[DERIVED.get(name, name)].reshape(shape)
+        if name == "top_displacement":
+            heights = np.array([block.height for block in asked.blocks])
+            values = heights.reshape(-1, *[1] * (values.ndim - 1)) * np.sin(values)
+        units, long_name = _VARIABLES[name]
+        variables[name] = (("block", "model", *dims), values, {"units": units, "long_name": long_name})
+    described = {
+        "blocks": [describe_block(block) for block in asked.blocks],
+        "models": [describe_law(model) for model in asked.models],
+        "motions": [record.label for record in motions],
+        **configuration,
+    }
+    return xr.Dataset(
+        variables,
+        coords={
+            **_block_coordinates(asked.blocks),
+            **_model_coordinates(asked.blocks, asked.models),
+            **motion_coordinates(list(motions)),
+            **measure_variables(motions, RESULT_MEASURES),
+            **coordinates,
+        },
+        attrs={
+            "title": title,
+            "design": described["design"],
+            **provenance(described),
+            "skipped": json.dumps(runs.skipped),
+        },
+    )
+
+
+def measured(scaled: Scaling) -> dict[str, xr.Variable]:
+    """The measure of the levels, for the motions as they are, where it is not among those that every result has."""
+    carried = scaled.name in {one.label for one in RESULT_MEASURES}
+    if scaled.measured is None or (carried and not scaled.ground):
+        return {}
+    name = f"ground_{scaled.name}" if scaled.ground else scaled.name
+    dims = ("motion",) if scaled.measured.ndim == 1 else ("block", "motion")
+    attributes = {"units": scaled.units, "long_name": scaled.long_name}
+    return {name: xr.Variable(dims, scaled.measured, attributes)}
+
+
+def _strings(values: Sequence[str]) -> NDArray[np.object_]:
+    return np.array(values, dtype=object)
+
+
+def _block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
+    columns: dict[str, tuple[list[float], str, str]] = {
+        "width": ([b.width for b in blocks], METRE, "full width"),
+        "height": ([b.height for b in blocks], METRE, "full height"),
+        "cm_height": ([b.h for b in blocks], METRE, "height of the centre of mass"),
+        "alpha": ([b.alpha for b in blocks], RADIAN, "slenderness angle"),
+        "R": ([b.R for b in blocks], METRE, "distance from the centre of mass to the corner"),
+        "p": ([b.p for b in blocks], "rad s-1", "rocking frequency parameter"),
+        "inertia_factor": ([b.inertia for b in blocks], DIMENSIONLESS, "moment of inertia about the corner over m R²"),
+    }
+    labels = _strings([block.label for block in blocks])
+    coordinates = {"block": xr.Variable("block", labels, {"units": DIMENSIONLESS, "long_name": "block"})}
+    for name, (values, units, long_name) in columns.items():
+        coordinates[name] = xr.Variable("block", values, {"units": units, "long_name": long_name})
+    return coordinates
+
+
+def _model_coordinates(blocks: Sequence[Block], models: Sequence[Law]) -> dict[str, xr.Variable]:
+    restitution = [[model.restitution(block) for model in models] for block in blocks]
+    e = np.array([[np.nan if value is None else value for value in row] for row in restitution])
+    coordinates = {
+        "model": xr.Variable(
+            "model",
+            _strings([m.label for m in models]),
+            {"units": DIMENSIONLESS, "long_name": "damping law with its options"},
+        ),
+        "law": xr.Variable(
+            "model",
+            _strings([m.law for m in models]),
+            {"units": DIMENSIONLESS, "long_name": "short name of the damping law"},
+        ),
+        "delta": xr.Variable(
+            "model",
+            [getattr(model, "delta", np.nan) for model in models],
+            {"units": DIMENSIONLESS, "long_name": "half width of the elastic zone over alpha"},
+        ),
+        "e": xr.Variable(
+            ("block", "model"), e, {"units": DIMENSIONLESS, "long_name": "coefficient of restitution used"}
+        ),
+    }
+    for name, long_name in (
+        ("lever", "lever arm of the shaking: h (height of the centre of mass) or R"),
+        ("rest", "kind of rest: elastic (zone) or rigid, empty where the law has no choice"),
+        ("geometry", "geometry of the impact model: exact, linear or bilinear, empty for other laws"),
+    ):
+        values = [str(getattr(model, name, "")) for model in models]
+        coordinates[name] = xr.Variable("model", _strings(values), {"units": DIMENSIONLESS, "long_name": long_name})
+    return coordinates

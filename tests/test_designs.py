@@ -1,0 +1,170 @@
+"""Stripes and clouds beside the incremental analysis; outputs on request; damage states."""
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.fragility import reached
+from toppling.models.runs import OUTPUTS, trace
+
+BLOCKS = [tp.catalogue["bookcase-5-shelf"], tp.Block(width=0.5, height=1.2, name="crate")]
+MODELS = [tp.DiscreteDamping(), tp.HousnerImpact(geometry="linear")]
+LEVELS = [2.0, 3.5, 6.0]
+ALL = ["overturned", "peak_rotation", "uplifted", "impact_velocity", "direction", "top_displacement"]
+
+
+def shakes(n, seed=0):
+    return tp.motions.CloughPenzien(duration=8.0, dt=0.01).sample(n, seed)
+
+
+@pytest.fixture(scope="module")
+def ida():
+    return tp.ida(BLOCKS, MODELS, shakes(12), LEVELS, outputs=ALL)
+
+
+class TestStripes:
+    def test_one_set_at_every_level_is_the_incremental_analysis(self, ida):
+        motions = shakes(12)
+        runs = tp.stripes(BLOCKS, MODELS, [motions] * 3, LEVELS, outputs=ALL)
+        assert runs.attrs["design"] == "stripes"
+        assert runs.motion.values[13] == f"{motions.motion.values[1]}, stripe 2"
+        assert runs.record.values[13] == motions.motion.values[1]
+        for name in ALL:
+            found = runs[name].values.reshape(2, 2, 3, 12)
+            np.testing.assert_array_equal(found, ida[name].values)
+        counts, expected = tp.overturning_probability(runs), tp.overturning_probability(ida)
+        for name in ("overturnings", "runs", "probability", "lower", "upper"):
+            xr.testing.assert_equal(counts[name], expected[name])
+        assert counts.level.attrs == ida.level.attrs
+
+    def test_motions_that_differ_and_differ_in_number(self):
+        sets = [shakes(3, seed=1), [shakes(4, seed=2), shakes(1, seed=3)]]
+        runs = tp.stripes(BLOCKS, MODELS, sets, [2.0, 5.0], "pgv_normalised", outputs="overturned")
+        assert runs.intensity.values.tolist() == [2.0] * 3 + [5.0] * 5
+        assert runs.pgv_normalised.dims == ("block", "motion")
+        counts = tp.overturning_probability(runs)
+        assert counts.runs.isel(block=0, model=0).values.tolist() == [3, 5]
+        alone = tp.ida(BLOCKS, MODELS, sets[1], [2.0, 5.0], "pgv_normalised", outputs="overturned")
+        np.testing.assert_array_equal(runs.overturned.values[:, :, 3:], alone.overturned.values[:, :, 1])
+
+    def test_motions_as_they_are(self):
+        sets = [shakes(5, seed=1), 3.0 * shakes(5, seed=2)]
+        runs = tp.stripes(BLOCKS, MODELS, sets, [1.0, 3.0], scale=False)
+        cloud = tp.cloud(BLOCKS, MODELS, sets[:1])
+        np.testing.assert_array_equal(runs.peak_rotation.values[:, :, :5], cloud.peak_rotation.values)
+        assert runs.intensity.values.tolist() == [1.0] * 5 + [3.0] * 5
+
+    def test_floors_are_told_apart(self):
+        building = tp.motions.Building.flexural_shear(period=0.5, storeys=2)
+        ground = [shakes(4, seed=1), shakes(4, seed=2)]
+        floors = [building.floor_motions(one) for one in ground]
+        runs = tp.stripes(BLOCKS[0], MODELS, floors, [2.0, 4.0], ground=ground, outputs="overturned")
+        counts = tp.overturning_probability(runs)
+        assert counts.probability.dims == ("block", "model", "floor", "level")
+        assert counts.runs.values.tolist() == [[[[4, 4]] * 3] * 2]
+        below = tp.stripes(BLOCKS[0], MODELS, ground, [2.0, 4.0], outputs="overturned")
+        on_ground = counts.overturnings.sel(floor=0).drop_vars("floor")
+        xr.testing.assert_equal(on_ground, tp.overturning_probability(below).overturnings)
+
+    @pytest.mark.parametrize(
+        ("motions", "levels", "options", "message"),
+        [
+            (shakes(2), [1.0], {}, "motions must be a list of motions, one set a level"),
+            ([shakes(2)], [1.0, 2.0], {}, "one set of motions for each of the 2 levels, got 1"),
+            ([shakes(2)] * 2, [2.0, 1.0], {}, "levels must be strictly increasing"),
+            ([shakes(2), [1, 2]], [1.0, 2.0], {}, r"motions\[2\]: motions must be labelled arrays"),
+            ([shakes(2)], [1.0], {"scale": 1}, "scale must be True or False"),
+            ([shakes(2)], [1.0], {"outputs": "height"}, "outputs must be one of"),
+        ],
+    )
+    def test_wrong_arguments(self, motions, levels, options, message):
+        with pytest.raises((TypeError, ValueError), match=message):
+            tp.stripes(BLOCKS, MODELS, motions, levels, **options)
+
+
+class TestCloud:
+    def test_every_motion_as_it_is(self):
+        motions = 4.0 * shakes(6)
+        motions.attrs = shakes(1).attrs
+        runs = tp.cloud(BLOCKS, MODELS, motions, "pgv", outputs=ALL)
+        plain = tp.ida(BLOCKS, MODELS, motions, [1.0], "scale", outputs=ALL)
+        for name in ALL:
+            np.testing.assert_array_equal(runs[name].values, plain[name].values[:, :, 0])
+        np.testing.assert_array_equal(runs.intensity.values, tp.motions.measures(motions).pgv.values)
+        assert runs.intensity.attrs["im"] == "pgv"
+        assert runs.attrs["design"] == "cloud"
+        normalised = tp.cloud(BLOCKS, MODELS, motions, "pgv_normalised")
+        expected = runs.intensity * runs.p / (9.80665 * np.tan(runs.alpha))
+        np.testing.assert_allclose(normalised.intensity, expected.transpose("block", "motion"), rtol=1e-15)
+
+    def test_no_levels_no_counts_and_no_scale(self):
+        runs = tp.cloud(BLOCKS, MODELS, shakes(3))
+        with pytest.raises(ValueError, match="fit a curve to it"):
+            tp.overturning_probability(runs)
+        with pytest.raises(ValueError, match="im must be a measure of the motions"):
+            tp.cloud(BLOCKS, MODELS, shakes(3), "scale")
+
+
+class TestOutputs:
+    def test_direction_and_displacement(self, ida):
+        np.testing.assert_array_equal(ida.direction != 0, ida.overturned)
+        assert set(np.unique(ida.direction)) == {-1, 0, 1}
+        np.testing.assert_allclose(ida.top_displacement, ida.height * np.sin(ida.peak_rotation))
+        run = ida.isel(block=0, model=1, level=2)
+        fallen = int(np.flatnonzero(run.overturned.values)[0])
+        scaled = tp.motions.scale_to(shakes(12).isel(motion=[fallen]), LEVELS[2])
+        history = tp.simulate(BLOCKS[0], MODELS[1], scaled)
+        assert np.sign(history.rotation.values[-1]) == run.direction.values[fallen]
+
+    @pytest.mark.parametrize(("model", "edge"), [(MODELS[1], 0.0), (MODELS[0], 0.05)])
+    def test_impact_velocity_of_a_free_block(self, model, edge):
+        """omega² = q² [(2 x0 - x0²) - (2 d - d²)] alpha² at the edge d of what the block comes down on."""
+        block, x0 = BLOCKS[0], 0.5
+        oscillator = model.oscillator(block)
+        run = trace(oscillator, np.zeros(400), 0.01, theta0=x0 * block.alpha)
+        q2 = -oscillator.regions[-1].stiffness
+        expected = block.alpha * math.sqrt(q2 * ((2 * x0 - x0**2) - (2 * edge - edge**2)))
+        assert run.results[OUTPUTS["impact_velocity"]] == pytest.approx(expected, rel=1e-12)
+
+    def test_impact_velocity_is_the_greatest_before_an_impact(self, ida):
+        """The velocity jumps at impacts of Housner's block: the history's steps never exceed what is reported."""
+        motions = shakes(12).isel(motion=[0])
+        run = tp.simulate(BLOCKS[0], MODELS[1], tp.motions.scale_to(motions, LEVELS[0]))
+        reported = float(ida.impact_velocity.isel(block=0, model=1, level=0, motion=0))
+        theta, omega = run.rotation.values, run.angular_velocity.values
+        crossing = np.flatnonzero(theta[:-1] * theta[1:] < 0.0)
+        assert crossing.size > 3
+        speeds = np.abs(omega[crossing])  # up to one sample before the impact
+        reach = 0.01 * np.abs(run.angular_acceleration.values).max()
+        assert speeds.max() - reach <= reported <= speeds.max() + reach
+        assert (ida.impact_velocity.values[ida.uplifted.values & (ida.peak_rotation.values < 1.0)] > 0.0).any()
+
+
+class TestDamageStates:
+    def test_states_are_nested(self, ida):
+        order = [reached(ida, state).values for state in ("uplifted", 0.1, 0.5, 1.0, "overturned")]
+        for weaker, stronger in zip(order[:-1], order[1:], strict=True):
+            assert not (stronger & ~weaker).any()
+        assert [flags.sum() for flags in order] == sorted((flags.sum() for flags in order), reverse=True)
+
+    def test_counts_of_a_state(self, ida):
+        found = tp.overturning_probability(ida, state=0.5)
+        expected = (ida.peak_rotation > 0.5 * ida.alpha).sum("motion")
+        np.testing.assert_array_equal(found.overturnings, expected)
+        assert found.attrs["state"] == "|theta|/alpha > 0.5"
+        assert found.probability.attrs["long_name"] == "probability of |theta|/alpha > 0.5"
+
+    @pytest.mark.parametrize(
+        ("state", "message"),
+        [
+            ("fallen", "state must be one of 'overturned', 'uplifted'"),
+            (0.0, "state must be"),
+            ("uplifted", "`uplifted`"),
+        ],
+    )
+    def test_wrong_states(self, ida, state, message):
+        with pytest.raises((TypeError, ValueError), match=message):
+            tp.overturning_probability(ida.drop_vars("uplifted"), state=state)
