@@ -509,7 +509,9 @@ def _crossing_time(zeta, gap, u0, u1, r0, r1):
         return time, 1.0 / r0 - 1.0 / r1 - 2.0 * zeta * by_gap
     if gap > 0.0:
         w = math.sqrt(gap)
-        time = (math.atan2(w, u1) - math.atan2(-w, u0)) / w
+        # (the two angles lie in (0, pi), their sum in (0, 2 pi))
+        angle = math.atan2(w * (u0 + u1), u0 * u1 - gap)
+        time = (angle if angle > 0.0 else angle + 2.0 * math.pi) / w
         return time, ((u0 * zeta / w - w) / -r0 - (u1 * zeta / w + w) / r1) / w + time * zeta / gap
     w = math.sqrt(-gap)
     time = 0.5 * (math.log((u0 + w) ** 2 / r0) + math.log((u1 + w) ** 2 / r1)) / w
@@ -528,10 +530,10 @@ def energy_consistent_zeta(speed, exit_speed):
     loss = (speed - exit_speed) * (speed + exit_speed)
     if loss <= 0.0:
         return 0.0
-    # First guess: the loss over the undamped path (v0 the speed at the middle).
-    v0 = math.sqrt(speed * speed + 1.0)
-    path = speed + v0 * v0 * math.asin(1.0 / v0)
-    zeta = loss / (path + math.sqrt(max(0.0, path * path - 4.0 * loss)))
+    # First guess: the loss over the undamped path, slowed to first order (phase: from the middle to the edge).
+    phase = math.atan2(1.0, speed)
+    path = speed + (speed * speed + 1.0) * phase
+    zeta = 0.5 * loss / (path + math.sqrt(max(0.0, path * (path - 2.0 * phase * loss))))
     low = 0.0
     high = math.inf
     for _ in range(200):
@@ -542,20 +544,23 @@ def energy_consistent_zeta(speed, exit_speed):
         excess = loss - 2.0 * zeta * (speed + exit_speed)
         r0 = r1 + excess
         arrives = r0 > 0.0 and (gap > 0.0 or u0 > math.sqrt(-gap))
-        new = -1.0
+        newton = -1.0
         if arrives:
             time, by_zeta = _crossing_time(zeta, gap, u0, u1, r0, r1)
             residual = math.log1p(excess / r1) - 2.0 * zeta * time
             slope = -2.0 * (speed / r0 + exit_speed / r1 + time + zeta * by_zeta)
             arrives = residual >= 0.0
             if slope < 0.0:
-                new = zeta - residual / slope
+                newton = zeta - residual / slope
         if arrives:
             low = zeta
         else:
             high = zeta
+        new = newton
         if not (low <= new <= high):
             new = 0.5 * (low + high) if high < math.inf else 2.0 * zeta
+        if abs(new - zeta) <= 1e-8 * zeta and new == newton:
+            return new  # (what is left is of the order of the square of the step)
         if abs(new - zeta) <= 4e-16 * zeta:
             return new
         zeta = new
