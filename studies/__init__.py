@@ -1,6 +1,6 @@
 """What a user runs: study files, results, plots, the command line."""
 
-from .schema import StudyError
 from .study import Study
+from .tables import StudyError
 
 __all__ = ["Study", "StudyError"]

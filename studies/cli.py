@@ -25,8 +25,8 @@ from ..models import catalogue
 from ..models.catalogue import QUALITIES
 from ..models.runs import prepare
 from .progress import show_progress
-from .schema import StudyError
 from .study import RESULT_NAME, Study
+from .tables import StudyError
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -29,7 +29,8 @@ from ..motions.spectra import damping_of
 from ..motions.targets import TargetSpectrum
 from ..units import STANDARD_GRAVITY
 from .plots import COLOURS, floor_name
-from .schema import StudyError, expand, read_study_file
+from .schema import read_study_file
+from .tables import StudyError, expand
 
 PERIODS = np.geomspace(0.02, 5.0, 90)
 MOST_HISTORIES = 6

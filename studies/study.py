@@ -22,7 +22,8 @@ from ..fragility import fit_fragility, ida, overturning_probability
 from ..fragility.scaling import ground_of, scaling
 from ..models import Block, Law
 from ..motions import records
-from .schema import StudyError, StudyFile, read_study_file
+from .schema import StudyFile, read_study_file
+from .tables import StudyError
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -1,0 +1,87 @@
+"""Tables of a study file that say what is asked: the design of the analysis and its levels."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, Field, model_validator
+
+from ..fragility.scaling import INTENSITY_MEASURES, intensity_measure
+from ..motions.parametrised import PARAMETRISED
+from ..units import DIMENSIONLESS, STANDARD_GRAVITY
+from .tables import Table, checked, one_of
+
+# SI value of each unit a level may be written in, and the SI unit it belongs to.
+LEVEL_UNITS: dict[str, tuple[float, str]] = {
+    "g": (STANDARD_GRAVITY, "m s-2"),
+    "m/s2": (1.0, "m s-2"),
+    "cm/s2": (0.01, "m s-2"),
+    "m/s": (1.0, "m s-1"),
+    "cm/s": (0.01, "m s-1"),
+    "m": (1.0, "m"),
+    "cm": (0.01, "m"),
+    "1": (1.0, "1"),
+}
+
+
+def named_measure(value: str) -> str:
+    """The name of an intensity measure, one with parameters written as its label is."""
+    if "(" not in value:
+        return checked(value, INTENSITY_MEASURES, f", {', '.join(f'{name}(…)' for name in PARAMETRISED)}")
+    measure = intensity_measure(value)
+    assert measure is not None  # only plain factors have none, and they have no parameters
+    return measure.label
+
+
+class LevelsTable(Table):
+    """Levels of the intensity measure: a list of values, or from, to, number and spacing."""
+
+    values: Annotated[list[float] | None, Field(description="The levels, increasing.")] = None
+    from_: Annotated[float | None, Field(alias="from", description="First level.")] = None
+    to: Annotated[float | None, Field(description="Last level.")] = None
+    number: Annotated[int | None, Field(ge=1, le=100_000, description="Number of levels.")] = None
+    spacing: Annotated[Literal["linear", "log"], Field(description="Spacing of the levels.")] = "linear"
+    unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        ranged = (self.from_, self.to, self.number)
+        if (self.values is None) == (None in ranged) or (
+            self.values is not None and any(v is not None for v in ranged)
+        ):
+            raise ValueError("levels need either values, or from, to and number")
+        if self.spacing == "log" and not (self.from_ or 0.0) > 0.0:
+            raise ValueError(f"levels with log spacing need from > 0, got {self.from_}")
+        return self
+
+    def build(self, im: str) -> NDArray[np.float64]:
+        """Levels in SI; ValueError where the unit is not one of the measure's."""
+        factor, si = LEVEL_UNITS[self.unit]
+        measure = intensity_measure(im)
+        needed = DIMENSIONLESS if measure is None else measure.units
+        if si != needed:
+            fitting = [unit for unit, (_, of) in LEVEL_UNITS.items() if of == needed]
+            raise ValueError(f"unit of levels of {im} must be one of {', '.join(fitting)}, got {self.unit!r}")
+        if self.values is not None:
+            return np.array(self.values) * factor
+        assert self.from_ is not None  # checked above
+        assert self.to is not None
+        assert self.number is not None
+        if self.spacing == "log":
+            if not self.to > 0.0:
+                raise ValueError(f"levels with log spacing need to > 0, got {self.to}")
+            return np.exp(np.linspace(math.log(self.from_), math.log(self.to), self.number)) * factor
+        return np.linspace(self.from_, self.to, self.number) * factor
+
+
+class IdaTable(Table):
+    """Incremental dynamic analysis: the measure and its levels."""
+
+    im: Annotated[str, AfterValidator(named_measure), Field(description="Intensity measure.")] = "pga"
+    im_at: Annotated[
+        str | None, one_of(("floor", "ground")), Field(description="Where a building's motions are measured (floor).")
+    ] = None
+    levels: Annotated[LevelsTable, Field(description="Levels of the measure.")]
