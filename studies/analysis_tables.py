@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,11 +77,43 @@ class LevelsTable(Table):
         return np.linspace(self.from_, self.to, self.number) * factor
 
 
-class IdaTable(Table):
-    """Incremental dynamic analysis: the measure and its levels."""
+Named = Annotated[str, AfterValidator(named_measure)]
+Where = Annotated[str | None, one_of(("floor", "ground"))]
 
-    im: Annotated[str, AfterValidator(named_measure), Field(description="Intensity measure.")] = "pga"
-    im_at: Annotated[
-        str | None, one_of(("floor", "ground")), Field(description="Where a building's motions are measured (floor).")
-    ] = None
+
+class IdaTable(Table):
+    """Incremental dynamic analysis: every motion at every level of a measure."""
+
+    im: Annotated[Named, Field(description="Intensity measure.")] = "pga"
+    im_at: Annotated[Where, Field(description="Where a building's motions are measured (floor).")] = None
     levels: Annotated[LevelsTable, Field(description="Levels of the measure.")]
+
+
+class StripeTable(Table):
+    """One stripe: its level, and what its motions have that [motions] has not."""
+
+    level: Annotated[float, Field(description="Level of the measure.")]
+    motions: Annotated[
+        dict[str, Any] | None, Field(description="Keys of [motions] that are others at this level (none).")
+    ] = None
+
+
+class StripesTable(Table):
+    """Multiple stripes: motions that differ from level to level."""
+
+    im: Annotated[Named, Field(description="Intensity measure.")] = "pga"
+    im_at: Annotated[Where, Field(description="Where a building's motions are measured (floor).")] = None
+    unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
+    scale: Annotated[bool, Field(description="Scale motions to their level, or take them as they are (true).")] = True
+    at: Annotated[list[StripeTable], Field(min_length=1, description="The stripes, with increasing levels.")]
+
+    def levels(self) -> NDArray[np.float64]:
+        """Levels in SI; ValueError where the unit is not one of the measure's."""
+        return LevelsTable(values=[stripe.level for stripe in self.at], unit=self.unit).build(self.im)
+
+
+class CloudTable(Table):
+    """Cloud: every motion once, as it is."""
+
+    im: Annotated[Named, Field(description="Intensity measure.")] = "pga"
+    im_at: Annotated[Where, Field(description="Where a building's motions are measured (floor).")] = None

@@ -24,6 +24,7 @@ from rich.table import Table
 from ..models import catalogue
 from ..models.catalogue import QUALITIES
 from ..models.runs import prepare
+from .designs import count
 from .progress import show_progress
 from .study import RESULT_NAME, Study
 from .tables import StudyError
@@ -65,14 +66,9 @@ def run(
     console = _console()
     folder = out if out is not None else Path("results") / study.stem
     plan = Study.from_toml(study)
-    floors = {array.sizes.get("floor", 1) for array in plan.motions}
-    motions = _count(plan.shakes, "motion")
-    if len(floors) == 1 and floors != {1}:
-        each = floors.pop()
-        motions = f"{_count(plan.shakes // each, 'motion')} × {_count(each, 'floor')}"
     console.print(
-        f"{plan.title}: {_count(len(plan.blocks), 'block')} × {_count(len(plan.models), 'law')} × "
-        f"{motions} × {_count(plan.levels.size, 'level')} = {_count(plan.runs, 'run')}",
+        f"{plan.title}: {count(len(plan.blocks), 'block')} × {count(len(plan.models), 'law')} × "
+        f"{plan.design.words} = {count(plan.runs, 'run')}",
         highlight=False,
         markup=False,
         soft_wrap=True,
@@ -230,10 +226,6 @@ def _console(least: int = 100) -> Console:
     """The terminal, or at least so many columns where the output goes elsewhere."""
     console = Console()
     return console if console.is_terminal else Console(width=max(least, console.width))
-
-
-def _count(n: int, noun: str) -> str:
-    return f"{n:,} {noun}{'' if n == 1 else 's'}"
 
 
 def fragility_table(results: xr.Dataset) -> Table:

@@ -68,7 +68,7 @@ def read_motions(inputs: Sequence[str]) -> list[xr.DataArray]:
             found = [array for path in expand(list(inputs), Path()) for array in shaking.read_all(path)]
         else:
             path = Path(studies[0])
-            found = read_study_file(path).shaking(path.parent).motions
+            found = [array for one in read_study_file(path).shaking(path.parent) for array in one.motions]
         records(found)
     except StudyError:
         raise

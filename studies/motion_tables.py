@@ -35,7 +35,8 @@ class EnvelopeTable(Table):
         return envelope
 
 
-BUILDINGS = {
+BUILDINGS: dict[str, tuple[set[str], set[str]]] = {
+    "ground": (set(), set()),
     "flexural-shear": ({"period_s", "alpha0", "storeys"}, {"period_s"}),
     "storeys": ({"masses_kg", "stiffnesses_n_m"}, {"masses_kg", "stiffnesses_n_m"}),
 }
@@ -45,7 +46,8 @@ BUILDINGS = {
 class BuildingTable(Table):
     """An elastic building between the motions and the blocks."""
 
-    kind: Annotated[str, one_of(BUILDINGS), Field(description="A uniform cantilever, or masses on springs.")]
+    name: Annotated[str | None, Field(min_length=1, description="Its name, where there are several.")] = None
+    kind: Annotated[str, one_of(BUILDINGS), Field(description="A uniform cantilever, masses on springs, or none.")]
     period_s: Annotated[float | None, Field(description="Fundamental period, s.")] = None
     alpha0: Annotated[float | None, Field(description="Flexural-shear parameter (5).")] = None
     storeys: Annotated[int | None, Field(description="Number of storeys (5).")] = None
@@ -59,14 +61,28 @@ class BuildingTable(Table):
     def build(self) -> shaking.Building:
         """The building; ValueError where a key does not belong to it or is out of range."""
         own, needed = BUILDINGS[self.kind]
-        refuse_foreign(self, own | {"kind", "damping", "storey_height_m", "modes", "floors"}, f"kind {self.kind!r}")
+        refuse_foreign(
+            self, own | {"name", "kind", "damping", "storey_height_m", "modes", "floors"}, f"kind {self.kind!r}"
+        )
         missing = sorted(name for name in needed if getattr(self, name) is None)
         if missing:
             raise ValueError(f"kind {self.kind!r} needs {' and '.join(missing)}")
-        given = self.model_dump(exclude={"kind", "floors"}, exclude_none=True)
+        given = self.model_dump(exclude={"name", "kind", "floors"}, exclude_none=True)
         options = {bare(key): value for key, value in given.items()}
         make = shaking.Building.flexural_shear if self.kind == "flexural-shear" else shaking.Building.from_storeys
         return make(**options)
+
+    def shake(self, ground: list[xr.DataArray]) -> list[xr.DataArray]:
+        """Its floors' motions; floors of a building with a name carry it (``tower 10``)."""
+        if self.kind == "ground":
+            refuse_foreign(self, {"name", "kind"}, "kind 'ground'")
+            return [array.expand_dims(floor=[self.name or "ground"], axis=1) for array in ground]
+        moved = self.build().floor_motions(ground, self.floors)
+        if self.name is None:
+            return moved
+        return [
+            array.assign_coords(floor=[f"{self.name} {floor}" for floor in array["floor"].values]) for array in moved
+        ]
 
 
 class MotionsTable(Table):

@@ -13,10 +13,10 @@ from typing import Annotated, Any, NamedTuple, Self, get_args
 
 import xarray as xr
 from pydantic import Field, ValidationError, model_validator
-from pydantic_core import ErrorDetails
 
-from .analysis_tables import IdaTable
+from .analysis_tables import CloudTable, IdaTable, StripesTable
 from .block_tables import BlockTable, ModelTable
+from .designs import Cloud, Design, Incremental, Stripes
 from .motion_tables import BuildingTable, MotionsTable
 from .tables import StudyError, Table
 
@@ -24,38 +24,97 @@ from .tables import StudyError, Table
 class Shaking(NamedTuple):
     """What shakes the blocks, and the ground motions below it where the levels are of their measure."""
 
-    motions: list[xr.DataArray]
-    ground: list[xr.DataArray]
+    motions: tuple[xr.DataArray, ...]
+    ground: tuple[xr.DataArray, ...]
 
 
 class StudyFile(Table):
-    """A study: blocks x damping laws x motions x levels."""
+    """A study: blocks x damping laws x motions, as one kind of analysis."""
 
     title: Annotated[str, Field(min_length=1, max_length=200, description="Title of the study.")]
     blocks: Annotated[list[BlockTable], Field(min_length=1, description="The blocks.")]
     models: Annotated[list[ModelTable], Field(min_length=1, description="The damping laws.")]
     motions: Annotated[MotionsTable, Field(description="What shakes them.")]
     building: Annotated[BuildingTable | None, Field(description="What stands between the motions and them.")] = None
-    ida: Annotated[IdaTable, Field(description="The analysis.")]
+    buildings: Annotated[
+        list[BuildingTable] | None,
+        Field(min_length=1, description="Several, side by side, each with a name."),
+    ] = None
+    ida: Annotated[IdaTable | None, Field(description="Every motion at every level.")] = None
+    stripes: Annotated[StripesTable | None, Field(description="Motions that differ from level to level.")] = None
+    cloud: Annotated[CloudTable | None, Field(description="Every motion once, as it is.")] = None
 
     @model_validator(mode="after")
-    def _ground_below(self) -> Self:
-        if self.ida.im_at == "ground" and self.building is None:
-            raise ValueError("ida.im_at 'ground' needs a building, whose floors move with the ground")
-        if self.building is not None and self.motions.floors_file is not None:
+    def _one_analysis(self) -> Self:
+        analyses = [name for name in ("ida", "stripes", "cloud") if getattr(self, name) is not None]
+        if len(analyses) != 1:
+            raise ValueError(
+                f"a study needs exactly one of ida, stripes, cloud, got {' and '.join(analyses) or 'none'}"
+            )
+        if self.building is not None and self.buildings is not None:
+            raise ValueError("a study has one building or several buildings, not both keys")
+        names = [one.name for one in self.buildings or []]
+        if None in names or len(set(names)) < len(names):
+            raise ValueError(f"buildings need a name each, all different, got {', '.join(map(str, names))}")
+        if self.analysis.im_at == "ground" and not self._stand:
+            raise ValueError(f"{analyses[0]}.im_at 'ground' needs a building, whose floors move with the ground")
+        if self._stand and self.motions.floors_file is not None:
             raise ValueError("a building needs ground motions, got motions.floors_file, which are of floors already")
         return self
 
-    def shaking(self, folder: Path) -> Shaking:
-        """The motions, through the building where there is one; ValueError as the tables' own."""
-        ground = self.motions.build(folder)
-        if self.building is None:
-            return Shaking(ground, [])
-        try:
-            floors = self.building.build().floor_motions(ground, self.building.floors)
-        except ValueError as error:
-            raise ValueError(f"building: {error}") from None
-        return Shaking(floors, ground if self.ida.im_at == "ground" else [])
+    @property
+    def analysis(self) -> IdaTable | StripesTable | CloudTable:
+        """The one analysis that is asked for."""
+        found = self.ida or self.stripes or self.cloud
+        assert found is not None  # exactly one, checked above
+        return found
+
+    @property
+    def _stand(self) -> list[BuildingTable]:
+        """The buildings that blocks stand in."""
+        return [self.building] if self.building is not None else self.buildings or []
+
+    def shaking(self, folder: Path) -> list[Shaking]:
+        """The motions through the buildings: one set for all levels, or for stripes one each; ValueError as theirs."""
+        if self.stripes is None:
+            return [self._shaking(self.motions, folder)]
+        common = self.motions.model_dump(by_alias=True, exclude_unset=True)
+        found = []
+        for i, stripe in enumerate(self.stripes.at, start=1):
+            try:
+                found.append(self._shaking(MotionsTable.model_validate({**common, **(stripe.motions or {})}), folder))
+            except ValidationError as error:
+                raise ValueError(f"stripes.at[{i}].motions: {sentence(error, MotionsTable)}") from None
+            except ValueError as error:
+                raise ValueError(f"stripes.at[{i}]: {error}") from None
+        return found
+
+    def _shaking(self, motions: MotionsTable, folder: Path) -> Shaking:
+        ground = motions.build(folder)
+        if not self._stand:
+            return Shaking(tuple(ground), ())
+        floors: list[xr.DataArray] = []
+        for i, building in enumerate(self._stand, start=1):
+            try:
+                floors.extend(building.shake(ground))
+            except ValueError as error:
+                raise ValueError(f"building{'' if self.buildings is None else f's[{i}]'}: {error}") from None
+        return Shaking(tuple(floors), tuple(ground) if self.analysis.im_at == "ground" else ())
+
+    def design(self, folder: Path) -> Design:
+        """The analysis with its motions; ValueError where they do not go together."""
+        sets = self.shaking(folder)
+        if self.stripes is not None:
+            return Stripes(
+                tuple(one.motions for one in sets),
+                tuple(one.ground for one in sets) if self.stripes.im_at == "ground" else (),
+                self.stripes.im,
+                self.stripes.levels(),
+                self.stripes.scale,
+            )
+        if self.ida is not None:
+            return Incremental(*sets[0], self.ida.im, self.ida.levels.build(self.ida.im))
+        return Cloud(*sets[0], self.analysis.im)
 
 
 def read_study_file(path: Path) -> StudyFile:
@@ -74,16 +133,16 @@ def read_study_file(path: Path) -> StudyFile:
     try:
         return StudyFile.model_validate(content)
     except ValidationError as error:
-        # an unknown key is likely the cause of one that is missing: say it first
-        errors = sorted(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
-        raise StudyError(f"{path}: {sentence(errors[0])}") from None
+        raise StudyError(f"{path}: {sentence(error)}") from None
 
 
-def sentence(error: ErrorDetails) -> str:
-    """One pydantic error as one sentence that names the key, the value and what is allowed."""
+def sentence(errors: ValidationError, table: type[Table] | None = None) -> str:
+    """What a table (the whole study) does not hold, as one sentence: the key, the value and what is allowed."""
+    # an unknown key is likely the cause of one that is missing: say it first
+    error = min(errors.errors(), key=lambda one: one["type"] != "extra_forbidden")
     key = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in error["loc"]).lstrip(".")
     if error["type"] == "extra_forbidden":
-        known = _known_keys(error["loc"][:-1])
+        known = _known_keys(table or StudyFile, error["loc"][:-1])
         near = difflib.get_close_matches(str(error["loc"][-1]), known, n=1, cutoff=0.5)
         hint = f"; did you mean {near[0]!r}?" if near else f", allowed are {', '.join(known)}"
         return f"unknown key {key!r}{hint}"
@@ -97,9 +156,8 @@ def sentence(error: ErrorDetails) -> str:
     return f"{key}: {message}, got {shown if len(shown) <= 60 else shown[:57] + '...'}"
 
 
-def _known_keys(location: tuple[int | str, ...]) -> list[str]:
-    """The keys allowed in the table at `location`."""
-    table: type[Table] = StudyFile
+def _known_keys(table: type[Table], location: tuple[int | str, ...]) -> list[str]:
+    """The keys allowed at `location` in a table."""
     for part in location:
         fields = {field.alias or name: field for name, field in table.model_fields.items()}
         if isinstance(part, str) and part in fields:

@@ -14,14 +14,12 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from ..fragility import fit_fragility, ida, overturning_probability
-from ..fragility.scaling import ground_of, scaling
+from ..fragility import fit_fragility, overturning_probability
 from ..models import Block, Law
 from ..motions import records
+from .designs import Design
 from .schema import StudyFile, read_study_file
 from .tables import StudyError
 
@@ -36,20 +34,17 @@ __version__ = metadata.version("toppling")
 
 @dataclass(frozen=True)
 class Study:
-    """Blocks x damping laws x motions x levels, ready to run.
+    """Blocks x damping laws x motions, ready to run.
 
-    Made by `Study.from_toml`; `configuration` is the study file's content as plain values, `ground` the ground motions
-    below where the levels are of their measure and not of the floor motions'.
+    Made by `Study.from_toml`; `design` says what is done with which motions, `configuration` is the study file's
+    content as plain values.
     """
 
     title: str
     blocks: tuple[Block, ...]
     models: tuple[Law, ...]
-    motions: tuple[xr.DataArray, ...]
-    levels: NDArray[np.float64]
-    im: str
+    design: Design
     configuration: dict[str, Any]
-    ground: tuple[xr.DataArray, ...] = ()
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> Study:
@@ -65,37 +60,26 @@ class Study:
         file = Path(path)
         content = read_study_file(file)
         try:
-            shaking = content.shaking(file.parent)
             study = cls(
                 content.title,
                 tuple(_each("blocks", content.blocks)),
                 tuple(_each("models", content.models)),
-                tuple(shaking.motions),
-                content.ida.levels.build(content.ida.im),
-                content.ida.im,
+                content.design(file.parent),
                 _plain(content),
-                tuple(shaking.ground),
             )
             # what only blocks, laws, motions and levels together can get wrong is said before the work, not during it
             for block in study.blocks:
                 for model in study.models:
                     model.oscillator(block)
-            plain = records(study.motions)
-            below = ground_of(plain, records(study.ground)) if study.ground else None
-            scaling(study.levels, plain, study.im, study.blocks, below)
+            study.design.check(study.blocks)
         except (ValueError, ArithmeticError) as error:
             raise StudyError(f"{file}: {error}") from None
         return study
 
     @property
     def runs(self) -> int:
-        """Number of runs: blocks x laws x motions (those of every floor) x levels."""
-        return len(self.blocks) * len(self.models) * self.shakes * self.levels.size
-
-    @property
-    def shakes(self) -> int:
-        """Number of motions, those of every floor."""
-        return sum(array.sizes["motion"] * array.sizes.get("floor", 1) for array in self.motions)
+        """Number of runs: blocks x laws x those of the design."""
+        return len(self.blocks) * len(self.models) * self.design.runs
 
     @property
     def notes(self) -> list[str]:
@@ -168,17 +152,7 @@ class Study:
         return results
 
     def _compute(self, client: Client | None, progress: Callable[[int, int], None] | None) -> xr.Dataset:
-        ground = self.ground or None
-        results = ida(
-            self.blocks,
-            self.models,
-            self.motions,
-            self.levels,
-            self.im,
-            client=client,
-            ground=ground,
-            progress=progress,
-        )
+        results = self.design.run(self.blocks, self.models, ("overturned", "peak_rotation"), client, progress)
         probabilities = overturning_probability(results)
         curves = fit_fragility(probabilities)
         if "floor" in probabilities.dims:  # the dimension takes the name
@@ -196,7 +170,7 @@ class Study:
         """What decides the results, as a hash: the study without its title, the motions' samples, our version."""
         content = {key: value for key, value in self.configuration.items() if key != "title"}
         digest = hashlib.sha256(json.dumps([__version__, content], sort_keys=True).encode())
-        for record in (*records(self.motions), *(records(self.ground) if self.ground else ())):
+        for record in (record for array in (*self.design.arrays, *self.design.below) for record in records(array)):
             digest.update(json.dumps([record.label, record.dt, record.source]).encode())
             digest.update(record.acceleration.tobytes())
         return digest.hexdigest()

@@ -66,7 +66,7 @@ def test_every_generator_by_name(tmp_path, name):
     """A tiny study asks for it; its motions are the class's own."""
     (tmp_path / "target.csv").write_text("period (s), sa (g)\n0.1, 1\n0.5, 1\n2, 0.25\n")
     study = tp.Study.from_toml(write(tmp_path, f'generator = "{name}"\nnumber = 2\nseed = 3\n{SHORT[name]}'))
-    assert study.motions[0].motion.values[0] == f"{tp.motions.GENERATORS[name].__name__} 3-0"
+    assert study.design.arrays[0].motion.values[0] == f"{tp.motions.GENERATORS[name].__name__} 3-0"
     result = study.run()
     assert result.sizes["motion"] == 2
     assert bool(result.overturned.any()) or float(result.peak_rotation.max()) > 0.0
@@ -83,7 +83,7 @@ def test_every_pulse_by_name(tmp_path, name):
 class TestFloors:
     def test_a_curve_for_each_floor(self, tmp_path):
         study = tp.Study.from_toml(write(tmp_path, building=TOWER))
-        assert study.shakes == 24
+        assert study.design.shakes == 24
         assert study.runs == 72
         result = study.run(tmp_path / "out")
         assert result.probability.dims == ("block", "model", "floor", "level")
@@ -150,7 +150,7 @@ class TestFloors:
 
     def test_a_frame_with_all_floors(self, tmp_path):
         study = tp.Study.from_toml(write(tmp_path, building=FRAME))
-        np.testing.assert_allclose(study.motions[0].height, [0.0, 4.0, 7.0])
+        np.testing.assert_allclose(study.design.arrays[0].height, [0.0, 4.0, 7.0])
 
     @pytest.mark.parametrize("kind", ["csv", "nc"])
     def test_floor_histories_of_another_program(self, tmp_path, kind):
@@ -182,7 +182,7 @@ class TestFloors:
             (NOISE, TOWER.replace("0.8", "-1"), "", "building: period must be"),
             (NOISE, FRAME + "\nalpha0 = 3", "", "building: kind 'storeys' has no key 'alpha0'"),
             (NOISE, FRAME.replace("[1e5, 1e5]", "[1e5]"), "", "building: masses and stiffnesses must be one a storey"),
-            (NOISE, TOWER.replace("flexural-shear", "frame"), "", "building.kind: must be one of flexural-shear, stor"),
+            (NOISE, TOWER.replace("flexural-shear", "frame"), "", "building.kind: must be one of ground, flexural-shear"),
             (NOISE, TOWER.replace("period_s", "periods"), "", "key 'building.periods'; did you mean 'period_s'"),
         ],
     )

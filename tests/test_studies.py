@@ -142,9 +142,9 @@ class TestStudy:
             tp.motions.write_at2(tp.motions.CloughPenzien(duration=4.0).sample(1, seed=i), folder / f"R{i}.AT2")
         text = re.sub(r"(?s)\[motions\].*?\[ida\]", '[motions]\nrecords = "records/*.AT2"\n[ida]', SMALL)
         study = tp.Study.from_toml(write(tmp_path, text))
-        assert [str(m.motion.values[0]) for m in study.motions] == ["R0", "R1", "R2"]
+        assert [str(m.motion.values[0]) for m in study.design.arrays] == ["R0", "R1", "R2"]
         twice = text.replace('"records/*.AT2"', '["records/*.AT2", "records/R1.AT2"]')
-        assert len(tp.Study.from_toml(write(tmp_path, twice)).motions) == 3
+        assert len(tp.Study.from_toml(write(tmp_path, twice)).design.arrays) == 3
 
     def test_pulse_and_velocity_levels(self, tmp_path):
         pulse = '[motions]\npulse = "one-cycle-sine"\nomega_rad_s = 6.0\n[ida]'
@@ -167,7 +167,7 @@ class TestStudy:
     def test_levels_of_other_measures(self, tmp_path, im, unit, label):
         text = SMALL.replace('im = "pga"', f'im = "{im}"').replace('unit = "g"', f'unit = "{unit}"')
         study = tp.Study.from_toml(write(tmp_path, text))
-        assert study.im == study.configuration["ida"]["im"] == label
+        assert study.design.im == study.configuration["ida"]["im"] == label
         result = study.run()
         assert result.level.attrs["im"] == label
         if im == "arias":
