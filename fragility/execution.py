@@ -102,14 +102,14 @@ def execute(
     chunks = plan_chunks(oscillators, motions, factors, asked.skip, names)
     results = {name: np.empty((len(oscillators), *factors.shape[1:]), OUTPUT_TYPES[name]) for name in names}
     tally = np.zeros(len(TALLY), np.int64)
-    for chunk, done in zip(chunks, _run(chunks, asked.client, asked.progress), strict=True):
+    for chunk, done in zip(chunks, run_chunks(chunks, asked.client, asked.progress), strict=True):
         for name, part in zip(names, done.results, strict=True):
             results[name][:, :, chunk.first : chunk.stop] = part
         tally += done.tally
     return Runs(results, tally)
 
 
-def _run(chunks: Sequence[Chunk], client: Client | None, progress: Progress | None) -> list[Done]:
+def run_chunks(chunks: Sequence[Chunk], client: Client | None, progress: Progress | None) -> list[Done]:
     """Run the chunks on threads here or on a cluster, results in the order of the chunks."""
     total = sum(chunk.runs for chunk in chunks)
     tasks = [delayed(run_chunk, pure=False)(delayed(chunk, traverse=False)) for chunk in chunks]

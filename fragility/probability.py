@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -34,6 +36,19 @@ def wilson_interval(
     lower = np.where(k == 0.0, 0.0, centre - half)
     upper = np.where(k == n, 1.0, centre + half)
     return np.where(np.isnan(n), np.nan, lower), np.where(np.isnan(n), np.nan, upper)
+
+
+def wilson_half_width(runs: int, confidence: float = 0.95) -> float:
+    """Half width of Wilson's interval of a probability of 1/2: z/(2 sqrt(runs + z²))."""
+    z = float(ndtri(0.5 + 0.5 * checks.number("confidence", confidence, above=0.0, below=1.0)))
+    return 0.5 * z / math.sqrt(checks.count("runs", runs) + z * z)
+
+
+def runs_for_half_width(half_width: float, confidence: float = 0.95) -> int:
+    """Least number of runs at which that half width is no greater than `half_width` (above 0, below 1/2)."""
+    width = checks.number("half_width", half_width, above=0.0, below=0.5)
+    z = float(ndtri(0.5 + 0.5 * checks.number("confidence", confidence, above=0.0, below=1.0)))
+    return math.ceil(z * z * (0.25 / width**2 - 1.0))
 
 
 def overturning_probability(runs: xr.Dataset, confidence: float = 0.95, state: State = OVERTURNED) -> xr.Dataset:

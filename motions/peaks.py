@@ -42,3 +42,12 @@ def peak_velocity(acceleration: Series, dt: float) -> float:
 def peak_displacement(acceleration: Series, dt: float) -> float:
     """PGD: max |u|, m, between samples too (where the velocity passes through zero)."""
     return float(_peaks.peak_displacement(acceleration, dt))
+
+
+def half_cycle_peaks(acceleration: Series) -> Series:
+    """The greatest |a| of each half-cycle (between changes of sign), in order, m/s²; zeros end no half-cycle."""
+    moving = acceleration[acceleration != 0.0]
+    if moving.size == 0:
+        return np.zeros(0)
+    starts = np.flatnonzero(np.diff(np.signbit(moving))) + 1
+    return np.maximum.reduceat(np.abs(moving), np.concatenate([[0], starts]))

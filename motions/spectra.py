@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import signal
+from scipy import fft, signal
 
 from .. import checks
 from ..units import ACCELERATION, METRE, SECOND, VELOCITY
@@ -27,6 +27,8 @@ MIN_PERIOD, MAX_PERIOD = 1e-3, 1e3
 HOUSNER_PERIODS = np.linspace(0.1, 2.5, 49)
 MEAN_PERIOD_BAND = (0.25, 20.0)  # Hz
 MEAN_PERIOD_STEP = 0.05  # Hz
+BAND_SHARES = (0.05, 0.95)
+BAND_STEP = 0.05  # Hz
 
 
 class Peaks(NamedTuple):
@@ -186,3 +188,22 @@ def mean_period(acceleration: Series, dt: float) -> float:
     power = np.abs(amplitude) ** 2
     total = float(power.sum())
     return float((power / frequency).sum()) / total if total > 0.0 else math.nan
+
+
+def energy_band(acceleration: Series, dt: float, shares: tuple[float, float] = BAND_SHARES) -> tuple[float, float]:
+    """Frequencies below which two shares (5 and 95 %) of the energy of a motion lie, Hz: the band that holds the rest.
+
+    Energy is the integral of the squared Fourier amplitude of the acceleration over frequency, by Parseval's theorem
+    the Arias intensity: the band is to frequency what the significant duration is to time.  The transform is padded
+    until its frequencies are 0.05 Hz apart at most; between them the share is taken as linear.  NaN for a motion of
+    zeros.
+    """
+    largest = float(np.abs(acceleration).max())
+    if largest == 0.0:
+        return math.nan, math.nan
+    size = fft.next_fast_len(max(acceleration.size, math.ceil(1.0 / (BAND_STEP * dt))), real=True)
+    energy = np.abs(fft.rfft(acceleration / largest, size)) ** 2
+    # linear between frequencies: the trapezoidal rule, which gives both ends half their weight
+    reached = np.concatenate([[0.0], np.cumsum(0.5 * (energy[1:] + energy[:-1]))])
+    low, high = np.interp(shares, reached / reached[-1], np.arange(energy.size) / (size * dt))
+    return float(low), float(high)

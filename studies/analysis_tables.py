@@ -1,4 +1,4 @@
-"""Tables of a study file that say what is asked: the design of the analysis and its levels."""
+"""Tables of a study file that say what is asked: the design of the analysis, its levels, its validity screen."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, model_validator
 
 from ..fragility.scaling import INTENSITY_MEASURES, intensity_measure
+from ..models.friction import FixedFriction, Friction, LognormalFriction
 from ..motions.parametrised import PARAMETRISED
 from ..units import DIMENSIONLESS, STANDARD_GRAVITY
 from .tables import Table, checked, one_of
@@ -117,3 +118,32 @@ class CloudTable(Table):
 
     im: Annotated[Named, Field(description="Intensity measure.")] = "pga"
     im_at: Annotated[Where, Field(description="Where a building's motions are measured (floor).")] = None
+
+
+class ScreenTable(Table):
+    """Validity screen: the friction there is, and how many flags are tested."""
+
+    friction: Annotated[
+        float | None, Field(gt=0.0, description="Coefficient of friction between block and floor, or its median.")
+    ] = None
+    friction_dispersion: Annotated[
+        float | None, Field(gt=0.0, description="Dispersion of a lognormal coefficient of friction (known).")
+    ] = None
+    undecided: Annotated[
+        float | None,
+        Field(ge=0.0, le=1.0, description="Share of the motions run again under perturbations of a millionth (0.08)."),
+    ] = None
+
+    @model_validator(mode="after")
+    def _median_given(self) -> Self:
+        if self.friction is None and self.friction_dispersion is not None:
+            raise ValueError("friction_dispersion needs friction (the median)")
+        return self
+
+    def build(self) -> Friction | None:
+        """The coefficient of friction, None where it is not given."""
+        if self.friction is None:
+            return None
+        if self.friction_dispersion is None:
+            return FixedFriction(self.friction)
+        return LognormalFriction(self.friction, self.friction_dispersion)

@@ -68,7 +68,8 @@ def run(
     plan = Study.from_toml(study)
     console.print(
         f"{plan.title}: {count(len(plan.blocks), 'block')} × {count(len(plan.models), 'law')} × "
-        f"{plan.design.words} = {count(plan.runs, 'run')}",
+        f"{plan.design.words} = {count(plan.runs, 'run')}"
+        + (f", and {plan.perturbed_runs:,} perturbed" if plan.perturbed_runs else ""),
         highlight=False,
         markup=False,
         soft_wrap=True,
@@ -80,7 +81,7 @@ def run(
         with console.status("loading the engine (compiled once after installation, some 20 s)"):
             prepare([plan.models[0].oscillator(plan.blocks[0])])
     try:
-        with show_progress(console, "runs", plan.runs) as progress:
+        with show_progress(console, "runs", plan.runs + plan.perturbed_runs) as progress:
             results = plan.run(folder, client, resume=not fresh, progress=progress)
     finally:
         if client is not None:
@@ -88,6 +89,9 @@ def run(
     console.print(fragility_table(results))
     for hint in _hints(results):
         console.print(hint, highlight=False, markup=False, soft_wrap=True)
+    for note in str(results.attrs.get("notes", "")).splitlines():
+        if note not in plan.notes:  # said before
+            console.print(f"note: {note}", highlight=False, markup=False, soft_wrap=True)
     figure = _draw(results, folder / FIGURE_NAME)
     console.print(f"results: {folder / RESULT_NAME}\nfigure:  {figure}", highlight=False, markup=False, soft_wrap=True)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -26,6 +26,7 @@ Motions = tuple[xr.DataArray, ...]
 class Design(ABC):
     """Motions and what is done with them; `im` is the measure, `ground` what it is taken of where not the motions."""
 
+    motions: tuple[Any, ...]
     im: str
 
     @property

@@ -14,7 +14,7 @@ from typing import Annotated, Any, NamedTuple, Self, get_args
 import xarray as xr
 from pydantic import Field, ValidationError, model_validator
 
-from .analysis_tables import CloudTable, IdaTable, StripesTable
+from .analysis_tables import CloudTable, IdaTable, ScreenTable, StripesTable
 from .block_tables import BlockTable, ModelTable
 from .designs import Cloud, Design, Incremental, Stripes
 from .motion_tables import BuildingTable, MotionsTable
@@ -43,6 +43,7 @@ class StudyFile(Table):
     ida: Annotated[IdaTable | None, Field(description="Every motion at every level.")] = None
     stripes: Annotated[StripesTable | None, Field(description="Motions that differ from level to level.")] = None
     cloud: Annotated[CloudTable | None, Field(description="Every motion once, as it is.")] = None
+    screen: Annotated[ScreenTable | None, Field(description="The validity screen.")] = None
 
     @model_validator(mode="after")
     def _one_analysis(self) -> Self:

@@ -182,7 +182,12 @@ class TestFloors:
             (NOISE, TOWER.replace("0.8", "-1"), "", "building: period must be"),
             (NOISE, FRAME + "\nalpha0 = 3", "", "building: kind 'storeys' has no key 'alpha0'"),
             (NOISE, FRAME.replace("[1e5, 1e5]", "[1e5]"), "", "building: masses and stiffnesses must be one a storey"),
-            (NOISE, TOWER.replace("flexural-shear", "frame"), "", "building.kind: must be one of ground, flexural-shear"),
+            (
+                NOISE,
+                TOWER.replace("flexural-shear", "frame"),
+                "",
+                "building.kind: must be one of ground, flexural-shear",
+            ),
             (NOISE, TOWER.replace("period_s", "periods"), "", "key 'building.periods'; did you mean 'period_s'"),
         ],
     )

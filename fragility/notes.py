@@ -1,0 +1,181 @@
+"""What a validity screen says, in sentences: one for each reason that holds, for tables and reports."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..models import Block
+from .probability import runs_for_half_width, wilson_interval
+from .reasons import ELASTIC_MODE, SCALED_FAR, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason
+from .screen import SQUAT_RATIO
+
+HUGE = 30.0  # m: no content of a building
+NAMED = 3  # no sentence names more
+_BLOCK, _LAW, _PAIR = ("block",), ("model",), ("block", "model")
+NOT_MODELLED = "vertical shaking, sliding and bouncing are not modelled"
+
+
+def block_notes(blocks: Iterable[Block]) -> list[str]:
+    """What a user should know of the blocks alone, before anything runs: one sentence each."""
+    found = []
+    for block in blocks:
+        if block.h < SQUAT_RATIO * block.b:
+            found.append(_squat(block.label, block.h / block.b))
+        if max(block.width, block.height) > HUGE:
+            found.append(f"{block.label}: {block.width:g} m x {block.height:g} m: metres meant?")
+    return found
+
+
+def notes(screened: xr.Dataset) -> list[str]:
+    """What a user should know before trusting a result: one sentence for each reason that holds.
+
+    Parameters
+    ----------
+    screened : xarray.Dataset
+        As `screen` returns it, or a study's results, which hold the same variables.
+
+    Returns
+    -------
+    list of str
+        Each squat block; friction; the elastic mode; scale factors; the number of motions; undecided flags; and what
+        is never modelled.
+
+    Raises
+    ------
+    TypeError
+        A dataset that has not been screened.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.fragility import screen
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
+    >>> runs = tp.ida(tp.Block(0.4, 1.2, name="cabinet"), tp.HousnerImpact(e=0.9), shakes, [2.0, 9.8])
+    >>> for sentence in notes(screen(runs, shakes, friction=0.45)):
+    ...     print(sentence)
+    50 % of the runs slide while they rock: they need a coefficient of friction of up to 0.48 (cabinet 50 %)
+    4 motions tell a probability of 1/2 to ±0.35 only; 39 would to ±0.15
+    vertical shaking, sliding and bouncing are not modelled
+    """
+    if not isinstance(screened, xr.Dataset) or "screen" not in screened.attrs or "outside" not in screened:
+        raise TypeError("notes need a dataset as toppling.fragility.screen returns it")
+    settings = json.loads(screened.attrs["screen"])
+    ratios = 1.0 / screened["friction_uplift"].values
+    labels = [str(label) for label in screened["block"].values]
+    squat = zip(labels, ratios, screened["squat"].values, strict=True)
+    found = [_squat(label, ratio) for label, ratio, holds in squat if holds]
+    found += _friction(screened, settings)
+    found += _shaking(screened, settings)
+    if "undecided" in screened:
+        found.append(_undecided(screened))
+    return [*found, NOT_MODELLED]
+
+
+def _squat(label: str, ratio: float) -> str:
+    return (
+        f"{label}: its centre of mass is {ratio:.1f} half widths high; below {SQUAT_RATIO:g} it slides or bounces "
+        "rather than rocks, which is not modelled"
+    )
+
+
+def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
+    """Where blocks slide; without a coefficient given, what they need."""
+    given = settings["friction"] is not None
+    against = "" if given else ", more than hardly any floor has"
+    found = []
+    for reason, text, name in (
+        (SLIDES_AT_UPLIFT, "slide before or at uplift", "friction_uplift_demand"),
+        (SLIDES_WHILE_ROCKING, "slide while they rock", "friction_rocking_demand"),
+        (SLIDES_AT_IMPACT, "slide when they come down", "friction_impact"),
+    ):
+        share = float(_shares(screened, reason).mean())
+        if share > 0.0:
+            by = _PAIR if reason is SLIDES_AT_IMPACT else _BLOCK
+            need = float(screened[name].max())
+            found.append(
+                f"{_percent(share)} of the runs {text}: they need a coefficient of friction of up to "
+                f"{need:.2f}{against} ({_worst(_shares(screened, reason), by)})"
+            )
+    if not given:
+        at_uplift = screened["friction_uplift"].values
+        impact = screened["friction_impact"]
+        found.append(
+            f"no coefficient of friction is given: blocks slide where it is below {_range(at_uplift)} at uplift, "
+            f"{float(screened['friction_rocking_demand'].max()):.2f} at the greatest peak"
+            + (f", {float(impact.max()):.2f} at impact" if bool(impact.notnull().any()) else "")
+        )
+    return found
+
+
+def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
+    """What the motions make doubtful."""
+    found = []
+    share = float(_shares(screened, ELASTIC_MODE).mean())
+    if share > 0.0:
+        frequency = screened["elastic_frequency"].where(_shares(screened, ELASTIC_MODE) > 0.0).values
+        found.append(
+            f"in {_percent(share)} of the runs the law's elastic mode ({_range(frequency)} Hz) lies inside the "
+            f"motion's band: blocks uplift that should not ({_worst(_shares(screened, ELASTIC_MODE), _LAW)})"
+        )
+    share = float(_shares(screened, SCALED_FAR).mean())
+    if share > 0.0:
+        lowest, highest = settings["factors"]
+        found.append(
+            f"{_percent(share)} of the runs have motions scaled by less than {lowest:g} or more than {highest:g} "
+            f"({_range(screened['scale_factor'].values)} in all)"
+        )
+    if bool(screened["few_motions"]):
+        n, widest = int(settings["fewest_motions"]), float(settings["half_width"])
+        half = float(screened["interval_half_width"])
+        found.append(
+            f"{n} motion{'s' if n != 1 else ''} tell a probability of 1/2 to ±{half:.2f} only; "
+            f"{runs_for_half_width(widest)} would to ±{widest:g}"
+        )
+    return found
+
+
+def _undecided(screened: xr.Dataset) -> str:
+    motions = int(screened["perturbed"].sum())
+    runs = motions * screened.sizes.get("level", 1) if "level" in screened["verdict"].dims else motions
+    share = screened["undecided"]
+    flipped = int(np.rint(share.values * runs).sum())
+    tested = runs * share.size
+    low, high = (float(end) for end in wilson_interval(np.array(flipped), np.array(tested)))
+    worst = f" ({_worst(share, _PAIR)})" if flipped and share.size > 1 else ""
+    return (
+        f"{_percent(flipped / tested)} of the flags ({_percent(low)} to {_percent(high)}, from {motions} of "
+        f"{screened.sizes['motion']} motions) are undecided: a millionth more or less of motion or restitution flips "
+        f"them{worst}"
+    )
+
+
+def _shares(screened: xr.Dataset, reason: Reason) -> xr.DataArray:
+    return screened["outside"].sel(reason=reason.name, drop=True)
+
+
+def _worst(shares: xr.DataArray, by: tuple[str, ...]) -> str:
+    """For which blocks, laws or pairs of them the shares are greatest, in their order where they are equal."""
+    means = shares.mean([dim for dim in shares.dims if dim not in by]).transpose(*by)
+    flat = means.values.ravel()
+    order = [int(i) for i in np.argsort(-flat, kind="stable") if flat[i] > 0.0]
+    names = []
+    for i in order[:NAMED]:
+        at = np.unravel_index(i, means.shape)
+        label = " under ".join(str(means[dim].values[k]) for dim, k in zip(by, at, strict=True))
+        names.append(f"{label} {_percent(float(flat[i]))}")
+    more = len(order) - len(names)
+    return ", ".join(names) + (f" and {more} more" if more else "")
+
+
+def _range(values: np.ndarray) -> str:
+    low, high = f"{np.nanmin(values):.2f}", f"{np.nanmax(values):.2f}"
+    return low if low == high else f"{low} to {high}"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"

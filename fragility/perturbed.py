@@ -1,0 +1,141 @@
+"""Which verdicts are undecided: every flag again, under a motion and a restitution that differ by a millionth.
+
+Rocking is chaotic, so that a verdict near a boundary is no evidence, and no cheap proof says which are near one: the
+runs are repeated, flags only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .. import checks
+from ..models import Block, Law
+from ..models.oscillator import Oscillator
+from ..models.simulate import oscillator_of
+from ..motions.arrays import Record
+from ..units import DIMENSIONLESS
+from .execution import Progress, run_chunks
+from .plan import Chunk, plan_chunks
+from .recall import Motions, described, factors_of, records_of
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+PERTURBATION = 1e-6
+NOT_TESTED = -1
+CHUNK_SECONDS = 0.2
+
+
+def flips(
+    runs: xr.Dataset,
+    motions: Motions,
+    share: float = 1.0,
+    client: Client | None = None,
+    progress: Progress | None = None,
+) -> xr.DataArray:
+    """How many perturbations of a millionth change the flag of each run.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        As `toppling.ida`, `stripes` or `cloud` return it, with `overturned`.
+    motions : xarray.DataArray or a sequence of them
+        The motions of the runs; of stripes, one set a stripe, as `toppling.stripes` takes them.
+    share : float
+        Share of the motions to be tested, above 0 to 1, one at least: a fixed random choice that depends on their
+        number alone.
+    client, progress
+        As for `toppling.ida`.
+
+    Returns
+    -------
+    xarray.DataArray
+        On the dimensions of `overturned`: of the runs again with scale factors times 1 ± 1e-6 and, where the law has a
+        restitution, e times 1 ± 1e-6 (1 - 1e-6 alone where e is 1), how many give another flag, 0 to 4; -1 where not
+        tested.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Runs of another kind, without their configuration or with laws that the package does not have, motions missing,
+        a share out of range.
+    """
+    flags = _flags(runs)
+    dims = flags.dims
+    shaped = flags if "level" in dims else flags.expand_dims("level")
+    shaped = shaped.transpose("block", "model", "level", "motion")
+    chosen = tested(runs.sizes["motion"], share)
+    plain = [one for one, is_in in zip(records_of(runs, motions), chosen, strict=True) if is_in]
+    blocks, models = described(runs)
+    factors = factors_of(runs)[:, :, chosen]
+    nominal = shaped.values[..., chosen]
+
+    with_e = [j for j, model in enumerate(models) if model.restitution(blocks[0]) is not None]
+    shaken = [oscillator_of(block, model) for block in blocks for model in models]
+    struck = [one for block in blocks for j in with_e for one in _either_side(block, models[j])]
+    up_and_down = np.concatenate([factors * (1.0 + PERTURBATION), factors * (1.0 - PERTURBATION)], axis=1)
+    tasks = _tasks(shaken, plain, up_and_down)
+    first = len(tasks)
+    tasks += _tasks(struck, plain, factors) if struck else []
+    done = [one.results[0] for one in run_chunks(tasks, client, progress)]
+
+    n_blocks, n_models, levels, n = nominal.shape
+    # (oscillator, up and down x level, motion), and (block x law x up and down, level, motion)
+    flags_up_down = np.concatenate(done[:first], axis=2).reshape(n_blocks, n_models, 2, levels, n)
+    counts = (flags_up_down != nominal[:, :, None]).sum(axis=2, dtype=np.int8)
+    if struck:
+        flags_e = np.concatenate(done[first:], axis=2).reshape(n_blocks, len(with_e), 2, levels, n)
+        counts[:, with_e] += (flags_e != nominal[:, with_e][:, :, None]).sum(axis=2, dtype=np.int8)
+    out = np.full(shaped.shape, NOT_TESTED, np.int8)
+    out[..., chosen] = counts
+    labelled = shaped.copy(data=out)
+    if "level" not in dims:
+        labelled = labelled.isel(level=0)
+    text = f"perturbations of {PERTURBATION:g} of motion and restitution that change the flag, {NOT_TESTED}: not tested"
+    labelled = labelled.transpose(*dims).rename("flips")
+    labelled.attrs = {"units": DIMENSIONLESS, "long_name": text}
+    return labelled
+
+
+def _tasks(oscillators: list[Oscillator], plain: list[Record], factors: NDArray[np.float64]) -> list[Chunk]:
+    """Chunks small enough that few motions still keep several threads busy."""
+    return plan_chunks(oscillators, plain, factors, outputs=("overturned",), seconds=CHUNK_SECONDS)
+
+
+def tested(n: int, share: float) -> NDArray[np.bool_]:
+    """Which of n motions a share means: that many, rounded down, one at least, chosen by their number alone."""
+    part = checks.number("share", share, above=0.0, at_most=1.0)
+    order = np.random.default_rng(np.random.SeedSequence(0)).permutation(n)
+    chosen = np.zeros(n, np.bool_)
+    chosen[order[: max(1, math.floor(part * n + 1e-9))]] = True
+    return chosen
+
+
+def perturbed_runs(blocks: int, models: Sequence[Law], levels: int, motions: int, share: float) -> int:
+    """Number of runs that `flips` needs."""
+    laws = sum(2 if hasattr(model, "e") else 1 for model in models)
+    return 2 * blocks * laws * levels * int(tested(motions, share).sum())
+
+
+def _flags(runs: xr.Dataset) -> xr.DataArray:
+    if not isinstance(runs, xr.Dataset) or "overturned" not in runs:
+        raise TypeError("runs must be a dataset with `overturned`, as toppling.ida returns it")
+    flags = runs["overturned"]
+    if {*flags.dims} - {"level"} != {"block", "model", "motion"}:
+        raise ValueError(f"overturned must be on block, model, motion and possibly level, got dims {flags.dims}")
+    return flags.reset_coords(drop=True)
+
+
+def _either_side(block: Block, model: Law) -> list[Oscillator]:
+    """The oscillator with e a millionth higher and lower; unchanged where higher would be above 1."""
+    e = model.restitution(block)
+    assert e is not None
+    sides = [e * (1.0 + PERTURBATION) if e * (1.0 + PERTURBATION) <= 1.0 else e, e * (1.0 - PERTURBATION)]
+    return [oscillator_of(block, replace(model, e=side, restitution_factor=1.0)) for side in sides]  # type: ignore[type-var]

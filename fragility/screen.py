@@ -1,0 +1,307 @@
+"""Validity screen: for every run, whether rocking is the right model of it, and what speaks against it.
+
+Rigid rocking knows no sliding, no bouncing and no vertical shaking.  Nothing here changes a result: the screen stands
+beside it, as variables that say what is needed and as reasons, one bit each.  Sentences are made of it in `notes`.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .. import checks
+from ..models.friction import FixedFriction, Friction
+from ..motions import AC156, PULSES, CloughPenzien, KanaiTajimi, SiteBased, SpectrumCompatible
+from ..motions.arrays import Record
+from ..motions.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
+from ..motions.spectra import BAND_SHARES, energy_band
+from ..units import STANDARD_GRAVITY
+from .execution import Progress
+from .perturbed import PERTURBATION, flips
+from .probability import FLOORS, wilson_half_width, wilson_interval
+from .reasons import (
+    ELASTIC_MODE,
+    SCALED_FAR,
+    SQUAT,
+    UNDECIDED,
+    labelled,
+    reason_names,
+    verdict_of,
+)
+from .recall import Motions, records_of, scale_factor
+from .sliding import NEEDS, chances_of, compact, friction_by_block, needs_of, slides_of
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+HERTZ = "Hz"
+
+
+SQUAT_RATIO = 2.0
+"""h/b below which bouncing decides (Lipscombe and Pellegrino 1993)."""
+FACTORS = (0.2, 5.0)
+"""Scale factors that pass: a convention; the bias grows with the factor without a step (Davalos and Miranda 2019)."""
+HALF_WIDTH = 0.15
+"""Half width of the 95 % Wilson interval of a probability of 1/2 that passes: 39 motions; FEMA P-695 takes 44."""
+_FREE: tuple[type, ...] = (
+    AC156,
+    CloughPenzien,
+    EvolutionaryCloughPenzien,
+    EvolutionaryKanaiTajimi,
+    KanaiTajimi,
+    SiteBased,
+    SpectrumCompatible,
+    *PULSES.values(),
+)
+FREE_AMPLITUDE = re.compile("|".join([rf"\b{kind.__name__}\b" for kind in _FREE] + [", matched to "]))
+"""Sources of motions whose amplitude is a parameter: scaling them is what they are for, and no factor is far."""
+
+
+def screen(
+    runs: xr.Dataset,
+    motions: Motions | None = None,
+    friction: float | Friction | Mapping[str, float | Friction] | None = None,
+    *,
+    factors: tuple[float, float] = FACTORS,
+    half_width: float = HALF_WIDTH,
+    undecided: bool | float = False,
+    client: Client | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Where rocking is the right model of a run, and where it is not.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        As `toppling.ida` (or `stripes`, or `cloud`) returns it.
+    motions : xarray.DataArray or a sequence of them, optional
+        The motions of the runs (of stripes, one set a stripe).  Without them neither uplift nor the motions' bands can
+        be judged.
+    friction : float, Friction or mapping, optional
+        Coefficient of friction between block and floor: a number, a distribution (`toppling.models.friction`), or
+        either for each block by its label.  Where not given, only a need above 1 counts as sliding.
+    factors : (float, float)
+        Least and greatest scale factor that pass, for motions that have an amplitude of their own (records, scenarios).
+    half_width : float
+        Greatest half width of the 95 % interval of a probability of 1/2 that passes.
+    undecided : bool or float
+        Whether, or for which share of the motions, flags are tested under perturbations (`flips`): up to four more
+        runs for each.
+    client, progress
+        For those runs, as for `toppling.ida`.
+
+    Returns
+    -------
+    xarray.Dataset
+        On the dimensions that each depends on:
+
+        - ``friction_uplift`` (block): b/h, needed at uplift; ``friction_uplift_demand`` (block, level, motion): needed
+          up to the peak of the half-cycle in which the block uplifts, or by the peak of the motion where it does not;
+          ``friction_rocking_demand`` (block, level, motion): needed by the peak of the motion while the block is
+          nearly upright; ``friction_impact`` (block, model);
+        - ``slides`` (block, model, level, motion), where friction is given: the probability that it is below the
+          greatest of these, or whether it is;
+        - ``squat`` (block); ``elastic_frequency`` (block, model), Hz, of laws with an elastic zone at rest;
+          ``band_low`` and ``band_high`` (motion), Hz; ``scale_factor`` (level, motion), with block where it depends on
+          it;
+        - ``few_motions`` and ``interval_half_width``, of the floor or stripe with the fewest motions;
+        - ``verdict`` (block, model, level, motion): 0 where nothing speaks against a run, else the sum of its reasons
+          (`REASONS`; attributes flag_masks and flag_meanings); ``outside`` (block, model, reason): share of the runs
+          for which each holds, of `any` one at least, of `undecided` among those tested;
+        - where tested: ``perturbed`` (motion), which; ``undecided`` (block, model), the share of flags that flip, with
+          ``undecided_lower`` and ``undecided_upper``, its 95 % Wilson interval.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Runs of another kind, motions that are not those of the runs, a friction that is neither number nor
+        distribution or is missing for a block, bounds out of order.
+
+    Notes
+    -----
+    Vertical shaking is not modelled and cannot be screened for.
+
+    The peak of the half-cycle that lifts the block comes when it has hardly turned: in that half-cycle its exact motion
+    needs 0.98 to 1 of `friction_uplift_demand`.  The peak of the motion may come at any time: over whole histories of
+    blocks with h/b >= 3, up to four times g b/h, the need is 0.68 to 1.02 of `friction_rocking_demand` (60 simulated
+    motions).  Squat blocks may lose all pressure on the floor, which no friction makes good: they are `squat`.  Sliding
+    counts where it is more likely than not; while rocking and at impact only for motions that exceed g b/h.
+
+    The band of a motion holds the middle 90 % of its energy by frequency (`motions.spectra.energy_band`).  In an
+    elastic mode inside it a block resonates and uplifts that should not.
+
+    At n motions the Wilson interval of 1/2 has a half width of z/(2 sqrt(n + z²)).
+
+    References
+    ----------
+    `friction_at_uplift`, `friction_at_impact`.  Lipscombe, P. R. and Pellegrino, S. (1993). Free rocking of prismatic
+    blocks. Journal of Engineering Mechanics 119(7), 1387-1410.  Davalos, H. and Miranda, E. (2019). Evaluation of the
+    scaling factor bias influence on the probability of collapse using Sa(T1) as the intensity measure. Earthquake
+    Spectra 35(2).
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
+    >>> runs = tp.ida(tp.catalogue["file-vertical-2-drawer"], tp.HousnerImpact(), shakes, [2.0, 9.8])
+    >>> found = screen(runs, shakes, friction=0.5)
+    >>> round(float(found["friction_uplift"][0]), 3), bool(found["squat"][0])
+    (0.625, True)
+    >>> found["verdict"].values[0, 0, :, 0].tolist()  # squat; at 1 g it slides, too
+    [1, 7]
+    """
+    dims = _dims(runs)
+    lowest, highest = (checks.number("factors", one, above=0.0) for one in factors)
+    if lowest >= highest:
+        raise ValueError(f"factors must be a least and a greatest one, got {lowest:g} and {highest:g}")
+    widest = checks.number("half_width", half_width, above=0.0, below=0.5)
+    if isinstance(undecided, bool):
+        share = float(undecided)
+    else:
+        share = checks.number("undecided", undecided, at_least=0.0, at_most=1.0)
+    if motions is None and share > 0.0:
+        raise ValueError("motions must be given where undecided runs are looked for: they are run again")
+    if motions is not None and not isinstance(motions, xr.DataArray):
+        motions = list(motions)
+    plain = None if motions is None else records_of(runs, motions)
+
+    block = {name: _bare(runs, name) for name in ("width", "cm_height", "alpha", "p", "inertia_factor")}
+    slenderness = block["cm_height"] / (0.5 * block["width"])
+    factor = scale_factor(runs)
+    peak = factor * _bare(runs, "pga")
+    needs = needs_of(runs, slenderness, block["inertia_factor"], peak, plain)
+    available = friction_by_block(friction, [str(label) for label in runs["block"].values])
+    chances = chances_of(needs, available, peak * slenderness > STANDARD_GRAVITY)
+    frequency = _elastic_frequency(runs, block)
+    half = wilson_half_width(_fewest(runs))
+    variables = {
+        "squat": labelled(slenderness < SQUAT_RATIO, SQUAT.text),
+        "friction_uplift": labelled(1.0 / slenderness, "coefficient of friction needed at uplift: b/h"),
+        **{NEEDS[reason][0]: labelled(compact(need), NEEDS[reason][1]) for reason, need in needs.items()},
+        "elastic_frequency": labelled(frequency, "frequency of the law's elastic mode", HERTZ),
+        "scale_factor": labelled(factor, "scale factor of the motion"),
+        "interval_half_width": labelled(xr.DataArray(half), "half width of the 95 % interval of a probability of 1/2"),
+        "few_motions": labelled(xr.DataArray(half > widest), f"whether that is above {widest:g}"),
+    }
+    far = (factor < lowest) | (factor > highest)
+    holds = {
+        SQUAT: variables["squat"],
+        **{reason: chance > 0.5 for reason, chance in chances.items()},
+        SCALED_FAR: far & xr.DataArray(_own_amplitude(runs), dims=("motion",)),
+    }
+    if friction is not None:
+        variables["slides"] = slides_of(chances, known=all(isinstance(one, FixedFriction) for one in available))
+    if plain is not None:
+        low, high = _bands(plain)
+        variables |= {"band_low": low, "band_high": high}
+        holds[ELASTIC_MODE] = (frequency >= low) & (frequency <= high)
+    if motions is not None and share > 0.0:
+        counts = flips(runs, motions, share, client, progress)
+        holds[UNDECIDED] = counts > 0
+        variables |= _undecided(counts)
+    runs_like = xr.zeros_like(_bare(runs, next(_outputs(runs))), dtype=np.uint8)
+    variables["verdict"], variables["outside"] = verdict_of(runs_like, holds, variables.get("undecided"))
+
+    settings = {
+        "friction": None
+        if friction is None
+        else {str(label): one.description for label, one in zip(runs["block"].values, available, strict=True)},
+        "factors": [lowest, highest],
+        "half_width": widest,
+        "fewest_motions": _fewest(runs),
+        "motions": plain is not None,
+        "tested": share,
+        "perturbation": PERTURBATION,
+    }
+    order = (*dims, "reason")
+    return xr.Dataset(
+        {
+            name: one.drop_vars(one.coords).transpose(*[dim for dim in order if dim in one.dims])
+            for name, one in variables.items()
+        },
+        coords={**{dim: runs[dim].variable for dim in dims if dim in runs.coords}, "reason": reason_names()},
+        attrs={"title": "Validity screen", "screen": json.dumps(settings, ensure_ascii=False)},
+    )
+
+
+def _bare(runs: xr.Dataset, name: str) -> xr.DataArray:
+    """A variable or coordinate with the labels of its dimensions alone."""
+    return runs[name].reset_coords(drop=True)
+
+
+def _outputs(runs: xr.Dataset) -> Iterator[str]:
+    """The variables that hold something of every run."""
+    return (str(name) for name, one in runs.data_vars.items() if {"block", "model", "motion"} <= {*one.dims})
+
+
+def _dims(runs: xr.Dataset) -> tuple[str, ...]:
+    """Dimensions of the runs in their usual order; TypeError where these are no runs."""
+    found = next(_outputs(runs), None) if isinstance(runs, xr.Dataset) else None
+    missing = {"width", "cm_height", "alpha", "p", "inertia_factor", "e", "delta", "rest", "pga"}
+    if found is None or not missing <= {*runs.coords}:
+        raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")
+    dims = {str(dim) for dim in runs[found].dims}
+    if not dims <= {"block", "model", "level", "motion"}:
+        raise ValueError(f"runs must be on block, model, motion and possibly level, got dims {runs[found].dims}")
+    return tuple(dim for dim in ("block", "model", "level", "motion") if dim in dims)
+
+
+def _bands(plain: list[Record]) -> list[xr.DataArray]:
+    """Both ends of the band of each motion, Hz."""
+    bands = np.array([energy_band(record.acceleration, record.dt) for record in plain])
+    return [
+        labelled(
+            xr.DataArray(values, dims=("motion",)),
+            f"frequency below which {100.0 * share:g} % of the energy of the motion lie",
+            HERTZ,
+        )
+        for values, share in zip(bands.T, BAND_SHARES, strict=True)
+    ]
+
+
+def _elastic_frequency(runs: xr.Dataset, block: Mapping[str, xr.DataArray]) -> xr.DataArray:
+    """Of laws that rest in an elastic zone: p sqrt((1/delta - 1) sin(alpha)/alpha)/(2 pi), Hz; NaN of others."""
+    delta = _bare(runs, "delta")
+    elastic = _bare(runs, "rest") != "rigid"
+    stiffness = (1.0 / delta - 1.0) * np.sin(block["alpha"]) / block["alpha"]
+    frequency: xr.DataArray = (block["p"] * np.sqrt(stiffness) / (2.0 * np.pi)).where(elastic)
+    return frequency.transpose("block", "model")
+
+
+def _own_amplitude(runs: xr.Dataset) -> NDArray[np.bool_]:
+    """Which motions have an amplitude that means something: (motion,), by what their source says."""
+    if "source" not in runs.coords:
+        return np.ones(runs.sizes["motion"], np.bool_)
+    sources = [str(one) for one in runs["source"].values]
+    return np.array([FREE_AMPLITUDE.search(text) is None for text in sources])
+
+
+def _fewest(runs: xr.Dataset) -> int:
+    """Motions of the floor and stripe that has the fewest."""
+    keys = [name for name in (*FLOORS, "stripe") if name in runs.coords and runs[name].dims == ("motion",)]
+    groups: dict[tuple[str, ...], int] = {}
+    for i in range(runs.sizes["motion"]):
+        key = tuple(str(runs[name].values[i]) for name in keys)
+        groups[key] = groups.get(key, 0) + 1
+    return min(groups.values(), default=0)
+
+
+def _undecided(counts: xr.DataArray) -> dict[str, xr.DataArray]:
+    """The share of flags that flip among those tested, and its interval as if runs were independent."""
+    over = [dim for dim in counts.dims if dim not in ("block", "model")]
+    was_tested = (counts >= 0).all([dim for dim in counts.dims if dim != "motion"])
+    flipped = (counts > 0).sum(over)
+    n = (counts >= 0).sum(over)
+    lower, upper = wilson_interval(flipped.values, n.values)
+    return {
+        "perturbed": labelled(was_tested, "whether the runs of the motion were run again, perturbed"),
+        "undecided": labelled(flipped / n, "share of the flags tested that a millionth flips"),
+        "undecided_lower": labelled(flipped.copy(data=lower), "lower end of its 95 % Wilson interval"),
+        "undecided_upper": labelled(flipped.copy(data=upper), "upper end of its 95 % Wilson interval"),
+    }

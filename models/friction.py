@@ -1,0 +1,224 @@
+"""Friction: what a block needs so that it rocks and does not slide, and what a floor may have.
+
+What is needed follows from the block, its shaking and its restitution alone; the laws of rocking themselves know no
+friction.  What there is may be a number or a distribution: `below(need)` is the probability that it does not suffice.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import asdict, dataclass
+from numbers import Real
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtr
+
+from .. import checks
+from ..units import STANDARD_GRAVITY
+from .block import UNIFORM_INERTIA_FACTOR
+
+Values = NDArray[np.float64]
+
+
+def friction_at_uplift(
+    slenderness: ArrayLike, acceleration: ArrayLike | None = None, inertia_factor: ArrayLike = UNIFORM_INERTIA_FACTOR
+) -> Values:
+    """Coefficient of friction that a block at rest needs so that it does not slide, up to uplift and right after it.
+
+    Parameters
+    ----------
+    slenderness : array_like
+        h/b: height of the centre of mass over the half width, > 0.
+    acceleration : array_like, optional
+        Floor acceleration while the block stands upright, m/s² (its sign does not matter).  Where not given, the
+        acceleration that just lifts the block, g b/h.
+    inertia_factor : array_like
+        lambda = I_O/(m R²), > 1.  All three broadcast.
+
+    Returns
+    -------
+    numpy.ndarray
+        Dimensionless: |a|/g where that is below b/h (the block moves with the floor); b/h at uplift; above, what the
+        rocking block needs as long as it has hardly turned.
+
+    Raises
+    ------
+    ValueError
+        Slenderness not > 0, an inertia factor not > 1, an acceleration that is not finite.
+
+    Notes
+    -----
+    With a = |u''|/g and gamma = h/b, rotation about the corner with theta'' = g (a h - b)/(lambda R²) needs a
+    horizontal force m (a g - h theta'') under a vertical one of m (g + b theta''), hence
+
+        mu >= [a (lambda (1 + gamma²) - gamma²) + gamma]/[lambda (1 + gamma²) - 1 + a gamma],
+
+    Shenton's [a (4 + gamma²) + 3 gamma]/[3 a gamma + 1 + 4 gamma²] for lambda = 4/3 (general lambda: derived).  It
+    grows with a from b/h at a = b/h towards (lambda (1 + gamma²) - gamma²)/gamma.  Acceleration that is continuous
+    passes b/h, where b/h suffices, and comes to its peak when the block has turned by a little: for the peak the
+    formula stands, too.
+
+    References
+    ----------
+    Shenton, H. W. (1996). Criteria for initiation of slide, rock, and slide-rock rigid-body modes. Journal of
+    Engineering Mechanics 122(7), 690-693.  Zhang, J. and Makris, N. (2001). Rocking response of free-standing blocks
+    under cycloidal pulses. Journal of Engineering Mechanics 127(5), 473-483, Eq. 7.
+
+    Examples
+    --------
+    >>> bool(friction_at_uplift(5.0) == 0.2), round(float(friction_at_uplift(1.6, 9.80665)), 3)
+    (True, 0.708)
+    """
+    gamma = np.asarray(slenderness, dtype=float)
+    _all("slenderness", gamma, gamma > 0.0, "> 0")
+    if acceleration is None:
+        return np.asarray(1.0 / gamma)
+    inertia = np.asarray(inertia_factor, dtype=float)
+    _all("inertia_factor", inertia, inertia > 1.0, "> 1")
+    a = np.abs(np.asarray(acceleration, dtype=float)) / STANDARD_GRAVITY
+    _all("acceleration", a, np.isfinite(a), "finite")
+    about = inertia * (1.0 + gamma**2)
+    rocking = (a * (about - gamma**2) + gamma) / (about - 1.0 + a * gamma)
+    return np.asarray(np.where(a * gamma <= 1.0, a, rocking))
+
+
+def friction_at_impact(slenderness: ArrayLike, e: ArrayLike) -> Values:
+    """Coefficient of friction that an impact with restitution e needs so that the block does not slide.
+
+    Parameters
+    ----------
+    slenderness : array_like
+        h/b, > 0.
+    e : array_like
+        Coefficient of restitution, 0 <= e <= 1; NaN (a law without one) gives NaN.  Both broadcast.
+
+    Returns
+    -------
+    numpy.ndarray
+        (h/b) (1 - e)/(1 + e), dimensionless.
+
+    Raises
+    ------
+    ValueError
+        Slenderness not > 0, e outside [0, 1].
+
+    Notes
+    -----
+    The centre of mass comes down with (h, -b) theta' and goes on with (h, b) e theta': the impulse is (1 - e) h across
+    and (1 + e) b upward, wherever it acts and whatever the inertia (derived).  A slender block with a small e asks for
+    friction that no floor has.
+
+    Examples
+    --------
+    >>> round(float(friction_at_impact(5.0, 0.5)), 3)
+    1.667
+    """
+    gamma = np.asarray(slenderness, dtype=float)
+    restitution = np.asarray(e, dtype=float)
+    _all("slenderness", gamma, gamma > 0.0, "> 0")
+    _all("e", restitution, np.isnan(restitution) | ((restitution >= 0.0) & (restitution <= 1.0)), ">= 0 and <= 1")
+    return np.asarray(gamma * (1.0 - restitution) / (1.0 + restitution))
+
+
+class Friction(ABC):
+    """The coefficient of friction between a block and its floor, known or random."""
+
+    distribution: ClassVar[str]
+
+    @abstractmethod
+    def below(self, need: ArrayLike) -> Values:
+        """Probability that the coefficient is below `need` (>= 0); NaN where that is NaN."""
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """Distribution and parameters, as plain values."""
+        return {"distribution": self.distribution, **asdict(self)}  # type: ignore[call-overload]
+
+
+@dataclass(frozen=True)
+class FixedFriction(Friction):
+    """A coefficient that is known, > 0."""
+
+    distribution: ClassVar[str] = "fixed"
+    value: float
+
+    def __post_init__(self) -> None:
+        checks.number("friction", self.value, above=0.0)
+
+    def below(self, need: ArrayLike) -> Values:
+        wanted = np.asarray(need, dtype=float)
+        return np.where(np.isnan(wanted), np.nan, self.value < wanted)
+
+
+@dataclass(frozen=True)
+class LognormalFriction(Friction):
+    """A lognormal coefficient: median > 0, dispersion (standard deviation of its logarithm) > 0.
+
+    Examples
+    --------
+    >>> float(LognormalFriction(0.5, 0.3).below(0.5))
+    0.5
+    """
+
+    distribution: ClassVar[str] = "lognormal"
+    median: float
+    dispersion: float
+
+    def __post_init__(self) -> None:
+        checks.number("median of friction", self.median, above=0.0)
+        checks.number("dispersion of friction", self.dispersion, above=0.0)
+
+    def below(self, need: ArrayLike) -> Values:
+        with np.errstate(divide="ignore"):
+            return np.asarray(ndtr(np.log(np.asarray(need, dtype=float) / self.median) / self.dispersion))
+
+
+@dataclass(frozen=True)
+class NormalFriction(Friction):
+    """A normal coefficient, its part below zero cut off: mean and standard deviation, both > 0, before the cut."""
+
+    distribution: ClassVar[str] = "normal"
+    mean: float
+    standard_deviation: float
+
+    def __post_init__(self) -> None:
+        checks.number("mean of friction", self.mean, above=0.0)
+        checks.number("standard deviation of friction", self.standard_deviation, above=0.0)
+
+    def below(self, need: ArrayLike) -> Values:
+        z = (np.asarray(need, dtype=float) - self.mean) / self.standard_deviation
+        lost = ndtr(-self.mean / self.standard_deviation)
+        return np.asarray((ndtr(z) - lost) / (1.0 - lost))
+
+
+@dataclass(frozen=True)
+class UniformFriction(Friction):
+    """A coefficient anywhere between `lower` >= 0 and `upper` > lower."""
+
+    distribution: ClassVar[str] = "uniform"
+    lower: float
+    upper: float
+
+    def __post_init__(self) -> None:
+        checks.number("lower end of friction", self.lower, at_least=0.0)
+        checks.number("upper end of friction", self.upper, above=self.lower)
+
+    def below(self, need: ArrayLike) -> Values:
+        share = (np.asarray(need, dtype=float) - self.lower) / (self.upper - self.lower)
+        return np.asarray(np.minimum(np.maximum(share, 0.0), 1.0))
+
+
+def friction_of(value: Any) -> Friction:
+    """A number as a known coefficient; a `Friction` as it is; TypeError for anything else."""
+    if isinstance(value, Friction):
+        return value
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise TypeError(f"friction must be a number or a Friction such as LognormalFriction, got {checks.kind(value)}")
+    return FixedFriction(float(value))
+
+
+def _all(name: str, values: NDArray[Any], holds: NDArray[np.bool_], allowed: str) -> None:
+    if not np.all(holds):
+        raise ValueError(f"{name} must be {allowed}, got {np.ravel(values)[np.argmin(np.ravel(holds))]:g}")
