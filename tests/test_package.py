@@ -64,7 +64,7 @@ class TestWheel:
         modules = {f"toppling/{p.relative_to(ROOT)}" for room in ROOMS for p in (ROOT / room).glob("*.py")}
         modules |= {f"toppling/{name}" for name in ("__init__.py", "units.py", "checks.py", "py.typed")}
         data = {"toppling/models/catalogue.csv", "toppling/motions/example.AT2", "toppling/benchmarks/truth.nc"}
-        examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.toml")}
+        examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.*")}
         assert names == modules | data | examples
         assert any(n.endswith("licenses/LICENSE") for n in zipfile.ZipFile(wheel).namelist())
 

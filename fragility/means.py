@@ -1,0 +1,201 @@
+"""Intervals of means and quantiles over motions, by resampling whole motions.
+
+A motion is one draw: whatever it does at other levels, on other floors and to other items goes with it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import bdtr, ndtr, ndtri
+
+from .. import checks
+from .probability import wilson_interval
+
+Values = NDArray[np.float64]
+
+REPLICATES = 1000
+# Statistics resampled at a time: bounds memory, and nothing else.
+_BLOCK = 512
+
+
+class Interval(NamedTuple):
+    """Lower and upper ends of intervals, one shape."""
+
+    lower: Values
+    upper: Values
+
+
+def resampled_means(values: Values, replicates: int = REPLICATES, seed: int = 0) -> Values:
+    """Means over resampled motions: values (…, motion) to (…, replicate).
+
+    Every call with the same number of motions, replicates and seed resamples the same motions: differences of two
+    results are paired.
+    """
+    n = values.shape[-1]
+    counts = _resampling(n, replicates, seed)
+    flat = values.reshape(-1, n)
+    found = np.empty((flat.shape[0], replicates))
+    for first in range(0, flat.shape[0], _BLOCK):
+        part = slice(first, first + _BLOCK)
+        found[part] = np.einsum("sn,rn->sr", flat[part], counts)
+    return np.asarray((found / n).reshape(*values.shape[:-1], replicates))
+
+
+def mean_interval(
+    values: Values,
+    confidence: float = 0.95,
+    replicates: int = REPLICATES,
+    seed: int = 0,
+    most: Values | float | None = None,
+) -> Interval:
+    """Bootstrap intervals of means over motions, bias-corrected and accelerated.
+
+    Parameters
+    ----------
+    values : ndarray, shape (…, motion)
+        One value a motion.
+    confidence : float
+        Between 0 and 1.
+    replicates, seed : int
+        Number of resamples, at least 50, and the seed that decides them.
+    most : array_like, optional
+        The greatest value there can be (the least is 0), broadcast over (…).  Where all motions agree a resample says
+        nothing: the interval then allows for the share of motions that Wilson's interval allows to differ, by as much
+        as can be.  Without `most` it is NaN there.
+
+    Returns
+    -------
+    Interval
+        (…) each.
+
+    Notes
+    -----
+    Annual values are skewed: most comes from the few motions under which things fall early.  Of 95 % intervals of the
+    rate of a lognormal threshold of dispersion 0.4 some 91 % held it with 100 motions and 93 % with 200; larger
+    dispersions need more motions (tests/test_joint.py).
+
+    References
+    ----------
+    Efron, B. (1987). Better bootstrap confidence intervals. Journal of the American Statistical Association 82(397),
+    171-185 (recalled); the acceleration of a mean is its skewness over 6.
+
+    Examples
+    --------
+    >>> found = mean_interval(np.array([0.0, 0.0, 1.0, 0.0, 3.0, 0.0, 0.0, 2.0]))
+    >>> bool(found.lower < 0.75 < found.upper)
+    True
+    """
+    level = checks.number("confidence", confidence, above=0.0, below=1.0)
+    checks.count("replicates", replicates, at_least=50)
+    checks.count("seed", seed)
+    n = values.shape[-1]
+    flat = np.ascontiguousarray(values, dtype=np.float64).reshape(-1, n)
+    mean = flat.mean(axis=-1)
+    agree = flat.min(axis=-1) == flat.max(axis=-1)
+    ends = np.empty((2, flat.shape[0]))
+    for first in range(0, flat.shape[0], _BLOCK):
+        part = slice(first, first + _BLOCK)
+        means = np.sort(resampled_means(flat[part], replicates, seed), axis=-1)
+        ends[:, part] = _accelerated(flat[part], mean[part], means, level)
+    if most is None:
+        ends[:, agree] = np.nan
+    else:
+        bound = np.broadcast_to(np.asarray(most, dtype=np.float64), values.shape[:-1]).ravel()[agree]
+        differing = float(wilson_interval(np.zeros(1, np.int64), np.array([n]), level)[1][0])
+        ends[0, agree] = mean[agree] * (1.0 - differing)
+        ends[1, agree] = ends[0, agree] + bound * differing
+    lower, upper = ends.reshape(2, *values.shape[:-1])
+    return Interval(lower, upper)
+
+
+class Quantiles(NamedTuple):
+    """Quantiles with the ends of their intervals, (…, quantile) each."""
+
+    value: Values
+    lower: Values
+    upper: Values
+
+
+def quantiles(
+    values: Values, probabilities: Values, most: Values | float, confidence: float = 0.95, least: float = 0.0
+) -> Quantiles:
+    """Quantiles of values (…, motion, realisation), with intervals that assume no distribution.
+
+    Parameters
+    ----------
+    values : ndarray, shape (…, motion, realisation)
+        Motions are independent draws; the realisations of one motion are not taken as further ones.
+    probabilities : ndarray, shape (quantile,)
+        Between 0 and 1.
+    most, least : array_like
+        The greatest and the least value there can be, over (…): the end of an interval that the motions do not reach.
+    confidence : float
+        Between 0 and 1.
+
+    Returns
+    -------
+    Quantiles
+        The least value that is not exceeded with each probability, and the values of the ranks between which the
+        quantile lies with at least the confidence.
+
+    References
+    ----------
+    Order statistics as bounds of quantiles: David, H. A. and Nagaraja, H. N. (2003). Order statistics, 3rd ed., Wiley,
+    section 7.1 (recalled).
+
+    Examples
+    --------
+    >>> found = quantiles(np.arange(20.0)[:, None], np.array([0.5]), most=100.0)
+    >>> float(found.value[0]), float(found.lower[0]), float(found.upper[0])
+    (9.0, 5.0, 14.0)
+    """
+    n, realisations = values.shape[-2:]
+    pooled = np.sort(values.reshape(*values.shape[:-2], -1), axis=-1)
+    bound = np.broadcast_to(np.asarray(most, dtype=np.float64), pooled.shape[:-1])
+    found = np.empty((3, *pooled.shape[:-1], probabilities.size))
+    for i, q in enumerate(probabilities):
+        cumulative = bdtr(np.arange(n + 1), n, q)
+        tail = 0.5 - 0.5 * confidence
+        # the rank-th of n draws exceeds the quantile where fewer than rank of them lie below it
+        low = int(np.searchsorted(cumulative, tail))
+        high = int(np.searchsorted(cumulative, 1.0 - tail)) + 1
+        rank = max(1, math.ceil(q * n * realisations * (1.0 - 1e-12)))
+        found[0, ..., i] = pooled[..., rank - 1]
+        found[1, ..., i] = pooled[..., (low - 1) * realisations] if low > 0 else least
+        found[2, ..., i] = pooled[..., high * realisations - 1] if high <= n else bound
+    return Quantiles(*found)
+
+
+def _resampling(n: int, replicates: int, seed: int) -> Values:
+    """How often each motion is in each resample (replicate, motion)."""
+    generator = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed)))
+    return generator.multinomial(n, np.full(n, 1.0 / n), size=replicates).astype(np.float64)
+
+
+def _accelerated(values: Values, mean: Values, means: Values, confidence: float) -> Values:
+    """Ends (2, statistic) of the BCa interval from sorted resampled means (statistic, replicate)."""
+    replicates = means.shape[1]
+    # a mean that is summed in another order differs in its last digits: neither below nor above
+    close = 1e-12 * np.abs(mean)[:, None]
+    below = np.count_nonzero(means < mean[:, None] - close, axis=1)
+    equal = np.count_nonzero(np.abs(means - mean[:, None]) <= close, axis=1)
+    share = (below + 0.5 * equal) / replicates
+    half = 0.5 / replicates
+    bias = ndtri(np.minimum(np.maximum(share, half), 1.0 - half))
+    deviation = values - mean[:, None]
+    spread = np.sum(deviation**2, axis=1)
+    acceleration = np.zeros(mean.size)
+    np.divide(np.sum(deviation**3, axis=1), 6.0 * spread**1.5, out=acceleration, where=spread > 0.0)
+    ends = np.empty((2, mean.size))
+    for row, z in zip(ends, (ndtri(0.5 - 0.5 * confidence), ndtri(0.5 + 0.5 * confidence)), strict=True):
+        shifted = bias + z
+        # beyond the pole lies the end of the distribution
+        at = ndtr(bias + shifted / np.maximum(1.0 - acceleration * shifted, 1e-6)) * (replicates - 1)
+        floor = np.minimum(np.floor(at).astype(np.int64), replicates - 2)
+        here = np.arange(mean.size)
+        row[:] = means[here, floor] + (at - floor) * (means[here, floor + 1] - means[here, floor])
+    return ends

@@ -1,0 +1,362 @@
+"""What anchoring saves: the items of a performance assessment ranked, one by one and one after the other."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .. import checks
+from ..fragility.means import REPLICATES, mean_interval, resampled_means
+from ..fragility.totals import chances, chances_of_any
+from ..units import DIMENSIONLESS
+from .distributions import ANY, JOINT, PER_YEAR, a_year, level_index, per_year, variable
+
+Values = NDArray[np.float64]
+Indices = NDArray[np.int64]
+AMOUNTS = ("number", "loss")
+
+
+def anchoring(
+    assessment: xr.Dataset,
+    objective: str = "loss",
+    *,
+    level: float | None = None,
+    per_cost: bool = False,
+    replicates: int = REPLICATES,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Rank the items that are not anchored by what anchoring all their pieces would save.
+
+    Parameters
+    ----------
+    assessment : xarray.Dataset
+        As `assess` returns it.
+    objective : str
+        ``loss`` or ``number``: the expectation of what overturns; ``any``: that at least one piece does; or a
+        consequence, such as ``blocks-exit``: that at least one piece does that has it.
+    level : float, optional
+        One of the levels: the expectation or probability given that level, instead of that of a year.
+    per_cost : bool
+        Rank by saving over cost; every item that is not anchored must then have an ``anchoring_cost``.
+    replicates, seed : int
+        Of the intervals, as for `assess`.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (model, item), the items that count for the objective and are not anchored: ``saving`` by anchoring this one
+        alone, ``saving_share`` of all there is to save, ``alone`` (what this one would do if it stood alone: more than
+        its saving where others do the same in the same motions), ``cost``, ``saving_per_cost``, ``payback`` (years, for
+        loss in a year), ``rank`` (1 is the first to anchor).  On (model, step): ``anchored_item``, the next to anchor
+        when each is chosen for what it saves beside those before, what is ``left`` of the objective then, and the
+        ``total_cost``; step 0 is as it is.
+
+        ``…_lower`` and ``…_upper`` are ends of intervals over motions.  They are paired: the same resampled motions
+        shake the building with and without the item.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No assessment, an objective that it has not, no such level, neither a level nor a hazard curve, a missing cost,
+        nothing to anchor.
+
+    Notes
+    -----
+    Expectations add up, so the steps are in the order of the savings.  The probability of a consequence does not: of
+    two shelves that fall across the same door in the same motions, anchoring one saves nothing.  A step in which no
+    item saves anything takes the one that does most alone.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.studies.assessment import assess
+    >>> from toppling.studies.inventory import Contents, Inventory
+    >>> low, tall = (Contents(f"{n} shelves", tp.catalogue[f"bookcase-{n}-shelf"], floor=0) for n in (2, 6))
+    >>> shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(6)
+    >>> found = assess(Inventory((low, tall)), None, shaking, [6.0], "pga", tp.HousnerImpact())
+    >>> ranked = anchoring(found, "number", level=6.0)
+    >>> str(ranked["anchored_item"].values[0, 1])
+    '6 shelves'
+    """
+    if not isinstance(assessment, xr.Dataset) or "overturned" not in assessment or "place" not in assessment.dims:
+        raise TypeError(f"assessment must be a dataset as assess returns it, got {checks.kind(assessment)}")
+    goal = _goal(assessment, objective, level is None)
+    weights = _weights(assessment, level)
+    chosen = np.flatnonzero(goal.members & ~assessment["anchored"].values.astype(bool))
+    if chosen.size == 0:
+        raise ValueError(f"nothing can be anchored that counts for {objective!r}: all of it is anchored already")
+    cost = (assessment["anchoring_cost"].values * assessment["count"].values)[chosen]
+    labels = assessment["item"].values[chosen]
+    if per_cost and np.isnan(cost).any():
+        raise ValueError(f"per_cost needs the anchoring_cost of every item, {labels[np.isnan(cost)][0]!r} has none")
+    free = _free(assessment, objective, weights, chosen)
+    steps = free.steps(cost if per_cost else None)
+    kept = {name: assessment[name].variable for name in ("model", "law")}
+    for name, coordinate in assessment.coords.items():
+        if "item" in coordinate.dims:
+            kept[str(name)] = coordinate.isel(item=chosen).variable
+    return xr.Dataset(
+        {
+            **_savings(assessment, free, goal, cost, per_cost, (replicates, seed)),
+            **_stepped(assessment, steps, goal, labels, cost, (replicates, seed)),
+        },
+        coords={
+            **kept,
+            "step": xr.Variable(
+                "step", np.arange(chosen.size + 1), {"units": DIMENSIONLESS, "long_name": "number of items anchored"}
+            ),
+        },
+        attrs={
+            **assessment.attrs,
+            "title": "What anchoring saves",
+            "objective": objective,
+            "objective_text": goal.text,
+            "per_cost": int(per_cost),
+            **({} if level is None else {"level": float(level)}),
+        },
+    )
+
+
+class _Goal(NamedTuple):
+    """Which items count for an objective (item,), its unit and name, and whether it is money a year."""
+
+    members: NDArray[np.bool_]
+    units: str
+    text: str
+    pays: bool = False
+
+
+class _Steps(NamedTuple):
+    """One after the other: order (model, item), what is left of the objective (model, step, motion)."""
+
+    order: Indices
+    left: Values
+
+
+class _Free(ABC):
+    """The items that can be anchored, and what they do to the objective, motion by motion."""
+
+    alone: Values
+    """What each does by itself (model, item, motion)."""
+
+    @property
+    @abstractmethod
+    def whole(self) -> Values:
+        """What all do together (model, motion)."""
+
+    @property
+    @abstractmethod
+    def savings(self) -> Values:
+        """What anchoring each would save while all others stand free (model, item, motion)."""
+
+    @abstractmethod
+    def steps(self, cost: Values | None) -> _Steps:
+        """One after the other, each time that which saves most (for its cost)."""
+
+
+class _Amounts(_Free):
+    """Items whose amounts add up."""
+
+    def __init__(self, alone: Values) -> None:
+        self.alone = alone
+
+    @property
+    def whole(self) -> Values:
+        return np.asarray(self.alone.sum(axis=1))
+
+    @property
+    def savings(self) -> Values:
+        return self.alone
+
+    def steps(self, cost: Values | None) -> _Steps:
+        mean = self.alone.mean(axis=-1)
+        order = _order(_score(mean, cost), mean)
+        sorted_amounts = np.take_along_axis(self.alone, order[:, :, None], axis=1)
+        left = np.zeros((self.alone.shape[0], self.alone.shape[1] + 1, self.alone.shape[2]))
+        left[:, :-1] = np.cumsum(sorted_amounts[:, ::-1], axis=1)[:, ::-1]
+        return _Steps(order, left)
+
+
+class _Causes(_Free):
+    """Items of which any one brings the event: chances given the motion (model, item, level, motion)."""
+
+    def __init__(self, chance: Values, weights: Values) -> None:
+        self.chance = chance
+        self.weights = weights
+        self.alone = a_year(chance, weights)
+
+    @property
+    def whole(self) -> Values:
+        return self._together(self.chance)
+
+    @property
+    def savings(self) -> Values:
+        return self._saved(self.chance)
+
+    def steps(self, cost: Values | None) -> _Steps:
+        models, items, _, motions = self.chance.shape
+        order = np.empty((models, items), np.int64)
+        left = np.zeros((models, items + 1, motions))
+        for k in range(models):
+            standing = list(range(items))
+            for step in range(items):
+                here = self.chance[k : k + 1, standing]
+                left[k, step] = self._together(here)[0]
+                prices = None if cost is None else cost[standing]
+                score = _score(self._saved(here).mean(axis=-1), prices)[0]
+                if not score.max() > 0.0:
+                    score = _score(self.alone[k : k + 1, standing].mean(axis=-1), prices)[0]
+                order[k, step] = standing.pop(int(score.argmax()))
+        return _Steps(order, left)
+
+    def _together(self, chance: Values) -> Values:
+        """What all of them bring about (model, motion)."""
+        return a_year(1.0 - np.prod(1.0 - chance, axis=1), self.weights)
+
+    def _saved(self, chance: Values) -> Values:
+        """What each brings about where nothing else does."""
+        stays = 1.0 - chance
+        one = np.ones_like(stays[:, :1])
+        before = np.cumprod(np.concatenate([one, stays[:, :-1]], axis=1), axis=1)
+        after = np.cumprod(np.concatenate([one, stays[:, :0:-1]], axis=1), axis=1)[:, ::-1]
+        return a_year(before * after * chance, self.weights)
+
+
+def _free(assessment: xr.Dataset, objective: str, weights: Values, chosen: Indices) -> _Free:
+    """Anchored items do not overturn: nothing but the chosen ones counts."""
+    flags = assessment["overturned"]
+    if "variant" not in flags.dims:
+        flags = flags.expand_dims("variant")
+    plain = flags.transpose("model", "item", "variant", "level", "motion").values[:, chosen].astype(bool)
+    chance = chances(plain)
+    counts = assessment["count"].values[chosen]
+    if objective in AMOUNTS:
+        amounts = counts * (assessment["value"].values[chosen] if objective == "loss" else 1.0)
+        return _Amounts(a_year(chance, weights) * amounts[:, None])
+    return _Causes(chances_of_any(chance, counts, assessment.attrs["pieces"] == "independent"), weights)
+
+
+def _goal(assessment: xr.Dataset, objective: str, yearly: bool) -> _Goal:
+    words = [str(word) for word in assessment["consequence"].values] if "consequence" in assessment.coords else []
+    amounts = [name for name in AMOUNTS if f"{name}_mean" in assessment]
+    checks.choice("objective", objective, (*amounts, ANY, *words))
+    everything = np.ones(assessment.sizes["item"], bool)
+    if objective in AMOUNTS:
+        attributes = assessment[objective].attrs
+        units = per_year(attributes["units"]) if yearly else attributes["units"]
+        text = f"{'expected annual' if yearly else 'mean of'} {attributes['long_name']}"
+        return _Goal(everything, units, text, yearly and objective == "loss")
+    what = "at least one piece overturns"
+    if objective != ANY:
+        lists = [str(one).split(JOINT) for one in assessment["consequences"].values]
+        everything = np.array([objective in one for one in lists])
+        what = f"at least one piece with {objective!r} overturns"
+    if yearly:
+        return _Goal(everything, PER_YEAR, f"annual rate at which {what}")
+    return _Goal(everything, DIMENSIONLESS, f"probability that {what}")
+
+
+def _weights(assessment: xr.Dataset, level: float | None) -> Values:
+    if level is None:
+        if "level_weight" not in assessment:
+            raise ValueError("anchoring needs a level, or an assessment with a hazard curve, got neither")
+        return np.asarray(assessment["level_weight"].values)
+    weights = np.zeros(assessment.sizes["level"])
+    weights[level_index(assessment, level)] = 1.0
+    return weights
+
+
+def _savings(
+    assessment: xr.Dataset, free: _Free, goal: _Goal, cost: Values, per_cost: bool, resampling: tuple[int, int]
+) -> dict[str, xr.Variable]:
+    """Variables on (model, item)."""
+    confidence = float(assessment.attrs["confidence"])
+    money = assessment["anchoring_cost"].attrs["units"]
+    percent = f"{100.0 * confidence:g} %"
+    saved = free.savings
+    mean = saved.mean(axis=-1)
+    total = free.whole.mean(axis=-1)
+    interval = mean_interval(saved, confidence, *resampling)
+    price = cost if per_cost else None
+    resampled = np.moveaxis(resampled_means(saved, *resampling), -1, 0)
+    alone = free.alone.mean(axis=-1)
+    ranks = np.sort(_ranks(_score(resampled, price), alone), axis=0)
+    first, last = (round(q * (resampling[0] - 1)) for q in (0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence))
+    by = "saving over cost" if per_cost else "saving"
+    share = np.divide(mean, total[:, None], out=np.full(mean.shape, np.nan), where=total[:, None] > 0.0)
+    each = {
+        "saving": (mean, goal.units, f"saved by anchoring it alone of: {goal.text}"),
+        "saving_lower": (interval.lower, goal.units, f"lower end of the {percent} interval of the saving"),
+        "saving_upper": (interval.upper, goal.units, f"upper end of the {percent} interval of the saving"),
+        "saving_share": (share, DIMENSIONLESS, "saving over all there is to save"),
+        "alone": (alone, goal.units, f"if it stood alone: {goal.text}"),
+        "rank": (_ranks(_score(mean, price), alone), DIMENSIONLESS, f"rank by {by}, 1 is the first to anchor"),
+        "rank_lower": (ranks[first], DIMENSIONLESS, f"first rank of the {percent} interval of the rank"),
+        "rank_upper": (ranks[last], DIMENSIONLESS, f"last rank of the {percent} interval of the rank"),
+    }
+    with np.errstate(divide="ignore", invalid="ignore"):
+        each["saving_per_cost"] = (mean / cost, _over(goal.units, money), "saving over cost")
+        if goal.pays:
+            each["payback"] = (cost / mean, "year", "cost over what is saved in a year")
+    found = {name: variable(("model", "item"), *one) for name, one in each.items()}
+    found["cost"] = variable(("item",), cost, money, "cost of anchoring its pieces")
+    return found
+
+
+def _stepped(
+    assessment: xr.Dataset,
+    steps: _Steps,
+    goal: _Goal,
+    labels: NDArray[np.object_],
+    cost: Values,
+    resampling: tuple[int, int],
+) -> dict[str, xr.Variable]:
+    """Variables on (model, step)."""
+    confidence = float(assessment.attrs["confidence"])
+    percent = f"{100.0 * confidence:g} %"
+    interval = mean_interval(steps.left, confidence, *resampling)
+    models = steps.order.shape[0]
+    names = np.concatenate([np.full((models, 1), "", dtype=object), labels[steps.order]], axis=1)
+    spent = np.concatenate([np.zeros((models, 1)), np.cumsum(cost[steps.order], axis=1)], axis=1)
+    money = assessment["anchoring_cost"].attrs["units"]
+    each = {
+        "anchored_item": (names, DIMENSIONLESS, "item anchored at the step"),
+        "left": (steps.left.mean(axis=-1), goal.units, f"what is left: {goal.text}"),
+        "left_lower": (interval.lower, goal.units, f"lower end of the {percent} interval of what is left"),
+        "left_upper": (interval.upper, goal.units, f"upper end of the {percent} interval of what is left"),
+        "total_cost": (spent, money, "cost of all that is anchored then"),
+    }
+    return {name: variable(("model", "step"), *one) for name, one in each.items()}
+
+
+def _score(saving: Values, cost: Values | None) -> Values:
+    """What decides the order: the saving (…, item), or the saving over the cost."""
+    if cost is None:
+        return saving
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(saving > 0.0, saving / cost, 0.0))
+
+
+def _order(score: Values, alone: Values) -> Indices:
+    """Items from the highest score down; of equal ones, such as 0, first that which does most alone."""
+    return np.asarray(np.lexsort((np.broadcast_to(-alone, score.shape), -score), axis=-1))
+
+
+def _ranks(score: Values, alone: Values) -> Indices:
+    """Rank of every item, 1 for the highest score."""
+    return np.argsort(_order(score, alone), axis=-1, kind="stable") + 1
+
+
+def _over(units: str, money: str) -> str:
+    """The unit of an objective over the cost."""
+    if money == DIMENSIONLESS:
+        return units
+    if units == money:
+        return DIMENSIONLESS
+    if units == per_year(money):
+        return PER_YEAR
+    return f"{money}-1" if units == DIMENSIONLESS else f"{units} {money}-1"

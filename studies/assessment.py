@@ -1,0 +1,391 @@
+"""Performance assessment: everything in a building shaken jointly by the same motions.
+
+Intensity-based: what overturns, given a level of shaking.  Scenario-based: given the motions of an earthquake, as they
+are.  Time-based: in a year, given how often each level is exceeded.  The terms are FEMA P-58's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .. import checks
+from ..fragility.expected import Hazard, LevelWeights, hazard_points, level_weights
+from ..fragility.joint import Variability, oscillators_of_pieces, overturning_flags, with_restitution
+from ..fragility.means import REPLICATES
+from ..fragility.scaling import BLOCK_MEASURES, SCALE, Scaling, scaling
+from ..models import Law, describe_block, describe_law
+from ..models.oscillator import Oscillator
+from ..motions import Building
+from ..motions.arrays import motion_coordinates
+from ..motions.intensity import Measure
+from ..units import DIMENSIONLESS, METRE, RADIAN, provenance
+from .contents import Contents, Inventory
+from .distributions import JOINT, Joint, Precision, annual_variables, conditional_variables, variable
+from .shaking import Shaking
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+BUILDING = "building"
+"""The place that holds every floor."""
+
+
+def assess(
+    inventory: Inventory,
+    building: Building | None,
+    motions: xr.DataArray | Iterable[xr.DataArray],
+    levels: Any,
+    im: str | Measure,
+    models: Law | Sequence[Law],
+    hazard: Hazard | None = None,
+    *,
+    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    variability: Variability | None = None,
+    quantiles: Sequence[float] = (0.1, 0.5, 0.9),
+    losses: Any = None,
+    confidence: float = 0.95,
+    replicates: int = REPLICATES,
+    seed: int = 0,
+    client: Client | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Number and value overturned in a building, by floor and intensity, and in a year.
+
+    Parameters
+    ----------
+    inventory : Inventory
+        What stands on which floor; anchored pieces do not overturn.
+    building : Building, optional
+        Between the ground motions and the floors.  None where `motions` are floor motions already, or where everything
+        stands on the ground (floor 0).
+    motions : xarray.DataArray or a sequence of them
+        Ground motions (motion, time), or floor motions (motion, floor, time), m s-2.
+    levels : array_like, shape (level,)
+        Levels of the measure of the ground motion, SI, > 0, strictly increasing.
+    im : str or Measure
+        The measure to which the ground motions are scaled, as for `toppling.ida`; ``scale`` for plain factors.  A
+        scenario is ``levels=[1.0], im="scale"``: the motions of an earthquake as they are.
+    models : one law or a sequence
+        Damping laws; an item with a restitution of its own has that instead of the law's.
+    hazard : Hazard, optional
+        Hazard curve of `im` (``levels``, ``rates``, ``im``, ``units``), for what is expected in a year.
+    ground : xarray.DataArray or a sequence of them, optional
+        The ground motions of floor motions, with their labels; floor 0 of the floor motions where not given.
+    variability : Variability, optional
+        How pieces of a line differ; where not given they are alike and overturn together.
+    quantiles : sequence of float
+        Which quantiles of number and loss, between 0 and 1.
+    losses : array_like, optional
+        Losses at which exceedance is given, currency, >= 0, increasing; 0 and 60 from a thousandth of all to all where
+        not given.
+    confidence, replicates, seed
+        Of the intervals: their confidence, the number of resamples of the motions and the seed that decides them.
+    client, progress
+        As for `toppling.ida`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Places are ``building`` and each floor; (model, …, level) are conditional on the level, names with `annual` and
+        `rate` are per year and only there with a hazard curve, names with `loss` only where something has a value, with
+        `consequence` only where something has one.
+
+        - ``overturned`` (model, item, level, motion): flags; (…, item, variant, …) with `variability`.
+        - ``number``, ``loss`` (model, place, level, motion): what overturns under each motion; one axis more,
+          realisation, with `variability`.  ``number_mean``, ``number_quantile``, ``number_exceedance`` (P of
+          ``number_threshold`` or more) and the same of loss (P of more than ``loss_threshold``).
+        - ``probability`` (model, item, level): that a piece overturns; ``any_probability`` (model, place, level): that
+          at least one does; ``consequence_probability`` (model, place, consequence, level): that at least one does
+          that has the consequence.
+        - ``annual_number``, ``annual_loss``, ``any_rate``, ``consequence_rate``, ``number_rate``, ``loss_rate``: the
+          same in a year; ``item_rate``, ``item_annual_number``, ``item_annual_loss`` (model, item).
+        - ``level_weight`` (level): the annual rate that each level stands for; ``level_weight_below`` and ``_above``
+          say which parts of the first and the last lie outside the levels, ``annual_number_below`` … what comes of it.
+
+        ``…_lower`` and ``…_upper`` are ends of intervals.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `toppling.ida`; a floor that the building has not, a measure that depends on the block, a hazard curve of
+        another measure, a restitution for a law that has none.
+
+    Notes
+    -----
+    All items see the same ground motion at the same level, each through its own floor, so what falls together in one
+    motion is counted together.  Distributions over motions are of that joint outcome; motions have equal weight.
+
+    Intervals: of probabilities Wilson's with one trial a motion; of means, and of everything in a year, from resampled
+    motions (`fragility.means.mean_interval`), each with all its levels, floors and items; of quantiles from ranks.
+    Where nothing overturns under any motion, annual values are 0 and their intervals NaN: the motions cannot tell.
+    They leave out what is not known of the hazard, the building and the blocks.
+
+    In a year: integral of the conditional value over the hazard curve (`fragility.expected.level_weights`: linear in
+    the logarithm of the level, constant above the last one, to zero within one step below the first).
+
+    References
+    ----------
+    FEMA (2018). Seismic performance assessment of buildings, volume 1, methodology. FEMA P-58-1, 2nd ed. (recalled).
+    Baker, J. W., Almeter, E., Cook, D., Liel, A., Haselton, C. (2023). A model for partially dependent component damage
+    fragilities in seismic risk analysis. Earthquake Spectra (the part of the dispersion that pieces do not share).
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.studies.inventory import Contents, Inventory
+    >>> shelves = Inventory((Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=2, count=3),))
+    >>> frame = tp.motions.Building.flexural_shear(0.5, storeys=2)
+    >>> shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(6)
+    >>> found = assess(shelves, frame, shaking, [1.0, 8.0], "pga", tp.HousnerImpact())
+    >>> found["number_mean"].sel(place="building").values.tolist()
+    [[0.0, 3.0]]
+    """
+    laws = _laws(models)
+    if not isinstance(inventory, Inventory):
+        raise TypeError(f"inventory must be an Inventory (read_inventory makes one), got {checks.kind(inventory)}")
+    if variability is not None and not isinstance(variability, Variability):
+        raise TypeError(f"variability must be a Variability or None, got {checks.kind(variability)}")
+    if isinstance(im, str) and im in BLOCK_MEASURES:
+        raise ValueError(f"im must be a measure of the ground motion alone, so that all items see the same, got {im!r}")
+    if client is not None and not hasattr(client, "compute"):
+        raise TypeError(f"client must be a dask.distributed Client, got {checks.kind(client)}")
+    precision = Precision.checked(quantiles, confidence, replicates, seed)
+    shaking = Shaking.of(building, motions, ground, im == SCALE)
+    floors = shaking.used(inventory)
+    scaled = scaling(levels, shaking.ground, im, (), shaking.ground)
+    weights = None if hazard is None else _weights(scaled, hazard)
+    thresholds = _losses(losses, inventory)
+    flags = _run(inventory, laws, shaking, floors, scaled, im, variability, client, progress)
+    places = [BUILDING, *(f"floor {floor}" for floor in floors)]
+    members = np.array(
+        [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
+    )
+    joint = Joint(inventory, flags, members, thresholds, variability)
+    variables = conditional_variables(joint, precision)
+    if weights is not None:
+        variables |= annual_variables(joint, weights, precision)
+    text = "whether a piece overturned"
+    if variability is None:
+        variables["overturned"] = variable(("model", "item", "level", "motion"), flags[:, :, 0], DIMENSIONLESS, text)
+    else:
+        dims = ("model", "item", "variant", "level", "motion")
+        variables["overturned"] = variable(dims, flags, DIMENSIONLESS, f"{text}, of each variant")
+    configuration = {
+        "inventory": [_described(row) for row in inventory.rows],
+        "currency": inventory.currency,
+        "building": None if building is None else building.description,
+        "models": [describe_law(model) for model in laws],
+        "im": scaled.name,
+        "levels": scaled.levels.tolist(),
+        "motions": [record.label for record in shaking.ground],
+        "hazard": None if hazard is None else [one.tolist() for one in hazard_points(hazard)],
+        "variability": None if variability is None else variability.plain,
+        "replicates": precision.replicates,
+        "seed": precision.seed,
+    }
+    as_they_are = scaled.name == SCALE and scaled.levels.tolist() == [1.0]
+    return xr.Dataset(
+        dict(sorted(variables.items())),
+        coords={
+            **_model_coordinates(laws),
+            **_item_coordinates(inventory, laws),
+            "place": _labels("place", places, "place: the building, or a floor of it"),
+            "level": xr.Variable(
+                "level", scaled.levels, {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
+            ),
+            **motion_coordinates([record._replace(floor="") for record in shaking.ground]),
+            **_measured(scaled),
+            **_thresholds(joint, precision),
+        },
+        attrs={
+            "title": "Performance assessment",
+            "basis": "time" if hazard is not None else "scenario" if as_they_are else "intensity",
+            "im": scaled.name,
+            "currency": inventory.currency,
+            "confidence": precision.confidence,
+            "pieces": "alike" if variability is None else variability.pieces,
+            **provenance(configuration),
+        },
+    )
+
+
+def _run(
+    inventory: Inventory,
+    laws: list[Law],
+    shaking: Shaking,
+    floors: list[str],
+    scaled: Scaling,
+    im: str | Measure,
+    variability: Variability | None,
+    client: Client | None,
+    progress: Callable[[int, int], None] | None,
+) -> NDArray[np.bool_]:
+    """Flags (model, item, variant, level, motion), floor by floor; alike items of a floor run once."""
+    variants = 1 if variability is None else variability.variants
+    shape = (scaled.levels.size, len(shaking.ground))
+    flags = np.zeros((len(laws), len(inventory), variants, *shape), np.bool_)
+    plans: dict[str, tuple[list[Oscillator], dict[tuple[Any, ...], int]]] = {}
+    for floor in floors:
+        oscillators: list[Oscillator] = []
+        first: dict[tuple[Any, ...], int] = {}
+        for row in inventory.rows:
+            if str(row.floor) == floor and not row.anchored and _kind(row) not in first:
+                first[_kind(row)] = len(oscillators)
+                for law in laws:
+                    oscillators.extend(_named(row, law, variability))
+        plans[floor] = oscillators, first
+    runs = shape[0] * shape[1]
+    total = runs * sum(len(oscillators) for oscillators, _ in plans.values())
+    done = 0
+    for floor, (oscillators, first) in plans.items():
+        if not oscillators:
+            continue
+        plain = shaking.on(floor)
+        factors = scaling(scaled.levels, plain, im, (), shaking.ground).factors
+        report = None if progress is None else _shifted(progress, done, total)
+        found = overturning_flags(oscillators, plain, factors, client, report)
+        for i, row in enumerate(inventory.rows):
+            if str(row.floor) == floor and not row.anchored:
+                at = first[_kind(row)]
+                flags[:, i] = found[at : at + len(laws) * variants].reshape(len(laws), variants, *shape)
+        done += runs * len(oscillators)
+    return flags
+
+
+def _kind(row: Contents) -> tuple[Any, ...]:
+    """What decides the runs of a row, beside its floor."""
+    return (row.block.width, row.block.height, row.block.cm_height, row.block.inertia_factor, row.e)
+
+
+def _named(row: Contents, law: Law, variability: Variability | None) -> list[Oscillator]:
+    try:
+        return oscillators_of_pieces(row.block, law, row.e, variability)
+    except ValueError as error:
+        raise ValueError(f"{row.label!r}: {error}") from None
+
+
+def _shifted(progress: Callable[[int, int], None], before: int, total: int) -> Callable[[int, int], None]:
+    return lambda done, _: progress(before + done, total)
+
+
+def _weights(scaled: Scaling, hazard: Hazard) -> LevelWeights:
+    """The hazard curve as weights of the levels; ValueError where it is of another measure."""
+    hazard_points(hazard)
+    of, units = getattr(hazard, "im", None), getattr(hazard, "units", None)
+    if of is not None and of != scaled.name:
+        raise ValueError(f"hazard must be of the measure of the levels, {scaled.name!r}, got {of!r}")
+    if units is not None and units != scaled.units:
+        raise ValueError(f"levels of the hazard must be in {scaled.units}, got {units!r}")
+    return level_weights(scaled.levels, hazard)
+
+
+def _losses(losses: Any, inventory: Inventory) -> NDArray[np.float64]:
+    """Thresholds of loss, () where nothing has a value."""
+    if inventory.value == 0.0:
+        if losses is not None:
+            raise ValueError("losses must not be given for an inventory in which nothing has a value")
+        return np.zeros(0)
+    if losses is None:
+        return np.concatenate([[0.0], np.geomspace(1e-3, 1.0, 60) * inventory.value])
+    values = checks.finite_array("losses", np.atleast_1d(np.asarray(losses)), unit=inventory.currency)
+    if values[0] < 0.0 or np.any(np.diff(values) <= 0.0):
+        raise ValueError(f"losses must be >= 0 and strictly increasing, got {values.tolist()!r:.60}")
+    return values
+
+
+def _laws(models: Any) -> list[Law]:
+    found = [models] if isinstance(models, Law) or not isinstance(models, Iterable) else list(models)
+    if not found:
+        raise ValueError("models must hold at least one, got none")
+    for model in found:
+        if not isinstance(model, Law):
+            raise TypeError(f"models must be one Law or a sequence of them, got {checks.kind(model)}")
+    labels = [model.label for model in found]
+    if len(set(labels)) < len(labels):
+        twice = next(label for label in labels if labels.count(label) > 1)
+        raise ValueError(f"models must have unique labels, got {twice!r} more than once")
+    return found
+
+
+def _described(row: Contents) -> dict[str, Any]:
+    """A row as plain values."""
+    return {
+        "label": row.label,
+        **describe_block(row.block),
+        "floor": row.floor,
+        "count": row.count,
+        "e": row.e,
+        "value": row.value,
+        "consequences": list(row.consequences),
+        "anchored": row.anchored,
+        "anchoring_cost": row.anchoring_cost,
+    }
+
+
+def _labels(dim: str, values: Sequence[str], long_name: str) -> xr.Variable:
+    return variable((dim,), np.array(values, dtype=object), DIMENSIONLESS, long_name)
+
+
+def _model_coordinates(laws: list[Law]) -> dict[str, xr.Variable]:
+    return {
+        "model": _labels("model", [law.label for law in laws], "damping law with its options"),
+        "law": _labels("model", [law.law for law in laws], "short name of the damping law"),
+    }
+
+
+def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Variable]:
+    """The numbers behind each row."""
+    rows = inventory.rows
+    money = inventory.currency or DIMENSIONLESS
+    blocks = [row.block for row in rows]
+    used = [[with_restitution(law, row.e).restitution(row.block) for row in rows] for law in laws]
+    e = np.array([[np.nan if one is None else one for one in line] for line in used])
+    columns: dict[str, tuple[Any, str, str]] = {
+        "count": ([row.count for row in rows], DIMENSIONLESS, "number of pieces"),
+        "value": ([row.value for row in rows], money, "lost when a piece overturns"),
+        "anchored": ([row.anchored for row in rows], DIMENSIONLESS, "whether the pieces are anchored already"),
+        "anchoring_cost": (
+            [np.nan if row.anchoring_cost is None else row.anchoring_cost for row in rows],
+            money,
+            "cost of anchoring a piece",
+        ),
+        "width": ([block.width for block in blocks], METRE, "full width"),
+        "height": ([block.height for block in blocks], METRE, "full height"),
+        "alpha": ([block.alpha for block in blocks], RADIAN, "slenderness angle"),
+        "R": ([block.R for block in blocks], METRE, "distance from the centre of mass to the corner"),
+        "p": ([block.p for block in blocks], "rad s-1", "rocking frequency parameter"),
+    }
+    found = {
+        "item": _labels("item", [row.label for row in rows], "item of the inventory"),
+        "floor": _labels("item", [str(row.floor) for row in rows], "floor, 0 is the ground"),
+        "consequences": _labels("item", [JOINT.join(row.consequences) for row in rows], "what its overturning means"),
+        "e": variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used"),
+    }
+    for name, (values, units, long_name) in columns.items():
+        found[name] = variable(("item",), np.array(values), units, long_name)
+    return found
+
+
+def _measured(scaled: Scaling) -> dict[str, xr.Variable]:
+    """The measure of the ground motions as they are."""
+    if scaled.measured is None:
+        return {}
+    return {f"ground_{scaled.name}": variable(("motion",), scaled.measured, scaled.units, scaled.long_name)}
+
+
+def _thresholds(joint: Joint, precision: Precision) -> dict[str, xr.Variable]:
+    """Quantiles, consequences and thresholds as coordinates."""
+    text = "probability of the quantile"
+    found = {"quantile": variable(("quantile",), precision.quantiles, DIMENSIONLESS, text)}
+    for one in joint.quantities:
+        name = f"{one.name}_threshold"
+        text = f"{one.text}, {'more than' if one.strictly else 'at least'}"
+        found[name] = variable((name,), one.thresholds, one.units, text)
+    if joint.inventory.consequences:
+        found["consequence"] = _labels("consequence", joint.inventory.consequences, "what an overturning means")
+    return found

@@ -1,0 +1,211 @@
+"""Rows of text that say what a performance assessment found: for a terminal or a report."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from .. import checks
+from ..units import DIMENSIONLESS
+from .distributions import PER_YEAR, level_index
+from .plots import display_unit, floor_name
+
+# Parts of an annual value that lie outside the levels, above which they are worth a sentence.
+NOTABLE_BELOW, NOTABLE_ABOVE = 0.02, 0.1
+
+
+class Rows(NamedTuple):
+    """A table: title, headings and rows of text, one length."""
+
+    title: str
+    headings: tuple[str, ...]
+    rows: list[tuple[str, ...]]
+
+
+def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
+    """What is expected in a year, by place, and how often each consequence comes about.
+
+    Raises
+    ------
+    ValueError
+        An assessment without a hazard curve, no such model.
+    """
+    here = of_model(assessment, model)
+    if "annual_number" not in here:
+        raise ValueError("annual values need an assessment with a hazard curve, got one without")
+    words = _words(here)
+    has_loss = "annual_loss" in here
+    headings = ["", "pieces", "overturned a year", *(["lost a year"] if has_loss else []), "anything falls, once in"]
+    headings.extend(f"{word}, once in" for word in words)
+    rows = []
+    for place in here["place"].values:
+        one = here.sel(place=place)
+        cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "annual_number")]
+        if has_loss:
+            cells.append(_interval(one, "annual_loss"))
+        cells.append(_period(one, "any_rate"))
+        cells.extend(_period(one.sel(consequence=word), "consequence_rate") for word in words)
+        rows.append(tuple(cells))
+    money = _money(here)
+    return Rows(f"In a year{f', {money}' if money and has_loss else ''}", tuple(headings), rows)
+
+
+def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -> Rows:
+    """What overturns at one of the levels, by place.
+
+    Raises
+    ------
+    ValueError
+        No such level or model.
+    """
+    at = level_index(assessment, level)
+    here = of_model(assessment, model).isel(level=at)
+    words = _words(here)
+    has_loss = "loss_mean" in here
+    ends = [f"{100.0 * float(q):g} %" for q in here["quantile"].values]
+    headings = ["", "pieces", "overturned", f"{' / '.join(ends)}", *(["lost"] if has_loss else []), "anything falls"]
+    headings.extend(words)
+    rows = []
+    for place in here["place"].values:
+        one = here.sel(place=place)
+        quantiles = " / ".join(figure_text(float(value)) for value in one["number_quantile"].values)
+        cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "number_mean"), quantiles]
+        if has_loss:
+            cells.append(_interval(one, "loss_mean"))
+        cells.append(_percent(one, "any_probability"))
+        cells.extend(_percent(one.sel(consequence=word), "consequence_probability") for word in words)
+        rows.append(tuple(cells))
+    scale, unit = display_unit(assessment["level"])
+    shaken = f"{assessment.attrs['im']} = {float(here['level']) / scale:.3g}{f' {unit}' if unit else ''}"
+    money = _money(here)
+    return Rows(f"At {shaken}{f', {money}' if money and has_loss else ''}", tuple(headings), rows)
+
+
+def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) -> Rows:
+    """The items that save most, as `anchoring` ranks them.
+
+    Raises
+    ------
+    ValueError
+        No such model.
+    """
+    here = of_model(ranking, model)
+    paid = bool(np.isfinite(here["cost"].values).any())
+    scale, unit = objective_unit(ranking)
+    saves = f"saves, {unit}" if unit else "saves"
+    headings = ["rank", "item", "floor", "pieces", saves, "share", *(["cost"] if paid else [])]
+    pays = "payback" in here and paid
+    headings += ["pays back in"] if pays else []
+    rows = []
+    order = np.argsort(here["rank"].values)
+    for i in order[: checks.count("most", most, at_least=1)]:
+        one = here.isel(item=int(i))
+        first, last = int(one["rank_lower"]), int(one["rank_upper"])
+        rank = f"{int(one['rank'])}" + (f" ({first}–{last})" if first < last else "")
+        share = float(one["saving_share"])
+        cells = [rank, str(one["item"].item()), str(one["floor"].item()), str(int(one["count"]))]
+        cells += [_interval(one, "saving", scale), "–" if math.isnan(share) else f"{100.0 * share:.0f} %"]
+        if paid:
+            cells.append(figure_text(float(one["cost"])))
+        if pays:
+            years = float(one["payback"])
+            cells.append(f"{figure_text(years)} years" if math.isfinite(years) else "never")
+        rows.append(tuple(cells))
+    return Rows(f"Anchoring saves of: {ranking.attrs['objective_text']}", tuple(headings), rows)
+
+
+def notes(assessment: xr.Dataset) -> list[str]:
+    """What a reader should know before trusting the figures: one sentence each."""
+    found = []
+    outside = (
+        ("below", NOTABLE_BELOW, "below the first level, where it is a guess: add lower levels"),
+        ("above", NOTABLE_ABOVE, "above the last level, as if nothing more fell there: add higher levels"),
+    )
+    for name, text in (("annual_number", "overturnings"), ("annual_loss", "loss")):
+        if name not in assessment:
+            continue
+        whole = assessment[name].sel(place="building").values
+        for side, notable, what in outside:
+            part = assessment[f"{name}_{side}"].sel(place="building").values
+            share = np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0.0).max()
+            if share > notable:
+                found.append(f"{100.0 * share:.0f} % of the annual {text} comes from {what}")
+    if not bool(assessment["overturned"].any()):
+        found.append("nothing overturned under any motion: annual values have no intervals")
+    if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:
+        found.append("pieces of a line are alike and overturn together: means do not depend on it, extremes do")
+    return found
+
+
+def place_name(place: str) -> str:
+    """A place as people say it."""
+    return floor_name(place.removeprefix("floor ")) if place.startswith("floor ") else place
+
+
+def of_model(dataset: xr.Dataset, model: str | None) -> xr.Dataset:
+    """One model of a dataset, the first where none is said."""
+    labels = [str(one) for one in dataset["model"].values]
+    return dataset.isel(model=labels.index(checks.choice("model", model or labels[0], labels)))
+
+
+def _words(here: xr.Dataset) -> list[str]:
+    return [str(word) for word in here["consequence"].values] if "consequence" in here.coords else []
+
+
+def _money(here: xr.Dataset) -> str:
+    return str(here.attrs.get("currency", ""))
+
+
+def pieces_at(here: xr.Dataset, place: str) -> int:
+    """Number of pieces that can overturn."""
+    free = ~here["anchored"].values.astype(bool)
+    if place.startswith("floor "):
+        free &= here["floor"].values == place.removeprefix("floor ")
+    return int(here["count"].values[free].sum())
+
+
+def objective_unit(ranking: xr.Dataset) -> tuple[float, str]:
+    """What to multiply an objective by for people, and its unit."""
+    units = str(ranking["saving"].attrs["units"])
+    if units == DIMENSIONLESS:
+        return 1.0, ""
+    if units == PER_YEAR:
+        return (1000.0, "in 1000 years") if float(ranking["left"].max()) < 0.1 else (1.0, "a year")
+    return 1.0, units.replace(f" {PER_YEAR}", " a year")
+
+
+def _interval(one: xr.Dataset, name: str, scale: float = 1.0) -> str:
+    value, lower, upper = (scale * float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+    if math.isnan(lower) or math.isnan(upper):
+        return figure_text(value)
+    return f"{figure_text(value)} ({figure_text(lower)}–{figure_text(upper)})"
+
+
+def _percent(one: xr.Dataset, name: str) -> str:
+    value, lower, upper = (100.0 * float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+    return "–" if upper == 0.0 else f"{value:.0f} % ({lower:.0f}–{upper:.0f})"
+
+
+def _period(one: xr.Dataset, name: str) -> str:
+    """A rate as the years between two events."""
+    rate, lower, upper = (float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+    if rate == 0.0:
+        return "–"
+    text = f"{figure_text(1.0 / rate)} years"
+    if math.isnan(lower):
+        return text
+    return f"{text} ({figure_text(1.0 / upper)}–{figure_text(1.0 / lower) if lower > 0.0 else '∞'})"
+
+
+def figure_text(value: float) -> str:
+    """Three figures, no exponent where people do without."""
+    if value == 0.0:
+        return "0"
+    if abs(value) >= 1e9 or abs(value) < 1e-4:
+        return f"{value:.2e}"
+    digits = max(0, 2 - math.floor(math.log10(abs(value))))
+    rounded = round(value, 2 - math.floor(math.log10(abs(value))))
+    return f"{rounded:,.{digits}f}".rstrip("0").rstrip(".") if digits else f"{rounded:,.0f}"
