@@ -24,9 +24,9 @@ from rich.table import Table
 from ..models import catalogue
 from ..models.catalogue import QUALITIES
 from ..models.runs import prepare
-from .designs import count
 from .progress import show_progress
-from .study import RESULT_NAME, Study
+from .store import RESULT_NAME
+from .study import Study
 from .tables import StudyError
 
 if TYPE_CHECKING:
@@ -67,9 +67,7 @@ def run(
     folder = out if out is not None else Path("results") / study.stem
     plan = Study.from_toml(study)
     console.print(
-        f"{plan.title}: {count(len(plan.blocks), 'block')} × {count(len(plan.models), 'law')} × "
-        f"{plan.design.words} = {count(plan.runs, 'run')}"
-        + (f", and {plan.perturbed_runs:,} perturbed" if plan.perturbed_runs else ""),
+        f"{plan.title}: {plan.words}",
         highlight=False,
         markup=False,
         soft_wrap=True,
@@ -79,9 +77,9 @@ def run(
     client = None if scheduler is None else _connect(scheduler)
     if client is None:
         with console.status("loading the engine (compiled once after installation, some 20 s)"):
-            prepare([plan.models[0].oscillator(plan.blocks[0])])
+            prepare([plan.first])
     try:
-        with show_progress(console, "runs", plan.runs + plan.perturbed_runs) as progress:
+        with show_progress(console, "runs", plan.work) as progress:
             results = plan.run(folder, client, resume=not fresh, progress=progress)
     finally:
         if client is not None:

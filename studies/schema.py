@@ -64,6 +64,11 @@ class StudyFile(Table):
         return self
 
     @property
+    def kind(self) -> str:
+        """Which kind of study it is."""
+        return "fragility"
+
+    @property
     def analysis(self) -> IdaTable | StripesTable | CloudTable:
         """The one analysis that is asked for."""
         found = self.ida or self.stripes or self.cloud

@@ -1,58 +1,57 @@
-"""A study: what a study file describes, and running it into one result dataset."""
+"""A study: what a study file describes, ready to run into one result dataset.
+
+What the kinds of studies share stands here; each kind has a file of its own.
+"""
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import json
 import os
-from collections.abc import Callable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import xarray as xr
 
-from ..fragility import block_notes, fit_fragility, notes, overturning_probability, screen
-from ..fragility.perturbed import perturbed_runs
-from ..models import Block, Law
-from ..models.friction import Friction
+from ..models.oscillator import Oscillator
 from ..motions import records
-from .designs import Design
 from .schema import StudyFile, read_study_file
+from .store import RESULT_NAME, finished, save
 from .tables import StudyError
 
 if TYPE_CHECKING:
     from distributed import Client
 
-RESULT_NAME = "results.nc"
-# Share of the motions whose flags are tested under perturbations: some 30 % more work.
-UNDECIDED = 0.08
+Progress = Callable[[int, int], None]
 __version__ = metadata.version("toppling")
 
 
 @dataclass(frozen=True)
-class Study:
-    """Blocks x damping laws x motions, ready to run.
+class Study(ABC):
+    """A study, ready to run.
 
-    Made by `Study.from_toml`; `design` says what is done with which motions, `configuration` is the study file's
-    content as plain values; `friction` and `undecided` (share of the motions) are for the validity screen.
+    Made by `Study.from_toml`, as the kind that the file asks for; `configuration` is the file's content as plain
+    values.
     """
 
     title: str
-    blocks: tuple[Block, ...]
-    models: tuple[Law, ...]
-    design: Design
     configuration: dict[str, Any]
-    friction: Friction | None = None
-    undecided: float = UNDECIDED
+    kind: ClassVar[str]
+    _kinds: ClassVar[dict[str, type[Study]]] = {}
 
-    @classmethod
-    def from_toml(cls, path: str | os.PathLike[str]) -> Study:
-        """The study in a TOML file; record paths in it are relative to the file.
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        Study._kinds[cls.kind] = cls
+
+    @staticmethod
+    def from_toml(path: str | os.PathLike[str]) -> Study:
+        """The study in a TOML file; paths in it are relative to the file.
 
         Raises
         ------
@@ -63,43 +62,51 @@ class Study:
             raise TypeError(f"path must be a path, got {type(path).__name__}")
         file = Path(path)
         content = read_study_file(file)
-        screening = content.screen
         try:
-            study = cls(
-                content.title,
-                tuple(_each("blocks", content.blocks)),
-                tuple(_each("models", content.models)),
-                content.design(file.parent),
-                _plain(content),
-                None if screening is None else screening.build(),
-                UNDECIDED if screening is None or screening.undecided is None else screening.undecided,
-            )
-            # what only blocks, laws, motions and levels together can get wrong is said before the work, not during it
-            for block in study.blocks:
-                for model in study.models:
-                    model.oscillator(block)
-            study.design.check(study.blocks)
+            return Study._kinds[content.kind].of(content, file.parent)
+        except StudyError:
+            raise
         except (ValueError, ArithmeticError) as error:
             raise StudyError(f"{file}: {error}") from None
-        return study
+
+    @classmethod
+    @abstractmethod
+    def of(cls, content: StudyFile, folder: Path) -> Self:
+        """The study that a file in `folder` describes; ValueError for all that would only be found when it runs."""
 
     @property
+    @abstractmethod
+    def words(self) -> str:
+        """Its size for people."""
+
+    @property
+    @abstractmethod
     def runs(self) -> int:
-        """Number of runs: blocks x laws x those of the design."""
-        return len(self.blocks) * len(self.models) * self.design.runs
+        """Number of runs."""
 
     @property
-    def perturbed_runs(self) -> int:
-        """Number of further runs that tell which flags are undecided."""
-        if self.undecided == 0.0:
-            return 0
-        each = self.design.runs // self.design.shakes
-        return perturbed_runs(len(self.blocks), self.models, each, self.design.shakes, self.undecided)
+    def work(self) -> int:
+        """Number of runs that it takes, those that only test others included: what progress counts."""
+        return self.runs
 
     @property
+    @abstractmethod
+    def first(self) -> Oscillator:
+        """One of its oscillators, with which the engine is made ready."""
+
+    @property
+    @abstractmethod
     def notes(self) -> list[str]:
-        """What a user should know of the blocks before anything runs: one sentence each."""
-        return block_notes(self.blocks)
+        """What a user should know before anything runs: one sentence each."""
+
+    @property
+    @abstractmethod
+    def _arrays(self) -> Iterable[xr.DataArray]:
+        """All motions that decide the results."""
+
+    @abstractmethod
+    def _compute(self, client: Client | None, progress: Progress | None) -> xr.Dataset:
+        """What the study finds."""
 
     def run(
         self,
@@ -126,8 +133,8 @@ class Study:
         Returns
         -------
         xarray.Dataset
-            overturned and peak_rotation of every run, its validity screen, probabilities with intervals and fitted
-            fragility curves, with the study's configuration and the package versions as attributes; no clock values.
+            What its kind of study finds (docs/study.md lists every variable), with the study's configuration and the
+            package versions as attributes; no clock values.
 
         Raises
         ------
@@ -135,9 +142,9 @@ class Study:
             `out` cannot be written, or holds another study's results and `resume` is set.
         """
         if out is None:
-            return self._compute(client, progress)
+            return self._labelled(client, progress)
         folder = Path(out)
-        before = self._finished(folder / RESULT_NAME) if resume else None
+        before = finished(folder / RESULT_NAME, self.identity) if resume else None
         if before is not None and before.attrs.get("title") == self.title:
             return before
         made = not folder.exists()
@@ -148,7 +155,7 @@ class Study:
         if not os.access(folder, os.W_OK):
             raise StudyError(f"{folder}: no permission to write")
         try:
-            results = self._compute(client, progress) if before is None else before.assign_attrs(title=self.title)
+            results = self._labelled(client, progress) if before is None else before.assign_attrs(title=self.title)
             save(results, folder / RESULT_NAME)
         except BaseException:
             if made:
@@ -157,35 +164,12 @@ class Study:
             raise
         return results
 
-    def _compute(self, client: Client | None, progress: Callable[[int, int], None] | None) -> xr.Dataset:
-        total = self.runs + self.perturbed_runs
-        results = self.design.run(
-            self.blocks,
-            self.models,
-            ("overturned", "peak_rotation"),
-            client,
-            None if progress is None else lambda done, _: progress(done, total),
-        )
-        screened = screen(
-            results,
-            self.design.motions,
-            self.friction,
-            undecided=self.undecided,
-            client=client,
-            progress=None if progress is None else lambda done, _: progress(self.runs + done, total),
-        )
-        probabilities = overturning_probability(results)
-        curves = fit_fragility(probabilities)
-        if "floor" in probabilities.dims:  # the dimension takes the name
-            results = results.rename(floor="motion_floor")
-        return results.assign({**probabilities.data_vars, **curves.data_vars, **screened.data_vars}).assign_attrs(
+    def _labelled(self, client: Client | None, progress: Progress | None) -> xr.Dataset:
+        return self._compute(client, progress).assign_attrs(
             title=self.title,
+            kind=self.kind,
             study=json.dumps(self.configuration, ensure_ascii=False, sort_keys=True),
             identity=self.identity,
-            fit_method=curves.attrs["method"],
-            confidence=curves.attrs["confidence"],
-            screen=screened.attrs["screen"],
-            notes="\n".join(notes(screened)),
         )
 
     @cached_property
@@ -193,48 +177,19 @@ class Study:
         """What decides the results, as a hash: the study without its title, the motions' samples, our version."""
         content = {key: value for key, value in self.configuration.items() if key != "title"}
         digest = hashlib.sha256(json.dumps([__version__, content], sort_keys=True).encode())
-        for record in (record for array in (*self.design.arrays, *self.design.below) for record in records(array)):
+        for record in (record for array in self._arrays for record in records(array)):
             digest.update(json.dumps([record.label, record.dt, record.source]).encode())
             digest.update(record.acceleration.tobytes())
         return digest.hexdigest()
 
-    def _finished(self, target: Path) -> xr.Dataset | None:
-        """The finished results of this very study, if they are there; StudyError where another's are."""
-        try:
-            if not target.exists():
-                return None
-            with xr.open_dataset(target) as stored:
-                if stored.attrs.get("identity") == self.identity:
-                    return stored.load()
-        except (OSError, ValueError) as error:
-            if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
-                raise StudyError(f"{target}: the name is too long") from None
-            raise StudyError(f"{target}: exists and is no result file; move it away or use --fresh") from None
-        raise StudyError(f"{target}: holds the results of another study; use another folder or --fresh")
+
+def plain(content: StudyFile) -> dict[str, Any]:
+    """A study file as plain values."""
+    found: dict[str, Any] = content.model_dump(mode="json", by_alias=True, exclude_none=True)
+    return found
 
 
-def save(results: xr.Dataset, target: Path) -> None:
-    """Write a dataset whole or not at all: temporary file beside the target, fsync, rename."""
-    temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
-    try:
-        results.to_netcdf(temporary, engine="netcdf4")
-        with temporary.open("rb") as file:
-            os.fsync(file.fileno())
-        temporary.replace(target)
-    except (OSError, RuntimeError) as error:  # the HDF5 library speaks of a full disk as a RuntimeError
-        reason = getattr(error, "strerror", None) or error
-        raise StudyError(f"{target}: cannot be written ({reason}; is the disk full?)") from None
-    finally:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
-
-
-def _plain(content: StudyFile) -> dict[str, Any]:
-    plain: dict[str, Any] = content.model_dump(mode="json", by_alias=True, exclude_none=True)
-    return plain
-
-
-def _each(name: str, tables: list[Any]) -> list[Any]:
+def each(name: str, tables: Iterable[Any]) -> tuple[Any, ...]:
     """Build each table; an error says which one."""
     built = []
     for i, table in enumerate(tables, start=1):
@@ -246,4 +201,4 @@ def _each(name: str, tables: list[Any]) -> list[Any]:
     for i, label in enumerate(labels, start=1):
         if labels.index(label) != i - 1:
             raise ValueError(f"{name}[{i}]: the label {label!r} is taken by {name}[{labels.index(label) + 1}]")
-    return built
+    return tuple(built)
