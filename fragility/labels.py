@@ -18,8 +18,7 @@ from ..units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, RADIAN, SECOND, prov
 from .execution import DERIVED, Request, Runs
 from .scaling import Scaling
 
-# Units and long name of each output.
-_VARIABLES: dict[str, tuple[str, str]] = {
+VARIABLES: dict[str, tuple[str, str]] = {
     "overturned": (DIMENSIONLESS, "whether the block overturned"),
     "peak_rotation": (RADIAN, "peak absolute rotation, pi/2 if overturned"),
     "uplifted": (DIMENSIONLESS, "whether the block uplifted"),
@@ -29,6 +28,7 @@ _VARIABLES: dict[str, tuple[str, str]] = {
     "direction": (DIMENSIONLESS, "sign of the rotation in which the block fell, 0 if it stands"),
     "top_displacement": (METRE, "greatest horizontal displacement of the upper corner"),
 }
+"""Units and long name of each output."""
 
 
 def label_runs(
@@ -48,11 +48,8 @@ def label_runs(
     shape = (len(asked.blocks), len(asked.models), *lengths)
     variables = {}
     for name in asked.outputs:
-        values = runs.results[DERIVED.get(name, name)].reshape(shape)
-        if name == "top_displacement":
-            heights = np.array([block.height for block in asked.blocks])
-            values = heights.reshape(-1, *[1] * (values.ndim - 1)) * np.sin(values)
-        units, long_name = _VARIABLES[name]
+        values = output(name, runs, [block for block in asked.blocks for _ in asked.models]).reshape(shape)
+        units, long_name = VARIABLES[name]
         variables[name] = (("block", "model", *dims), values, {"units": units, "long_name": long_name})
     described = {
         "blocks": [describe_block(block) for block in asked.blocks],
@@ -63,7 +60,7 @@ def label_runs(
     return xr.Dataset(
         variables,
         coords={
-            **_block_coordinates(asked.blocks),
+            **block_coordinates(asked.blocks),
             **_model_coordinates(asked.blocks, asked.models),
             **motion_coordinates(list(motions)),
             **measure_variables(motions, RESULT_MEASURES),
@@ -76,6 +73,15 @@ def label_runs(
             "skipped": json.dumps(runs.skipped),
         },
     )
+
+
+def output(name: str, runs: Runs, blocks: Sequence[Block]) -> NDArray[Any]:
+    """An output (oscillator, …), as the engine gave it or derived; `blocks`: one an oscillator."""
+    values = runs.results[DERIVED.get(name, name)]
+    if name == "top_displacement":
+        heights = np.array([block.height for block in blocks])
+        values = heights.reshape(-1, *[1] * (values.ndim - 1)) * np.sin(values)
+    return values
 
 
 def measured(scaled: Scaling) -> dict[str, xr.Variable]:
@@ -93,7 +99,8 @@ def _strings(values: Sequence[str]) -> NDArray[np.object_]:
     return np.array(values, dtype=object)
 
 
-def _block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
+def block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
+    """Labels of blocks and the numbers behind them, on ``block``."""
     columns: dict[str, tuple[list[float], str, str]] = {
         "width": ([b.width for b in blocks], METRE, "full width"),
         "height": ([b.height for b in blocks], METRE, "full height"),

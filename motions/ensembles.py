@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
+from ..units import DIMENSIONLESS, METRE
 from .arrays import from_array
 
 Values = NDArray[np.float64]
@@ -83,7 +84,20 @@ def ensemble(
         indices = range(first + start, first + min(start + rows, n))
         values[start : start + len(indices)] = make([stream(seed, index) for index in indices])
     labels = [f"{type(generator).__name__} {seed}-{first + i}" for i in range(n)]
-    return from_array(values, dt, labels, source=f"{generator!r} seed {seed}")
+    array = from_array(values, dt, labels, source=f"{generator!r} seed {seed}")
+    return array.assign_coords(_scenario(generator, n))
+
+
+def _scenario(generator: Generator, n: int) -> dict[str, tuple[str, Values, dict[str, str]]]:
+    """Magnitude and distance on ``motion``, of a generator that has them."""
+    return {
+        name: ("motion", np.full(n, float(getattr(generator, name))), {"units": units, "long_name": long_name})
+        for name, units, long_name in (
+            ("magnitude", DIMENSIONLESS, "moment magnitude"),
+            ("distance", METRE, "distance of the scenario, as its generator defines it"),
+        )
+        if hasattr(generator, name)
+    }
 
 
 def normals(streams: Streams, size: int) -> Values:

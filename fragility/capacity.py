@@ -1,0 +1,225 @@
+"""Capacities: the level of a measure at which each motion first overturns a block, known to lie between two levels.
+
+What the runs of any design say of it, in levels and as a factor on the motion as it is; a factor converts into every
+other measure, since a motion times f has f**power times the measure.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..units import DIMENSIONLESS
+from .scaling import BlockMeasure, intensity_measure
+from .states import OVERTURNED, State, reached, state_name
+
+Values = NDArray[np.float64]
+
+INTENSITY = "intensity"
+"""Coordinate of runs without levels: the measure's value of each run."""
+
+
+class Steps(NamedTuple):
+    """Runs in the order of growing shaking, and the scaling that each stands for.
+
+    overturned: flags on (…, motion, level), in the order of growing levels.
+    log_levels: ln of the level, on level; without levels on motion (or block, motion) and a level of size 1.
+    log_measured: ln of the measure of the motions as they are, 0 for plain factors.
+    power: of the measure.
+    name, units, long_name: the measure's, ``ground_pga`` where it is of the ground motion below.
+    order: of the levels in the runs.
+    unscaled: whether the motions were run as they are.
+    """
+
+    overturned: xr.DataArray
+    log_levels: xr.DataArray
+    log_measured: xr.DataArray
+    power: float
+    name: str
+    units: str
+    long_name: str
+    order: NDArray[np.intp]
+    unscaled: bool
+
+    @property
+    def factors_by_block(self) -> Values:
+        """Ln of the scale factor of every run, (block, motion, level); one block where it is the same for all."""
+        factors = (self.log_levels - self.log_measured) / self.power
+        if self.unscaled:
+            factors = xr.zeros_like(factors)
+        if "block" not in factors.dims:
+            factors = factors.expand_dims("block")
+        return np.asarray(factors.transpose("block", "motion", "level").values)
+
+    def in_order(self, values: xr.DataArray) -> xr.DataArray:
+        """Results of the runs, bare, on (…, motion, level) in the order of the levels."""
+        shaped = values.isel(level=self.order) if "level" in values.dims else values.expand_dims("level", axis=-1)
+        return bare(shaped.transpose(..., "motion", "level"))
+
+
+def steps_of(runs: xr.Dataset, state: State = OVERTURNED) -> Steps:
+    """The runs of an IDA, of stripes or of a cloud, level by level.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `reached`; runs without levels or intensities, ones that are not positive, or without their measure.
+    """
+    flags = reached(runs, state)
+    if "level" in flags.dims:
+        levels = runs["level"]
+        order = np.argsort(levels.values)
+        levels = levels.isel(level=order)
+    elif INTENSITY in runs.coords:
+        levels, order = runs[INTENSITY].expand_dims("level", axis=-1), np.zeros(1, np.intp)
+    else:
+        raise ValueError(f"runs must have levels or a coordinate `intensity`, got dims {flags.dims}")
+    values = np.asarray(levels.values, dtype=float)
+    if not np.all(np.isfinite(values)) or np.any(values <= 0.0):
+        raise ValueError(f"levels must be finite and > 0, got {values.min():g} to {values.max():g}")
+    name, power, ground, measured = _measured(runs, levels)
+    found = Steps(
+        flags,
+        bare(levels.copy(data=np.log(levels.values))),
+        bare(measured.copy(data=np.log(measured.values))),
+        power,
+        f"ground_{name}" if ground else name,
+        str(levels.attrs.get("units", DIMENSIONLESS)),
+        str(levels.attrs.get("long_name", name)),
+        order,
+        "level" not in flags.dims and not _scaled(runs),
+    )
+    return found._replace(overturned=found.in_order(flags).astype(bool))
+
+
+def _scaled(runs: xr.Dataset) -> bool:
+    """Whether the motions of runs without levels were brought to their intensities, or run as they are."""
+    if runs.attrs.get("design") == "cloud":
+        return False
+    configuration = json.loads(str(runs.attrs.get("configuration", "{}")))
+    return bool(configuration.get("scale", True))
+
+
+def _measured(runs: xr.Dataset, levels: xr.DataArray) -> tuple[str, float, bool, xr.DataArray]:
+    """Name and power of the measure of the levels, whether it is the ground's, and its values for the motions."""
+    name = str(levels.attrs.get("im", ""))
+    one = intensity_measure(name)
+    if one is None:
+        return name, 1.0, False, xr.DataArray(np.ones(runs.sizes["motion"]), dims="motion")
+    power = (one.measure if isinstance(one, BlockMeasure) else one).power
+    key = f"ground_{name}"
+    ground = key in runs.coords or json.loads(str(runs.attrs.get("configuration", "{}"))).get("im_at") == "ground"
+    key = key if ground else name
+    if key in runs.coords:
+        return name, power, ground, runs[key]
+    if runs.attrs.get("design") == "cloud":  # what it was run at is what it has
+        return name, power, ground, runs[INTENSITY]
+    raise ValueError(
+        f"runs must carry {key!r} of the motions as a coordinate, got {sorted(map(str, runs.coords))!r:.200}"
+    )
+
+
+def bare(array: xr.DataArray) -> xr.DataArray:
+    """Without coordinates, so that arithmetic goes by dimension alone."""
+    return array.drop_vars(list(array.coords))
+
+
+class Brackets(NamedTuple):
+    """Where each capacity lies: lower and upper ends, arrays (…, motion); infinite where only the other is known."""
+
+    lower: Values
+    upper: Values
+    stood_above: NDArray[np.bool_]
+
+
+def brackets(overturned: NDArray[np.bool_], values: Values) -> Brackets:
+    """Ends of the first overturning, from flags and values (…, motion, level) in order, values of a shape that fits.
+
+    The lower end is -inf where the lowest level overturns, the upper one inf where none does; `stood_above` says
+    whether some level above the first overturning does not.
+    """
+    along = np.broadcast_to(values, overturned.shape)
+    n = overturned.shape[-1]
+    fell = overturned.any(axis=-1)
+    first = np.where(fell, overturned.argmax(axis=-1), n)
+    lower = np.take_along_axis(along, np.maximum(first - 1, 0)[..., None], axis=-1)[..., 0]
+    upper = np.take_along_axis(along, np.minimum(first, n - 1)[..., None], axis=-1)[..., 0]
+    above = np.arange(n) > first[..., None]
+    return Brackets(
+        np.where(first > 0, lower, -np.inf),
+        np.where(fell, upper, np.inf),
+        np.asarray((~overturned & above).any(axis=-1)),
+    )
+
+
+def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
+    """The level at which each motion first overturns each block, or does it other damage: between which two it lies.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        On level and motion and any other dimensions, as `toppling.ida` returns them.
+    state : str or float
+        ``overturned``, ``uplifted``, or a threshold of |theta|/alpha, see `reached`.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (…, motion): `lower` and `upper` ends, in the unit of the level (0 where the lowest level overturns, inf
+        where none does); `capacity`, their geometric mean, NaN where one end is not known; `stood_above`, whether some
+        higher level does not overturn.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Runs without what the state needs or without levels (stripes and clouds), levels that are not positive.
+
+    Notes
+    -----
+    Overturning is not monotonic in the scale of a motion: this is the first overturning that the levels show.  Below it
+    there may be windows of overturning narrower than their distance, which closer levels would find.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
+    >>> runs = tp.ida(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, [2.0, 4.0, 8.0])
+    >>> overturning_capacity(runs).upper.dims
+    ('block', 'model', 'motion')
+    """
+    steps = steps_of(runs, state)
+    if "level" not in runs.dims:
+        raise ValueError("capacities need every motion at several levels, got runs at one intensity each")
+    found = brackets(steps.overturned.values, np.exp(steps.log_levels.values))
+    lower = np.where(np.isfinite(found.lower), found.lower, 0.0)
+    middle = np.sqrt(lower) * np.sqrt(found.upper)
+    known = (lower > 0.0) & np.isfinite(found.upper)
+    dims = tuple(d for d in steps.overturned.dims if d != "level")
+    name = state_name(state)
+    variables = {
+        "lower": (lower, steps.units, f"highest level below the first {name}: {steps.long_name}"),
+        "upper": (found.upper, steps.units, f"lowest level with {name}: {steps.long_name}"),
+        "capacity": (np.where(known, middle, np.nan), steps.units, "geometric mean of lower and upper"),
+        "stood_above": (
+            found.stood_above,
+            DIMENSIONLESS,
+            f"whether a level above is without {name}",
+        ),
+    }
+    coords = {
+        name: coordinate
+        for name, coordinate in runs.coords.items()
+        if set(coordinate.dims) <= set(dims) and name != INTENSITY
+    }
+    return xr.Dataset(
+        {
+            name: (dims, values, {"units": units, "long_name": text})
+            for name, (values, units, text) in variables.items()
+        },
+        coords=coords,
+        attrs={**runs.attrs, "title": f"Capacities: levels of the first {name}", "state": name, "im": steps.name},
+    )

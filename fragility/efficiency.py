@@ -1,0 +1,377 @@
+"""Which intensity measure? Efficiency, sufficiency, practicality and proficiency of every one, from one set of runs.
+
+Each motion's first overturning as a factor on the motion converts into every measure exactly, so that one analysis in
+any measure compares them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .. import checks
+from ..motions.arrays import floor_coordinates
+from ..motions.intensity import Measure
+from ..units import DIMENSIONLESS
+from .candidates import Candidate, Motions, candidates_of, covariates_of, shaking_of
+from .capacity import Steps, brackets, steps_of
+from .censored import STATUS, Ends, Fits, fit_dispersions
+from .probability import FLOORS
+from .states import OVERTURNED, State, state_name
+from .trends import capacity_trends, demand_trends
+
+Values = NDArray[np.float64]
+
+POOLED = "all blocks"
+SAME = 1e-9
+"""Relative difference of dispersions below which two measures are one (a block's PGA and its normalised PGA)."""
+
+
+def rank_measures(
+    runs: xr.Dataset,
+    motions: Motions | None = None,
+    also: str | Measure | Sequence[str | Measure] = (),
+    *,
+    state: State = OVERTURNED,
+    covariates: xr.Dataset | None = None,
+    pool: bool = False,
+    least_demand: float = 0.01,
+    replicates: int = 200,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Intensity measures ranked by how little the capacities scatter in them, and what else speaks for or against each.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        Runs on (block, model, level, motion) as `toppling.ida` returns them, in any measure; or of stripes or a cloud,
+        on (block, model, motion) with a coordinate `intensity`.
+    motions : xarray.DataArray or a sequence of them (or of sets, for stripes), optional
+        The motions of the runs, as they were before scaling: for measures that the runs do not carry, and for their
+        coordinates `magnitude`, `distance` and `epicentral_distance`, which scenario generators and record files give.
+    also : measures or their names
+        To be ranked beside the runs' own and all of `motions.MEASURES` that grow with the motion: ``"Sa(1.0)"``,
+        ``motions.AvgSa(…)``, ``"FIV3(1.0)"``, ``"pga_normalised"``, ``"pgv_normalised"``.
+    state : str or float
+        What a capacity is of: ``overturned``, ``uplifted``, or a threshold of |theta|/alpha, see `reached`.
+    covariates : xarray.Dataset, optional
+        Further numbers on ``motion`` that a sufficient measure leaves nothing to explain for; lengths (m) and times (s)
+        enter as logarithms.  A floor motion takes those of the ground motion below, by its label.
+    pool : bool
+        Take all blocks together: a good measure then brings their capacities together, too.  Only this tells the
+        block-normalised measures, which join by themselves, from PGA and PGV.
+    least_demand : float
+        |theta|/alpha, 0 to below 1, above which a run counts as rocking (and above the elastic zone's delta).
+    replicates : int
+        Bootstrap samples of the motions, the same for all measures (0: no intervals).
+    confidence : float
+        Of the intervals, between 0 and 1.
+    seed : int
+        Of the bootstrap.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (block, model, measure):
+
+        - efficiency: `dispersion`, the standard deviation of ln capacity in the measure, and `status`;
+          `amplitude_dispersion`, that over the measure's power, which makes measures comparable (Arias intensity grows
+          with the square of the motion, and its root says as much as it); `rank` by it, 1 for the least; `excess` of it
+          over the least, and `distinguishable`, whether the interval of that is above zero; `share_best`, in how many
+          bootstrap samples the measure is the best;
+        - `practicality`, the slope b of ln(|theta|/alpha) on ln im over the runs that rock and stand,
+          `demand_dispersion`, the scatter about that line, and `proficiency`, the second over the first; only where the
+          runs hold `peak_rotation`.
+
+        Estimates have `_lower` and `_upper` ends of their intervals; `power` is a coordinate.
+
+        On (block, model, measure, covariate): `slope` of ln capacity, `slope_se`, `p_value` of no slope (sufficiency;
+        not with `pool`, where a motion comes several times).  On (block, model): `best`; `share_below` and
+        `share_above`, of capacities below the lowest and above the highest level; `stood_above`, of motions with a
+        level above the first overturning at which the block stands.  Motions of several floors: a dimension `floor`
+        after (block, model).
+
+    Raises
+    ------
+    TypeError, ValueError
+        What is no such dataset; a measure that is not known, does not grow with the motion or is zero; one that the
+        runs do not carry, without `motions`; motions without one of the runs' labels.
+
+    Notes
+    -----
+    A capacity is the measure at the first overturning.  It lies between two levels, below the lowest or above the
+    highest: the dispersion is that of a lognormal law fitted to these intervals by maximum likelihood.  Single runs
+    (stripes, clouds) make it a probit in ln im, of slope 1/dispersion.  Where many motions never overturn
+    (`share_above`) it leans on the lognormal form, the more so the further the measure is from that of the levels.
+
+    Intervals are percentiles over bootstrap samples of motions; those of `excess` are paired.  Each stands for itself:
+    of many equal measures some are told apart by chance.
+
+    Trends are fitted together with the dispersion to the same intervals, one covariate at a time; standard errors are
+    those of the observed information times sqrt(n/(n - 2)), p-values Student's with n - 2 degrees of freedom: of
+    capacities known exactly, ordinary least squares.
+
+    Demands are conditional on rocking and standing, and the runs of one motion at all levels count alike.
+
+    References
+    ----------
+    Luco, N. and Cornell, C. A. (2007). Structure-specific scalar intensity measures for near-source and ordinary
+    earthquake ground motions. Earthquake Spectra 23(2), 357-392.
+    Padgett, J. E., Nielson, B. G. and DesRoches, R. (2008). Selection of optimal intensity measures in probabilistic
+    seismic demand models of highway bridge portfolios. Earthquake Engineering and Structural Dynamics 37, 711-725.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import toppling as tp
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(20)
+    >>> runs = tp.ida(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, np.linspace(1.0, 12.0, 23))
+    >>> found = rank_measures(runs, shakes, ["Sa(1.0)"], replicates=50)
+    >>> found.sizes["measure"], float(found.excess.min()), int(found["rank"].min())
+    (7, 0.0, 1)
+    """
+    asked = Asked(
+        motions,
+        also,
+        state,
+        covariates,
+        bool(pool),
+        checks.number("least_demand", least_demand, at_least=0.0, below=1.0),
+        checks.count("replicates", replicates),
+        checks.number("confidence", confidence, above=0.0, below=1.0),
+        checks.count("seed", seed),
+    )
+    steps = steps_of(runs, state)
+    if set(steps.overturned.dims) != {"block", "model", "motion", "level"}:
+        raise ValueError(f"overturned must lie on block, model, motion and level, got {steps.overturned.dims}")
+    floors = _by_floor(runs)
+    if not floors:
+        return _compare(runs, steps, asked)
+    parts = [_compare(part, steps_of(part, state), asked) for part in floors.values()]
+    whole = all(label.isdecimal() for label in floors)
+    index = floor_coordinates([int(label) for label in floors] if whole else list(floors))["floor"]
+    joined = xr.concat(parts, xr.DataArray(index, name="floor"), combine_attrs="override")
+    return joined.transpose("block", "model", "floor", ...)
+
+
+class Asked(NamedTuple):
+    """What `rank_measures` was asked for, checked."""
+
+    motions: Motions | None
+    also: Any
+    state: State
+    covariates: xr.Dataset | None
+    pool: bool
+    least_demand: float
+    replicates: int
+    confidence: float
+    seed: int
+
+
+def _compare(runs: xr.Dataset, steps: Steps, asked: Asked) -> xr.Dataset:
+    """All measures compared, for the motions of one floor."""
+    shaking = shaking_of(runs, asked.motions)
+    candidates = candidates_of(runs, steps, shaking, asked.also, asked.pool)
+    weights = _weights(len(shaking.labels), asked.replicates, asked.seed)
+    rows = _rows(steps, asked.pool)
+    ends = [_in_measure(rows, one) for one in candidates]
+    dims = ("block", "model", "measure")
+    powers = np.array([one.power for one in candidates])
+    columns = _efficiency(fit_dispersions(ends, np.tile(weights, (1, rows.repeats))), powers, asked.confidence)
+    if "peak_rotation" in runs:
+        columns |= _practicality(runs, steps, candidates, weights, asked)
+    variables: dict[str, Any] = {name: (dims, *column) for name, column in columns.items()}
+    coords = _coordinates(runs, candidates, asked.pool)
+    if not asked.pool:
+        known = covariates_of(runs, shaking, asked.covariates)
+        found = capacity_trends(ends, known)
+        for name, values, text in (
+            ("slope", found.slope, "slope of ln capacity on the covariate"),
+            ("slope_se", found.error, "standard error of the slope"),
+            ("p_value", found.p, "p-value of no slope"),
+        ):
+            variables[name] = ((*dims, "covariate"), *_column(values, text))
+        coords |= {
+            "covariate": ("covariate", *_texts([one.name for one in known], "covariate")),
+            "covariate_long_name": ("covariate", *_texts([one.attrs["long_name"] for one in known], "what it is")),
+            "covariate_motions": ("covariate", *_column(found.motions, "motions whose covariate is known")),
+        }
+    labels = [one.label for one in candidates]
+    summary = _summary(rows, columns["rank"][0], labels)
+    variables |= {name: (("block", "model"), *column) for name, column in summary.items()}
+    return xr.Dataset(
+        variables,
+        coords,
+        {
+            "title": "Intensity measures compared",
+            "method": "lognormal maximum likelihood on interval-censored capacities; paired bootstrap over motions",
+            "state": state_name(asked.state),
+            "im": steps.name,
+            "confidence": asked.confidence,
+            "replicates": asked.replicates,
+            "seed": asked.seed,
+            "motions": len(shaking.labels),
+        },
+    )
+
+
+class Rows(NamedTuple):
+    """Capacities as ln factors (block, model, motion); pooled: (1, model, block x motion), each motion `repeats` times.
+
+    lower, upper: their ends; stood_above: whether a higher level stands.
+    """
+
+    lower: Values
+    upper: Values
+    stood_above: NDArray[np.bool_]
+    repeats: int
+
+    def spread(self, values: Values) -> Values:
+        """Values (motion,) or (block, motion) to the shape that goes with the rows."""
+        rows = np.atleast_2d(values)
+        if self.repeats == 1:
+            return rows[:, None, :]
+        return np.broadcast_to(rows, (self.repeats, rows.shape[1])).reshape(1, 1, -1)
+
+
+def _rows(steps: Steps, pool: bool) -> Rows:
+    flags = steps.overturned.transpose("block", "model", "motion", "level").values
+    found = brackets(flags, steps.factors_by_block[:, None])
+    blocks, models = flags.shape[:2]
+    if not pool:
+        return Rows(found.lower, found.upper, found.stood_above, 1)
+
+    def joined(values: NDArray[Any]) -> NDArray[Any]:
+        return np.moveaxis(values, 0, 1).reshape(1, models, -1)
+
+    return Rows(joined(found.lower), joined(found.upper), joined(found.stood_above), blocks)
+
+
+def _in_measure(rows: Rows, one: Candidate) -> Ends:
+    """Ends of ln capacity in a measure, of the shape of the rows."""
+    values = rows.spread(one.log_values)
+    return values + one.power * rows.lower, values + one.power * rows.upper
+
+
+def _weights(n: int, replicates: int, seed: int) -> Values:
+    """How often each of n motions is drawn, (1 + replicate, n); first all once."""
+    weights = np.ones((1 + replicates, n))
+    for b in range(replicates):
+        random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(b,)))
+        weights[1 + b] = np.bincount(random.integers(0, n, n), minlength=n)
+    return weights
+
+
+Column = tuple[NDArray[Any], dict[str, str]]
+
+
+def _column(values: NDArray[Any], long_name: str) -> Column:
+    return values, {"units": DIMENSIONLESS, "long_name": long_name}
+
+
+def _texts(values: Iterable[Any], long_name: str) -> Column:
+    return _column(np.array([str(one) for one in values], dtype=object), long_name)
+
+
+def _with_interval(name: str, values: Values, confidence: float, long_name: str) -> dict[str, Column]:
+    """An estimate (first along the last axis) and its percentile interval over the samples that have a value."""
+    samples = values[..., 1:]
+    enough = np.isfinite(samples).sum(axis=-1) >= 2
+    ends = np.full((2, *enough.shape), np.nan)
+    tail = 0.5 * (1.0 - confidence)
+    if enough.any():
+        ends[:, enough] = np.nanquantile(samples[enough], [tail, 1.0 - tail], axis=-1)
+    of = f"end of the {100.0 * confidence:g} % bootstrap interval: {long_name}"
+    return {
+        name: _column(values[..., 0], long_name),
+        f"{name}_lower": _column(ends[0], f"lower {of}"),
+        f"{name}_upper": _column(ends[1], f"upper {of}"),
+    }
+
+
+def _efficiency(fits: Fits, powers: Values, confidence: float) -> dict[str, Column]:
+    amplitude = fits.dispersion / powers[:, None]
+    ranked = np.where(np.isnan(amplitude), np.inf, amplitude)
+    first, samples = ranked[..., 0], ranked[..., 1:]
+    below = first[..., None, :] < first[..., :, None] * (1.0 - SAME)
+    rank = np.where(np.isfinite(first), 1 + below.sum(axis=-1), 0)
+    best = np.take_along_axis(amplitude, first.argmin(axis=-1)[..., None, None], axis=2)
+    excess = _with_interval("excess", amplitude - best, confidence, "amplitude_dispersion above the least")
+    share = np.full(first.shape, np.nan)
+    if samples.shape[-1] > 0:
+        least = samples.min(axis=2, keepdims=True)
+        wins = (samples <= least * (1.0 + SAME)) & np.isfinite(least)
+        share = (wins / np.maximum(wins.sum(axis=2, keepdims=True), 1)).mean(axis=-1)
+    text = "standard deviation of ln capacity"
+    return {
+        **_with_interval("dispersion", fits.dispersion, confidence, text),
+        "status": _column(np.array(STATUS, dtype=object)[fits.status], "ok, or why there is no dispersion"),
+        **_with_interval("amplitude_dispersion", amplitude, confidence, f"{text} over the measure's power"),
+        "rank": _column(rank, "place by amplitude_dispersion, 1 for the least, 0 without one"),
+        **excess,
+        "distinguishable": _column(excess["excess_lower"][0] > 0.0, "whether the excess is told from 0"),
+        "share_best": _column(share, "share of bootstrap samples in which the measure is the best"),
+        "resampled": _column(np.isfinite(samples).sum(axis=-1), "bootstrap samples with a dispersion"),
+    }
+
+
+def _practicality(
+    runs: xr.Dataset, steps: Steps, candidates: Sequence[Candidate], weights: Values, asked: Asked
+) -> dict[str, Column]:
+    slope, scatter = demand_trends(runs, steps, candidates, weights, asked.least_demand, asked.pool)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        proficiency = np.where(slope > 0.0, scatter / slope, np.nan)
+    columns: dict[str, Column] = {}
+    for name, values, text in (
+        ("practicality", slope, "slope of ln demand on ln im, runs that rock and stand"),
+        ("demand_dispersion", scatter, "standard deviation of ln demand about that line"),
+        ("proficiency", proficiency, "demand_dispersion over practicality"),
+    ):
+        columns |= _with_interval(name, values, asked.confidence, text)
+    return columns
+
+
+def _summary(rows: Rows, rank: NDArray[np.int64], labels: Sequence[str]) -> dict[str, Column]:
+    first = np.where(rank > 0, rank, len(labels) + 1).argmin(axis=-1)
+    best = np.where(rank.any(axis=-1), np.array(labels, dtype=object)[first], "")
+    return {
+        "best": _column(best, "measure with the least amplitude_dispersion"),
+        "share_below": _column(np.isinf(rows.lower).mean(axis=-1), "share of capacities below the lowest level"),
+        "share_above": _column(np.isinf(rows.upper).mean(axis=-1), "share of capacities above the highest level"),
+        "stood_above": _column(
+            rows.stood_above.mean(axis=-1), "share of motions that overturn at a level and not at a higher one"
+        ),
+    }
+
+
+def _coordinates(runs: xr.Dataset, candidates: Sequence[Candidate], pool: bool) -> dict[str, Any]:
+    dims = {"model"} if pool else {"block", "model"}
+    kept: dict[str, Any] = {
+        str(name): one.variable for name, one in runs.coords.items() if one.dims and dims >= {*map(str, one.dims)}
+    }
+    if pool:
+        kept["block"] = ("block", *_texts([POOLED], "block"))
+    return {
+        **kept,
+        "measure": ("measure", *_texts([one.label for one in candidates], "intensity measure")),
+        "measure_units": ("measure", *_texts([one.units for one in candidates], "unit of the measure")),
+        "power": ("measure", *_column(np.array([one.power for one in candidates]), "power with which it grows")),
+        "measure_long_name": ("measure", *_texts([one.long_name for one in candidates], "what the measure is")),
+    }
+
+
+def _by_floor(runs: xr.Dataset) -> dict[str, xr.Dataset]:
+    """The runs of each floor, where there are several; else none."""
+    name = next((one for one in FLOORS if one in runs.coords and runs[one].dims == ("motion",)), None)
+    if name is None:
+        return {}
+    floors = runs[name].values.astype(str)
+    labels = dict.fromkeys(floors.tolist())
+    if len(labels) < 2:
+        return {}
+    return {label: runs.isel(motion=np.flatnonzero(floors == label)).drop_vars(name) for label in labels}

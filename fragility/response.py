@@ -1,0 +1,103 @@
+"""What an uncertain block answers to samples of its inputs: probabilities and medians, all under the same motions.
+
+One set of motions for every sample, so that differences between samples are those of their inputs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..models import Block, Law
+from ..motions.intensity import Measure
+from ..units import DIMENSIONLESS
+from .fit import OK, fit_fragility
+from .inputs import RandomInputs
+from .probability import overturning_probability
+from .states import OVERTURNED, UPLIFTED, State
+from .uncertain import uncertain_ida
+
+
+def overturning_response(
+    inputs: RandomInputs,
+    block: Block,
+    model: Law,
+    motions: xr.DataArray | Iterable[xr.DataArray],
+    levels: Any,
+    im: str | Measure = "pga",
+    *,
+    median: bool = False,
+    state: State = OVERTURNED,
+    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+) -> Callable[[xr.Dataset], xr.DataArray]:
+    """The probability of overturning at every level, and the median if asked for, as a function of samples.
+
+    Parameters
+    ----------
+    inputs : RandomInputs
+        What of the block and its law is uncertain.
+    block, model, motions, levels, im, ground
+        As for `uncertain_ida`; the same motions for every sample.
+    median : bool
+        Add the median of a lognormal curve fitted to the levels, for which they must reach from where nearly no motion
+        overturns the block to where nearly all do.
+    state : str or float
+        Of what the probability is, see `reached`.
+
+    Returns
+    -------
+    callable
+        From samples (`RandomInputs.sample`) to an array on (sample, output), for `sobol_indices`, `morris_indices` and
+        `tornado`.  Output is ``P at 3 m s-2``, … and ``median``, with the coordinate `level`.  ValueError where a
+        sample has no median.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.fragility import Uniform
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(8)
+    >>> inputs = RandomInputs({"e": Uniform(0.85, 1.0), "alpha_factor": Uniform(0.9, 1.1)})
+    >>> shelf = tp.catalogue["bookcase-5-shelf"]
+    >>> response = overturning_response(inputs, shelf, tp.HousnerImpact(), shakes, [3.0])
+    >>> response(inputs.sample(5)).dims
+    ('sample', 'output')
+    """
+    needed = [state] if state in (OVERTURNED, UPLIFTED) else ["peak_rotation"]
+
+    def response(samples: xr.Dataset) -> xr.DataArray:
+        runs = uncertain_ida(inputs, block, model, motions, levels, im, needed, samples=samples, ground=ground)
+        counts = overturning_probability(runs, state=state)
+        if "floor" in counts.dims:
+            raise ValueError("motions must be of one floor, got several: an output for each needs a call for each")
+        level = counts["level"]
+        columns = [counts["probability"].transpose("sample", "level").values]
+        units = level.attrs["units"]
+        names = [f"P at {one:g}{'' if units == DIMENSIONLESS else f' {units}'}" for one in level.values]
+        if median:
+            fits = fit_fragility(counts)
+            bad = fits["status"].values[fits["status"].values != OK]
+            if bad.size:
+                raise ValueError(
+                    f"every sample must have a median, got {bad.size} of {fits.sizes['sample']} without "
+                    f"({', '.join(sorted(set(map(str, bad))))}): extend or refine the levels"
+                )
+            columns.append(fits["median"].values[:, None])
+            names.append("median")
+        at = np.concatenate([level.values, [np.nan] * (len(names) - level.size)])
+        return xr.DataArray(
+            np.concatenate(columns, axis=1),
+            dims=("sample", "output"),
+            coords={
+                "output": (
+                    "output",
+                    np.array(names, dtype=object),
+                    {"units": DIMENSIONLESS, "long_name": "what is looked at"},
+                ),
+                "level": ("output", at, dict(level.attrs)),
+            },
+        )
+
+    return response
