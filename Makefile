@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: study gallery test test-slow test-all benchmark lint clean
+.PHONY: study gallery test test-slow test-all test-exchange benchmark lint clean
 
 # `python3` may be too old where a newer one is installed beside it.
 $(BIN)/python:
@@ -47,6 +47,29 @@ test-slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -m slow tests
 
 test-all: test test-slow
+
+# Exported curves, read by the programs they are for: pelicun, and OpenQuake's own reader of NRML, each in an environment
+# of its own (both ask for older libraries than ours). OpenQuake without what its reader does not need, GDAL above all.
+EXCHANGE = $(VENV)/exchange
+
+$(EXCHANGE)/pelicun/installed: | $(BIN)/python
+	@echo "installing pelicun (a minute, once)"
+	@$(BIN)/python -m venv $(@D)
+	@$(@D)/bin/python -m pip install --quiet --disable-pip-version-check 'pelicun==3.10.*'
+	@touch $@
+
+$(EXCHANGE)/openquake/installed: | $(BIN)/python
+	@echo "installing OpenQuake (a minute, once)"
+	@$(BIN)/python -m venv $(@D)
+	@$(@D)/bin/python -m pip install --quiet --disable-pip-version-check \
+	  alpha_shapes decorator fiona h3 h5py numba pandas psutil pyproj pyzmq requests scipy shapely toml
+	@$(@D)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps 'openquake.engine==3.26.*'
+	@touch $@
+
+test-exchange: $(VENV)/installed $(EXCHANGE)/pelicun/installed $(EXCHANGE)/openquake/installed
+	$(BIN)/python tests/exchange_set.py $(EXCHANGE)/files
+	$(EXCHANGE)/pelicun/bin/python tests/exchange_pelicun.py $(EXCHANGE)/files
+	$(EXCHANGE)/openquake/bin/python tests/exchange_openquake.py $(EXCHANGE)/files
 
 # The engine beside its rivals: tables, figures and docs/performance.md (a command, not a test).
 benchmark: $(VENV)/installed-dev

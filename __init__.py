@@ -8,7 +8,16 @@ from importlib import import_module, metadata
 from typing import TYPE_CHECKING, Any
 
 from . import motions
-from .fragility import cloud, fit_fragility, ida, overturning_probability, stripes
+from .fragility import (
+    HazardCurve,
+    annual_rate,
+    cloud,
+    fit_fragility,
+    ida,
+    overturning_probability,
+    read_hazard,
+    stripes,
+)
 from .models import (
     Block,
     DiscreteDamping,
@@ -34,11 +43,13 @@ __all__ = [
     "DiscreteDamping",
     "EnergyConsistent",
     "GianniniMasiani",
+    "HazardCurve",
     "HousnerImpact",
     "MakrisKonstantinidis",
     "Study",
     "Vassiliou",
     "ViscousDamping",
+    "annual_rate",
     "catalogue",
     "cloud",
     "fit_fragility",
@@ -47,6 +58,7 @@ __all__ = [
     "motions",
     "overturning_probability",
     "plot",
+    "read_hazard",
     "simulate",
     "stripes",
 ]

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fragility.fit import LognormalFit, fit_lognormal
+from ..fragility.fit import fit_lognormal
+from ..fragility.likelihood import LognormalFit
 from ..models import Block, DiscreteDamping, EnergyConsistent, GianniniMasiani, HousnerImpact, Law
 from ..models.runs import OUTPUTS, run_many
 from ..motions.arrays import Record

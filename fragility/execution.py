@@ -85,8 +85,8 @@ def request(
     if client is not None and not hasattr(client, "compute"):
         raise TypeError(f"client must be a dask.distributed Client, got {checks.kind(client)}")
     return Request(
-        _sequence("blocks", blocks, Block),
-        _sequence("models", models, Law),  # type: ignore[type-abstract]
+        labelled_sequence("blocks", blocks, Block),
+        labelled_sequence("models", models, Law),  # type: ignore[type-abstract]
         wanted,
         skip,
         client,
@@ -144,7 +144,8 @@ class _ThreadProgress(Callback):
             self._progress(self._done, self._total)
 
 
-def _sequence(name: str, values: Any, kind: type[Labelled]) -> list[Labelled]:
+def labelled_sequence(name: str, values: Any, kind: type[Labelled]) -> list[Labelled]:
+    """One or several blocks (or laws) as a list; TypeError for anything else, ValueError for none or equal labels."""
     found = [values] if isinstance(values, kind) else list(values) if isinstance(values, Iterable) else [values]
     if not found:
         raise ValueError(f"{name} must hold at least one, got none")

@@ -29,8 +29,8 @@ class Hazard(Protocol):
         """Annual rates of exceedance, > 0, not increasing."""
 
     @property
-    def im(self) -> str:
-        """The measure."""
+    def im(self) -> Any:
+        """The measure, or its name."""
 
     @property
     def units(self) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import bdtr, ndtr, ndtri
 
 from .. import checks
-from .probability import wilson_interval
+from .intervals import wilson_interval
 
 Values = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ..models import Block
-from .probability import runs_for_half_width, wilson_interval
+from .intervals import runs_for_half_width, wilson_interval
 from .reasons import ELASTIC_MODE, SCALED_FAR, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason
 from .screen import SQUAT_RATIO
 

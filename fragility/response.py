@@ -6,7 +6,7 @@ One set of motions for every sample, so that differences between samples are tho
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -14,11 +14,16 @@ import xarray as xr
 from ..models import Block, Law
 from ..motions.intensity import Measure
 from ..units import DIMENSIONLESS
-from .fit import OK, fit_fragility
+from .execution import Progress
+from .fit import fit_fragility
 from .inputs import RandomInputs
+from .likelihood import OK
 from .probability import overturning_probability
 from .states import OVERTURNED, UPLIFTED, State
 from .uncertain import uncertain_ida
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 
 def overturning_response(
@@ -32,6 +37,8 @@ def overturning_response(
     median: bool = False,
     state: State = OVERTURNED,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    client: Client | None = None,
+    progress: Progress | None = None,
 ) -> Callable[[xr.Dataset], xr.DataArray]:
     """The probability of overturning at every level, and the median if asked for, as a function of samples.
 
@@ -39,7 +46,7 @@ def overturning_response(
     ----------
     inputs : RandomInputs
         What of the block and its law is uncertain.
-    block, model, motions, levels, im, ground
+    block, model, motions, levels, im, ground, client, progress
         As for `uncertain_ida`; the same motions for every sample.
     median : bool
         Add the median of a lognormal curve fitted to the levels, for which they must reach from where nearly no motion
@@ -68,7 +75,9 @@ def overturning_response(
     needed = [state] if state in (OVERTURNED, UPLIFTED) else ["peak_rotation"]
 
     def response(samples: xr.Dataset) -> xr.DataArray:
-        runs = uncertain_ida(inputs, block, model, motions, levels, im, needed, samples=samples, ground=ground)
+        runs = uncertain_ida(
+            inputs, block, model, motions, levels, im, needed, client, samples=samples, ground=ground, progress=progress
+        )
         counts = overturning_probability(runs, state=state)
         if "floor" in counts.dims:
             raise ValueError("motions must be of one floor, got several: an output for each needs a call for each")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +21,23 @@ SCALE = "scale"
 MIN_FACTOR = 1e-100
 
 
+class Rocking(Protocol):
+    """What a factor of the block may depend on: slenderness (rad) and frequency parameter (rad/s)."""
+
+    @property
+    def alpha(self) -> float: ...
+
+    @property
+    def p(self) -> float: ...
+
+
 @dataclass(frozen=True)
 class BlockMeasure:
     """A measure of the motion times a factor of the block, `per_block`, dimensionless."""
 
     label: str
     measure: Measure
-    per_block: Callable[[Block], float]
+    per_block: Callable[[Rocking], float]
     long_name: str
 
     @property

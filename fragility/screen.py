@@ -23,8 +23,9 @@ from ..motions.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiT
 from ..motions.spectra import BAND_SHARES, energy_band
 from ..units import STANDARD_GRAVITY
 from .execution import Progress
+from .intervals import wilson_half_width, wilson_interval
 from .perturbed import PERTURBATION, flips
-from .probability import FLOORS, wilson_half_width, wilson_interval
+from .probability import FLOORS
 from .reasons import (
     ELASTIC_MODE,
     SCALED_FAR,

@@ -9,10 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, model_validator
 
+from ..fragility.estimation import INTERVALS
+from ..fragility.fit import FORMS, METHODS
+from ..fragility.joint import PIECES, Variability
+from ..fragility.likelihood import PENALTIES
 from ..fragility.scaling import INTENSITY_MEASURES, intensity_measure
+from ..fragility.states import state_name
 from ..models.friction import FixedFriction, Friction, LognormalFriction
 from ..motions.parametrised import PARAMETRISED
 from ..units import DIMENSIONLESS, STANDARD_GRAVITY
+from .estimates import Fit
 from .tables import Table, checked, one_of
 
 # SI value of each unit a level may be written in, and the SI unit it belongs to.
@@ -147,3 +153,62 @@ class ScreenTable(Table):
         if self.friction_dispersion is None:
             return FixedFriction(self.friction)
         return LognormalFriction(self.friction, self.friction_dispersion)
+
+
+class VariabilityTable(Table):
+    """How pieces of one line of an inventory differ."""
+
+    restitution_sd: Annotated[float | None, Field(description="Standard deviation of the restitution (0).")] = None
+    slenderness_dispersion: Annotated[float | None, Field(description="Dispersion of the slenderness (0).")] = None
+    pieces: Annotated[str | None, one_of(PIECES), Field(description="Each its own draw, or one for all.")] = None
+    variants: Annotated[int | None, Field(description="Variants of each block that are run (16).")] = None
+    realisations: Annotated[int | None, Field(description="Fillings of the building (20).")] = None
+    seed: Annotated[int | None, Field(ge=0, description="Seed of the draws (0).")] = None
+
+    def build(self) -> Variability:
+        """The variability; ValueError where a value is out of range."""
+        return Variability(**self.model_dump(exclude_none=True))
+
+
+class PerformanceTable(Table):
+    """Performance assessment: an inventory, shaken jointly."""
+
+    inventory: Annotated[str, Field(description="CSV of what stands where, relative to the study file.")]
+    im: Annotated[Named, Field(description="Intensity measure of the ground motion.")] = "pga"
+    levels: Annotated[
+        LevelsTable | None, Field(description="Its levels (none: the motions as they are, a scenario).")
+    ] = None
+    variability: Annotated[VariabilityTable | None, Field(description="How pieces of one line differ (not).")] = None
+    objective: Annotated[str | None, Field(description="What anchoring saves: loss, number, any, a consequence.")] = (
+        None
+    )
+    at_level: Annotated[float | None, Field(description="Level of the table and the ranking without a hazard.")] = None
+    replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Resamples of the motions (1000).")] = 1000
+    seed: Annotated[int, Field(ge=0, description="Seed of the resamples (0).")] = 0
+
+
+class FitTable(Table):
+    """How curves are fitted to the runs."""
+
+    form: Annotated[str, one_of(FORMS), Field(description="Shape of the curves (lognormal).")] = "lognormal"
+    method: Annotated[str, one_of(METHODS), Field(description="What they are fitted to (binomial).")] = "binomial"
+    intervals: Annotated[str | None, one_of(INTERVALS), Field(description="Kind of intervals (as the design).")] = None
+    fractiles: Annotated[list[float] | None, Field(description="Probabilities whose levels are wanted (none).")] = None
+    penalty: Annotated[str, one_of(PENALTIES), Field(description="Penalised likelihood (auto).")] = "auto"
+    replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Bootstrap replicates (1000).")] = 1000
+    seed: Annotated[int, Field(ge=0, description="Their seed (0).")] = 0
+    state: Annotated[
+        str | float, Field(description="overturned, uplifted, or a threshold of |theta|/alpha (overturned).")
+    ] = "overturned"
+    confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals (0.95).")] = 0.95
+
+    def build(self) -> Fit:
+        """The options; ValueError where the state is none."""
+        state_name(self.state)
+        return Fit(**{**self.model_dump(), "fractiles": tuple(self.fractiles or ())})
+
+
+class MeasuresTable(Table):
+    """Which measure serves best: every plain one, and others."""
+
+    also: Annotated[list[Named] | None, Field(description="Measures with parameters, such as Sa(1.0) (none).")] = None

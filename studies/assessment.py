@@ -257,6 +257,12 @@ def _run(
     return flags
 
 
+def distinct_runs(inventory: Inventory, variability: Variability | None = None) -> int:
+    """How many oscillators an inventory is for one law: alike items of a floor are run once."""
+    kinds = {(str(row.floor), *_kind(row)) for row in inventory.rows if not row.anchored}
+    return len(kinds) * (1 if variability is None else variability.variants)
+
+
 def _kind(row: Contents) -> tuple[Any, ...]:
     """What decides the runs of a row, beside its floor."""
     return (row.block.width, row.block.height, row.block.cm_height, row.block.inertia_factor, row.e)

@@ -7,24 +7,24 @@ user's mistake.
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
-from itertools import product
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import xarray as xr
 from cyclopts import App, Parameter
 from cyclopts.exceptions import CycloptsError
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from ..models import catalogue
 from ..models.catalogue import QUALITIES
 from ..models.runs import prepare
+from . import show
+from .designs import count
+from .export import ExportFormat, read_curves, write_curves
 from .progress import show_progress
+from .rows import plain_table
 from .store import RESULT_NAME
 from .study import Study
 from .tables import StudyError
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 EXIT_MEMORY = 1
 EXIT_INPUT = 2
 EXIT_INTERRUPTED = 130
-FIGURE_NAME = "fragility.png"
+COMMANDS = ("run", "motions", "catalogue", "bench", "export")
 
 app = App(
     name="toppling",
@@ -54,7 +54,7 @@ def run(
     scheduler: Annotated[str | None, Parameter(help="Address of a dask scheduler, tcp://host:port.")] = None,
     fresh: Annotated[bool, Parameter(negative="", help="Compute again, and replace what that folder holds.")] = False,
 ) -> None:
-    """Run a study: print its table, write results.nc and fragility.png.
+    """Run a study: print its tables, write results.nc and its figures.
 
     Finished results of the same study in that folder are kept, not computed again; docs/study.md lists every key.
 
@@ -84,14 +84,15 @@ def run(
     finally:
         if client is not None:
             client.close()
-    console.print(fragility_table(results))
-    for hint in _hints(results):
+    for table in show.tables(results):
+        console.print(table)
+    for hint in show.hints(results):
         console.print(hint, highlight=False, markup=False, soft_wrap=True)
     for note in str(results.attrs.get("notes", "")).splitlines():
         if note not in plan.notes:  # said before
             console.print(f"note: {note}", highlight=False, markup=False, soft_wrap=True)
-    figure = _draw(results, folder / FIGURE_NAME)
-    console.print(f"results: {folder / RESULT_NAME}\nfigure:  {figure}", highlight=False, markup=False, soft_wrap=True)
+    said = [f"results: {folder / RESULT_NAME}", *(f"figure:  {path}" for path in show.draw(results, folder))]
+    console.print("\n".join(said), highlight=False, markup=False, soft_wrap=True)
 
 
 @app.command(name="motions")
@@ -192,93 +193,45 @@ def bench(
         return
     console = _console(least=120)
     for table in page.summary(results):
-        console.print(_plain_table(table.title, table.headings, table.rows))
+        console.print(plain_table(table.title, table.headings, table.rows))
     console.print("\n".join(f"written: {path}" for path in written), highlight=False, markup=False, soft_wrap=True)
 
 
-def _plain_table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    """Text in the first column, figures in the others."""
-    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
-    for i, heading in enumerate(headings):
-        table.add_column(heading, justify="right" if i else "left", overflow="fold", no_wrap=not i)
-    for row in rows:
-        table.add_row(*(escape(cell) for cell in row))
-    return table
+@app.command
+def export(
+    result: Path,
+    *,
+    format_: Annotated[
+        ExportFormat,
+        Parameter(name="--format", help="pelicun (CSV and JSON), nrml (OpenQuake's XML), or csv (plain table)."),
+    ],
+    out: Annotated[
+        Path | None, Parameter(help="Folder for the files; export beside the results where not given.")
+    ] = None,
+    model: Annotated[
+        str | None, Parameter(help="Label of one law, or its short name for all of its kind; all where not given.")
+    ] = None,
+) -> None:
+    """Write the fragility curves of a study's results for another program.
 
-
-# What to do where there is no curve, by the status of the fit.
-_ADVICE = {
-    "no overturning": "nothing fell at any level: raise ida.levels.to",
-    "all overturned": "everything fell at every level: lower ida.levels.from",
-    "separated": "no two levels with both standing and fallen blocks: take more motions or closer levels",
-    "one level": "one level gives no curve: take more levels",
-    "not increasing": "falls do not grow with the level: look at the motions",
-    "flat": "falls hardly grow with the level: take more motions or a wider range of levels",
-    "not converged": "the likelihood has no clear maximum: take more motions",
-}
-
-
-def _hints(results: xr.Dataset) -> list[str]:
-    """One line for each reason why a curve is missing."""
-    found = dict.fromkeys(str(status) for status in results["status"].values.ravel())
-    return [f"{status}: {_ADVICE[status]}" for status in found if status in _ADVICE]
+    Parameters
+    ----------
+    result
+        The results (results.nc).
+    """
+    folder = result.parent / "export" if out is None else out
+    written = write_curves(read_curves(result, model), folder, format_)
+    console = _console()
+    lines = [f"{count(len(written.ids) - len(set(written.missing) & set(written.ids)), 'curve')} for {format_}"]
+    lines += [f"no estimate ({reason}): {name}" for name, reason in written.missing.items()]
+    lines += [f"written: {path}" for path in written.paths]
+    console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
 
 
 def _console(least: int = 100) -> Console:
     """The terminal, or at least so many columns where the output goes elsewhere."""
     console = Console()
     return console if console.is_terminal else Console(width=max(least, console.width))
-
-
-def fragility_table(results: xr.Dataset) -> Table:
-    """Medians and dispersions of a study's curves, with intervals, for a terminal."""
-    from .plots import display_unit, floor_name  # noqa: PLC0415 - matplotlib loads slowly and is not needed for an error message
-
-    scale, unit = display_unit(results["level"])
-    name = results["level"].attrs.get("long_name", "level")
-    percent = f"{100.0 * float(results.attrs['confidence']):g} %"
-    table = Table(
-        title=f"Median {name}{f' ({unit})' if unit else ''} and dispersion β with {percent} intervals",
-        box=SIMPLE_HEAD,
-        pad_edge=False,
-        title_justify="left",
-    )
-    for heading in ("law", "median", percent, "β", percent):
-        table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
-    floors = results["floor"].values.tolist() if "floor" in results.dims else [None]
-    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
-        where = "" if floor is None else f", {floor_name(floor)}"
-        table.add_row(f"[bold]{escape(str(results['block'].values[i]) + where)}[/]")
-        for j, model in enumerate(results["model"].values):
-            one = results.isel(block=i, model=j)
-            if floor is not None:
-                one = one.isel(floor=k)
-            if bool(one["converged"]):
-                median, low, high = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
-                beta, narrow, wide = (one[f"dispersion{end}"].item() for end in ("", "_lower", "_upper"))
-                cells = (f"{median:.3f}", f"{low:.3f}–{high:.3f}", f"{beta:.3f}", f"{narrow:.3f}–{wide:.3f}")
-            else:
-                cells = ("", f"[italic]{one['status'].item()}[/]", "", "")
-            table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
-    return table
-
-
-def _draw(results: xr.Dataset, path: Path) -> Path:
-    import matplotlib as mpl  # noqa: PLC0415 - loads slowly and is not needed for an error message
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt  # noqa: PLC0415
-
-    from .plots import fragility_figure  # noqa: PLC0415
-
-    figure = fragility_figure(results)
-    try:
-        figure.savefig(path, dpi=150)
-    except OSError as error:
-        raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None
-    finally:
-        plt.close(figure)
-    return path
 
 
 def _connect(address: str) -> Client:
@@ -297,9 +250,7 @@ def main(arguments: list[str] | None = None) -> int:
     except CycloptsError as error:
         sentence = " ".join(str(error).split())
         given = sys.argv[1:] if arguments is None else arguments
-        command = (
-            f"toppling {given[0]}" if given and given[0] in ("run", "motions", "catalogue", "bench") else "toppling"
-        )
+        command = f"toppling {given[0]}" if given and given[0] in COMMANDS else "toppling"
         print(f"toppling: {sentence} (see {command} --help)", file=sys.stderr)
         return EXIT_INPUT
     except StudyError as error:

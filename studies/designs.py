@@ -50,6 +50,11 @@ class Design(ABC):
         return sum(array.sizes["motion"] * array.sizes.get("floor", 1) for array in self.arrays)
 
     @property
+    def floors(self) -> list[str]:
+        """The floors whose motions these are; none where they are not of floors."""
+        return [str(floor) for array in self.arrays if "floor" in array.dims for floor in array["floor"].values]
+
+    @property
     def runs(self) -> int:
         """Number of runs of one block under one law."""
         return self.shakes

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from .. import checks
 from ..fragility.expected import LevelWeights
+from ..fragility.intervals import wilson_interval
 from ..fragility.joint import Variability
 from ..fragility.means import mean_interval, quantiles
-from ..fragility.probability import wilson_interval
 from ..fragility.totals import (
     chances,
     chances_of_any,

@@ -9,20 +9,26 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import xarray as xr
 
-from ..fragility import block_notes, fit_fragility, notes, overturning_probability, screen
+from ..fragility import block_notes, notes, screen
 from ..fragility.perturbed import perturbed_runs
+from ..fragility.states import state_name
 from ..models import Block, Law
 from ..models.friction import Friction
 from ..models.oscillator import Oscillator
 from .designs import Design, count
+from .estimates import Fit, Risk, ranked
 from .schema import StudyFile
-from .study import Progress, Study, each, plain
+from .study import Progress, Study, each, part_of, plain
 
 if TYPE_CHECKING:
     from distributed import Client
 
 # Share of the motions whose flags are tested under perturbations: some 30 % more work.
 UNDECIDED = 0.08
+LOGNORMAL = Fit()
+# Curves without parameters are probabilities, as what is observed is: theirs take another name in results.
+OBSERVED = ("probability", "probability_lower", "probability_upper")
+SIZE = ("size_along", "size_probability")
 
 
 @dataclass(frozen=True)
@@ -30,7 +36,8 @@ class FragilityStudy(Study):
     """Blocks x damping laws x motions.
 
     `design` says what is done with which motions; `friction` and `undecided` (share of the motions) are for the
-    validity screen.
+    validity screen; `fit` says how curves are fitted, `risk` is asked of them where there is a hazard; `measures` are
+    those ranked beside the plain ones (None: no ranking); `outputs` are kept of every run beside the usual two.
     """
 
     blocks: tuple[Block, ...]
@@ -38,6 +45,10 @@ class FragilityStudy(Study):
     design: Design
     friction: Friction | None = None
     undecided: float = UNDECIDED
+    fit: Fit = LOGNORMAL
+    risk: Risk | None = None
+    measures: tuple[str, ...] | None = None
+    outputs: tuple[str, ...] = ()
     kind: ClassVar[str] = "fragility"
 
     @classmethod
@@ -46,11 +57,15 @@ class FragilityStudy(Study):
         study = cls(
             content.title,
             plain(content),
-            each("blocks", content.blocks),
+            each("blocks", content.blocks or []),
             each("models", content.models),
             content.design(folder),
             None if screening is None else screening.build(),
             UNDECIDED if screening is None or screening.undecided is None else screening.undecided,
+            LOGNORMAL if content.fit is None else content.fit.build(),
+            None if content.hazard is None else content.hazard.risk(content.analysis.im, folder),
+            None if content.measures is None else tuple(content.measures.also or ()),
+            tuple(content.outputs or ()),
         )
         # what only blocks, laws, motions and levels together can get wrong is said before the work, not during it
         for block in study.blocks:
@@ -97,9 +112,9 @@ class FragilityStudy(Study):
         results = self.design.run(
             self.blocks,
             self.models,
-            ("overturned", "peak_rotation"),
+            tuple(dict.fromkeys((*self.fit.outputs, *self.outputs))),
             client,
-            None if progress is None else lambda done, _: progress(done, self.work),
+            part_of(progress, 0, self.work),
         )
         screened = screen(
             results,
@@ -107,15 +122,29 @@ class FragilityStudy(Study):
             self.friction,
             undecided=self.undecided,
             client=client,
-            progress=None if progress is None else lambda done, _: progress(self.runs + done, self.work),
+            progress=part_of(progress, self.runs, self.work),
         )
-        probabilities = overturning_probability(results)
-        curves = fit_fragility(probabilities)
-        if "floor" in probabilities.dims:  # the dimension takes the name
+        curves = self.fit.curves(results, replicates=self.risk is not None)
+        found = dict(screened.data_vars)
+        attributes = {"fit_method": curves.attrs["method"], "form": curves.attrs["form"]}
+        if self.measures is not None:
+            ranking = ranked(results, self.design.arrays, self.measures, self.fit.state)
+            found |= ranking.data_vars
+            attributes["ranking"] = ranking.attrs["ranking"]
+        if self.risk is not None:
+            rates = self.risk.of(curves, self.fit.confidence)
+            found |= rates.data_vars
+            attributes |= {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}
+        kept = curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
+        found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
+        if self.design.levels.size:
+            found |= self.fit.probabilities(results).data_vars
+        if "floor" in curves.dims:  # the dimension takes the name
             results = results.rename(floor="motion_floor")
-        return results.assign({**probabilities.data_vars, **curves.data_vars, **screened.data_vars}).assign_attrs(
-            fit_method=curves.attrs["method"],
-            confidence=curves.attrs["confidence"],
+        return results.assign(found).assign_attrs(
+            **attributes,
+            confidence=self.fit.confidence,
+            state=state_name(self.fit.state),
             screen=screened.attrs["screen"],
             notes="\n".join(notes(screened)),
         )

@@ -30,6 +30,14 @@ def display_unit(level: xr.DataArray) -> tuple[float, str]:
     return 1.0, {VELOCITY: "m/s", "1": ""}.get(units, units)
 
 
+def in_years(rate: float) -> str:
+    """A rate as the years between two events, to two or three digits."""
+    if not rate > 0.0:
+        return "∞"
+    digits = 10.0 ** (math.floor(math.log10(1.0 / rate)) - 1)
+    return f"{max(1.0 / rate, 0.1) if rate > 1.0 else round(1.0 / rate / digits) * digits:,.{int(rate > 0.1)}f}"
+
+
 def styles(results: xr.Dataset) -> list[tuple[str, str, Any]]:
     """Colour, marker and line style of each model: the first Housner black and dashed, the others in order."""
     chosen: list[tuple[str, str, Any]] = []

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from .. import checks
-from .assessment_tables import figure_text, objective_unit, of_model, pieces_at, place_name
+from .assessment_rows import figure_text, objective_unit, of_model, pieces_at, place_name
 from .plots import COLOURS, PANEL_COLUMNS, display_unit, model_name
 
 MEAN, BAND = "#000000", COLOURS[0]

@@ -8,9 +8,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.ticker import PercentFormatter
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter, PercentFormatter
 
-from .plots import COLOURS, MARKERS, display_unit
+from .estimates import middle_level
+from .plots import COLOURS, MARKERS, display_unit, model_name, styles
 
 NAMES = {
     "alpha": "α",
@@ -251,3 +253,61 @@ def _bare(ax: Axes) -> None:
     ax.set_axisbelow(True)
     ax.tick_params(axis="y", length=0.0)
     ax.spines[["top", "right", "left"]].set_visible(False)
+
+
+def uncertainty_figure(results: xr.Dataset) -> Figure:
+    """An uncertainty study: the curves with their spread over samples, and where the variance comes from.
+
+    A row for each block: on the left the probability of each law, all inputs uncertain, with a band that holds 90 % of
+    the samples' own probabilities; on the right the shares of the variance of ln capacity (of the verdict at each
+    level where capacities are not known).
+    """
+    blocks = [str(one) for one in results["block"].values]
+    figure = plt.figure(figsize=(10.4, 3.9 * len(blocks) + 0.5), layout="constrained")
+    axes = figure.subplots(len(blocks), 2, squeeze=False, width_ratios=(1.0, 1.0))
+    scale, unit = display_unit(results["level"])
+    for (left, right), block in zip(axes, blocks, strict=True):
+        here = results.sel(block=block)
+        x = here["level"].values / scale
+        for i, (colour, _, line) in enumerate(styles(here)):
+            one = here.isel(model=i)
+            band = one["probability_quantile"]
+            left.fill_between(x, band.isel(quantile=0), band.isel(quantile=-1), color=colour, alpha=0.15, lw=0.0)
+            left.plot(x, one["probability"], color=colour, ls=line, lw=1.8, label=model_name(str(one["model"].item())))
+        left.set_xscale("log")
+        left.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        left.xaxis.set_minor_formatter(NullFormatter())
+        left.yaxis.set_major_formatter(PercentFormatter(1.0))
+        left.set_xlabel(f"{here['level'].attrs.get('long_name', 'level')}{f' ({unit})' if unit else ''}")
+        left.set_ylabel("probability of overturning")
+        left.set_title(block, fontsize=10)
+        left.grid(alpha=0.25, lw=0.6)
+        left.spines[["top", "right"]].set_visible(False)
+        left.legend(frameon=False, fontsize=9, loc="upper left")
+        shares = here[["flag_share"]].rename(flag_share="share")
+        variance_bars(shares.isel(level=slice(None, None, max(1, here.sizes["level"] // 12))), right)
+        right.set_title("Where the variance of the verdict comes from", fontsize=10)
+    samples, motions = results.sizes["sample"], results.sizes["motion"]
+    figure.suptitle(
+        f"{results.attrs.get('title', 'Uncertainty')}\n{samples} samples under {motions} motions; "
+        "bands hold 90 % of the samples' own probabilities",
+        fontsize=11,
+    )
+    return figure
+
+
+def index_figure(results: xr.Dataset, name: str) -> Figure:
+    """Sobol' or Morris' indices of an uncertainty study at the level where the probability is nearest to one half."""
+    blocks, models = ([str(one) for one in results[dim].values] for dim in ("block", "model"))
+    draw = {"sobol": sobol_bars, "morris": morris_scatter}[name]
+    own = [str(one) for one in results.data_vars if str(one).startswith(f"{name}_")]
+    indices = results[own].rename({one: one.removeprefix(f"{name}_") for one in own})
+    figure = plt.figure(figsize=(5.4 * len(models), 3.4 * len(blocks) + 0.4), layout="constrained")
+    axes = figure.subplots(len(blocks), len(models), squeeze=False)
+    for row, block in zip(axes, blocks, strict=True):
+        for ax, model in zip(row, models, strict=True):
+            probability = results["probability"].sel(block=block, model=model)
+            at = middle_level(probability)
+            draw(indices.sel(block=block, model=model).isel(output=at), ax)
+            ax.set_title(f"{block}, {model_name(model)}\n{indices['output'].values[at]}", fontsize=9)
+    return figure

@@ -14,11 +14,14 @@ from typing import Annotated, Any, NamedTuple, Self, get_args
 import xarray as xr
 from pydantic import Field, ValidationError, model_validator
 
-from .analysis_tables import CloudTable, IdaTable, ScreenTable, StripesTable
+from ..fragility.execution import OUTPUTS
+from .analysis_tables import CloudTable, FitTable, IdaTable, MeasuresTable, PerformanceTable, ScreenTable, StripesTable
 from .block_tables import BlockTable, ModelTable
 from .designs import Cloud, Design, Incremental, Stripes
+from .hazard_tables import HazardTable
 from .motion_tables import BuildingTable, MotionsTable
-from .tables import StudyError, Table
+from .tables import StudyError, Table, one_of
+from .uncertainty_tables import UncertaintyTable
 
 
 class Shaking(NamedTuple):
@@ -28,11 +31,14 @@ class Shaking(NamedTuple):
     ground: tuple[xr.DataArray, ...]
 
 
+ANALYSES = ("ida", "stripes", "cloud", "performance")
+
+
 class StudyFile(Table):
     """A study: blocks x damping laws x motions, as one kind of analysis."""
 
     title: Annotated[str, Field(min_length=1, max_length=200, description="Title of the study.")]
-    blocks: Annotated[list[BlockTable], Field(min_length=1, description="The blocks.")]
+    blocks: Annotated[list[BlockTable] | None, Field(min_length=1, description="The blocks.")] = None
     models: Annotated[list[ModelTable], Field(min_length=1, description="The damping laws.")]
     motions: Annotated[MotionsTable, Field(description="What shakes them.")]
     building: Annotated[BuildingTable | None, Field(description="What stands between the motions and them.")] = None
@@ -45,19 +51,44 @@ class StudyFile(Table):
     cloud: Annotated[CloudTable | None, Field(description="Every motion once, as it is.")] = None
     screen: Annotated[ScreenTable | None, Field(description="The validity screen.")] = None
 
+    outputs: Annotated[
+        list[Annotated[str, one_of(OUTPUTS)]] | None, Field(description="Further results kept of every run (none).")
+    ] = None
+    fit: Annotated[FitTable | None, Field(description="How curves are fitted.")] = None
+    measures: Annotated[MeasuresTable | None, Field(description="Which measure serves best.")] = None
+    uncertainty: Annotated[UncertaintyTable | None, Field(description="What is not known of blocks and laws.")] = None
+
+    performance: Annotated[PerformanceTable | None, Field(description="An inventory, shaken jointly.")] = None
+    hazard: Annotated[HazardTable | None, Field(description="How often the ground shakes, for what a year brings.")] = (
+        None
+    )
+
     @model_validator(mode="after")
     def _one_analysis(self) -> Self:
-        analyses = [name for name in ("ida", "stripes", "cloud") if getattr(self, name) is not None]
+        analyses = [name for name in ANALYSES if getattr(self, name) is not None]
         if len(analyses) != 1:
-            raise ValueError(
-                f"a study needs exactly one of ida, stripes, cloud, got {' and '.join(analyses) or 'none'}"
-            )
+            found = " and ".join(analyses) or "none"
+            raise ValueError(f"a study needs exactly one of {', '.join(ANALYSES)}, got {found}")
+        if self.performance is not None:
+            given = [
+                name for name in ("blocks", "buildings", "screen", "uncertainty") if getattr(self, name) is not None
+            ]
+            if given:
+                raise ValueError(f"a performance study has no {given[0]}: its blocks stand in its inventory")
+        elif self.blocks is None:
+            raise ValueError("key 'blocks' is missing")
+        if self.uncertainty is not None:
+            given = [
+                name for name in ("hazard", "screen", "fit", "measures", "outputs") if getattr(self, name) is not None
+            ]
+            if given:
+                raise ValueError(f"a study with uncertainty has no {given[0]}")
         if self.building is not None and self.buildings is not None:
             raise ValueError("a study has one building or several buildings, not both keys")
         names = [one.name for one in self.buildings or []]
         if None in names or len(set(names)) < len(names):
             raise ValueError(f"buildings need a name each, all different, got {', '.join(map(str, names))}")
-        if self.analysis.im_at == "ground" and not self._stand:
+        if self.performance is None and self.analysis.im_at == "ground" and not self._stand:
             raise ValueError(f"{analyses[0]}.im_at 'ground' needs a building, whose floors move with the ground")
         if self._stand and self.motions.floors_file is not None:
             raise ValueError("a building needs ground motions, got motions.floors_file, which are of floors already")
@@ -66,11 +97,13 @@ class StudyFile(Table):
     @property
     def kind(self) -> str:
         """Which kind of study it is."""
-        return "fragility"
+        if self.performance is not None:
+            return "performance"
+        return "fragility" if self.uncertainty is None else "uncertainty"
 
     @property
     def analysis(self) -> IdaTable | StripesTable | CloudTable:
-        """The one analysis that is asked for."""
+        """The design of the one analysis that is asked for."""
         found = self.ida or self.stripes or self.cloud
         assert found is not None  # exactly one, checked above
         return found

@@ -183,6 +183,11 @@ class Study(ABC):
         return digest.hexdigest()
 
 
+def part_of(progress: Progress | None, before: int, total: int) -> Progress | None:
+    """Progress of a part that begins after so many runs of all."""
+    return None if progress is None else lambda done, _: progress(before + done, total)
+
+
 def plain(content: StudyFile) -> dict[str, Any]:
     """A study file as plain values."""
     found: dict[str, Any] = content.model_dump(mode="json", by_alias=True, exclude_none=True)

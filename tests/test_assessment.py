@@ -20,7 +20,7 @@ from toppling.motions import Building
 from toppling.studies import assessment as module
 from toppling.studies.anchoring import anchoring
 from toppling.studies.assessment import assess
-from toppling.studies.assessment_tables import annual_rows, figure_text, level_rows, notes, ranking_rows
+from toppling.studies.assessment_rows import annual_rows, figure_text, level_rows, notes, ranking_rows
 from toppling.studies.contents import Contents, Inventory
 from toppling.studies.inventory import example_path, read_inventory
 from toppling.studies.plots_assessment import levels_figure, loss_curve_figure, ranking_figure

@@ -64,6 +64,7 @@ class TestWheel:
         modules = {f"toppling/{p.relative_to(ROOT)}" for room in ROOMS for p in (ROOT / room).glob("*.py")}
         modules |= {f"toppling/{name}" for name in ("__init__.py", "units.py", "checks.py", "py.typed")}
         data = {"toppling/models/catalogue.csv", "toppling/motions/example.AT2", "toppling/benchmarks/truth.nc"}
+        data |= {"toppling/fragility/published.csv"}
         examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.*")}
         assert names == modules | data | examples
         assert any(n.endswith("licenses/LICENSE") for n in zipfile.ZipFile(wheel).namelist())
@@ -142,11 +143,12 @@ def test_readme_example(tmp_path, monkeypatch):
 
 
 def test_public_names():
-    """The contract's names and signatures (annual_rate is still to come)."""
+    """The contract's names and signatures."""
     names = {
         "Block", "catalogue", "DiscreteDamping", "GianniniMasiani", "MakrisKonstantinidis", "Vassiliou",
         "ViscousDamping", "EnergyConsistent", "HousnerImpact", "simulate", "free_rocking", "motions", "ida",
-        "stripes", "cloud", "overturning_probability", "fit_fragility", "Study", "plot",
+        "stripes", "cloud", "overturning_probability", "fit_fragility", "annual_rate", "HazardCurve", "read_hazard",
+        "Study", "plot",
     }  # fmt: skip
     assert set(tp.__all__) == names
     for name in names:
@@ -158,6 +160,7 @@ def test_public_names():
     assert parameters(tp.simulate) == ["block", "model", "motion", "theta0", "omega0"]
     assert parameters(tp.free_rocking) == ["block", "model", "theta0", "duration", "dt"]
     assert parameters(tp.ida) == ["blocks", "models", "motions", "levels", "im", "outputs", "client", "skip"]
+    assert parameters(tp.annual_rate) == ["curves", "hazard", "years"]
     assert parameters(tp.Study.run) == ["self", "out", "client", "resume"]
     assert parameters(tp.Block) == ["width", "height", "cm_height", "inertia_factor", "name"]
     assert parameters(tp.motions.from_array)[:3] == ["acceleration", "dt", "labels"]

@@ -12,7 +12,7 @@ from scipy.special import erfinv
 
 import toppling as tp
 from toppling.fragility import block_notes, flips, notes, perturbed, screen, wilson_interval
-from toppling.fragility.probability import runs_for_half_width, wilson_half_width
+from toppling.fragility.intervals import runs_for_half_width, wilson_half_width
 from toppling.fragility.reasons import REASONS
 from toppling.models.friction import (
     FixedFriction,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -12,17 +11,10 @@ from .. import checks
 from ..units import DIMENSIONLESS
 from .distributions import PER_YEAR, level_index
 from .plots import display_unit, floor_name
+from .rows import Rows
 
 # Parts of an annual value that lie outside the levels, above which they are worth a sentence.
 NOTABLE_BELOW, NOTABLE_ABOVE = 0.02, 0.1
-
-
-class Rows(NamedTuple):
-    """A table: title, headings and rows of text, one length."""
-
-    title: str
-    headings: tuple[str, ...]
-    rows: list[tuple[str, ...]]
 
 
 def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:

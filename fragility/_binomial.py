@@ -1,0 +1,612 @@
+"""Compiled likelihoods of overturning with P(x) = F(a + b z), z a scaled ln x: fits and profiles, many at once.
+
+Two kinds of counts: overturnings k of n runs at each level (binomial), and motions by the interval between two levels
+in which they first overturn (interval).  Three links F: probit, logit, complementary log-log.  A penalty, half the
+logarithm of the determinant of the binomial's expected information (Jeffreys' prior), keeps estimates finite where
+overturnings and survivals do not overlap.  Plain numbers and arrays; what they mean is said elsewhere.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+PROBIT, LOGIT, CLOGLOG = range(3)
+BINOMIAL, INTERVAL = range(2)
+# How a fit ended.
+OK, NO_RUNS, ONE_LEVEL, NONE, ALL, SEPARATED, DECREASING, FAILED = range(8)
+# When to penalise.
+NEVER, WHERE_SEPARATED, ALWAYS = range(3)
+# Columns of a fit.
+A, B, LOG_LIKELIHOOD, STATUS, PENALISED, ITERATIONS = range(6)
+COLUMNS = 6
+STATES = 3
+# What a profile is of.
+FRACTILE, SLOPE = range(2)
+
+ROOT_HALF = math.sqrt(0.5)
+LOG_ROOT_2PI = 0.5 * math.log(2.0 * math.pi)
+ROOT_2PI = math.sqrt(2.0 * math.pi)
+SCRATCH = 9
+MAX_ITERATIONS = 100
+MAX_HALVINGS = 60
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mills_ratio(x):
+    """(1 - Phi(x))/phi(x) for x >= 3: Laplace's continued fraction, from so deep that its end is not felt."""
+    value = x
+    for i in range(10 + int(250.0 / (x * x)), 0, -1):
+        value = x + i / value
+    return 1.0 / value
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tails(eta, link):
+    """(ln F, ln(1 - F), ln f, f/F, f/(1 - F), f'/f, (f'/f)') at eta, accurate in both tails."""
+    if link == PROBIT:
+        x = abs(eta)
+        log_f = -0.5 * x * x - LOG_ROOT_2PI
+        if x < 3.0:
+            small = 0.5 * math.erfc(x * ROOT_HALF)
+            f = math.exp(log_f)
+            log_small = math.log(small)
+            hazard = f / small
+        else:
+            ratio = mills_ratio(x)
+            # exp(-x²/2) in two parts: the rounding of a large x² would be felt
+            head = math.floor(16.0 * x) / 16.0
+            f = math.exp(-0.5 * head * head) * math.exp(-0.5 * (x - head) * (x + head)) / ROOT_2PI
+            small = f * ratio
+            log_small = log_f + math.log(ratio)
+            hazard = 1.0 / ratio
+        log_large = math.log1p(-small)
+        other = f / (1.0 - small)
+        if eta < 0.0:
+            return log_small, log_large, log_f, hazard, other, -eta, -1.0
+        return log_large, log_small, log_f, other, hazard, -eta, -1.0
+    if link == LOGIT:
+        e = math.exp(-abs(eta))
+        small = e / (1.0 + e)
+        large = 1.0 / (1.0 + e)
+        log_large = -math.log1p(e)
+        log_small = log_large - abs(eta)
+        log_f = log_large + log_small
+        if eta < 0.0:
+            return log_small, log_large, log_f, large, small, large - small, -2.0 * small * large
+        return log_large, log_small, log_f, small, large, small - large, -2.0 * small * large
+    rate = math.exp(eta)
+    if eta < -36.0:  # 1 - exp(-rate) is the rate to rounding
+        return eta, -rate, eta - rate, 1.0, rate, 1.0 - rate, -rate
+    return (
+        math.log(-math.expm1(-rate)),
+        -rate,
+        eta - rate,
+        rate / math.expm1(rate),
+        rate,
+        1.0 - rate,
+        -rate,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def log_probabilities(eta, link, out):
+    """Logarithms of F and 1 - F at eta (n,) into out (2, n)."""
+    for i in range(eta.size):
+        terms = tails(eta[i], link)
+        out[0, i] = terms[0]
+        out[1, i] = terms[1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def evaluate(kind, link, a, b, z, k, n, penalised, scratch):
+    """Objective at (a, b): its value, the log-likelihood alone, gradient (2), minus the Hessian (3), information (3).
+
+    z, n (level,); k (level,) overturnings, or (level + 1,) motions by interval.  The information is minus the Hessian
+    of the log-likelihood alone, which is concave.  scratch (SCRATCH, level).
+    """
+    levels = z.size
+    plain = 0.0
+    ga = gb = 0.0
+    haa = hab = hbb = 0.0
+    for i in range(levels):
+        log_p, log_q, log_f, u, v, r, dr = tails(a + b * z[i], link)
+        if kind == BINOMIAL:
+            fell = k[i]
+            stood = n[i] - fell
+            score = 0.0
+            curvature = 0.0
+            if fell > 0.0:
+                plain += fell * log_p
+                score += fell * u
+                curvature += fell * u * (u - r)
+            if stood > 0.0:
+                plain += stood * log_q
+                score -= stood * v
+                curvature += stood * v * (v + r)
+            ga += score
+            gb += score * z[i]
+            haa += curvature
+            hab += curvature * z[i]
+            hbb += curvature * z[i] * z[i]
+        else:
+            scratch[4, i] = log_p
+            scratch[5, i] = log_q
+            scratch[6, i] = log_f
+            scratch[7, i] = r
+            scratch[8, i] = a + b * z[i]
+        if penalised and n[i] > 0.0:
+            slope = 2.0 * r - u + v
+            bend = 2.0 * dr - u * (r - u) + v * (r + v)
+            weight = n[i] * u * v
+            scratch[0, i] = weight
+            scratch[1, i] = weight * slope
+            scratch[2, i] = weight * (slope * slope + bend)
+        else:
+            scratch[0, i] = 0.0
+            scratch[1, i] = 0.0
+            scratch[2, i] = 0.0
+    if kind == INTERVAL:
+        if not b > 0.0:
+            return -np.inf, -np.inf, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0
+        for j in range(levels + 1):
+            if k[j] == 0.0:
+                continue
+            # eta below and above the interval: density over probability, and the logarithmic slope of the density
+            low = high = low_r = high_r = low_z = high_z = 0.0
+            if j == 0:
+                log_pi = scratch[4, 0]
+            elif j == levels:
+                log_pi = scratch[5, levels - 1]
+            elif scratch[8, j] <= 0.0:
+                log_pi = scratch[4, j] + math.log(-math.expm1(scratch[4, j - 1] - scratch[4, j]))
+            elif scratch[8, j - 1] >= 0.0:
+                log_pi = scratch[5, j - 1] + math.log(-math.expm1(scratch[5, j] - scratch[5, j - 1]))
+            else:
+                log_pi = math.log1p(-math.exp(scratch[4, j - 1]) - math.exp(scratch[5, j]))
+            if j > 0:
+                low = math.exp(scratch[6, j - 1] - log_pi)
+                low_r = scratch[7, j - 1]
+                low_z = z[j - 1]
+            if j < levels:
+                high = math.exp(scratch[6, j] - log_pi)
+                high_r = scratch[7, j]
+                high_z = z[j]
+            plain += k[j] * log_pi
+            ga += k[j] * (high - low)
+            gb += k[j] * (high * high_z - low * low_z)
+            # minus the second derivatives with respect to eta above, both, and below
+            above = k[j] * high * (high - high_r)
+            both = -k[j] * high * low
+            below = k[j] * low * (low + low_r)
+            haa += above + 2.0 * both + below
+            hab += above * high_z + both * (high_z + low_z) + below * low_z
+            hbb += above * high_z * high_z + 2.0 * both * high_z * low_z + below * low_z * low_z
+    if not penalised:
+        return plain, plain, ga, gb, haa, hab, hbb, haa, hab, hbb
+    iaa, iab, ibb = haa, hab, hbb
+    # moments of the weights and of their derivatives about the weighted mean: the determinant is then a product
+    m0 = mean = 0.0
+    for i in range(levels):
+        m0 += scratch[0, i]
+        mean += scratch[0, i] * z[i]
+    mean /= m0
+    m2 = 0.0
+    t0 = t1 = t2 = t3 = 0.0
+    q0 = q1 = q2 = q3 = q4 = 0.0
+    for i in range(levels):
+        d = z[i] - mean
+        m2 += scratch[0, i] * d * d
+        t = scratch[1, i]
+        q = scratch[2, i]
+        t0 += t
+        t1 += t * d
+        t2 += t * d * d
+        t3 += t * d * d * d
+        q0 += q
+        q1 += q * d
+        q2 += q * d * d
+        q3 += q * d * d * d
+        q4 += q * d * d * d * d
+    if not (m0 > 0.0 and m2 > 0.0):
+        return -np.inf, plain, ga, gb, haa, hab, hbb, iaa, iab, ibb
+    value = plain + 0.5 * (math.log(m0) + math.log(m2))
+    pa = 0.5 * (t0 / m0 + t2 / m2)
+    pb = 0.5 * (t1 / m0 + t3 / m2)
+    m00, m02, m22 = m0 * m0, m0 * m2, m2 * m2
+    paa = 0.5 * (q0 / m0 + q2 / m2 - t0 * t0 / m00 - 2.0 * t1 * t1 / m02 - t2 * t2 / m22)
+    pab = 0.5 * (q1 / m0 + q3 / m2 - t0 * t1 / m00 - 2.0 * t1 * t2 / m02 - t2 * t3 / m22)
+    pbb = 0.5 * (q2 / m0 + q4 / m2 - t1 * t1 / m00 - 2.0 * t2 * t2 / m02 - t3 * t3 / m22)
+    # back from a + b mean and b to a and b
+    ga += pa
+    gb += pb + mean * pa
+    haa -= paa
+    hab -= pab + mean * paa
+    hbb -= pbb + 2.0 * mean * pab + mean * mean * paa
+    return value, plain, ga, gb, haa, hab, hbb, iaa, iab, ibb
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def existence(kind, k, n):
+    """Whether the likelihood has a finite maximum: the outcomes must overlap (levels in rising order)."""
+    total = fell = 0.0
+    levels = 0
+    for i in range(n.size):
+        total += n[i]
+        levels += 1 if n[i] > 0.0 else 0
+    if total == 0.0:
+        return NO_RUNS
+    if kind == INTERVAL:
+        first = -1
+        last = -1
+        for j in range(k.size):
+            if k[j] > 0.0:
+                last = j
+                if first < 0:
+                    first = j
+        if first == k.size - 1:
+            return NONE
+        if last == 0:
+            return ALL
+        if levels == 1:
+            return ONE_LEVEL
+        if last - first <= 1:
+            return SEPARATED
+        if first == 0 and last == k.size - 1:
+            for j in range(1, k.size - 1):
+                if k[j] > 0.0:
+                    return OK
+            return DECREASING
+        return OK
+    first_fell = first_stood = n.size
+    last_fell = last_stood = -1
+    for i in range(n.size):
+        fell += k[i]
+        if k[i] > 0.0:
+            last_fell = i
+            first_fell = min(first_fell, i)
+        if k[i] < n[i]:
+            last_stood = i
+            first_stood = min(first_stood, i)
+    if fell == 0.0:
+        return NONE
+    if last_stood < 0:
+        return ALL
+    if levels == 1:
+        return ONE_LEVEL
+    if first_fell >= last_stood:
+        return SEPARATED
+    if first_stood >= last_fell:
+        return DECREASING
+    return OK
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_guess(kind, link, z, k, n):
+    """(a, b) from a straight line through rough quantiles of the smoothed fractions."""
+    below = 0.0
+    total = sum_z = sum_y = sum_zz = sum_zy = 0.0
+    for i in range(z.size):
+        if n[i] == 0.0:
+            continue
+        below += k[i]
+        p = ((below if kind == INTERVAL else k[i]) + 0.5) / (n[i] + 1.0)
+        # the logistic quantile over 1.7 is near the normal one
+        y = math.log(-math.log1p(-p)) if link == CLOGLOG else math.log(p / (1.0 - p))
+        if link == PROBIT:
+            y /= 1.7
+        total += 1.0
+        sum_z += z[i]
+        sum_y += y
+        sum_zz += z[i] * z[i]
+        sum_zy += z[i] * y
+    spread = total * sum_zz - sum_z * sum_z
+    slope = (total * sum_zy - sum_z * sum_y) / spread if spread > 0.0 else 1.0
+    slope = max(slope, 0.1)
+    return (sum_y - slope * sum_z) / total, slope
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def maximise(kind, link, z, k, n, penalised, a, b, scratch):
+    """Newton's method with step halving: (a, b, value, log-likelihood, iterations, whether it converged)."""
+    state = evaluate(kind, link, a, b, z, k, n, penalised, scratch)
+    for iteration in range(1, MAX_ITERATIONS + 1):
+        value, plain, ga, gb, haa, hab, hbb, iaa, iab, ibb = state
+        det = haa * hbb - hab * hab
+        if not (haa > 0.0 and det > 0.0):
+            haa, hab, hbb = iaa, iab, ibb
+            det = haa * hbb - hab * hab
+            if not (haa > 0.0 and det > 0.0):
+                return a, b, value, plain, iteration, False
+        da = (hbb * ga - hab * gb) / det
+        db = (haa * gb - hab * ga) / det
+        done = abs(da) <= 1e-10 * (1.0 + abs(a)) and abs(db) <= 1e-10 * (1.0 + abs(b))
+        risen = False
+        for _ in range(MAX_HALVINGS):
+            state = evaluate(kind, link, a + da, b + db, z, k, n, penalised, scratch)
+            if state[0] >= value - 1e-12 * abs(value):
+                risen = True
+                break
+            da *= 0.5
+            db *= 0.5
+        if not risen:
+            return a, b, value, plain, iteration, False
+        a += da
+        b += db
+        if done:
+            return a, b, state[0], state[1], iteration, True
+    return a, b, state[0], state[1], MAX_ITERATIONS, False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fit_many(kind, link, z, k, n, penalty, start, out):
+    """Fits of many counts at the same levels into out (replicate, COLUMNS).
+
+    z (level,); n (replicate, level); k (replicate, level), by interval (replicate, level + 1); start (2,) or (0,): a
+    first guess for all.  penalty: NEVER, WHERE_SEPARATED or ALWAYS.  NaN where there is no fit; STATUS says why.
+    """
+    scratch = np.zeros((SCRATCH, z.size))
+    for i in range(k.shape[0]):
+        status = existence(kind, k[i], n[i])
+        out[i, :] = np.nan
+        out[i, STATUS] = status
+        out[i, PENALISED] = 0.0
+        out[i, ITERATIONS] = 0.0
+        penalised = penalty == ALWAYS or (penalty == WHERE_SEPARATED and status == SEPARATED)
+        if not (status == OK or (status == SEPARATED and penalised)):
+            continue
+        guess = start.size == 0 or status == SEPARATED
+        if not guess:
+            a, b, _, plain, iterations, converged = maximise(
+                kind, link, z, k[i], n[i], penalised, start[0], start[1], scratch
+            )
+            guess = not converged
+        if guess:
+            a, b = first_guess(kind, link, z, k[i], n[i])
+            a, b, _, plain, iterations, converged = maximise(kind, link, z, k[i], n[i], penalised, a, b, scratch)
+        out[i, ITERATIONS] = iterations
+        out[i, LOG_LIKELIHOOD] = plain
+        out[i, PENALISED] = penalised
+        if not converged:
+            out[i, STATUS] = FAILED
+        elif b <= 0.0:
+            out[i, STATUS] = DECREASING
+        else:
+            out[i, A] = a
+            out[i, B] = b
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def covariances(kind, link, z, k, n, fits, weights, starts, cells, outcomes, out):
+    """Covariance of (a, b) of many fits into out (replicate, 3): aa, ab, bb.
+
+    From the information alone where weights has no columns.  Else robust against runs that belong together: weights
+    (replicate, pattern) says how often each pattern of outcomes came, cells[starts[p]:starts[p + 1]] its cells, which
+    are intervals, or STATES a level, whose outcomes are 1 (overturned), 0 (stood) or -1 (no run).
+    """
+    scratch = np.zeros((SCRATCH, z.size))
+    scores = np.zeros((2, outcomes.size if kind == BINOMIAL else z.size + 1))
+    one = np.zeros(z.size + 1)
+    for r in range(fits.shape[0]):
+        out[r, :] = np.nan
+        a = fits[r, A]
+        b = fits[r, B]
+        if not b > 0.0:
+            continue
+        penalised = fits[r, PENALISED] > 0.0
+        _, _, _, _, haa, hab, hbb, _, _, _ = evaluate(kind, link, a, b, z, k[r], n[r], penalised, scratch)
+        det = haa * hbb - hab * hab
+        if not (haa > 0.0 and det > 0.0):
+            continue
+        iaa, iab, ibb = hbb / det, -hab / det, haa / det
+        if weights.shape[1] == 0:
+            out[r, 0] = iaa
+            out[r, 1] = iab
+            out[r, 2] = ibb
+            continue
+        if kind == BINOMIAL:
+            for cell in range(outcomes.size):
+                level = cell // STATES
+                score = 0.0
+                if outcomes[cell] >= 0:
+                    _, _, _, u, v, _, _ = tails(a + b * z[level], link)
+                    score = u if outcomes[cell] == 1 else -v
+                scores[0, cell] = score
+                scores[1, cell] = score * z[level]
+        else:
+            for cell in range(z.size + 1):
+                if k[r, cell] > 0.0:
+                    one[cell] = 1.0
+                    state = evaluate(kind, link, a, b, z, one, n[r], False, scratch)
+                    one[cell] = 0.0
+                    scores[0, cell] = state[2]
+                    scores[1, cell] = state[3]
+        total = maa = mab = mbb = 0.0
+        for p in range(weights.shape[1]):
+            if weights[r, p] == 0.0:
+                continue
+            sa = sb = 0.0
+            for i in range(starts[p], starts[p + 1]):
+                sa += scores[0, cells[i]]
+                sb += scores[1, cells[i]]
+            total += weights[r, p]
+            maa += weights[r, p] * sa * sa
+            mab += weights[r, p] * sa * sb
+            mbb += weights[r, p] * sb * sb
+        if total <= 1.0:
+            continue
+        factor = total / (total - 1.0)
+        xaa = iaa * maa + iab * mab
+        xab = iaa * mab + iab * mbb
+        xba = iab * maa + ibb * mab
+        xbb = iab * mab + ibb * mbb
+        out[r, 0] = factor * (xaa * iaa + xab * iab)
+        out[r, 1] = factor * (xaa * iab + xab * ibb)
+        out[r, 2] = factor * (xba * iab + xbb * ibb)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def maximise_line(kind, link, z, k, n, penalised, base_a, base_b, along_a, along_b, s, scratch):
+    """Maximum along (base) + s (along): s, value, gradient (2)."""
+    state = evaluate(kind, link, base_a + s * along_a, base_b + s * along_b, z, k, n, penalised, scratch)
+    for _ in range(MAX_ITERATIONS):
+        value, _, ga, gb, haa, hab, hbb, iaa, iab, ibb = state
+        gradient = ga * along_a + gb * along_b
+        curvature = haa * along_a * along_a + 2.0 * hab * along_a * along_b + hbb * along_b * along_b
+        if not curvature > 0.0:
+            curvature = iaa * along_a * along_a + 2.0 * iab * along_a * along_b + ibb * along_b * along_b
+            if not curvature > 0.0:
+                break
+        step = gradient / curvature
+        done = abs(step) <= 1e-11 * (1e-3 + abs(s))
+        risen = False
+        for _ in range(MAX_HALVINGS):
+            t = s + step
+            state = evaluate(kind, link, base_a + t * along_a, base_b + t * along_b, z, k, n, penalised, scratch)
+            if state[0] >= value - 1e-13 * abs(value):
+                risen = True
+                break
+            step *= 0.5
+        if not risen:
+            state = evaluate(kind, link, base_a + s * along_a, base_b + s * along_b, z, k, n, penalised, scratch)
+            break
+        s += step
+        if done:
+            break
+    return s, state[0], state[2], state[3]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def profile(kind, link, z, k, n, penalised, what, eta, at, s, scratch):
+    """Largest value with ln x (z) of the fractile F^-1(p) = eta at `at`, or ln b at `at`; its slope; the free one."""
+    if what == SLOPE:
+        b = math.exp(at)
+        s, value, _, gb = maximise_line(kind, link, z, k, n, penalised, 0.0, b, 1.0, 0.0, s, scratch)
+        return value, gb * b, s
+    s, value, ga, _ = maximise_line(kind, link, z, k, n, penalised, eta, 0.0, -at, 1.0, s, scratch)
+    if not s > 0.0:  # curves fall nowhere
+        value = evaluate(kind, link, eta, 0.0, z, k, n, penalised, scratch)[0]
+        return value, 0.0, 0.0
+    return value, -s * ga, s
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tolerance):
+    """Where the profile has fallen by `drop` below that at (a, b), on a side (+1, -1); +-inf where it never does.
+
+    what: FRACTILE, its place on z with F^-1(p) = eta; SLOPE, ln b.
+    """
+    if not drop < np.inf:
+        return side * np.inf
+    scratch = np.zeros((SCRATCH, z.size))
+    value, _, _, _, haa, hab, hbb, _, _, _ = evaluate(kind, link, a, b, z, k, n, penalised, scratch)
+    if what == FRACTILE:
+        best = (eta - a) / b
+        free = b
+    else:
+        best = math.log(b)
+        free = a
+    if drop < 1e-16:
+        return best
+    if kind == BINOMIAL and (what == FRACTILE or side < 0):
+        # far out the curve is level: where even that is likely enough, there is no end
+        flat, limit, _, _ = maximise_line(kind, link, z, k, n, penalised, 0.0, 0.0, 1.0, 0.0, 0.0, scratch)
+        if what == FRACTILE and side * (flat - eta) > 0.0:
+            limit = evaluate(kind, link, eta, 0.0, z, k, n, penalised, scratch)[0]
+        if value - limit <= drop:
+            return side * np.inf
+    det = haa * hbb - hab * hab
+    variance = haa / det / (b * b) if what == SLOPE else (hbb - 2.0 * best * hab + best * best * haa) / det / (b * b)
+    # the fractile's place is (eta - a)/b: its variance is that of a + best b over b²
+    step = math.sqrt(2.0 * drop * variance) if variance > 0.0 else 1.0
+    step = side * min(max(step, 1e-12), 1.0)
+    inner = best
+    outer = best
+    fall = 0.0
+    slope = 0.0
+    for _ in range(400):
+        outer = inner + step
+        found, slope, free = profile(kind, link, z, k, n, penalised, what, eta, outer, free, scratch)
+        fall = value - found - drop
+        if not fall < 0.0:
+            break
+        inner = outer
+        step *= 1.5
+        if abs(outer) > 1e6:
+            return side * np.inf
+    at = outer
+    for _ in range(200):
+        # Newton's step on the profile, kept inside the bracket
+        new = at + fall / slope if slope != 0.0 else np.nan
+        if not (min(inner, outer) < new < max(inner, outer)):
+            new = 0.5 * (inner + outer)
+        if abs(new - at) <= tolerance * (1.0 + abs(at)) or new in (inner, outer):
+            return new
+        at = new
+        found, slope, free = profile(kind, link, z, k, n, penalised, what, eta, at, free, scratch)
+        fall = value - found - drop
+        if fall < 0.0:
+            inner = at
+        else:
+            outer = at
+    return at
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def saturated(kind, k, n):
+    """Log-likelihood of the observed shares themselves."""
+    value = 0.0
+    for i in range(k.size):
+        total = n[0] if kind == INTERVAL else n[i]
+        if k[i] > 0.0:
+            value += k[i] * math.log(k[i] / total)
+        if kind == BINOMIAL and k[i] < total:
+            value += (total - k[i]) * math.log1p(-k[i] / total)
+    return value
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def signed_roots(kind, link, z, k, n, fits, always, what, eta, at, free, out):
+    """Signed roots of twice the log-likelihood by which each fit beats what it could be with the parameter at `at`.
+
+    Positive where the fit's own lies above; what, eta, at: as in `profile`, `free` the other parameter there.  Fits
+    without a maximum have their supremum: a perfect one where separated, a level curve where overturnings do not grow.
+    `always`: all penalised.  out (replicate,); NaN where a search failed.
+    """
+    scratch = np.zeros((SCRATCH, z.size))
+    for r in range(k.shape[0]):
+        status = int(fits[r, STATUS])
+        a = fits[r, A]
+        b = fits[r, B]
+        out[r] = np.nan
+        sign = 0.0
+        if b > 0.0:
+            own = math.log(b) if what == SLOPE else (eta - a) / b
+            sign = 1.0 if own > at else -1.0
+        if always:
+            if not b > 0.0:
+                continue
+            top = evaluate(kind, link, a, b, z, k[r], n[r], True, scratch)[0]
+        elif status == OK:
+            top = fits[r, LOG_LIKELIHOOD]
+        elif status in (FAILED, NO_RUNS):
+            continue
+        else:
+            fell = total = 0.0
+            if kind == BINOMIAL:
+                for i in range(z.size):
+                    fell += k[r, i]
+                    total += n[r, i]
+            else:
+                fell = k[r, 0]
+                total = k[r, 0] + k[r, z.size]
+            if what == SLOPE:
+                sign = 1.0 if status == SEPARATED else -1.0
+            elif status != SEPARATED:
+                sign = 1.0 if fell < total * math.exp(tails(eta, link)[0]) else -1.0
+            if status == DECREASING and kind == BINOMIAL:
+                top = fell * math.log(fell / total) + (total - fell) * math.log1p(-fell / total)
+            else:
+                top = saturated(kind, k[r], n[r])
+        value, _, _ = profile(kind, link, z, k[r], n[r], always, what, eta, at, free, scratch)
+        out[r] = sign * math.sqrt(max(2.0 * (top - value), 0.0))

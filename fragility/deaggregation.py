@@ -1,0 +1,63 @@
+"""Which shaking topples: the rate shared out over bins of intensity, and the intensities that stand for it."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import checks
+from .convolution import contributions
+from .curves import LEAST, REFUSE, Form
+from .hazard import HazardCurve
+from .hazard_quadrature import events, lowest
+from .pieces import HOLD, Pieces
+
+Array = NDArray[np.float64]
+
+
+class Deaggregation(NamedTuple):
+    """Shares of the rate in each bin (curve, bin); mean and mode of the contributing intensity (curve,)."""
+
+    share: Array
+    mean: Array
+    mode: Array
+
+
+def bin_edges(bins: int | Any, hazard: HazardCurve) -> Array:
+    """Edges of bins of intensity (SI): those given, or so many, even in ln x, over the hazard curve's levels."""
+    if isinstance(bins, int | np.integer) and not isinstance(bins, bool):
+        count = checks.count("bins", bins, at_least=1)
+        return np.geomspace(hazard.levels[0], hazard.levels[-1], count + 1)
+    edges = checks.finite_array("bins", bins)
+    if edges.size < 2 or edges[0] <= 0.0 or np.any(np.diff(edges) <= 0.0):
+        raise ValueError("bins must be a number of bins, or at least two edges > 0, strictly increasing")
+    return edges
+
+
+def deaggregate(form: Form, rate: Array, hazard: Pieces, edges: Array, outside: str = REFUSE) -> Deaggregation:
+    """Shares of the rates (curve,) in the bins between `edges` (edge,), and mean and mode of ln x.
+
+    The mean is exact, over all intensities; the mode is the middle of the bin that holds most per unit of ln x.  Both
+    are NaN where the rate is 0 or infinite.
+    """
+    curves = form.flat()
+    log_edges = np.log(edges)
+    sound = np.isfinite(rate) & (rate > 0.0)
+    safe = np.where(sound, rate, np.nan)[:, None]
+    share = contributions(curves, hazard, log_edges, outside) / safe
+    density = share / np.diff(log_edges)
+    middle = np.sqrt(edges[:-1] * edges[1:])
+    mode = np.where(sound, middle[np.argmax(np.nan_to_num(density), axis=1)], np.nan)
+    rule = LEAST if outside == REFUSE else outside
+    base = lowest(curves, hazard, rule)
+    moment = np.full(rate.shape, np.nan)
+    rows = np.flatnonzero(sound)
+    if rows.size:
+        some, low = curves.rows(rows), base[rows]
+        moment[rows] = events(some, hazard, lambda u, row: np.maximum(u - low[row][:, None], 0.0), rule)
+        if hazard.above == HOLD:
+            held = some.probability(np.array([hazard.last]), rule)[:, 0] * np.exp(hazard.log_last)
+            moment[rows] += held * np.maximum(hazard.last - low, 0.0)
+    return Deaggregation(share, np.exp(base + moment / safe[:, 0]), mode)

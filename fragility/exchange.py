@@ -1,0 +1,252 @@
+"""Curves as flat rows, one a curve: what all exchange formats read and write.
+
+Datasets become rows and back in `exchange_datasets`, ids are made in `exchange_ids`, files are read in
+`exchange_files`; nothing here knows a format.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..motions.intensity import Measure
+from ..motions.measures import measure_named
+from ..units import DIMENSIONLESS, METRE, STANDARD_GRAVITY
+from .exchange_files import ExchangeError
+from .likelihood import OK
+from .scaling import SCALE, BlockMeasure, intensity_measure
+
+Series = NDArray[np.float64]
+Found = TypeVar("Found")
+
+LOGNORMAL = "lognormal"
+UPLIFT = "uplift-lognormal"
+ISOTONIC = "isotonic"
+FORMS = (LOGNORMAL, UPLIFT, ISOTONIC)
+LIMIT_STATE = "limit_state"
+OVERTURNING = "overturning"
+INCOMPLETE = "incomplete"
+
+MAX_CURVES = 100_000
+MAX_DISPERSION = 20.0
+SMALLEST, LARGEST = 1e-100, 1e100
+
+# SI value of each unit that a column may be in, and the SI unit it belongs to.
+UNITS: dict[str, tuple[float, str]] = {
+    "m s-2": (1.0, "m s-2"),
+    "m/s2": (1.0, "m s-2"),
+    "cm/s2": (0.01, "m s-2"),
+    "gal": (0.01, "m s-2"),
+    "g": (STANDARD_GRAVITY, "m s-2"),
+    "m s-1": (1.0, "m s-1"),
+    "m/s": (1.0, "m s-1"),
+    "cm/s": (0.01, "m s-1"),
+    "m": (1.0, "m"),
+    "cm": (0.01, "m"),
+    "mm": (0.001, "m"),
+    "1": (1.0, "1"),
+}
+
+LEVEL = "level"  # stands for the unit of the measure's levels
+BESIDE: dict[str, tuple[str, str]] = {
+    "median_lower": (LEVEL, "lower end of the interval of the median"),
+    "median_upper": (LEVEL, "upper end of the interval of the median"),
+    "dispersion_lower": (DIMENSIONLESS, "lower end of the interval of the dispersion"),
+    "dispersion_upper": (DIMENSIONLESS, "upper end of the interval of the dispersion"),
+    "lowest_level": (LEVEL, "level below which the curve is held constant"),
+    "highest_level": (LEVEL, "level above which the curve is held constant"),
+    "no_damage_level": (LEVEL, "level up to which the probability is zero"),
+    "width": (METRE, "full width"),
+    "height": (METRE, "full height"),
+    "directional": (DIMENSIONLESS, "whether the demand is taken in the component's own direction"),
+    "offset": (DIMENSIONLESS, "floors between the component and its demand"),
+}
+"""Numbers that may stand beside a curve: unit and what they are."""
+
+WORDS = {"weights": "shares of the damage states that the limit state stands for"}
+"""Texts that may stand beside a curve."""
+
+
+class CurveParameters(NamedTuple):
+    """Parameters of a curve (SI), NaN where it has none: P(x) = Phi(ln(x/median)/dispersion).
+
+    Where the two of uplift are given, Phi(ln(x/uplift_median)/uplift_dispersion) is a factor of it, a step at
+    uplift_median where that dispersion is 0.
+    """
+
+    median: float = math.nan
+    dispersion: float = math.nan
+    uplift_median: float = math.nan
+    uplift_dispersion: float = math.nan
+
+    @property
+    def uplifting(self) -> bool:
+        """Whether the probability of uplift is a factor."""
+        return not (math.isnan(self.uplift_median) and math.isnan(self.uplift_dispersion))
+
+    @property
+    def problem(self) -> str | None:
+        """What makes these numbers no fragility curve, None where nothing does."""
+        if not SMALLEST <= self.median <= LARGEST:
+            return f"median must be finite and > 0, got {self.median:g}"
+        if not 0.0 < self.dispersion <= MAX_DISPERSION:
+            return f"dispersion must be > 0 and <= {MAX_DISPERSION:g}, got {self.dispersion:g}"
+        if not self.uplifting:
+            return None
+        if not SMALLEST <= self.uplift_median <= LARGEST:
+            return f"uplift_median must be finite and > 0, got {self.uplift_median:g}"
+        if not 0.0 <= self.uplift_dispersion <= MAX_DISPERSION:
+            return f"uplift_dispersion must be >= 0 and <= {MAX_DISPERSION:g}, got {self.uplift_dispersion:g}"
+        return None
+
+
+class Curve(NamedTuple):
+    """One curve: its labels along the set's dimensions, what it is, why it is not there, and what stands beside it.
+
+    A curve without parameters has its `probability` (level,) at the set's levels; `numbers` and `words` hold whatever
+    of `BESIDE` and `WORDS` is known.
+    """
+
+    labels: tuple[str, ...]
+    parameters: CurveParameters = CurveParameters()
+    status: str = OK
+    probability: Series | None = None
+    numbers: Mapping[str, float] = MappingProxyType({})
+    words: Mapping[str, str] = MappingProxyType({})
+
+    @property
+    def estimated(self) -> bool:
+        """Whether there is a curve at all."""
+        return self.probability is not None or not math.isnan(self.parameters.median)
+
+    @property
+    def problem(self) -> str | None:
+        """What makes these numbers no fragility curve, None where nothing does."""
+        p = self.probability
+        if p is None:
+            return self.parameters.problem if self.estimated else None
+        if not np.isfinite(p).all() or p.min() < 0.0 or p.max() > 1.0:
+            return "probabilities must lie between 0 and 1"
+        return "probabilities must not decrease with the level" if np.any(np.diff(p) < 0.0) else None
+
+    def reasoned(self) -> Curve:
+        """The same, but without an estimate its status says so, and half of one is none."""
+        if self.estimated:
+            return self
+        return self._replace(parameters=CurveParameters(), status=INCOMPLETE if self.status == OK else self.status)
+
+
+class CurveSet(NamedTuple):
+    """Curves of one measure: the measure's label and SI unit, whether it is of the ground, dimensions, ids, form.
+
+    Curves that differ in nothing but the limit state are one component and have one id; `floors` are those on which the
+    blocks stand, as far as they are known, and `state` is the limit state where there is but one.
+    """
+
+    im: str
+    units: str
+    ground: bool
+    dims: tuple[str, ...]
+    ids: tuple[str, ...]
+    curves: tuple[Curve, ...]
+    form: str = LOGNORMAL
+    levels: Series | None = None
+    title: str = "Fragility curves"
+    floors: tuple[str, ...] = ()
+    state: str = OVERTURNING
+
+    def components(self) -> dict[str, list[Curve]]:
+        """The curves of each component, by id, limit states in their order."""
+        found: dict[str, list[Curve]] = {}
+        for name, curve in zip(self.ids, self.curves, strict=True):
+            found.setdefault(name, []).append(curve)
+        return found
+
+    def named(self, curve: Curve) -> dict[str, str]:
+        """A curve's labels by dimension."""
+        return dict(zip(self.dims, curve.labels, strict=True))
+
+    def missing(self) -> dict[str, str]:
+        """Why a component has no curve, by the id of those that have none for one limit state at least."""
+        return {
+            name: next(one.status for one in states if not one.estimated)
+            for name, states in self.components().items()
+            if not all(one.estimated for one in states)
+        }
+
+    @property
+    def limit_states(self) -> tuple[str, ...]:
+        """The limit states in their order; the only one where the set has no such dimension."""
+        if LIMIT_STATE not in self.dims:
+            return (self.state,)
+        at = self.dims.index(LIMIT_STATE)
+        return tuple(dict.fromkeys(curve.labels[at] for curve in self.curves))
+
+    @property
+    def long_name(self) -> str:
+        """What the measure is, for people."""
+        measure = known_measure(self.im)
+        text = measure.long_name if measure is not None else "scale factor" if self.im == SCALE else "level"
+        return text.replace("floor", "ground") if self.ground else text
+
+
+class Written(NamedTuple):
+    """What a writer did: its files, the ids of the components in them, and why some have no estimate, by id."""
+
+    paths: tuple[Path, ...]
+    ids: tuple[str, ...]
+    missing: dict[str, str]
+
+
+def levels_problem(levels: Series) -> str | None:
+    """What is wrong with the levels of curves without parameters, None where nothing is."""
+    if levels.size == 0 or not np.isfinite(levels).all() or levels[0] <= 0.0:
+        return "levels must be finite and > 0, one at least"
+    return "levels must be strictly increasing" if np.any(np.diff(levels) <= 0.0) else None
+
+
+def known_measure(im: str) -> Measure | BlockMeasure | None:
+    """The measure of a label; None for plain factors, for no label, and for a measure of the user's own."""
+    try:
+        return intensity_measure(im)
+    except ValueError:
+        return None
+
+
+def spectral_period(im: str) -> tuple[str, float] | None:
+    """Sa, Sv or Sd and its period (s), where that is what a label says and the damping ratio is the usual 0.05."""
+    match = re.fullmatch(r"(Sa|Sv|Sd)\(.*\)", im)
+    if match is None:
+        return None
+    measure = measure_named(im)
+    return (match[1], float(measure.period)) if measure.damping == 0.05 else None  # type: ignore[attr-defined]
+
+
+def one_of(file: Path, found: Mapping[tuple[str, bool], Found], im: str | None) -> tuple[tuple[str, bool], Found]:
+    """The only measure (label, of the ground) of a file with what is of it, or the one that `im` says.
+
+    Raises
+    ------
+    ExchangeError
+        No such measure, or several and none is said.
+    ValueError
+        An unknown measure.
+    """
+    wanted = None
+    if im is not None:
+        measure = intensity_measure(im)
+        wanted = SCALE if measure is None else measure.label
+    keys = [key for key in found if wanted in (None, key[0])]
+    held = ", ".join(f"{label} of the ground" if ground else label for label, ground in found)
+    if not keys:
+        raise ExchangeError(f"{file}: holds no curves of {im}" + (f", but of {held}" if held else ""))
+    if len(keys) > 1:
+        raise ExchangeError(f"{file}: holds curves of {held}: choose one with im, or rows by their ids")
+    return keys[0], found[keys[0]]

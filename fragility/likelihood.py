@@ -1,0 +1,218 @@
+"""Maximum likelihood, plain or penalised, of two-parameter curves: what the compiled fits say, in the field's terms.
+
+References
+----------
+Baker, J. W. (2015). Efficient analytical fragility function fitting using dynamic structural analysis. Earthquake
+Spectra 31(1), 579-599.
+
+Albert, A. and Anderson, J. A. (1984). On the existence of maximum likelihood estimates in logistic regression models.
+Biometrika 71, 1-10.
+
+Firth, D. (1993). Bias reduction of maximum likelihood estimates. Biometrika 80, 27-38.
+
+Kosmidis, I. and Firth, D. (2021). Jeffreys-prior penalty, finiteness and shrinkage in binomial-response generalized
+linear models. Biometrika 108, 71-82.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _binomial as engine
+from .links import Link
+from .trials import Index, Patterns, falls_of
+
+Array = NDArray[np.float64]
+
+# Why a curve is missing or must not be trusted.
+OK = "ok"
+NO_RUNS = "no runs"
+ONE_LEVEL = "one level"
+NONE = "no overturning"
+ALL = "all overturned"
+SEPARATED = "separated"
+DECREASING = "not increasing"
+FAILED = "not converged"
+FLAT = "flat"
+# In the engine's order.
+STATUSES = (OK, NO_RUNS, ONE_LEVEL, NONE, ALL, SEPARATED, DECREASING, FAILED)
+
+PENALTIES = {"none": engine.NEVER, "auto": engine.WHERE_SEPARATED, "firth": engine.ALWAYS}
+"""When the likelihood is penalised, by the names that `fit_fragility` takes."""
+
+# A median this far (in ln x) outside the levels says only that the data hold no slope.
+FAR = np.log(100.0)
+
+
+class Data(NamedTuple):
+    """What one factor of a curve is fitted to.
+
+    z (level,) = (ln x - centre)/width; falls (replicate, level), of first overturnings by interval
+    (replicate, level + 1); runs (replicate, level).
+    """
+
+    kind: int
+    x: Array
+    centre: float
+    width: float
+    z: Array
+    falls: Array
+    runs: Array
+
+
+def data_of(levels: Array, cells: Array, outcomes: Index | None, like: Data | None = None) -> Data:
+    """The data in cells (replicate, cell); no `outcomes` where the cells are intervals of first overturning.
+
+    `like`: other data of the same levels, whose scale is taken.
+    """
+    x = np.log(levels)
+    if outcomes is None:
+        kind, falls = engine.INTERVAL, np.ascontiguousarray(cells, dtype=float)
+        runs = np.repeat(cells.sum(axis=1, keepdims=True), x.size, axis=1)
+    else:
+        kind = engine.BINOMIAL
+        falls, runs = falls_of(cells, outcomes)
+    if like is not None:
+        return like._replace(falls=falls, runs=runs)
+    used = x[runs[0] > 0.0]
+    inside = used if used.size else x
+    centre, width = float(inside.mean()), max(float(np.ptp(inside)), 1e-12)
+    return Data(kind, x, centre, width, (x - centre) / width, falls, runs)
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Curves F(a + b z) with z = (ln x - centre)/width, many at once: all arrays (replicate,).
+
+    NaN where there is none; status holds the engine's numbers.
+    """
+
+    link: Link
+    centre: float
+    width: float
+    table: Array
+
+    @property
+    def a(self) -> Array:
+        """The line at z = 0."""
+        return self.table[:, engine.A]
+
+    @property
+    def b(self) -> Array:
+        """The slope in z, > 0."""
+        return self.table[:, engine.B]
+
+    @property
+    def log_likelihood(self) -> Array:
+        """Without its constant and without the penalty."""
+        return self.table[:, engine.LOG_LIKELIHOOD]
+
+    @property
+    def status(self) -> Index:
+        """The engine's numbers of `STATUSES`."""
+        return self.table[:, engine.STATUS].astype(np.int64)
+
+    @property
+    def iterations(self) -> int:
+        """Newton steps of the first fit."""
+        return int(self.table[0, engine.ITERATIONS])
+
+    @property
+    def penalised(self) -> NDArray[np.bool_]:
+        """Whether the likelihood was penalised."""
+        return self.table[:, engine.PENALISED] > 0.0
+
+    def log_fractile(self, p: float) -> Array:
+        """Ln x where the curve passes p."""
+        return np.asarray(self.centre + self.width * (self.link.quantile(p) - self.a) / self.b)
+
+    @property
+    def log_dispersion(self) -> Array:
+        """Logarithm of the standard deviation of ln(capacity)."""
+        return np.log(self.link.scale * self.width / self.b)
+
+    def probability(self, levels: Array) -> Array:
+        """The curves (replicate, level) at levels (level,)."""
+        z = (np.log(levels) - self.centre) / self.width
+        return np.asarray(self.link.cumulative(self.a[:, None] + self.b[:, None] * z))
+
+    def log_fractile_variance(self, p: float, covariance: Array) -> Array:
+        """Variance of `log_fractile` from the covariance (replicate, 3) of (a, b)."""
+        t = (self.link.quantile(p) - self.a) / self.b
+        aa, ab, bb = covariance.T
+        return np.asarray((self.width / self.b) ** 2 * (aa + 2.0 * t * ab + t**2 * bb))
+
+    def log_dispersion_variance(self, covariance: Array) -> Array:
+        """Variance of `log_dispersion`."""
+        return covariance[:, 2] / self.b**2
+
+
+def fit_lines(link: Link, data: Data, penalty: str, start: Lines | None = None) -> Lines:
+    """Fits of every replicate of the data; `start`: a curve on the same scale from which to begin."""
+    table = np.empty((data.falls.shape[0], engine.COLUMNS))
+    guess = np.empty(0)
+    if start is not None and np.isfinite(start.a[0]):
+        guess = np.array([start.a[0], start.b[0]])
+    engine.fit_many(data.kind, link.code, data.z, data.falls, data.runs, PENALTIES[penalty], guess, table)
+    return Lines(link, data.centre, data.width, table)
+
+
+def covariance_of(
+    lines: Lines,
+    data: Data,
+    outcomes: Index | None = None,
+    patterns: Patterns | None = None,
+    weights: Array | None = None,
+) -> Array:
+    """Covariance (aa, ab, bb) of each fit's (a, b), (replicate, 3).
+
+    From the observed information; with `weights` (replicate, pattern) from the sandwich estimate that sums scores over
+    all runs of a motion, so that it holds whatever ties them together.
+    """
+    covariance = np.empty((lines.a.size, 3))
+    none = np.empty(0, dtype=np.int64)
+    known = patterns is not None and weights is not None
+    engine.covariances(
+        data.kind,
+        lines.link.code,
+        data.z,
+        data.falls,
+        data.runs,
+        lines.table,
+        weights if weights is not None and known else np.empty((lines.a.size, 0)),
+        patterns.starts if patterns is not None else none,
+        patterns.cells if patterns is not None else none,
+        none if outcomes is None else outcomes,
+        covariance,
+    )
+    return covariance
+
+
+def status_of(lines: Lines, data: Data, covariance: Array) -> str:
+    """The status of the first fit in words: the engine's, or that the data hold no slope."""
+    word = STATUSES[lines.status[0]]
+    if not np.isfinite(lines.a[0]):
+        return word
+    log_median = float(lines.log_fractile(0.5)[0])
+    errors = (lines.log_fractile_variance(0.5, covariance)[0], lines.log_dispersion_variance(covariance)[0])
+    used = data.x[data.runs[0] > 0.0]
+    if not all(0.0 <= one < np.inf for one in errors) or not used[0] - FAR <= log_median <= used[-1] + FAR:
+        return FLAT
+    return word
+
+
+class LognormalFit(NamedTuple):
+    """Median (unit of the level), dispersion, standard errors of ln(median) and of the dispersion, log-likelihood."""
+
+    median: float = np.nan
+    dispersion: float = np.nan
+    log_median_se: float = np.nan
+    dispersion_se: float = np.nan
+    log_likelihood: float = np.nan
+    iterations: int = 0
+    status: str = OK
+    penalised: bool = False

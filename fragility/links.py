@@ -1,0 +1,48 @@
+"""Two-parameter fragility curves: P(x) = F(a + b ln x), the distribution of ln(capacity) standing behind F."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import expit, logit, ndtr, ndtri
+
+from . import _binomial as engine
+
+
+@dataclass(frozen=True)
+class Link:
+    """One F: its name as a form of curve, the engine's number for it, and itself, vectorised.
+
+    `scale` is b times the standard deviation of ln(capacity), so that `dispersion` means the same for every form:
+    P(x) = cumulative(quantile(1/2) + scale ln(x/median)/dispersion).
+    """
+
+    name: str
+    code: int
+    scale: float
+    cumulative: Callable[[Any], Any]
+    quantile: Callable[[Any], Any]
+    text: str
+
+
+def _weibull(eta: Any) -> Any:
+    return -np.expm1(-np.exp(eta))
+
+
+def _weibull_quantile(p: Any) -> Any:
+    return np.log(-np.log1p(-np.asarray(p)))
+
+
+LINKS: dict[str, Link] = {
+    one.name: one
+    for one in (
+        Link("lognormal", engine.PROBIT, 1.0, ndtr, ndtri, "Phi(ln(x/median)/dispersion)"),
+        Link("log-logistic", engine.LOGIT, math.pi / math.sqrt(3.0), expit, logit, "logistic in ln x"),
+        Link("weibull", engine.CLOGLOG, math.pi / math.sqrt(6.0), _weibull, _weibull_quantile, "1 - exp(-(x/scale)^b)"),
+    )
+}
+"""Every two-parameter form by name."""

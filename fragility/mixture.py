@@ -1,0 +1,106 @@
+"""Fractiles of a product of two curves, P(x) = F(line 1) F(line 2): their place, their variance, their profile."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize_scalar
+from scipy.special import chdtri, log_ndtr, ndtr, ndtri
+
+from . import _binomial as engine
+from .estimation import Estimate, Fits
+from .likelihood import Lines
+
+Array = NDArray[np.float64]
+Ends = tuple[float, float]
+BISECTIONS = 60
+# An end further than this (in ln x) from the estimate is none.
+FAR = 50.0
+
+
+def log_fractile(first: Lines, second: Lines, p: float) -> Array:
+    """Ln x where products of lognormal curves pass p, (replicate,)."""
+    # not before either factor passes p, nor after both pass its root
+    low = np.maximum(first.log_fractile(p), second.log_fractile(p))
+    high = np.maximum(first.log_fractile(math.sqrt(p)), second.log_fractile(math.sqrt(p)))
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        below = ndtr(_eta(first, middle)) * ndtr(_eta(second, middle)) < p
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return 0.5 * (low + high)
+
+
+def log_fractile_variance(first: Fits, second: Fits, p: float) -> Array:
+    """Its variance, (replicate,), to first order; the two lines' errors taken as independent of each other."""
+    at = log_fractile(first.lines, second.lines, p)
+    variance = np.zeros_like(at)
+    slope = np.zeros_like(at)
+    for lines, _, covariance, _, _ in (first, second):
+        z = (at - lines.centre) / lines.width
+        eta = lines.a + lines.b * z
+        hazard = np.exp(-0.5 * eta**2 - 0.5 * math.log(2.0 * math.pi) - log_ndtr(eta))
+        aa, ab, bb = covariance.T
+        variance += hazard**2 * (aa + 2.0 * z * ab + z**2 * bb)
+        slope += hazard * lines.b / lines.width
+    return variance / slope**2
+
+
+def profile_interval(first: Estimate, second: Estimate, p: float, confidence: float) -> Ends:
+    """Where twice the fall of the profile log-likelihood of ln x of the fractile reaches chi-square's quantile."""
+    best = float(log_fractile(first.lines, second.lines, p)[0])
+    drop = 0.5 * float(chdtri(1.0, 1.0 - confidence))
+    top = sum(_line_value(one, one.lines.a[0], one.lines.b[0]) for one in (first, second))
+
+    def excess(t: float) -> float:
+        """The fall of the profile at t, less what is allowed."""
+        scratch = (_scratch(first), _scratch(second))
+
+        def loss(share: float) -> float:
+            # what the first factor takes of p, on the scale of its eta, from p itself (the second 1) to 1
+            eta = float(ndtri(p)) + math.exp(share)
+            rest = float(ndtri(min(p / float(ndtr(eta)), 1.0)))
+            if not math.isfinite(rest):
+                return math.inf
+            return -(_profile(first, t, eta, scratch[0]) + _profile(second, t, rest, scratch[1]))
+
+        own = math.log(max(float(_eta(first.lines, np.array([t]))[0] - ndtri(p)), 1e-3))
+        found = minimize_scalar(loss, bracket=(own - 0.5, own + 0.5), tol=1e-10)
+        return float(top + found.fun - drop)
+
+    ends = []
+    for side in (-1.0, 1.0):
+        step, inner = 0.1, best
+        while excess(inner + side * step) < 0.0 and abs(inner - best) < FAR:
+            inner += side * step
+            step *= 1.6
+        outer = inner + side * step
+        ends.append(side * math.inf if abs(inner - best) >= FAR else float(brentq(excess, inner, outer, xtol=1e-11)))
+    return ends[0], ends[1]
+
+
+def _eta(lines: Lines, log_x: Array) -> Array:
+    return lines.a + lines.b * (log_x - lines.centre) / lines.width
+
+
+def _scratch(one: Estimate) -> Array:
+    return np.zeros((engine.SCRATCH, one.fits.data.z.size))
+
+
+def _arguments(one: Estimate) -> tuple[int, int, Array, Array, Array, bool]:
+    lines, data = one.lines, one.fits.data
+    return data.kind, lines.link.code, data.z, data.falls[0], data.runs[0], bool(lines.penalised[0])
+
+
+def _line_value(one: Estimate, a: float, b: float) -> float:
+    kind, link, z, falls, runs, penalised = _arguments(one)
+    return float(engine.evaluate(kind, link, a, b, z, falls, runs, penalised, _scratch(one))[0])
+
+
+def _profile(one: Estimate, t: float, eta: float, scratch: Array) -> float:
+    """The largest log-likelihood of a factor whose line passes eta at ln x = t."""
+    kind, link, z, falls, runs, penalised = _arguments(one)
+    at = (t - one.lines.centre) / one.lines.width
+    found = engine.profile(kind, link, z, falls, runs, penalised, engine.FRACTILE, eta, at, one.lines.b[0], scratch)
+    return float(found[0])

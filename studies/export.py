@@ -1,0 +1,92 @@
+"""A study's curves for other programs: which of a result file, into which format."""
+
+from __future__ import annotations
+
+import difflib
+from contextlib import suppress
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+
+from ..fragility import ExchangeError, Written, write_curve_csv, write_nrml, write_pelicun
+from .tables import StudyError
+
+ExportFormat = Literal["pelicun", "nrml", "csv"]
+
+# Files never get names from labels: these, in a folder that the user chooses.
+_WRITERS = {
+    "pelicun": (write_pelicun, "fragility.csv"),
+    "nrml": (write_nrml, "fragility.xml"),
+    "csv": (write_curve_csv, "curves.csv"),
+}
+
+
+def read_curves(path: Path, model: str | None = None) -> xr.Dataset:
+    """The curves in a result file, of every law or of those that `model` names by label or short name.
+
+    Raises
+    ------
+    StudyError
+        One sentence: no such file, no result file, no curves in it, no such law.
+    """
+    try:
+        with xr.open_dataset(path) as stored:
+            parts = [name for name, array in stored.data_vars.items() if "motion" not in array.dims]
+            # the curves alone: the runs may be larger than the memory
+            curves = stored[parts].load()
+            im = stored["level"].attrs.get("im", "") if "level" in stored.coords else ""
+            floors = _floors(stored)
+    except FileNotFoundError:
+        raise StudyError(f"{path}: no such file") from None
+    except (OSError, ValueError, RuntimeError):
+        raise StudyError(f"{path}: is no result file") from None
+    if "median" not in curves or "dispersion" not in curves:
+        raise StudyError(f"{path}: holds no fragility curves (median and dispersion)")
+    if not curves.attrs.get("im"):
+        curves = curves.assign_attrs(im=im)
+    if len(floors) == 1:  # of one floor results have no dimension, but a format may have to know
+        curves = curves.assign_coords(floor=floors[0])
+    if model is None:
+        return curves
+    if "model" not in curves.dims:
+        raise StudyError(f"--model {model}: {path} does not tell laws apart")
+    labels = [str(label) for label in curves["model"].values]
+    laws = [str(law) for law in curves["law"].values] if "law" in curves.coords else []
+    chosen = np.flatnonzero([label == model for label in labels] if model in labels else [law == model for law in laws])
+    if not chosen.size:
+        near = difflib.get_close_matches(model, [*labels, *dict.fromkeys(laws)], n=1, cutoff=0.4)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise StudyError(f"--model {model}: {path} holds {', '.join(map(repr, labels)):.300}{hint}")
+    return curves.isel(model=chosen)
+
+
+def _floors(stored: xr.Dataset) -> list[str]:
+    """The floors of the motions, where results do not tell them apart."""
+    if "floor" not in stored.coords or stored["floor"].dims != ("motion",):
+        return []
+    return sorted({str(floor) for floor in stored["floor"].values})
+
+
+def write_curves(curves: xr.Dataset, folder: Path, format_: ExportFormat) -> Written:
+    """Write curves into a folder, made where missing.
+
+    Raises
+    ------
+    StudyError
+        One sentence: curves that the format cannot hold, a folder that cannot be written.
+    """
+    write, name = _WRITERS[format_]
+    made = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StudyError(f"{folder}: cannot be made a folder ({error.strerror})") from None
+    try:
+        return write(curves, folder / name)
+    except (TypeError, ValueError) as error:
+        if made:
+            with suppress(OSError):
+                folder.rmdir()
+        raise StudyError(str(error) if isinstance(error, ExchangeError) else f"no curves to export: {error}") from None

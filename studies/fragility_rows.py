@@ -1,0 +1,147 @@
+"""Tables of fragility studies for a terminal: curves, and what a year brings."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import xarray as xr
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from .estimates import ranking_of_measures
+from .plots import display_unit, floor_name, in_years
+from .plots_efficiency import measure_name
+from .rows import Rows
+
+# What to do where there is no curve, by the status of the fit.
+ADVICE = {
+    "no overturning": "nothing fell at any level: raise ida.levels.to",
+    "all overturned": "everything fell at every level: lower ida.levels.from",
+    "separated": "no two levels with both standing and fallen blocks: take more motions or closer levels",
+    "one level": "one level gives no curve: take more levels",
+    "not increasing": "falls do not grow with the level: look at the motions",
+    "flat": "falls hardly grow with the level: take more motions or a wider range of levels",
+    "not converged": "the likelihood has no clear maximum: take more motions",
+}
+
+
+def hints(results: xr.Dataset) -> list[str]:
+    """One line for each reason why a curve is missing."""
+    found = dict.fromkeys(str(status) for status in results["status"].values.ravel())
+    return [f"{status}: {ADVICE[status]}" for status in found if status in ADVICE]
+
+
+def fragility_table(results: xr.Dataset) -> Table:
+    """Medians and dispersions of a study's curves, with intervals, for a terminal."""
+    scale, unit = display_unit(results["level"])
+    name = results["level"].attrs.get("long_name", "level")
+    percent = f"{100.0 * float(results.attrs['confidence']):g} %"
+    table = Table(
+        title=f"Median {name}{f' ({unit})' if unit else ''} and dispersion β with {percent} intervals",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        title_justify="left",
+    )
+    for heading in ("law", "median", percent, "β", percent):
+        table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
+    floors = results["floor"].values.tolist() if "floor" in results.dims else [None]
+    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
+        where = "" if floor is None else f", {floor_name(floor)}"
+        table.add_row(f"[bold]{escape(str(results['block'].values[i]) + where)}[/]")
+        for j, model in enumerate(results["model"].values):
+            one = results.isel(block=i, model=j)
+            if floor is not None:
+                one = one.isel(floor=k)
+            if bool(one["converged"]):
+                median, low, high = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
+                beta, narrow, wide = (one[f"dispersion{end}"].item() for end in ("", "_lower", "_upper"))
+                cells = (f"{median:.3f}", f"{low:.3f}–{high:.3f}", f"{beta:.3f}", f"{narrow:.3f}–{wide:.3f}")
+            else:
+                cells = ("", f"[italic]{one['status'].item()}[/]", "", "")
+            table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
+    return table
+
+
+def risk_table(results: xr.Dataset) -> Table:
+    """Annual rates, and probabilities in the study's years, for a terminal."""
+    years = float(results.attrs["years"])
+    percent = f"{100.0 * float(results.attrs['confidence']):g} %"
+    table = Table(
+        title=f"How often each overturns, and with what probability in {years:g} years, with {percent} intervals",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        title_justify="left",
+    )
+    for heading in ("law", "once in (years)", percent, f"P in {years:g} years", percent):
+        table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
+    floors = results["floor"].values.tolist() if "floor" in results["rate"].dims else [None]
+    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
+        where = "" if floor is None else f", {floor_name(floor)}"
+        table.add_row(f"[bold]{escape(str(results['block'].values[i]) + where)}[/]")
+        for j, model in enumerate(results["model"].values):
+            one = results.isel(block=i, model=j)
+            if floor is not None:
+                one = one.isel(floor=k)
+            rate = one["rate"].item()
+            if np.isfinite(rate):
+                low, high = one["rate_lower"].item(), one["rate_upper"].item()
+                chance, least, most = (one[f"risk_probability{end}"].item() for end in ("", "_lower", "_upper"))
+                cells = (
+                    in_years(rate),
+                    f"{in_years(high)}–{in_years(low)}",
+                    f"{chance:.2%}",
+                    f"{least:.2%}–{most:.2%}",
+                )
+            else:
+                cells = ("", "[italic]no curve[/]", "", "")
+            table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
+    return table
+
+
+def size_table(results: xr.Dataset) -> Table:
+    """Which size of the blocks meets the study's target, for a terminal."""
+    along, target = results.attrs["size_along"], float(results.attrs["size_probability"])
+    years = float(results.attrs["years"])
+    units = results[f"size_{along}"].attrs["units"]
+    table = Table(
+        title=f"Which {along} ({units}) overturns with {target:.3g} in {years:g} years",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        title_justify="left",
+    )
+    for heading in ("law", along, "interval", ""):
+        table.add_column(heading, justify="left" if heading in ("law", "") else "right", overflow="fold")
+    floors = results["floor"].values.tolist() if "floor" in results[f"size_{along}"].dims else [None]
+    for k, floor in enumerate(floors):
+        for j, model in enumerate(results["model"].values):
+            one = results.isel(model=j) if floor is None else results.isel(model=j, floor=k)
+            where = "" if floor is None else f", {floor_name(floor)}"
+            found = one[f"size_{along}"].item()
+            low, high = (one[f"size_{along}_{end}"].item() for end in ("lower", "upper"))
+            status = str(one["size_status"].item())
+            shown = f"{found:.3g}" if np.isfinite(found) else ""
+            interval = f"{low:.3g}–{high:.3g}" if shown else ""
+            table.add_row(escape(str(model) + where), shown, interval, "" if status == "ok" else status)
+    return table
+
+
+def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
+    """The measures that serve best, block by block: dispersion in each, and how far it is from the best."""
+    found = ranking_of_measures(results)
+    floors = found["floor"].values.tolist() if "floor" in found.dims else [None]
+    tables = []
+    for block, model, floor in product(found["block"].values, found["model"].values, floors):
+        one = found.sel(block=block, model=model)
+        where = "" if floor is None else f", {floor_name(floor)}"
+        one = one if floor is None else one.sel(floor=floor)
+        rank = one["rank"].values
+        rows = []
+        for i in [i for i in np.argsort(rank) if np.isfinite(rank[i])][:most]:
+            beta, low, high = (float(one[f"amplitude_dispersion{end}"][i]) for end in ("", "_lower", "_upper"))
+            apart = "" if bool(one["distinguishable"][i]) else "not told apart from the best"
+            rows.append((measure_name(str(one["measure"].values[i])), f"{beta:.3f}", f"{low:.3f}–{high:.3f}", apart))
+        title = f"Measures by efficiency: {block}{where}, {model}"
+        tables.append(Rows(title, ("", "dispersion", "95 %", ""), rows))
+    return tables

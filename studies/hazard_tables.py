@@ -1,0 +1,98 @@
+"""The table of a study file that says how often the ground shakes, and what is asked of a year."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from ..fragility import HazardCurve, read_hazard
+from ..fragility.scaling import BLOCK_MEASURES, SCALE
+from .analysis_tables import LEVEL_UNITS
+from .estimates import Risk
+from .tables import Table, one_of
+
+ALONG = ("alpha", "R", "width", "height")
+TAILS = ("extend", "none")
+WAYS: tuple[tuple[set[str], set[str]], ...] = (
+    ({"file"}, {"site", "component", "unit", "file_years"}),
+    ({"k0", "k"}, {"unit"}),
+    ({"k0", "k1", "k2"}, {"unit"}),
+    ({"levels", "rates"}, {"unit"}),
+)
+"""Ways to give a curve: the keys that make it, and those that may come with them."""
+COMMON = {"years", "probability", "along", "below", "above", "at"}
+
+
+class HazardTable(Table):
+    """Hazard curve of the measure of the levels, and the questions asked with it."""
+
+    file: Annotated[str | None, Field(description="CSV or JSON of a hazard curve, relative to the study file.")] = None
+    site: Annotated[
+        int | str | tuple[float, float] | None, Field(description="Which site of the file: number, name, [lon, lat].")
+    ] = None
+    component: Annotated[str | None, Field(description="Which curve of a USGS response (Total).")] = None
+    file_years: Annotated[float | None, Field(description="Years of the file's probabilities, if it is silent.")] = None
+    k0: Annotated[float | None, Field(description="Annual rate at a level of 1 unit, of a power law.")] = None
+    k: Annotated[float | None, Field(description="Exponent of the power law k0 x^-k.")] = None
+    k1: Annotated[float | None, Field(description="Of the second-order law k0 exp(-k2 ln²x - k1 ln x).")] = None
+    k2: Annotated[float | None, Field(description="Its curvature.")] = None
+    levels: Annotated[list[float] | None, Field(description="Levels of a curve given here.")] = None
+    rates: Annotated[list[float] | None, Field(description="Their annual rates of exceedance.")] = None
+    unit: Annotated[str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels (SI).")] = None
+    at: Annotated[
+        str, one_of(("ground", "floor")), Field(description="What the curve is of: the site, or one floor (ground).")
+    ] = "ground"
+    below: Annotated[str, one_of(TAILS), Field(description="Shaking below the curve's lowest level (extend).")] = (
+        "extend"
+    )
+    above: Annotated[str, one_of(TAILS), Field(description="Shaking above the curve's highest level (extend).")] = (
+        "extend"
+    )
+    years: Annotated[float, Field(gt=0.0, description="Time of the probabilities, years (50).")] = 50.0
+    probability: Annotated[
+        float | None, Field(gt=0.0, lt=1.0, description="Target in that time: which size meets it? (not asked)")
+    ] = None
+    along: Annotated[str | None, one_of(ALONG), Field(description="Which size of the blocks is asked for.")] = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        given = {name for name in self.model_fields_set if getattr(self, name) is not None} - COMMON
+        if not any(needed <= given <= needed | more for needed, more in WAYS):
+            raise ValueError(
+                "a hazard needs either file, or k0 and k, or k0, k1 and k2, or levels and rates, got "
+                + (", ".join(sorted(given)) or "nothing")
+            )
+        if (self.probability is None) != (self.along is None):
+            raise ValueError("hazard.probability and hazard.along go together: which size meets which target")
+        return self
+
+    def build(self, im: str, folder: Path) -> HazardCurve:
+        """The curve of a measure (of what the block-normalised ones are made of); ValueError where there is none."""
+        name = BLOCK_MEASURES[im].measure.label if im in BLOCK_MEASURES else im
+        if name == SCALE:
+            raise ValueError("hazard needs levels of a measure, got im 'scale'")
+        if self.file is not None:
+            curve = read_hazard(
+                folder / self.file,
+                name,
+                self.site,
+                units=self.unit,
+                years=self.file_years,
+                component=self.component or "Total",
+            )
+            return replace(curve, at=self.at)
+        if self.levels is not None and self.rates is not None:
+            return HazardCurve.from_points(self.levels, self.rates, name, self.unit, "study file", at=self.at)
+        assert self.k0 is not None  # one of four ways, checked above
+        if self.k is not None:
+            return replace(HazardCurve.power_law(self.k0, self.k, name, self.unit), at=self.at)
+        assert self.k1 is not None
+        assert self.k2 is not None
+        return replace(HazardCurve.log_quadratic(self.k0, self.k1, self.k2, name, self.unit), at=self.at)
+
+    def risk(self, im: str, folder: Path) -> Risk:
+        """The curve with the questions asked of it."""
+        return Risk(self.build(im, folder), self.years, self.below, self.above, self.probability, self.along)

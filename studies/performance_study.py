@@ -1,0 +1,168 @@
+"""Performance studies: an inventory in a building, shaken jointly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..fragility import HazardCurve, block_notes
+from ..fragility.joint import Variability
+from ..fragility.scaling import SCALE
+from ..models import Law
+from ..models.oscillator import Oscillator
+from ..motions import Building
+from .analysis_tables import LevelsTable, PerformanceTable
+from .anchoring import anchoring
+from .assessment import assess, distinct_runs
+from .assessment_rows import notes
+from .contents import Inventory
+from .designs import count
+from .inventory import read_inventory
+from .schema import StudyFile
+from .study import Progress, Study, each, plain
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+RANKING = "ranked_"
+"""What the ranking's variables are called after, beside those of the assessment."""
+
+
+@dataclass(frozen=True)
+class PerformanceStudy(Study):
+    """An inventory in a building under the same motions.
+
+    `levels` of `im`, plain factors of 1 for a scenario; `hazard` where values are wanted for a year.  `objective` is
+    what anchoring saves, given level `at` where there is no hazard.
+    """
+
+    inventory: Inventory
+    models: tuple[Law, ...]
+    building: Building | None
+    motions: tuple[xr.DataArray, ...]
+    im: str
+    levels: NDArray[np.float64]
+    hazard: HazardCurve | None
+    variability: Variability | None
+    objective: str
+    at: float | None
+    replicates: int
+    seed: int
+    kind: ClassVar[str] = "performance"
+
+    @classmethod
+    def of(cls, content: StudyFile, folder: Path) -> Self:
+        asked = content.performance
+        assert asked is not None  # which makes it this kind
+        inventory = read_inventory(folder / asked.inventory)
+        if asked.levels is None:
+            if "im" in asked.model_fields_set:
+                raise ValueError("performance.im needs performance.levels: without them the motions are as they are")
+            im, levels = SCALE, np.ones(1)
+        else:
+            im, levels = asked.im, asked.levels.build(asked.im)
+        hazard = None if content.hazard is None else content.hazard.build(im, folder)
+        at = None
+        if hazard is None:
+            at = float(levels[levels.size // 2]) if asked.at_level is None else _nearest(levels, asked, im)
+        elif asked.at_level is not None:
+            raise ValueError("performance.at_level does not go with a hazard: the ranking is of a year")
+        study = cls(
+            content.title,
+            plain(content),
+            inventory,
+            each("models", content.models),
+            None if content.building is None else content.building.build(),
+            tuple(content.motions.build(folder)),
+            im,
+            levels,
+            hazard,
+            asked.variability.build() if asked.variability is not None else None,
+            asked.objective or ("loss" if inventory.value > 0.0 else "number"),
+            at,
+            asked.replicates,
+            asked.seed,
+        )
+        allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
+        if study.objective not in allowed:
+            raise ValueError(f"performance.objective must be one of {', '.join(allowed)}, got {study.objective!r}")
+        for row in inventory.rows:
+            for model in study.models:
+                if row.e is None:
+                    model.oscillator(row.block)
+        return study
+
+    @property
+    def words(self) -> str:
+        of = f"{count(self.inventory.pieces, 'piece')} in {count(len(self.inventory), 'line')}"
+        shakes = sum(array.sizes["motion"] for array in self.motions)
+        levels = "" if self.im == SCALE else f" × {count(self.levels.size, 'level')}"
+        return (
+            f"{of} × {count(len(self.models), 'law')} × {count(shakes, 'motion')}{levels} = {count(self.runs, 'run')}"
+        )
+
+    @property
+    def runs(self) -> int:
+        shakes = sum(array.sizes["motion"] for array in self.motions)
+        return distinct_runs(self.inventory, self.variability) * len(self.models) * shakes * self.levels.size
+
+    @property
+    def first(self) -> Oscillator:
+        return self.models[0].oscillator(self.inventory.rows[0].block)
+
+    @property
+    def notes(self) -> list[str]:
+        return block_notes([row.block for row in self.inventory.rows])
+
+    @property
+    def _arrays(self) -> Iterable[xr.DataArray]:
+        return self.motions
+
+    def _compute(self, client: Client | None, progress: Progress | None) -> xr.Dataset:
+        found = assess(
+            self.inventory,
+            self.building,
+            self.motions,
+            self.levels,
+            self.im,
+            self.models,
+            self.hazard,
+            variability=self.variability,
+            replicates=self.replicates,
+            seed=self.seed,
+            client=client,
+            progress=progress,
+        )
+        ranked = anchoring(found, self.objective, level=self.at, replicates=self.replicates, seed=self.seed)
+        whole = ranked.reindex(item=found["item"])
+        return found.assign({f"{RANKING}{name}": one for name, one in whole.data_vars.items()}).assign_attrs(
+            objective=self.objective,
+            objective_text=ranked.attrs["objective_text"],
+            notes="\n".join(dict.fromkeys([*self.notes, *notes(found)])),
+            **({} if self.at is None else {"at_level": self.at}),
+        )
+
+
+def ranking_of(results: xr.Dataset) -> xr.Dataset:
+    """The ranking that stands in a performance study's results, as `anchoring` returns it."""
+    own = [str(name) for name in results.data_vars if str(name).startswith(RANKING)]
+    ranked = results[own].rename({name: name.removeprefix(RANKING) for name in own})
+    keep = np.flatnonzero(np.isfinite(ranked["rank"].values).all(axis=0))
+    return ranked.isel(item=keep)
+
+
+def _nearest(levels: NDArray[np.float64], asked: PerformanceTable, im: str) -> float:
+    """The level of the ranking; ValueError where it is none of the levels."""
+    if asked.levels is None or asked.at_level is None:
+        raise ValueError("performance.at_level needs performance.levels")
+    at = float(LevelsTable(values=[asked.at_level], unit=asked.levels.unit).build(im)[0])
+    found = levels[np.isclose(levels, at, rtol=1e-9)]
+    if not found.size:
+        raise ValueError(f"performance.at_level must be one of the levels, got {asked.at_level:g} {asked.levels.unit}")
+    return float(found[0])

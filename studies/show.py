@@ -1,0 +1,139 @@
+"""What a study found, for people: tables for a terminal and figures, by the kind of study."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from .tables import StudyError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.table import Table
+
+# (matplotlib loads slowly, and is not needed for an error message: each function imports what it draws with)
+
+
+def tables(results: xr.Dataset) -> list[Table]:
+    """The tables of a study's results."""
+    return list(_TABLES[str(results.attrs["kind"])](results))
+
+
+def hints(results: xr.Dataset) -> list[str]:
+    """What to change where something could not be found: one line each."""
+    from .fragility_rows import hints as of_curves  # noqa: PLC0415
+
+    return of_curves(results) if "status" in results else []
+
+
+def draw(results: xr.Dataset, folder: Path) -> list[Path]:
+    """Write the figures of a study's results; StudyError where that cannot be."""
+    import matplotlib as mpl  # noqa: PLC0415
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt  # noqa: PLC0415
+
+    written = []
+    for name, figure in _FIGURES[str(results.attrs["kind"])](results):
+        path = folder / f"{name}.png"
+        try:
+            figure.savefig(path, dpi=150)
+        except OSError as error:
+            raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None
+        finally:
+            plt.close(figure)
+        written.append(path)
+    return written
+
+
+def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
+    from .fragility_rows import fragility_table, measure_rows, risk_table, size_table  # noqa: PLC0415
+    from .rows import plain_table  # noqa: PLC0415
+
+    yield fragility_table(results)
+    if "rate" in results:
+        yield risk_table(results)
+    if "size_along" in results.attrs:
+        yield size_table(results)
+    if "measure_rank" in results:
+        for rows in measure_rows(results):
+            yield plain_table(*rows)
+
+
+def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
+    from .estimates import ranking_of_measures, risk_of  # noqa: PLC0415
+    from .plots import fragility_figure  # noqa: PLC0415
+    from .plots_efficiency import ranking_figure  # noqa: PLC0415
+    from .plots_risk import risk_figure  # noqa: PLC0415
+
+    yield "fragility", fragility_figure(results)
+    if "rate" in results:
+        yield "risk", risk_figure(risk_of(results))
+    if "measure_rank" in results:
+        ranking = ranking_of_measures(results)
+        floors = ranking["floor"].values.tolist() if "floor" in ranking.dims else [None]
+        for i, (block, floor) in enumerate(product(ranking["block"].values, floors), start=1):
+            yield f"measures_{i}", ranking_figure(ranking, str(block), floor)
+
+
+def _uncertainty_tables(results: xr.Dataset) -> Iterator[Table]:
+    from .rows import plain_table  # noqa: PLC0415
+    from .uncertainty_rows import index_rows, median_rows, share_rows  # noqa: PLC0415
+
+    yield plain_table(*median_rows(results))
+    yield plain_table(*share_rows(results))
+    for name in ("sobol", "morris"):
+        rows = index_rows(results, name)
+        if rows is not None:
+            yield plain_table(*rows)
+
+
+def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
+    from .plots_uncertainty import index_figure, uncertainty_figure  # noqa: PLC0415
+
+    yield "uncertainty", uncertainty_figure(results)
+    for name in ("sobol", "morris"):
+        if any(str(one).startswith(f"{name}_") for one in results.data_vars):
+            yield name, index_figure(results, name)
+
+
+def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
+    from .assessment_rows import annual_rows, level_rows, ranking_rows  # noqa: PLC0415
+    from .performance_study import ranking_of  # noqa: PLC0415
+    from .rows import plain_table  # noqa: PLC0415
+
+    for model in results["model"].values:
+        if "annual_number" in results:
+            yield plain_table(*annual_rows(results, str(model)))
+        else:
+            yield plain_table(*level_rows(results, float(results.attrs["at_level"]), str(model)))
+        yield plain_table(*ranking_rows(ranking_of(results), str(model)))
+
+
+def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
+    from .performance_study import ranking_of  # noqa: PLC0415
+    from .plots_assessment import levels_figure, loss_curve_figure, ranking_figure  # noqa: PLC0415
+
+    quantities = ["number", *(["loss"] if "loss_mean" in results else [])]
+    if results.sizes["level"] > 1:
+        for quantity in quantities:
+            yield quantity, levels_figure(results, quantity)
+    if "annual_number" in results:
+        yield "exceedance", loss_curve_figure(results, quantities[-1])
+    yield "anchoring", ranking_figure(ranking_of(results))
+
+
+_TABLES: dict[str, Callable[[xr.Dataset], Iterator[Table]]] = {
+    "fragility": _fragility_tables,
+    "uncertainty": _uncertainty_tables,
+    "performance": _performance_tables,
+}
+_FIGURES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, Figure]]]] = {
+    "fragility": _fragility_figures,
+    "uncertainty": _uncertainty_figures,
+    "performance": _performance_figures,
+}

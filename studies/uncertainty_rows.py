@@ -1,0 +1,69 @@
+"""Tables of uncertainty studies as rows of text."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from .estimates import middle_level
+from .plots import display_unit
+from .plots_uncertainty import input_name
+from .rows import Rows
+
+
+def median_rows(results: xr.Dataset) -> Rows:
+    """Median and dispersion with all that is uncertain, and how far the samples' medians lie apart."""
+    scale, unit = display_unit(results["level"])
+    name = results["level"].attrs.get("long_name", "level")
+    rows = []
+    for block in results["block"].values:
+        for model in results["model"].values:
+            one = results.sel(block=block, model=model)
+            own = one["sample_median"].values / scale
+            low, high = np.nanquantile(own, [0.05, 0.95]) if np.isfinite(own).any() else (np.nan, np.nan)
+            cells = [f"{one['median'].item() / scale:.3f}", f"{one['dispersion'].item():.3f}"]
+            if not bool(one["converged"]):
+                cells = [str(one["status"].item()), ""]
+            rows.append((f"{block}, {model}", *cells, f"{low:.3f}–{high:.3f}"))
+    title = f"Median {name}{f' ({unit})' if unit else ''} and dispersion β, motions and inputs together"
+    return Rows(title, ("", "median", "β", "90 % of the samples' medians"), rows)
+
+
+def share_rows(results: xr.Dataset) -> Rows:
+    """Shares of the variance of ln capacity by component; those of the flags where capacities are not known."""
+    known = "capacity_share" in results
+    names = [str(one) for one in results["component"].values]
+    words = [" × ".join(input_name(part) for part in one.split(" × ")) for one in names]
+    rows = []
+    for block in results["block"].values:
+        one = results.sel(block=block)
+        # where capacities are not known, at the level where most is undecided
+        share = one["capacity_share"] if known else one["flag_share"].isel(level=middle_level(one["probability"]))
+        rows.append((str(block), *(f"{100.0 * float(value):.0f} %" for value in share.values)))
+    what = "ln capacity" if known else "the verdict, where it is least certain,"
+    return Rows(f"Where the variance of {what} comes from", ("", *words), rows)
+
+
+def index_rows(results: xr.Dataset, name: str) -> Rows | None:
+    """Sobol' or Morris' indices of the probability of overturning at the level where it is nearest to one half."""
+    own = {"sobol": ("first", "total"), "morris": ("mu_star", "sigma")}[name]
+    if f"{name}_{own[0]}" not in results:
+        return None
+    rows = []
+    for block in results["block"].values:
+        for model in results["model"].values:
+            one = results.sel(block=block, model=model)
+            at = one.isel(output=middle_level(one["probability"]))
+            for i, which in enumerate(one["input"].values):
+                cells = []
+                for column in own:
+                    half = at.get(f"{name}_{column}_confidence")
+                    text = f"{float(at[f'{name}_{column}'][i]):.2f}"
+                    cells.append(text if half is None else f"{text} ± {float(half[i]):.2f}")
+                rows.append((f"{block}, {model}: {input_name(str(which)).replace('$', '')}", *cells))
+    titles = {
+        "sobol": ("Sobol' indices", ("", "alone", "with others")),
+        "morris": ("Morris' elementary effects", ("", "μ*", "σ")),
+    }
+    title, headings = titles[name]
+    return Rows(f"{title} of P(overturn), where it is nearest to one half", headings, rows)

@@ -1,0 +1,82 @@
+"""Tables of a study file that say what is uncertain of blocks and laws, and what is asked of it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from ..fragility import Beta, Categorical, Lognormal, Normal, RandomInputs, Uniform
+from ..fragility.distributions import Distribution
+from .tables import Table, bare, one_of, refuse_foreign
+
+# Each distribution and the keys that must be given; lower and upper of the first two are truncations.
+DISTRIBUTIONS: dict[str, tuple[type[Distribution], tuple[str, ...], tuple[str, ...]]] = {
+    "normal": (Normal, ("mean", "std"), ("lower", "upper")),
+    "lognormal": (Lognormal, ("median", "dispersion"), ("lower", "upper")),
+    "uniform": (Uniform, ("lower", "upper"), ()),
+    "beta": (Beta, ("a", "b"), ("lower", "upper")),
+    "choice": (Categorical, ("values",), ("weights",)),
+}
+
+
+class InputTable(Table):
+    """One uncertain input: its distribution."""
+
+    distribution: Annotated[str, one_of(DISTRIBUTIONS), Field(description="Its kind.")]
+    mean: Annotated[float | None, Field(description="Mean of the normal distribution, before truncation.")] = None
+    std: Annotated[float | None, Field(description="Its standard deviation.")] = None
+    median: Annotated[float | None, Field(description="Median of the lognormal distribution.")] = None
+    dispersion: Annotated[float | None, Field(description="Its logarithmic standard deviation.")] = None
+    a: Annotated[float | None, Field(description="First shape of the beta distribution.")] = None
+    b: Annotated[float | None, Field(description="Second shape of the beta distribution.")] = None
+    lower: Annotated[float | None, Field(description="Lower end of the support.")] = None
+    upper: Annotated[float | None, Field(description="Upper end of the support.")] = None
+    values: Annotated[list[str] | None, Field(description="What is chosen from: laws.")] = None
+    weights: Annotated[list[float] | None, Field(description="Their weights (equal).")] = None
+
+    def build(self) -> Distribution:
+        """The distribution; ValueError where a key does not belong to it, or is missing or out of range."""
+        kind, needed, more = DISTRIBUTIONS[self.distribution]
+        refuse_foreign(self, {"distribution", *needed, *more}, f"distribution {self.distribution!r}")
+        missing = [name for name in needed if getattr(self, name) is None]
+        if missing:
+            raise ValueError(f"distribution {self.distribution!r} needs {' and '.join(missing)}")
+        given = self.model_dump(exclude={"distribution"}, exclude_none=True)
+        return kind(**{key: tuple(value) if isinstance(value, list) else value for key, value in given.items()})
+
+
+class CorrelationTable(Table):
+    """Rank correlation of two inputs."""
+
+    of: Annotated[tuple[str, str], Field(description="The two inputs.")]
+    rank: Annotated[float, Field(description="Spearman's correlation, -1 to 1.")]
+
+
+class UncertaintyTable(Table):
+    """What is uncertain, and which indices are wanted."""
+
+    inputs: Annotated[dict[str, InputTable], Field(min_length=1, description="Uncertain inputs by name.")]
+    correlations: Annotated[list[CorrelationTable] | None, Field(description="Rank correlations (none).")] = None
+    samples: Annotated[int, Field(ge=2, le=1_000_000, description="Number of samples (64).")] = 64
+    seed: Annotated[int, Field(ge=0, description="Seed of the samples (0).")] = 0
+    sobol: Annotated[
+        int | None, Field(ge=8, le=1_000_000, description="Base samples of Sobol' indices, a power of 2 (no indices).")
+    ] = None
+    morris: Annotated[
+        int | None, Field(ge=2, le=100_000, description="Trajectories of Morris' screening (no screening).")
+    ] = None
+
+    def build(self) -> RandomInputs:
+        """The inputs; ValueError where a distribution or a correlation is none."""
+        found = {}
+        for name, table in self.inputs.items():
+            try:
+                found[bare(name)] = table.build()
+            except ValueError as error:
+                raise ValueError(f"uncertainty.inputs.{name}: {error}") from None
+        pairs = {(bare(one.of[0]), bare(one.of[1])): one.rank for one in self.correlations or []}
+        try:
+            return RandomInputs(found, pairs)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"uncertainty: {error}") from None
