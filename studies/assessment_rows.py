@@ -18,7 +18,7 @@ NOTABLE_BELOW, NOTABLE_ABOVE = 0.02, 0.1
 
 
 def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
-    """What is expected in a year, by place, and how often each consequence comes about.
+    """What is expected in a year, by place.
 
     Raises
     ------
@@ -28,10 +28,8 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
     here = of_model(assessment, model)
     if "annual_number" not in here:
         raise ValueError("annual values need an assessment with a hazard curve, got one without")
-    words = _words(here)
     has_loss = "annual_loss" in here
     headings = ["", "pieces", "overturned a year", *(["lost a year"] if has_loss else []), "anything falls, once in"]
-    headings.extend(f"{word}, once in" for word in words)
     rows = []
     for place in here["place"].values:
         one = here.sel(place=place)
@@ -39,7 +37,6 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
         if has_loss:
             cells.append(_interval(one, "annual_loss"))
         cells.append(_period(one, "any_rate"))
-        cells.extend(_period(one.sel(consequence=word), "consequence_rate") for word in words)
         rows.append(tuple(cells))
     money = _money(here)
     return Rows(f"In a year{f', {money}' if money and has_loss else ''}", tuple(headings), rows)
@@ -55,11 +52,9 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
     """
     at = level_index(assessment, level)
     here = of_model(assessment, model).isel(level=at)
-    words = _words(here)
     has_loss = "loss_mean" in here
     ends = [f"{100.0 * float(q):g} %" for q in here["quantile"].values]
     headings = ["", "pieces", "overturned", f"{' / '.join(ends)}", *(["lost"] if has_loss else []), "anything falls"]
-    headings.extend(words)
     rows = []
     for place in here["place"].values:
         one = here.sel(place=place)
@@ -68,12 +63,34 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
         if has_loss:
             cells.append(_interval(one, "loss_mean"))
         cells.append(_percent(one, "any_probability"))
-        cells.extend(_percent(one.sel(consequence=word), "consequence_probability") for word in words)
         rows.append(tuple(cells))
     scale, unit = display_unit(assessment["level"])
     shaken = f"{assessment.attrs['im']} = {float(here['level']) / scale:.3g}{f' {unit}' if unit else ''}"
     money = _money(here)
     return Rows(f"At {shaken}{f', {money}' if money and has_loss else ''}", tuple(headings), rows)
+
+
+def consequence_rows(assessment: xr.Dataset, level: float | None = None, model: str | None = None) -> Rows | None:
+    """How often each consequence comes about, by place: in a year, or given a level; None where nothing has one."""
+    here = of_model(assessment, model)
+    words = _words(here)
+    if not words:
+        return None
+    if level is not None:
+        here = here.isel(level=level_index(assessment, level))
+    said, name, title = (
+        (_period, "consequence_rate", "What it means: once in")
+        if level is None
+        else (_percent, "consequence_probability", "What it means: probability")
+    )
+    places = [str(place) for place in here["place"].values]
+    rows = []
+    for word in words:
+        one = here.sel(consequence=word)
+        # (of floors without the interval: a table must fit a page)
+        whole, *floors = (said(one.sel(place=place), name) for place in places)
+        rows.append((word, whole, *(text.partition(" (")[0] for text in floors)))
+    return Rows(title, ("", *map(place_name, places)), rows)
 
 
 def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) -> Rows:

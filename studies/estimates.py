@@ -123,4 +123,4 @@ def ranking_of_measures(results: xr.Dataset) -> xr.Dataset:
 def middle_level(probability: xr.DataArray) -> int:
     """The level at which a probability, averaged over all else, is nearest to one half."""
     rest = [dim for dim in probability.dims if dim != "level"]
-    return int(np.abs(probability.mean(rest) - 0.5).argmin())
+    return int(np.abs(probability.mean(rest).values - 0.5).argmin())

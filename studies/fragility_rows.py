@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from .estimates import ranking_of_measures
-from .plots import display_unit, floor_name, in_years
+from .plots import axis_of, display_unit, floor_name, in_years
 from .plots_efficiency import measure_name
 from .rows import Rows
 
@@ -35,8 +35,8 @@ def hints(results: xr.Dataset) -> list[str]:
 
 def fragility_table(results: xr.Dataset) -> Table:
     """Medians and dispersions of a study's curves, with intervals, for a terminal."""
-    scale, unit = display_unit(results["level"])
-    name = results["level"].attrs.get("long_name", "level")
+    scale, unit = display_unit(axis_of(results))
+    name = axis_of(results).attrs.get("long_name", "level")
     percent = f"{100.0 * float(results.attrs['confidence']):g} %"
     table = Table(
         title=f"Median {name}{f' ({unit})' if unit else ''} and dispersion β with {percent} intervals",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -142,8 +143,7 @@ class PerformanceStudy(Study):
         ranked = anchoring(found, self.objective, level=self.at, replicates=self.replicates, seed=self.seed)
         whole = ranked.reindex(item=found["item"])
         return found.assign({f"{RANKING}{name}": one for name, one in whole.data_vars.items()}).assign_attrs(
-            objective=self.objective,
-            objective_text=ranked.attrs["objective_text"],
+            ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
             notes="\n".join(dict.fromkeys([*self.notes, *notes(found)])),
             **({} if self.at is None else {"at_level": self.at}),
         )
@@ -154,7 +154,7 @@ def ranking_of(results: xr.Dataset) -> xr.Dataset:
     own = [str(name) for name in results.data_vars if str(name).startswith(RANKING)]
     ranked = results[own].rename({name: name.removeprefix(RANKING) for name in own})
     keep = np.flatnonzero(np.isfinite(ranked["rank"].values).all(axis=0))
-    return ranked.isel(item=keep)
+    return ranked.isel(item=keep).assign_attrs(json.loads(results.attrs["ranking"]))
 
 
 def _nearest(levels: NDArray[np.float64], asked: PerformanceTable, im: str) -> float:

@@ -10,9 +10,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter
-from scipy.special import ndtr
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentFormatter
+from numpy.typing import NDArray
 
+from ..fragility import curve_probability
 from ..units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 
 # Okabe and Ito (2008): told apart with any colour vision; black and dashed is the reference.
@@ -30,6 +31,16 @@ def display_unit(level: xr.DataArray) -> tuple[float, str]:
     return 1.0, {VELOCITY: "m/s", "1": ""}.get(units, units)
 
 
+def plain_log(ax: Axes) -> None:
+    """Numbers as people write them on a logarithmic x-axis: a few within a decade where it holds little more."""
+    low, high = ax.get_xlim()
+    decades = math.log10(high / low) if 0.0 < low < high else 1.0
+    subs = (1.0, 2.0, 5.0) if decades < 2.5 else (1.0,)
+    ax.xaxis.set_major_locator(LogLocator(subs=subs))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
+    ax.xaxis.set_minor_formatter(NullFormatter())
+
+
 def in_years(rate: float) -> str:
     """A rate as the years between two events, to two or three digits."""
     if not rate > 0.0:
@@ -38,10 +49,18 @@ def in_years(rate: float) -> str:
     return f"{max(1.0 / rate, 0.1) if rate > 1.0 else round(1.0 / rate / digits) * digits:,.{int(rate > 0.1)}f}"
 
 
+def axis_of(results: xr.Dataset) -> xr.DataArray:
+    """The measure that curves are drawn against: the levels, or in a cloud every motion's own intensity."""
+    return results["level"] if "level" in results.coords else results["intensity"]
+
+
 def styles(results: xr.Dataset) -> list[tuple[str, str, Any]]:
     """Colour, marker and line style of each model: the first Housner black and dashed, the others in order."""
     chosen: list[tuple[str, str, Any]] = []
-    for law in results["law"].values:
+    laws = results["law"]
+    # (an uncertain law is another in every sample: then there is no reference among the models)
+    along = laws.isel({dim: 0 for dim in laws.dims if dim != "model"}).values if "model" in laws.dims else [""]
+    for law in along:
         if law == "housner" and REFERENCE not in chosen:
             chosen.append(REFERENCE)
             continue
@@ -86,18 +105,51 @@ def fragility(results: xr.Dataset, block: str, ax: Axes | None = None, floor: in
         here = here.sel(floor=floor)
     if ax is None:
         ax = plt.figure(figsize=(6.0, 4.2), layout="constrained").add_subplot()
-    scale, unit = display_unit(results["level"])
-    levels = here["level"].values / scale
+    axis = axis_of(results)
+    scale, unit = display_unit(axis)
+    shown = _points if "probability" in results and "level" in results.coords else _verdicts
+    end = shown(results, here, ax, scale)
+    x = np.linspace(0.0, end, 400)[1:]
+    for i, (colour, marker, line) in enumerate(styles(results)):
+        one = here.isel(model=i)
+        drawn = _curve(one, x * scale)
+        if drawn is not None:
+            ax.plot(x, drawn, color=colour, lw=1.8, ls=line)
+        label = model_name(str(one["model"].item()))
+        ax.plot(
+            [],
+            [],
+            color=colour,
+            marker=marker,
+            ms=5.0,
+            mew=0.0,
+            lw=1.8,
+            ls="none" if drawn is None else line,
+            label=label,
+        )
+    ax.set_xlim(0.0, end)
+    ax.set_ylim(-0.02, 1.02)
+    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.set_xlabel(f"{axis.attrs.get('long_name', 'level')}{f' ({unit})' if unit else ''}")
+    ax.set_ylabel(f"probability of {results.attrs.get('state', 'overturning')}")
+    ax.grid(alpha=0.25, lw=0.6)
+    ax.spines[["top", "right"]].set_visible(False)
+    where = "" if floor is None else f", {floor_name(floor)}"
+    ax.set_title(f"{block}{where}\n" + _sizes(here), fontsize=10)
+    return ax
+
+
+def _points(results: xr.Dataset, here: xr.Dataset, ax: Axes, scale: float) -> float:
+    """Observed fractions with their intervals; where the axis ends."""
     # offset of each law's points by a part of the least spacing: intervals at one level do not hide each other
     shift = np.linspace(-0.25, 0.25, here.sizes["model"]) if here.sizes["model"] > 1 else np.zeros(1)
+    levels = here["level"].values / scale
     gap = float(np.diff(levels).min()) if levels.size > 1 else 0.0
     # no further than the first level at which nearly everything falls: the same for all blocks, which are compared
     done = np.flatnonzero(
         (results["probability"] > 0.995).all([*{"block", "model", "floor"} & {*results["probability"].dims}]).values
     )
-    end = levels[done[0]] if done.size else levels[-1]
-    x = np.linspace(0.0, end * 1.02, 400)[1:]
-    for i, (colour, marker, line) in enumerate(styles(results)):
+    for i, (colour, marker, _) in enumerate(styles(results)):
         one = here.isel(model=i)
         p = one["probability"].values
         errors = np.stack([p - one["lower"].values, one["upper"].values - p])
@@ -112,22 +164,26 @@ def fragility(results: xr.Dataset, block: str, ax: Axes | None = None, floor: in
             color=colour,
             alpha=0.6,
         )
-        if bool(one["converged"]):
-            curve = ndtr(np.log(x * scale / one["median"].item()) / one["dispersion"].item())
-            ax.plot(x, curve, color=colour, lw=1.8, ls=line)
-        label = model_name(str(one["model"].item()))
-        shown = line if bool(one["converged"]) else "none"
-        ax.plot([], [], color=colour, marker=marker, ms=5.0, mew=0.0, lw=1.8, ls=shown, label=label)
-    ax.set_xlim(0.0, x[-1])
-    ax.set_ylim(-0.02, 1.02)
-    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
-    ax.set_xlabel(f"{results['level'].attrs.get('long_name', 'level')}{f' ({unit})' if unit else ''}")
-    ax.set_ylabel("probability of overturning")
-    ax.grid(alpha=0.25, lw=0.6)
-    ax.spines[["top", "right"]].set_visible(False)
-    where = "" if floor is None else f", {floor_name(floor)}"
-    ax.set_title(f"{block}{where}\n" + _sizes(here), fontsize=10)
-    return ax
+    return 1.02 * float(levels[done[0]] if done.size else levels[-1])
+
+
+def _verdicts(results: xr.Dataset, here: xr.Dataset, ax: Axes, scale: float) -> float:
+    """Every motion of a cloud at its own intensity: below where the block stands, above where it falls."""
+    at = here["intensity"].values / scale
+    for i, (colour, _, _) in enumerate(styles(results)):
+        fell = here["overturned"].isel(model=i).values
+        ax.plot(at, np.where(fell, 1.0 + 0.012 * i, -0.012 * i), "|", ms=6.0, mew=0.8, color=colour, alpha=0.5)
+    return 1.02 * float((results["intensity"] / scale).max())
+
+
+def _curve(one: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """The fitted curve of one block and law at x; None where there is none."""
+    fit = one.assign_attrs(form=one.attrs.get("form", "lognormal"))
+    if "curve_probability" in one:
+        fit = fit.drop_vars(["probability", "lower", "upper"], errors="ignore").rename(curve_probability="probability")
+    elif not np.isfinite(one["median"].item()):
+        return None
+    return np.asarray(curve_probability(fit, x, outside="most").values)
 
 
 def fragility_figure(results: xr.Dataset) -> Figure:
@@ -152,11 +208,12 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     percent = f"{100.0 * float(results.attrs.get('confidence', 0.95)):g} %"
     motions = results.sizes["motion"] // len(floors)
     each = " a floor" if len(floors) > 1 else ""
-    legend = f"{motions} motion{'s' if motions != 1 else ''}{each}; points: observed, with {percent} Wilson intervals"
+    seen = f"points: observed, with {percent} Wilson intervals" if "level" in results.coords else "bars: every motion"
+    legend = f"{motions} motion{'s' if motions != 1 else ''}{each}; {seen}"
     if results.sizes["model"] > 1:
         legend += " (shifted sideways to be told apart)"
     if bool(results["converged"].any()):
-        legend += "; lines: lognormal fits"
+        legend += f"; lines: {results.attrs.get('form', 'lognormal')} fits"
     figure.suptitle(f"{results.attrs.get('title', 'Fragility')}\n{legend}", fontsize=11)
     return figure
 

@@ -11,11 +11,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from .. import checks
 from .assessment_rows import figure_text, objective_unit, of_model, pieces_at, place_name
-from .plots import COLOURS, PANEL_COLUMNS, display_unit, model_name
+from .plots import COLOURS, PANEL_COLUMNS, display_unit, model_name, plain_log
 
 MEAN, BAND = "#000000", COLOURS[0]
 MOST_BARS = 20
@@ -105,7 +105,7 @@ def _levels(here: xr.Dataset, quantity: str, place: str, ax: Axes) -> None:
         free = f"{figure_text(top)} {_money(here)}".strip()
     ax.set_ylim(-0.03 * top, 1.06 * top if top > 0.0 else 1.0)
     ax.set_xscale("log")
-    _plain_log(ax)
+    plain_log(ax)
     ax.set_xlabel(f"{here['level'].attrs['long_name']}{f' ({unit})' if unit else ''}")
     ax.set_title(f"{place_name(place)}: {free} free to fall", fontsize=10)
     _tidy(ax)
@@ -165,7 +165,7 @@ def loss_curve_figure(assessment: xr.Dataset, quantity: str = "loss", model: str
         ax.set_ylim(10.0 ** math.floor(math.log10(0.9 * smallest)), 10.0 ** math.ceil(math.log10(1.1 * largest)))
     if quantity == "loss":
         ax.set_xscale("log")
-        _plain_log(ax)
+        plain_log(ax)
         ax.set_xlabel(f"value overturned, more than{_in_money(here)}")
     else:
         ax.xaxis.set_major_locator(_locator(8, whole=True))
@@ -285,14 +285,6 @@ def _in_money(here: xr.Dataset) -> str:
 
 def _locator(most: int, whole: bool = False) -> MaxNLocator:
     return MaxNLocator(most, integer=whole, steps=[1, 2, 5, 10])
-
-
-def _plain_log(ax: Axes) -> None:
-    """A logarithmic x axis in plain numbers."""
-    decades = np.log10(ax.get_xlim()[1] / ax.get_xlim()[0])
-    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 3.0 else (1.0,)))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: figure_text(value)))
-    ax.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _tidy(ax: Axes) -> None:

@@ -7,9 +7,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter, PercentFormatter
+from matplotlib.ticker import PercentFormatter
 
-from .plots import display_unit, floor_name, in_years, model_name, styles
+from .plots import display_unit, floor_name, in_years, model_name, plain_log, styles
+
+NOTHING = 5e-4
+"""Share of a rate below which a bin is not drawn."""
 
 
 def deaggregation(risk: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -34,11 +37,11 @@ def deaggregation(risk: xr.Dataset, ax: Axes | None = None) -> Axes:
         one = risk.isel(model=i)
         ax.step(x, one["share"], where="mid", color=colour, ls=line, lw=1.6, label=model_name(str(one["model"].item())))
     ax.set_xscale("log")
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
+    plain_log(ax)
     ax.set_ylim(bottom=0.0)
-    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
-    ax.set_xlabel(f"{risk['bin'].attrs.get('long_name', 'intensity')}{f' ({unit})' if unit else ''}")
+    ax.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+    name = str(risk["bin"].attrs.get("long_name", "intensity")).rsplit(" of ", 1)[-1]
+    ax.set_xlabel(f"{name}{f' ({unit})' if unit else ''}")
     ax.set_ylabel("share of the annual rate")
     ax.grid(alpha=0.25, lw=0.6)
     ax.spines[["top", "right"]].set_visible(False)
@@ -81,6 +84,7 @@ def annual_rates(risk: xr.Dataset, ax: Axes | None = None) -> Axes:
             fontsize=8,
         )
     ax.set_xscale("log")
+    plain_log(ax)
     ax.set_yticks(np.arange(len(names)), names)
     ax.set_ylim(len(names) - 0.4, -0.7)
     ax.margins(x=0.18)
@@ -97,12 +101,21 @@ def risk_figure(results: xr.Dataset) -> Figure:
     figure = plt.figure(
         figsize=(10.4, max(2.6, 0.42 * results.sizes["model"] + 1.4) * len(rows) + 0.5), layout="constrained"
     )
-    axes = figure.subplots(len(rows), 2, squeeze=False)
+    axes = figure.subplots(len(rows), 2, squeeze=False, sharex="col")
     for (left, right), (block, floor) in zip(axes, rows, strict=True):
         here = results.sel(block=block) if floor is None else results.sel(block=block, floor=floor)
         annual_rates(here, left)
         deaggregation(here, right)
+        for ax in (left, right):
+            ax.label_outer(remove_inner_ticks=False)
+            ax.tick_params(labelbottom=True)
+        right.set_ylabel("share of the annual rate")
         left.set_title(block if floor is None else f"{block}, {floor_name(floor)}", fontsize=10)
+    whole = results["share"].values
+    held = np.flatnonzero((whole > NOTHING).any(axis=tuple(range(whole.ndim - 1))))
+    if held.size:
+        x = results["bin"].values / display_unit(results["bin"])[0]
+        axes[0, 1].set_xlim(x[max(held[0] - 1, 0)], x[min(held[-1] + 1, x.size - 1)])
     percent = f"{100.0 * float(results.attrs.get('confidence', 0.95)):g} %"
     figure.suptitle(
         f"{results.attrs.get('title', 'Risk')}\nannual rates with {percent} intervals over motions", fontsize=11

@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter, PercentFormatter
+from matplotlib.ticker import PercentFormatter
 
 from .estimates import middle_level
-from .plots import COLOURS, MARKERS, display_unit, model_name, styles
+from .plots import COLOURS, MARKERS, display_unit, model_name, plain_log, styles
 
 NAMES = {
     "alpha": "α",
@@ -275,8 +275,7 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
             left.fill_between(x, band.isel(quantile=0), band.isel(quantile=-1), color=colour, alpha=0.15, lw=0.0)
             left.plot(x, one["probability"], color=colour, ls=line, lw=1.8, label=model_name(str(one["model"].item())))
         left.set_xscale("log")
-        left.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        left.xaxis.set_minor_formatter(NullFormatter())
+        plain_log(left)
         left.yaxis.set_major_formatter(PercentFormatter(1.0))
         left.set_xlabel(f"{here['level'].attrs.get('long_name', 'level')}{f' ({unit})' if unit else ''}")
         left.set_ylabel("probability of overturning")

@@ -102,15 +102,17 @@ def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 
 def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .assessment_rows import annual_rows, level_rows, ranking_rows  # noqa: PLC0415
+    from .assessment_rows import annual_rows, consequence_rows, level_rows, ranking_rows  # noqa: PLC0415
     from .performance_study import ranking_of  # noqa: PLC0415
     from .rows import plain_table  # noqa: PLC0415
 
     for model in results["model"].values:
-        if "annual_number" in results:
-            yield plain_table(*annual_rows(results, str(model)))
-        else:
-            yield plain_table(*level_rows(results, float(results.attrs["at_level"]), str(model)))
+        level = None if "annual_number" in results else float(results.attrs["at_level"])
+        whole = annual_rows(results, str(model)) if level is None else level_rows(results, level, str(model))
+        yield plain_table(*whole)
+        consequences = consequence_rows(results, level, str(model))
+        if consequences is not None:
+            yield plain_table(*consequences)
         yield plain_table(*ranking_rows(ranking_of(results), str(model)))
 
 

@@ -34,14 +34,15 @@ def share_rows(results: xr.Dataset) -> Rows:
     known = "capacity_share" in results
     names = [str(one) for one in results["component"].values]
     words = [" × ".join(input_name(part) for part in one.split(" × ")) for one in names]
-    rows = []
+    columns = []
     for block in results["block"].values:
         one = results.sel(block=block)
-        # where capacities are not known, at the level where most is undecided
         share = one["capacity_share"] if known else one["flag_share"].isel(level=middle_level(one["probability"]))
-        rows.append((str(block), *(f"{100.0 * float(value):.0f} %" for value in share.values)))
+        columns.append([f"{100.0 * float(value):.0f} %" for value in share.values])
+    # where capacities are not known, at the level where most is undecided
     what = "ln capacity" if known else "the verdict, where it is least certain,"
-    return Rows(f"Where the variance of {what} comes from", ("", *words), rows)
+    rows = list(zip(words, *columns, strict=True))
+    return Rows(f"Where the variance of {what} comes from", ("", *map(str, results["block"].values)), rows)
 
 
 def index_rows(results: xr.Dataset, name: str) -> Rows | None:

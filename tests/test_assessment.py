@@ -20,7 +20,7 @@ from toppling.motions import Building
 from toppling.studies import assessment as module
 from toppling.studies.anchoring import anchoring
 from toppling.studies.assessment import assess
-from toppling.studies.assessment_rows import annual_rows, figure_text, level_rows, notes, ranking_rows
+from toppling.studies.assessment_rows import annual_rows, consequence_rows, figure_text, level_rows, notes, ranking_rows
 from toppling.studies.contents import Contents, Inventory
 from toppling.studies.inventory import example_path, read_inventory
 from toppling.studies.plots_assessment import levels_figure, loss_curve_figure, ranking_figure
@@ -570,11 +570,22 @@ class TestTablesAndFigures:
         title, headings, rows = level_rows(found, LEVELS[3], model=tp.DiscreteDamping().label)
         assert title == f"At pga = {LEVELS[3] / 9.80665:.3g} g, EUR"
         assert headings[3] == "10 % / 50 % / 90 %"
-        assert rows[2][2:] == ("0 (0–0)", "0 / 0 / 0", "0 (0–0)", "–", "–", "–")
+        assert rows[2][2:] == ("0 (0–0)", "0 / 0 / 0", "0 (0–0)", "–")
         with pytest.raises(ValueError, match="level must be one of"):
             level_rows(found, 1.234)
         with pytest.raises(ValueError, match="model must be one of"):
             level_rows(found, LEVELS[3], model="x")
+
+    def test_consequence_rows(self, found):
+        yearly = consequence_rows(found)
+        assert yearly.headings == ("", "building", "ground", "floor 1", "floor 3")
+        assert [row[0] for row in yearly.rows] == found.consequence.values.tolist()
+        rate = float(found.consequence_rate.isel(model=0, consequence=0).sel(place="building"))
+        assert yearly.rows[0][1].startswith(f"{figure_text(1.0 / rate)} years (")
+        given = consequence_rows(found, LEVELS[3], tp.DiscreteDamping().label)
+        assert "%" in given.rows[0][1]
+        assert given.rows[0][3] == "–"
+        assert consequence_rows(found.isel(consequence=[])) is None
 
     def test_ranking_rows(self, found):
         _, headings, rows = ranking_rows(anchoring(found), most=2)
