@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -21,6 +22,8 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 REFERENCE = ("#000000", "X", (0, (4, 2)))
 PANEL_COLUMNS = 3
+FAR = 3.0
+"""Dispersions above the median at which a curve has nothing more to show."""
 
 
 def display_unit(level: xr.DataArray) -> tuple[float, str]:
@@ -173,7 +176,12 @@ def _verdicts(results: xr.Dataset, here: xr.Dataset, ax: Axes, scale: float) -> 
     for i, (colour, _, _) in enumerate(styles(results)):
         fell = here["overturned"].isel(model=i).values
         ax.plot(at, np.where(fell, 1.0 + 0.012 * i, -0.012 * i), "|", ms=6.0, mew=0.8, color=colour, alpha=0.5)
-    return 1.02 * float((results["intensity"] / scale).max())
+    most = float((results["intensity"] / scale).max())
+    if "median" not in results:
+        return 1.02 * most
+    # (a few strong motions must not press all curves against the axis)
+    top = results["median"] * np.exp(FAR * results["dispersion"]) / scale
+    return 1.02 * min(most, float(top.max())) if bool(np.isfinite(top).any()) else 1.02 * most
 
 
 def _curve(one: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64] | None:
@@ -210,11 +218,12 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     each = " a floor" if len(floors) > 1 else ""
     seen = f"points: observed, with {percent} Wilson intervals" if "level" in results.coords else "bars: every motion"
     legend = f"{motions} motion{'s' if motions != 1 else ''}{each}; {seen}"
-    if results.sizes["model"] > 1:
+    if results.sizes["model"] > 1 and "level" in results.coords:
         legend += " (shifted sideways to be told apart)"
     if bool(results["converged"].any()):
         legend += f"; lines: {results.attrs.get('form', 'lognormal')} fits"
-    figure.suptitle(f"{results.attrs.get('title', 'Fragility')}\n{legend}", fontsize=11)
+    wrapped = textwrap.fill(legend, int(14.0 * figure.get_figwidth()))
+    figure.suptitle(f"{results.attrs.get('title', 'Fragility')}\n{wrapped}", fontsize=11)
     return figure
 
 

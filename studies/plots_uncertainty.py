@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -29,6 +30,7 @@ NAMES = {
     "sample": "parameters",
     "cm_height": "mass centre",
 }
+MOST_BARS = 8
 HATCHES = ("", "////", "....")
 
 
@@ -282,9 +284,11 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
         left.set_title(block, fontsize=10)
         left.grid(alpha=0.25, lw=0.6)
         left.spines[["top", "right"]].set_visible(False)
-        left.legend(frameon=False, fontsize=9, loc="upper left")
-        shares = here[["flag_share"]].rename(flag_share="share")
-        variance_bars(shares.isel(level=slice(None, None, max(1, here.sizes["level"] // 12))), right)
+        left.legend(frameon=False, fontsize=9, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+        overall = here["probability"].mean("model").values
+        open_ = np.flatnonzero((overall > 0.005) & (overall < 0.995))
+        chosen = open_[:: max(1, math.ceil(open_.size / MOST_BARS))] if open_.size else np.arange(1)
+        variance_bars(here[["flag_share"]].rename(flag_share="share").isel(level=chosen), right)
         right.set_title("Where the variance of the verdict comes from", fontsize=10)
     samples, motions = results.sizes["sample"], results.sizes["motion"]
     figure.suptitle(
@@ -308,5 +312,7 @@ def index_figure(results: xr.Dataset, name: str) -> Figure:
             probability = results["probability"].sel(block=block, model=model)
             at = middle_level(probability)
             draw(indices.sel(block=block, model=model).isel(output=at), ax)
-            ax.set_title(f"{block}, {model_name(model)}\n{indices['output'].values[at]}", fontsize=9)
+            scale, unit = display_unit(results["level"])
+            level = f"{float(results['level'][at]) / scale:.3g}{f' {unit}' if unit else ''}"
+            ax.set_title(f"{block}, {model_name(model)}\nprobability of overturning at {level}", fontsize=9)
     return figure
