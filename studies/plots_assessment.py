@@ -16,6 +16,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 from .. import checks
 from .assessment_rows import figure_text, objective_unit, of_model, pieces_at, place_name
 from .plots import COLOURS, PANEL_COLUMNS, display_unit, model_name, plain_log
+from .plots_efficiency import measure_name
 
 MEAN, BAND = "#000000", COLOURS[0]
 MOST_BARS = 20
@@ -56,8 +57,6 @@ def levels_figure(assessment: xr.Dataset, quantity: str = "number", model: str |
         _levels(here, quantity, place, ax)
     for ax in list(axes.flat)[len(places) :]:
         ax.remove()
-    unit = display_unit(here["level"])[1]
-    figure.supxlabel(f"{here['level'].attrs['long_name']}{f' ({unit})' if unit else ''}", fontsize=10)
     handles, labels = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=9)
     what = "Pieces overturned" if quantity == "number" else "Value overturned"
@@ -69,7 +68,7 @@ def levels_figure(assessment: xr.Dataset, quantity: str = "number", model: str |
 def _levels(here: xr.Dataset, quantity: str, place: str, ax: Axes) -> None:
     """One place's panel."""
     one = here.sel(place=place)
-    scale, _ = display_unit(here["level"])
+    scale, unit = display_unit(here["level"])
     x = here["level"].values / scale
     name = f"{quantity}_quantile"
     probabilities = here["quantile"].values
@@ -108,6 +107,7 @@ def _levels(here: xr.Dataset, quantity: str, place: str, ax: Axes) -> None:
     ax.set_ylim(-0.03 * top, 1.06 * top if top > 0.0 else 1.0)
     ax.set_xscale("log")
     plain_log(ax)
+    ax.set_xlabel(f"{measure_name(str(here['level'].attrs['im']))}{f' ({unit})' if unit else ''} of the ground motion")
     ax.set_title(f"{place_name(place)}: {free} free to fall", fontsize=10)
     _tidy(ax)
 

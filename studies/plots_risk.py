@@ -107,9 +107,8 @@ def risk_figure(results: xr.Dataset) -> Figure:
         annual_rates(here, left)
         deaggregation(here, right)
         for ax in (left, right):
-            ax.label_outer(remove_inner_ticks=False)
             ax.tick_params(labelbottom=True)
-        right.set_ylabel("share of the annual rate")
+            ax.set_xlabel(ax.get_xlabel() if block == rows[-1][0] and floor == rows[-1][1] else "")
         left.set_title(block if floor is None else f"{block}, {floor_name(floor)}", fontsize=10)
     whole = results["share"].values
     held = np.flatnonzero((whole > NOTHING).any(axis=tuple(range(whole.ndim - 1))))

@@ -265,8 +265,8 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
     level where capacities are not known).
     """
     blocks = [str(one) for one in results["block"].values]
-    figure = plt.figure(figsize=(10.4, 3.9 * len(blocks) + 0.5), layout="constrained")
-    axes = figure.subplots(len(blocks), 2, squeeze=False, width_ratios=(1.0, 1.0))
+    figure = plt.figure(figsize=(11.0, 4.4 * len(blocks) + 0.5), layout="constrained")
+    axes = figure.subplots(len(blocks), 2, squeeze=False, width_ratios=(1.0, 0.9))
     scale, unit = display_unit(results["level"])
     for (left, right), block in zip(axes, blocks, strict=True):
         here = results.sel(block=block)
@@ -284,7 +284,7 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
         left.set_title(block, fontsize=10)
         left.grid(alpha=0.25, lw=0.6)
         left.spines[["top", "right"]].set_visible(False)
-        left.legend(frameon=False, fontsize=9, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+        left.legend(frameon=False, fontsize=9, loc="upper center", bbox_to_anchor=(0.5, -0.16))
         overall = here["probability"].mean("model").values
         open_ = np.flatnonzero((overall > 0.005) & (overall < 0.995))
         chosen = open_[:: max(1, math.ceil(open_.size / MOST_BARS))] if open_.size else np.arange(1)
