@@ -128,20 +128,23 @@ def size_table(results: xr.Dataset) -> Table:
 
 
 def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
-    """The measures that serve best, block by block: dispersion in each, and how far it is from the best."""
+    """The measures that serve best, block by block: the dispersion in each under every law, best first."""
     found = ranking_of_measures(results)
     floors = found["floor"].values.tolist() if "floor" in found.dims else [None]
     tables = []
-    for block, model, floor in product(found["block"].values, found["model"].values, floors):
-        one = found.sel(block=block, model=model)
+    for block, floor in product(found["block"].values, floors):
+        here = found.sel(block=block) if floor is None else found.sel(block=block, floor=floor)
         where = "" if floor is None else f", {floor_name(floor)}"
-        one = one if floor is None else one.sel(floor=floor)
-        rank = one["rank"].values
+        rank = here["rank"].mean("model").values
         rows = []
         for i in [i for i in np.argsort(rank) if np.isfinite(rank[i])][:most]:
-            beta, low, high = (float(one[f"amplitude_dispersion{end}"][i]) for end in ("", "_lower", "_upper"))
-            apart = "" if bool(one["distinguishable"][i]) else "not told apart from the best"
-            rows.append((measure_name(str(one["measure"].values[i])), f"{beta:.3f}", f"{low:.3f}–{high:.3f}", apart))
-        title = f"Measures by efficiency: {block}{where}, {model}"
-        tables.append(Rows(title, ("", "dispersion", "95 %", ""), rows))
+            cells = []
+            for j in range(here.sizes["model"]):
+                one = here.isel(model=j, measure=i)
+                beta, low, high = (float(one[f"amplitude_dispersion{end}"]) for end in ("", "_lower", "_upper"))
+                near = "" if bool(one["distinguishable"]) else "≈ "
+                cells.append(f"{near}{beta:.3f} ({low:.3f}–{high:.3f})")
+            rows.append((measure_name(str(here["measure"].values[i])), *cells))
+        title = f"Dispersion by measure: {block}{where} (≈: not told apart from the best)"
+        tables.append(Rows(title, ("", *map(str, here["model"].values)), rows))
     return tables
