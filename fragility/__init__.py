@@ -1,6 +1,7 @@
 """From runs to probabilities and rates: analyses, estimators, comparisons of measures, uncertain inputs, risk."""
 
 from .capacity import overturning_capacity
+from .comparison import median_ratio, size_regression
 from .curve_csv import read_curve_csv, write_curve_csv
 from .curves import curve_probability
 from .designs import cloud, stripes
@@ -64,6 +65,7 @@ __all__ = [
     "flips",
     "goodness_of_fit",
     "ida",
+    "median_ratio",
     "morris_indices",
     "notes",
     "overturning_capacity",
@@ -82,6 +84,7 @@ __all__ = [
     "run_chunk",
     "screen",
     "size_for_rate",
+    "size_regression",
     "slenderness_for_rate",
     "sobol_indices",
     "stripes",

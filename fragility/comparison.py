@@ -1,0 +1,165 @@
+"""Curves held against others: how far medians lie apart, and what block sizes make of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .. import checks
+from ..units import DIMENSIONLESS
+
+RIGHT, SAFE, UNSAFE, OPEN = "right", "safe", "unsafe", "open"
+"""Verdicts on a published median: within the margin; below what is found; above it; the interval does not tell."""
+MARGIN = 0.15
+
+
+def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
+    """Medians over published ones, block by block, and what that makes of the published.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        Fitted curves on (block, …) with the median's interval, as `fit_fragility` returns them.
+    published : xarray.Dataset
+        Medians on block, in the same measure, as `toppling.fragility.published` has them.
+    margin : float
+        How far from 1 a ratio still counts as right, above 0 to below 1: 1/(1 + margin) to 1 + margin.
+
+    Returns
+    -------
+    xarray.Dataset
+        On the dimensions of the curves: ratio, lower, upper, and verdict on the published median: ``right`` (the whole
+        interval lies within the margin), ``safe`` (it lies above 1: blocks stand more than was published), ``unsafe``
+        (below 1), ``open`` (it holds 1 and more than the margin, or there is no estimate).
+
+    Raises
+    ------
+    ValueError
+        Measures or units that differ, no block in common.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> ends = {"median": 2.0, "median_lower": 1.6, "median_upper": 2.4}
+    >>> found = xr.Dataset({name: ("block", [value], {"units": "m s-1"}) for name, value in ends.items()},
+    ...                    {"block": ["shelf"]}, {"im": "pgv"})
+    >>> known = xr.Dataset({"median": ("block", [1.0], {"units": "m s-1"})}, {"block": ["shelf"]}, {"im": "pgv"})
+    >>> median_ratio(found, known)["verdict"].values.tolist()
+    ['safe']
+    """
+    width = checks.number("margin", margin, above=0.0, below=1.0)
+    for name, one, other in (
+        ("measure", curves.attrs.get("im"), published.attrs.get("im")),
+        ("unit", curves["median"].attrs.get("units"), published["median"].attrs.get("units")),
+    ):
+        if one != other:
+            raise ValueError(f"published medians must be of the {name} of the curves, {one!r}, got {other!r}")
+    blocks = [block for block in curves["block"].values if block in published["block"].values]
+    if not blocks:
+        raise ValueError("curves and published medians must have blocks in common, got none")
+    here = curves.sel(block=blocks)
+    base = (
+        published["median"]
+        .sel(block=blocks)
+        .drop_vars([name for name in published["median"].coords if name != "block"], errors="ignore")
+    )
+    ratio, lower, upper = (here[name] / base for name in ("median", "median_lower", "median_upper"))
+    least, most = 1.0 / (1.0 + width), 1.0 + width
+    conditions: list[tuple[Any, str]] = [
+        (np.isnan(lower) | np.isnan(upper), OPEN),
+        ((lower >= least) & (upper <= most), RIGHT),
+        (lower > 1.0, SAFE),
+        (upper < 1.0, UNSAFE),
+    ]
+    verdict: NDArray[np.object_] = np.full(ratio.shape, OPEN, dtype=object)
+    decided = np.zeros(ratio.shape, dtype=bool)
+    for condition, word in conditions:
+        now = condition.transpose(*ratio.dims).values & ~decided
+        verdict[now] = word
+        decided |= now
+    text = "median over the published one"
+    found = {
+        "ratio": (ratio, text),
+        "lower": (lower, f"lower end of the interval of the {text}"),
+        "upper": (upper, f"upper end of the interval of the {text}"),
+        "verdict": (ratio.copy(data=verdict), "verdict on the published median: right, safe, unsafe or open"),
+    }
+    return xr.Dataset(
+        {name: one.assign_attrs(units=DIMENSIONLESS, long_name=words) for name, (one, words) in found.items()},
+        attrs={"title": "Medians against published ones", "margin": width},
+    )
+
+
+def size_regression(curves: xr.Dataset, confidence: float = 0.95) -> xr.Dataset:
+    """The law ln(median) = a + b ln(width) + c ln(height) between the medians of blocks, by least squares.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        Curves on block with the coordinates width and height (m), and any other dimensions; with `median_sample` on
+        replicate where intervals are wanted.
+    confidence : float
+        Of the intervals, between 0 and 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        On term (constant, width, height) and the dimensions left: coefficient (the constant is the ln of the median, in
+        the unit of the levels, of a block of 1 m x 1 m), with coefficient_lower and coefficient_upper from the
+        replicates where there are some; scatter, the root mean square of the residuals.  NaN where a block has no
+        median.
+
+    Raises
+    ------
+    ValueError
+        Fewer than four blocks, or sizes that do not tell width from height.
+
+    Notes
+    -----
+    A replicate is one resample of the motions for all blocks, so the intervals know that the blocks saw the same
+    motions; that the law itself does not hold exactly is the scatter.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import xarray as xr
+    >>> B, H = np.array([0.3, 0.4, 0.5, 0.6]), np.array([1.0, 2.0, 1.5, 0.9])
+    >>> curves = xr.Dataset({"median": ("block", 3.0 * B**1.5 / H)}, {"width": ("block", B), "height": ("block", H)})
+    >>> size_regression(curves)["coefficient"].values.round(6).tolist()
+    [1.098612, 1.5, -1.0]
+    """
+    level = checks.number("confidence", confidence, above=0.0, below=1.0)
+    n = curves.sizes.get("block", 0)
+    if n < 4:
+        raise ValueError(f"a law in two sizes needs at least 4 blocks, got {n}")
+    terms = np.stack([np.ones(n), np.log(curves["width"].values), np.log(curves["height"].values)], axis=1)
+    if np.linalg.matrix_rank(terms, 1e-6) < 3:
+        raise ValueError("sizes of the blocks must tell width from height, got the same proportion or size throughout")
+    solve = xr.DataArray(
+        np.linalg.pinv(terms),
+        {"term": ("term", np.array(["constant", "width", "height"], dtype=object))},
+        ("term", "block"),
+    )
+    plain = curves["median"].drop_vars([name for name in curves["median"].coords if "block" in curves[name].dims])
+    logs = plain.copy(data=np.log(plain.values))
+    coefficient = xr.dot(solve, logs, dim="block")
+    fitted = xr.dot(xr.DataArray(terms, dims=("block", "term")), coefficient.drop_vars("term"), dim="term")
+    scatter = np.sqrt(((logs - fitted) ** 2).mean("block", skipna=False))
+    found: dict[str, tuple[xr.DataArray, str]] = {
+        "coefficient": (coefficient, "coefficient of ln size in ln median"),
+        "scatter": (scatter, "root mean square of the residuals of ln median"),
+    }
+    if "median_sample" in curves:
+        sample = curves["median_sample"]
+        sample = sample.drop_vars([name for name in sample.coords if "block" in curves[name].dims])
+        drawn = xr.dot(solve, sample.copy(data=np.log(sample.values)), dim="block")
+        for end, q in (("lower", 0.5 - 0.5 * level), ("upper", 0.5 + 0.5 * level)):
+            quantile = drawn.quantile(q, "replicate", skipna=True).drop_vars("quantile")
+            found[f"coefficient_{end}"] = quantile, f"{end} end of the {100.0 * level:g} % interval of the coefficient"
+    return xr.Dataset(
+        {name: one.assign_attrs(units=DIMENSIONLESS, long_name=text) for name, (one, text) in found.items()},
+        attrs={"title": "Medians by block size", "confidence": level},
+    )
