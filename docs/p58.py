@@ -156,7 +156,7 @@ def exponents_figure(laws: xr.Dataset) -> Figure:
         ax.grid(axis="y", alpha=0.25, lw=0.6)
         ax.spines[["top", "right"]].set_visible(False)
     figure.axes[0].legend(frameon=False, fontsize=9)
-    figure.suptitle("median ∝ widthᵃ heightᵇ over the nine items, with 95 % intervals", fontsize=11)
+    figure.suptitle("median ∝ widthᵇ heightᶜ over the nine items, with 95 % intervals", fontsize=11)
     return figure
 
 

@@ -133,13 +133,14 @@ def test_docstring_examples(name):
     assert found.failed == 0
 
 
-def test_readme_example(tmp_path, monkeypatch):
-    """The Python in the README runs as printed."""
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+@pytest.mark.parametrize("page", ["README.md", "docs/decisions.md"])
+def test_readme_example(page, tmp_path, monkeypatch):
+    """The Python on a page runs as printed."""
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), re.DOTALL)
     assert blocks
     monkeypatch.chdir(tmp_path)
     for code in blocks:
-        exec(compile(code, "README.md", "exec"), {})
+        exec(compile(code, page, "exec"), {})
 
 
 def test_public_names():
