@@ -32,6 +32,7 @@ from .risk import annual_rate
 from .screen import screen
 from .sensitivity import morris_indices, sobol_indices, tornado
 from .slenderness import slenderness_for_rate
+from .standing import standing
 from .states import reached
 from .uncertain import uncertain_ida
 from .variance import capacity_variance_shares, variance_shares
@@ -87,6 +88,7 @@ __all__ = [
     "size_regression",
     "slenderness_for_rate",
     "sobol_indices",
+    "standing",
     "stripes",
     "tornado",
     "uncertain_ida",

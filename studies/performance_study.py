@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..fragility import HazardCurve, block_notes
+from ..fragility import HazardCurve, block_notes, standing
 from ..fragility.joint import Variability
 from ..fragility.scaling import SCALE
 from ..models import Law
@@ -142,9 +142,12 @@ class PerformanceStudy(Study):
         )
         ranked = anchoring(found, self.objective, level=self.at, replicates=self.replicates, seed=self.seed)
         whole = ranked.reindex(item=found["item"])
-        return found.assign({f"{RANKING}{name}": one for name, one in whole.data_vars.items()}).assign_attrs(
+        blocks = [row.block for row in self.inventory.rows]
+        screened = standing(blocks, self.models, found.sizes["motion"], "item")
+        beside = {f"{RANKING}{name}": one for name, one in whole.data_vars.items()}
+        return found.assign({**beside, **screened.data_vars}).assign_attrs(
             ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
-            notes="\n".join(dict.fromkeys([*self.notes, *notes(found)])),
+            notes="\n".join([screened.attrs["notes"], *notes(found)]),
             **({} if self.at is None else {"at_level": self.at}),
         )
 

@@ -19,6 +19,7 @@ from ..fragility import (
     overturning_probability,
     overturning_response,
     sobol_indices,
+    standing,
     uncertain_ida,
     variance_shares,
 )
@@ -125,7 +126,10 @@ class UncertaintyStudy(Study):
             parts.append(self._of_block(block, client, part_of(progress, i * share, self.runs)))
         labels = np.array([block.label for block in self.blocks], dtype=object)
         along = xr.DataArray(labels, dims="block", name="block", attrs={"units": DIMENSIONLESS, "long_name": "block"})
-        return xr.concat(parts, along, combine_attrs="override", coords="different", compat="equals")
+        found = xr.concat(parts, along, combine_attrs="override", coords="different", compat="equals")
+        # (of the blocks as they are thought to be: samples differ from them)
+        screened = standing(self.blocks, self.models, found.sizes["motion"])
+        return found.assign(screened.data_vars).assign_attrs(notes=screened.attrs["notes"])
 
     def _of_block(self, block: Block, client: Client | None, progress: Progress | None) -> xr.Dataset:
         ground = self.design.ground or None

@@ -11,7 +11,7 @@ from scipy import stats
 from scipy.special import erfinv
 
 import toppling as tp
-from toppling.fragility import block_notes, flips, notes, perturbed, screen, wilson_interval
+from toppling.fragility import block_notes, flips, notes, perturbed, screen, standing, wilson_interval
 from toppling.fragility.intervals import runs_for_half_width, wilson_half_width
 from toppling.fragility.reasons import REASONS
 from toppling.models.friction import (
@@ -654,3 +654,23 @@ class TestStudy:
             assert "note: no coefficient of friction is given" in printed
             assert "note: 12 motions tell a probability of 1/2 to ±0.25 only" in printed
             assert "are undecided" in printed
+
+
+class TestStanding:
+    def test_is_the_screen_without_motions(self):
+        """The same numbers as `screen` has for runs of the same blocks, laws and motions."""
+        blocks = [tp.catalogue["file-vertical-2-drawer"], tp.catalogue["bookcase-5-shelf"]]
+        models = [tp.HousnerImpact(e=0.5), tp.Vassiliou()]
+        shakes = tp.motions.CloughPenzien(duration=5.0, dt=0.02).sample(7)
+        whole = screen(tp.ida(blocks, models, shakes, [3.0]), shakes)
+        part = standing(blocks, models, 7)
+        for name in ("squat", "friction_uplift", "interval_half_width", "few_motions"):
+            np.testing.assert_array_equal(part[name], whole[name])
+        np.testing.assert_array_equal(part.friction_impact, whole.friction_impact.transpose("model", "block"))
+        sentences = part.attrs["notes"].splitlines()
+        assert sentences[0].startswith("file-vertical-2-drawer: its centre of mass is 1.6 half widths high")
+        assert (
+            sentences[1]
+            == "blocks slide where the coefficient of friction is below 0.18 to 0.62 at uplift and 1.87 at impact"
+        )
+        assert sentences[2].startswith("7 motions tell a probability of 1/2 to ±0.30 only")

@@ -1,0 +1,80 @@
+"""The part of the validity screen that blocks, laws and the number of motions decide alone.
+
+For results that are not runs on (block, model, level, motion), which `screen` takes: inventories and uncertain blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from .. import checks
+from ..models import Block, Law
+from ..models.friction import friction_at_impact
+from .intervals import runs_for_half_width, wilson_half_width
+from .notes import NOT_MODELLED, block_notes
+from .reasons import labelled
+from .screen import HALF_WIDTH, SQUAT_RATIO
+
+
+def standing(
+    blocks: Sequence[Block], models: Sequence[Law], motions: int, dim: str = "block", half_width: float = HALF_WIDTH
+) -> xr.Dataset:
+    """What speaks against rocking as the model of blocks, before any motion is looked at.
+
+    Parameters
+    ----------
+    blocks, models : sequences
+        As for `toppling.ida`.
+    motions : int
+        How many motions there are.
+    dim : str
+        What the dimension of the blocks is called.
+    half_width : float
+        Greatest half width of the 95 % interval of a probability of 1/2 that passes.
+
+    Returns
+    -------
+    xarray.Dataset
+        As in `screen`: squat and friction_uplift on the blocks, friction_impact on (model, blocks), and
+        interval_half_width and few_motions; the attribute notes says it in sentences, one a line.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No motions, a half width out of range.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> found = standing([tp.Block(0.4, 0.6, name="crate")], [tp.HousnerImpact()], 20)
+    >>> bool(found["squat"][0]), bool(found["few_motions"])
+    (True, True)
+    """
+    widest = checks.number("half_width", half_width, above=0.0, below=0.5)
+    half = wilson_half_width(checks.count("motions", motions, at_least=1))
+    ratio = np.array([block.h / block.b for block in blocks])
+    e = np.array([[model.restitution(block) for block in blocks] for model in models], dtype=float)
+    impact = friction_at_impact(ratio[None], e)
+    said = block_notes(blocks)
+    needs = [f"{(1.0 / ratio).min():.2f} to {(1.0 / ratio).max():.2f} at uplift"]
+    if np.isfinite(impact).any():
+        needs.append(f"{np.nanmax(impact):.2f} at impact")
+    said.append(f"blocks slide where the coefficient of friction is below {' and '.join(needs)}")
+    if half > widest:
+        said.append(
+            f"{motions} motions tell a probability of 1/2 to ±{half:.2f} only; {runs_for_half_width(widest)} would to "
+            f"±{widest:g}"
+        )
+    variables = {
+        "squat": labelled(xr.DataArray(ratio < SQUAT_RATIO, dims=dim), "less than two half widths high: bounces"),
+        "friction_uplift": labelled(xr.DataArray(1.0 / ratio, dims=dim), "coefficient of friction needed at uplift"),
+        "friction_impact": labelled(
+            xr.DataArray(impact, dims=("model", dim)), "coefficient of friction needed at impact"
+        ),
+        "interval_half_width": labelled(xr.DataArray(half), "half width of the 95 % interval of a probability of 1/2"),
+        "few_motions": labelled(xr.DataArray(half > widest), f"whether that is above {widest:g}"),
+    }
+    return xr.Dataset(variables, attrs={"title": "Validity screen", "notes": "\n".join([*said, NOT_MODELLED])})
