@@ -86,7 +86,16 @@ class Risk:
 
     def of(self, curves: xr.Dataset, confidence: float) -> xr.Dataset:
         """Rates of curves, and the size that meets the target, under the names that they have in results."""
-        rates = annual_rate(curves, self.hazard, self.years, below=self.below, above=self.above, confidence=confidence)
+        # (a curve without parameters is taken for the highest that it can be beyond its levels: the safe side)
+        rates = annual_rate(
+            curves,
+            self.hazard,
+            self.years,
+            below=self.below,
+            above=self.above,
+            outside="most",
+            confidence=confidence,
+        )
         found = rates.drop_vars("rate_sample", errors="ignore").rename(
             {old: new for old, new in RISK_NAMES.items() if old in rates}
         )

@@ -56,8 +56,10 @@ def fragility_table(results: xr.Dataset) -> Table:
                 one = one.isel(floor=k)
             if bool(one["converged"]):
                 median, low, high = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
-                beta, narrow, wide = (one[f"dispersion{end}"].item() for end in ("", "_lower", "_upper"))
-                cells = (f"{median:.3f}", f"{low:.3f}–{high:.3f}", f"{beta:.3f}", f"{narrow:.3f}–{wide:.3f}")
+                cells = (f"{median:.3f}", f"{low:.3f}–{high:.3f}", "", "")
+                if "dispersion" in one:
+                    beta, narrow, wide = (one[f"dispersion{end}"].item() for end in ("", "_lower", "_upper"))
+                    cells = (*cells[:2], f"{beta:.3f}", f"{narrow:.3f}–{wide:.3f}")
             else:
                 cells = ("", f"[italic]{one['status'].item()}[/]", "", "")
             table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
