@@ -49,10 +49,10 @@ lint: $(VENV)/installed-dev
 	cd $(VENV)/types && ../bin/mypy --config-file toppling/pyproject.toml $(addprefix toppling/,models motions fragility benchmarks studies)
 
 test: lint
-	$(BIN)/python -m pytest -m "not slow" tests
+	$(BIN)/python -m pytest -n auto -m "not slow" tests
 
 test-slow: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -m slow tests
+	$(BIN)/python -m pytest -n auto -m slow tests
 
 test-all: test test-slow
 
