@@ -27,6 +27,8 @@ FRACTILE, SLOPE = range(2)
 ROOT_HALF = math.sqrt(0.5)
 LOG_ROOT_2PI = 0.5 * math.log(2.0 * math.pi)
 ROOT_2PI = math.sqrt(2.0 * math.pi)
+# The largest exponent that is tried.
+LARGE = 600.0
 SCRATCH = 9
 MAX_ITERATIONS = 100
 MAX_HALVINGS = 60
@@ -75,18 +77,24 @@ def tails(eta, link):
         if eta < 0.0:
             return log_small, log_large, log_f, large, small, large - small, -2.0 * small * large
         return log_large, log_small, log_f, small, large, small - large, -2.0 * small * large
-    rate = math.exp(eta)
+    rate = math.exp(min(eta, LARGE))
     if eta < -36.0:  # 1 - exp(-rate) is the rate to rounding
         return eta, -rate, eta - rate, 1.0, rate, 1.0 - rate, -rate
     return (
         math.log(-math.expm1(-rate)),
         -rate,
         eta - rate,
-        rate / math.expm1(rate),
+        rate / math.expm1(rate) if rate < LARGE else 0.0,
         rate,
         1.0 - rate,
         -rate,
     )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def log_less(x):
+    """ln(1 - exp(x)) for x <= 0."""
+    return math.log(-math.expm1(x)) if x < 0.0 else -np.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -135,10 +143,10 @@ def evaluate(kind, link, a, b, z, k, n, penalised, scratch):
             scratch[6, i] = log_f
             scratch[7, i] = r
             scratch[8, i] = a + b * z[i]
-        if penalised and n[i] > 0.0:
+        weight = n[i] * u * v if penalised else 0.0
+        if weight > 0.0:
             slope = 2.0 * r - u + v
             bend = 2.0 * dr - u * (r - u) + v * (r + v)
-            weight = n[i] * u * v
             scratch[0, i] = weight
             scratch[1, i] = weight * slope
             scratch[2, i] = weight * (slope * slope + bend)
@@ -159,11 +167,14 @@ def evaluate(kind, link, a, b, z, k, n, penalised, scratch):
             elif j == levels:
                 log_pi = scratch[5, levels - 1]
             elif scratch[8, j] <= 0.0:
-                log_pi = scratch[4, j] + math.log(-math.expm1(scratch[4, j - 1] - scratch[4, j]))
+                log_pi = scratch[4, j] + log_less(scratch[4, j - 1] - scratch[4, j])
             elif scratch[8, j - 1] >= 0.0:
-                log_pi = scratch[5, j - 1] + math.log(-math.expm1(scratch[5, j] - scratch[5, j - 1]))
+                log_pi = scratch[5, j - 1] + log_less(scratch[5, j] - scratch[5, j - 1])
             else:
-                log_pi = math.log1p(-math.exp(scratch[4, j - 1]) - math.exp(scratch[5, j]))
+                outside = math.exp(scratch[4, j - 1]) + math.exp(scratch[5, j])
+                log_pi = math.log1p(-outside) if outside < 1.0 else -np.inf
+            if log_pi == -np.inf:
+                return -np.inf, -np.inf, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0
             if j > 0:
                 low = math.exp(scratch[6, j - 1] - log_pi)
                 low_r = scratch[7, j - 1]
@@ -190,6 +201,8 @@ def evaluate(kind, link, a, b, z, k, n, penalised, scratch):
     for i in range(levels):
         m0 += scratch[0, i]
         mean += scratch[0, i] * z[i]
+    if not m0 > 0.0:
+        return -np.inf, plain, ga, gb, haa, hab, hbb, iaa, iab, ibb
     mean /= m0
     m2 = 0.0
     t0 = t1 = t2 = t3 = 0.0
@@ -208,15 +221,17 @@ def evaluate(kind, link, a, b, z, k, n, penalised, scratch):
         q2 += q * d * d
         q3 += q * d * d * d
         q4 += q * d * d * d * d
-    if not (m0 > 0.0 and m2 > 0.0):
+    if not m2 > 0.0:
         return -np.inf, plain, ga, gb, haa, hab, hbb, iaa, iab, ibb
     value = plain + 0.5 * (math.log(m0) + math.log(m2))
-    pa = 0.5 * (t0 / m0 + t2 / m2)
-    pb = 0.5 * (t1 / m0 + t3 / m2)
-    m00, m02, m22 = m0 * m0, m0 * m2, m2 * m2
-    paa = 0.5 * (q0 / m0 + q2 / m2 - t0 * t0 / m00 - 2.0 * t1 * t1 / m02 - t2 * t2 / m22)
-    pab = 0.5 * (q1 / m0 + q3 / m2 - t0 * t1 / m00 - 2.0 * t1 * t2 / m02 - t2 * t3 / m22)
-    pbb = 0.5 * (q2 / m0 + q4 / m2 - t1 * t1 / m00 - 2.0 * t2 * t2 / m02 - t3 * t3 / m22)
+    # over m0 and over m2 apart: their products may be too small
+    u0, u1, u2 = t0 / m0, t1 / m0, t2 / m0
+    v1, v2, v3 = t1 / m2, t2 / m2, t3 / m2
+    pa = 0.5 * (u0 + v2)
+    pb = 0.5 * (u1 + v3)
+    paa = 0.5 * (q0 / m0 + q2 / m2 - u0 * u0 - 2.0 * u1 * v1 - v2 * v2)
+    pab = 0.5 * (q1 / m0 + q3 / m2 - u0 * u1 - u1 * v2 - u2 * v1 - v2 * v3)
+    pbb = 0.5 * (q2 / m0 + q4 / m2 - u1 * u1 - 2.0 * u2 * v2 - v3 * v3)
     # back from a + b mean and b to a and b
     ga += pa
     gb += pb + mean * pa
@@ -508,13 +523,6 @@ def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tol
         free = a
     if drop < 1e-16:
         return best
-    if kind == BINOMIAL and (what == FRACTILE or side < 0):
-        # far out the curve is level: where even that is likely enough, there is no end
-        flat, limit, _, _ = maximise_line(kind, link, z, k, n, penalised, 0.0, 0.0, 1.0, 0.0, 0.0, scratch)
-        if what == FRACTILE and side * (flat - eta) > 0.0:
-            limit = evaluate(kind, link, eta, 0.0, z, k, n, penalised, scratch)[0]
-        if value - limit <= drop:
-            return side * np.inf
     det = haa * hbb - hab * hab
     variance = haa / det / (b * b) if what == SLOPE else (hbb - 2.0 * best * hab + best * best * haa) / det / (b * b)
     # the fractile's place is (eta - a)/b: its variance is that of a + best b over b²
@@ -526,14 +534,14 @@ def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tol
     slope = 0.0
     for _ in range(400):
         outer = inner + step
+        if abs(outer) > (LARGE if what == SLOPE else 1e6):
+            return side * np.inf
         found, slope, free = profile(kind, link, z, k, n, penalised, what, eta, outer, free, scratch)
         fall = value - found - drop
         if not fall < 0.0:
             break
         inner = outer
         step *= 1.5
-        if abs(outer) > 1e6:
-            return side * np.inf
     at = outer
     for _ in range(200):
         # Newton's step on the profile, kept inside the bracket

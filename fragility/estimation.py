@@ -288,3 +288,9 @@ def median_bound(sample: Sample, confidence: float) -> Ends:
         return math.nan, math.nan
     bound = float(levels[enough[-1]])
     return (bound, math.inf) if nothing else (0.0, bound)
+
+
+def unlogged(value: float) -> float:
+    """Exp(value), infinite where that is too large for a float."""
+    with np.errstate(over="ignore"):
+        return float(np.exp(value))

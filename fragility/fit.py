@@ -142,13 +142,18 @@ def fit_fragility(
 
     Notes
     -----
-    *Which interval.*  In an IDA every motion returns at every level; intervals that take the runs as independent are
-    then far too narrow (a 95 % interval of 200 motions at 20 levels covers the median in 60 % of studies).  So the
-    default draws motions, with all their runs, and studentises: `studentised_interval` says why not percentiles.
-    Standard errors and Wald's intervals of an IDA come from scores summed over each motion.  Where runs are
-    independent, the profile likelihood is the default: it needs no drawing, does not depend on the parameters chosen,
-    and says where data leave an end open (infinite, or 0), which Wald's interval cannot.  ``profile`` of an IDA takes
-    its runs as independent unless ``method="first-overturning"``.
+    *Which interval.*  Where runs are independent (stripes, clouds, first overturnings, and counts, of which nothing
+    else is known) the default is the profile likelihood: it needs no drawing, does not depend on how the curve is
+    parametrised, and says where data leave an end open (infinite, or 0), which Wald's interval cannot.
+
+    In an IDA every motion comes at every level: intervals that take the runs as independent, such as those of its
+    counts, are far too narrow (of 200 motions at 20 levels, a 95 % interval held the median in 62 % of 1,000 simulated
+    studies).  Standard errors are then from scores summed over each motion (the sandwich estimate), ``wald`` and
+    ``profile`` are widened by them, and the default draws motions with all their runs: ``bootstrap`` takes the signed
+    root of the profile likelihood ratio, studentised, at the quantiles that it has in the replicates.  That held median
+    and dispersion in 93-97 % of 1,000 studies of 200 motions, and the dispersion of 20 motions in 92 %, where
+    percentiles of the replicates held it in 80 %: they repeat the bias of the estimate, which is too small, instead of
+    taking it out.  ``profile`` and ``bootstrap`` are never narrower than if runs were independent.
 
     *Separated data* have no finite maximum: the dispersion goes to 0.  Half the logarithm of the determinant of the
     information is then added (Jeffreys' prior; finite for every link here, Kosmidis and Firth 2021), the flag
@@ -159,8 +164,9 @@ def fit_fragility(
 
     *Bootstrap.*  Replicate r draws motions from SeedSequence(seed, spawn_key=(r,)); the same motions serve every
     block, law and floor, and floors above one ground motion are drawn together, so replicates of two curves may be
-    subtracted.  Stripes are drawn one by one.  Counts, whose motions are not known, are drawn for each curve by
-    itself.  Separated replicates are penalised; one without a curve counts against both ends of an interval.
+    subtracted.  Stripes that share no motion are drawn one by one.  Counts, whose motions are not known, are drawn for
+    each curve by itself.  Separated replicates are penalised, in intervals they count with the supremum of their
+    likelihood; one without a curve counts against both ends.
 
     `log_likelihood` and `aic` compare forms fitted by the same method to the same data; in an IDA they, too, take the
     runs as independent.
@@ -250,7 +256,7 @@ def _intervals(asked: str | None, form: Form, trials: Trials) -> str:
 
 
 def _fractiles(values: Sequence[float]) -> tuple[float, ...]:
-    found = [values] if isinstance(values, float) else list(values)
+    found = [values] if np.ndim(values) == 0 else list(values)
     return tuple(checks.number("fractiles", one, above=0.0, below=1.0) for one in found)
 
 
@@ -260,13 +266,12 @@ def _method(form: Form, method: str, options: Options, trials: Trials) -> str:
         "binomial": "binomial maximum likelihood",
         "first-overturning": "maximum likelihood of the interval in which each motion first overturns",
     }[method]
-    text = f"{form.text}; {how}" if form.name != "isotonic" else form.text
+    text = f"{form.text}; {how}" if len(form.intervals) > 1 else form.text
     independent = trials.clusters == 0 or not trials.repeated
     runs = f"{options.replicates} replicates, seed {options.seed}"
     if options.intervals == BOOTSTRAP:
         of = "of counts level by level" if not trials.clusters else "over motions"
-        kind = "studentised on ln" if len(form.intervals) > 1 else "percentile"
+        kind = "studentised roots of the profile likelihood" if len(form.intervals) > 1 else "percentiles"
         return f"{text}; intervals by bootstrap {of} ({kind}, {runs})"
-    if options.intervals == PROFILE:
-        return f"{text}; profile likelihood intervals{'' if independent else ', runs taken as independent'}"
-    return f"{text}; Wald intervals on ln{'' if independent else ', scores summed over each motion'}"
+    name = "profile likelihood" if options.intervals == PROFILE else "Wald"
+    return f"{text}; {name} intervals{'' if independent else ', scores summed over each motion'}"

@@ -32,12 +32,16 @@ def log_fractile(first: Lines, second: Lines, p: float) -> Array:
     return 0.5 * (low + high)
 
 
-def log_fractile_variance(first: Fits, second: Fits, p: float) -> Array:
-    """Its variance, (replicate,), to first order; the two lines' errors taken as independent of each other."""
+def log_fractile_variance(first: Fits, second: Fits, p: float, plain: bool = False) -> Array:
+    """Its variance, (replicate,), to first order; the two lines' errors taken as independent of each other.
+
+    `plain`: as if runs were independent.
+    """
     at = log_fractile(first.lines, second.lines, p)
     variance = np.zeros_like(at)
     slope = np.zeros_like(at)
-    for lines, _, covariance, _, _ in (first, second):
+    for fits in (first, second):
+        lines, covariance = fits.lines, fits.plain if plain else fits.covariance
         z = (at - lines.centre) / lines.width
         eta = lines.a + lines.b * z
         hazard = np.exp(-0.5 * eta**2 - 0.5 * math.log(2.0 * math.pi) - log_ndtr(eta))
@@ -48,9 +52,13 @@ def log_fractile_variance(first: Fits, second: Fits, p: float) -> Array:
 
 
 def profile_interval(first: Estimate, second: Estimate, p: float, confidence: float) -> Ends:
-    """Where twice the fall of the profile log-likelihood of ln x of the fractile reaches chi-square's quantile."""
+    """Where twice the fall of the profile log-likelihood of ln x of the fractile reaches chi-square's quantile.
+
+    Where motions come more than once, that times the ratio of its variance to that of independent runs (1 at least).
+    """
     best = float(log_fractile(first.lines, second.lines, p)[0])
-    drop = 0.5 * float(chdtri(1.0, 1.0 - confidence))
+    variances = (log_fractile_variance(first.fits, second.fits, p, plain)[0] for plain in (False, True))
+    drop = 0.5 * float(chdtri(1.0, 1.0 - confidence)) * max(next(variances) / next(variances), 1.0)
     top = sum(_line_value(one, one.lines.a[0], one.lines.b[0]) for one in (first, second))
 
     def excess(t: float) -> float:

@@ -231,7 +231,9 @@ def _sample(
     """One curve: flags (level, motion) with x (level,), or flags (motion,) with x (motion,); cluster (motion,)."""
     levels, where = np.unique(x, return_inverse=True)
     if first:
-        cell = np.where(fell.any(axis=0), fell.argmax(axis=0), levels.size).astype(np.int64)
+        rising = np.argsort(x, kind="stable")
+        lowest = where[rising][fell[rising].argmax(axis=0)]
+        cell = np.where(fell.any(axis=0), lowest, levels.size).astype(np.int64)
         size = levels.size + 1
     else:
         state = np.where(fell, OVERTURNED, STOOD if up is None else np.where(up, UPLIFTED, STOOD))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .estimation import Estimate, Options, Resampled, estimate, median_bound
+from .estimation import Estimate, Options, Resampled, estimate, median_bound, unlogged
 from .form import OVERTURNING, Columns, Form
 from .likelihood import data_of, fit_lines
 from .links import LINKS, Link
@@ -54,12 +54,12 @@ def columns_of(found: Estimate, prefix: str, options: Options) -> Columns:
     columns: Columns = {}
     for name, p in (("median", 0.5), ("dispersion", None)):
         lower, upper = found.log_interval(p, options.intervals, options.confidence)
-        value = _exp(found.log_value(p))
+        value = unlogged(found.log_value(p))
         columns |= {
             f"{prefix}{name}": value,
             f"{prefix}{name}_se": value * found.log_error(p),
-            f"{prefix}{name}_lower": _exp(lower),
-            f"{prefix}{name}_upper": _exp(upper),
+            f"{prefix}{name}_lower": unlogged(lower),
+            f"{prefix}{name}_upper": unlogged(upper),
         }
         if options.keep and found.again is not None:
             columns[f"{prefix}{name}_sample"] = np.exp(found.again.log_values(p))
@@ -73,9 +73,9 @@ def fractiles_of(found: Estimate, options: Options) -> Columns:
     """The fractiles with their intervals, each (fraction,)."""
     ends = [found.log_interval(p, options.intervals, options.confidence) for p in options.fractiles]
     return {
-        "fractile": np.array([_exp(found.log_value(p)) for p in options.fractiles]),
-        "fractile_lower": np.array([_exp(lower) for lower, _ in ends]),
-        "fractile_upper": np.array([_exp(upper) for _, upper in ends]),
+        "fractile": np.array([unlogged(found.log_value(p)) for p in options.fractiles]),
+        "fractile_lower": np.array([unlogged(lower) for lower, _ in ends]),
+        "fractile_upper": np.array([unlogged(upper) for _, upper in ends]),
     }
 
 
@@ -83,11 +83,6 @@ def bound_of(sample: Sample, options: Options) -> Columns:
     """What is known of the median where nothing overturned, or everything."""
     lower, upper = median_bound(sample, options.confidence)
     return {} if math.isnan(lower) else {"median_lower": lower, "median_upper": upper}
-
-
-def _exp(value: float) -> float:
-    with np.errstate(over="ignore"):
-        return float(np.exp(value))
 
 
 TWO_PARAMETER_FORMS = {name: TwoParameterForm(link) for name, link in LINKS.items()}

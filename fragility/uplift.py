@@ -3,7 +3,8 @@
 A rigid block stands still until the peak acceleration passes its threshold (`thresholds`): the first factor is then a
 step, of dispersion 0, known exactly, and the second is fitted to the levels above.  Where the threshold is not known
 (an elastic zone at rest, another measure), the first factor is fitted to the uplifts, the second to the runs that
-uplifted: the likelihood of both is the product of their own.
+uplifted: the likelihood of both is the product of their own.  Fractiles of the product then have bootstrap intervals
+of the studentised estimate.
 
 References
 ----------
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 
 from . import mixture
 from .bootstrap import studentised_interval
-from .estimation import PROFILE, WALD, Ends, Estimate, Options, Resampled, estimate
+from .estimation import PROFILE, WALD, Ends, Estimate, Options, Resampled, estimate, unlogged
 from .form import Columns, Form, log_likelihood_of
 from .likelihood import NO_RUNS, NONE, Lines, data_of, fit_lines
 from .links import LINKS
@@ -107,11 +108,11 @@ class UpliftForm(Form):
         """A fractile of the product and its interval."""
         if isinstance(first, Step):
             ends = second.log_interval(p, options.intervals, options.confidence)
-            value, lower, upper = (max(math.exp(one), first.at) for one in (second.log_value(p), *ends))
+            value, lower, upper = (max(unlogged(one), first.at) for one in (second.log_value(p), *ends))
             return value, lower, upper
         value = float(mixture.log_fractile(first.lines, second.lines, p)[0])
         ends = _interval(first, second, p, value, options)
-        return math.exp(value), math.exp(ends[0]), math.exp(ends[1])
+        return unlogged(value), unlogged(ends[0]), unlogged(ends[1])
 
 
 def _interval(first: Estimate, second: Estimate, p: float, value: float, options: Options) -> Ends:

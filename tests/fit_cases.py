@@ -1,7 +1,10 @@
 """Data that the tests of fits share."""
 
+import math
+
 import numpy as np
 import xarray as xr
+from scipy.optimize import minimize_scalar
 
 # Baker (2015), and what 40 digits say of it: estimates, standard errors of ln(median) and dispersion
 BAKER_LEVELS = np.array([0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0])
@@ -64,3 +67,36 @@ def striped(seed, levels, motions, median=1.0, dispersion=0.4):
     return runs.assign_coords(stripe=("motion", stripe), record=("motion", runs["motion"].values)).assign_attrs(
         design="stripes"
     )
+
+
+def objective(link, x, k, n, penalised=False, first=False):
+    """Minus the (penalised) log-likelihood of (a, b), written with numpy from its definition."""
+
+    def loss(a, b):
+        p = link.cumulative(a + b * x)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if first:
+                value = np.sum(k * np.log(np.diff(np.concatenate([[0.0], p, [1.0]])))) if b > 0 else -np.inf
+            else:
+                value = np.sum(np.where(k > 0, k * np.log(p), 0.0) + np.where(k < n, (n - k) * np.log1p(-p), 0.0))
+            if penalised:
+                step = 1e-5
+                slope = (link.cumulative(a + b * x + step) - link.cumulative(a + b * x - step)) / (2.0 * step)
+                weight = np.where((p > 0.0) & (p < 1.0), n * slope**2 / (p * (1.0 - p)), 0.0)
+                s0, s1, s2 = (np.sum(weight * x**i) for i in range(3))
+                value += 0.5 * np.log(s0 * s2 - s1**2)
+        return -value if np.isfinite(value) else 1e10
+
+    return loss
+
+
+def profile(loss, link, p, at):
+    """Least loss with ln x of the fractile p at `at`, or where p is None with ln(dispersion) there."""
+    if p is None:
+        b = link.scale / math.exp(at)
+        found = minimize_scalar(lambda shift: loss(-b * shift, b), bracket=(-0.3, 0.3), tol=1e-13)
+        return found.fun
+    found = minimize_scalar(
+        lambda log_b: loss(link.quantile(p) - math.exp(log_b) * at, math.exp(log_b)), bracket=(0.0, 1.5), tol=1e-13
+    )
+    return found.fun

@@ -7,12 +7,15 @@ from time import perf_counter
 import numpy as np
 import pytest
 import xarray as xr
-from fit_cases import BAKER, capacities, clustered, counts, once, striped
-from scipy.special import ndtr
+from fit_cases import BAKER, capacities, clustered, counts, objective, once, profile, striped
+from scipy.optimize import minimize
+from scipy.special import ndtr, xlogy
 
 import toppling as tp
+from toppling.fragility import _binomial as engine
 from toppling.fragility import fit_fragility, fit_lognormal
 from toppling.fragility.bootstrap import draw_motions, percentile_interval, studentised_interval
+from toppling.fragility.links import LINKS
 from toppling.fragility.trials import collect
 
 LEVELS = np.geomspace(0.3, 3.0, 10)
@@ -255,6 +258,14 @@ class TestIntervals:
                 found, expected = one[f"{name}_{end}"].item(), other[f"{name}_{end}"].item()
                 assert abs(math.log(found / expected)) < 0.04 * width
 
+    def test_counts_are_drawn_for_each_curve_by_itself(self):
+        """Nothing says that two curves' counts share motions: equal curves get independent replicates."""
+        twice = counts([1.0, 2.0, 3.0], [[5, 20, 35], [5, 20, 35]])
+        first, second = np.log(fit_fragility(twice, replicates=400, keep_replicates=True)["median_sample"].values)
+        assert abs(np.corrcoef(first, second)[0, 1]) < 0.15
+        one = fit_fragility(twice.isel(set0=0), replicates=400, keep_replicates=True)
+        np.testing.assert_array_equal(np.log(one["median_sample"].values), first)
+
     def test_parameters_do_not_matter(self):
         """Levels in other units: ends in other units; a fractile of one half is the median."""
         fit = fit_fragility(IDA, fractiles=(0.1, 0.5, 0.9), replicates=400)
@@ -281,6 +292,87 @@ class TestIntervals:
             assert widths["profile"] / plain["profile"] == pytest.approx(widths["wald"] / plain["wald"], rel=0.02)
             assert 0.9 < widths["bootstrap"] / widths["profile"] < 1.4
             assert widths["profile"] > 1.15 * plain["profile"]
+
+
+class TestRoots:
+    """Signed roots of the likelihood ratio of replicates, those without a maximum included."""
+
+    LEVELS = np.array([1.0, 2.0, 3.0, 4.0])
+
+    @pytest.mark.parametrize(
+        ("k", "fraction", "above"),
+        [
+            # falls of ten at each level; the greatest likelihood, as fractions of them; the median's side of 2.2
+            ([0, 3, 8, 10], None, True),
+            ([0, 0, 10, 10], [0.0, 0.0, 1.0, 1.0], True),
+            ([0, 4, 10, 10], [0.0, 0.4, 1.0, 1.0], False),
+            ([0, 0, 0, 0], [0.0, 0.0, 0.0, 0.0], True),
+            ([10, 10, 10, 10], [1.0, 1.0, 1.0, 1.0], False),
+            ([6, 3, 2, 2], [0.325] * 4, True),
+            ([8, 7, 8, 5], [0.7] * 4, False),
+        ],
+    )
+    def test_counts(self, k, fraction, above):
+        k, n, link = np.array(k, float), np.full(4, 10.0), LINKS["lognormal"]
+        if fraction is None:
+            fit = fit_fragility(counts(self.LEVELS, k.astype(int), 10))
+            top, above = fit["log_likelihood"].item(), fit["median"].item() > 2.2
+        else:
+            p = np.array(fraction)
+            top = np.sum(xlogy(k, p) + xlogy(n - k, 1.0 - p))
+        roots = self.roots(engine.BINOMIAL, k[None], n[None])
+        loss = objective(link, np.log(self.LEVELS), k, n)
+        # (a curve that falls is no curve: the best of those whose median is at 2.2 may be level, at one half)
+        of_median = min(profile(loss, link, 0.5, math.log(2.2)), loss(0.0, 0.0))
+        assert abs(roots[0]) == pytest.approx(math.sqrt(2.0 * (top + of_median)), abs=2e-5)
+        assert (roots[0] > 0.0) == above
+        of_dispersion = profile(loss, link, None, math.log(0.3)) if 0 < k.sum() < 40 else 0.0
+        assert abs(roots[1]) == pytest.approx(math.sqrt(max(2.0 * (top + of_dispersion), 0.0)), abs=2e-5)
+        if fraction is not None and abs(roots[1]) > 1e-3:  # the slope is beyond all bounds, or none
+            assert (roots[1] > 0.0) == (k[0] == 0.0)
+
+    @pytest.mark.parametrize(
+        ("k", "exists", "above"),
+        [
+            ([1, 4, 3, 1, 1], True, False),
+            ([0, 4, 6, 0, 0], False, False),  # a step at 2, with 0.4 on it
+            ([4, 0, 0, 0, 6], False, True),  # level at 0.4
+            ([0, 0, 10, 0, 0], False, None),  # a step anywhere between 2 and 3: as likely at 2.2
+        ],
+    )
+    def test_first_overturnings(self, k, exists, above):
+        k, n, link = np.array(k, float), np.full(4, 10.0), LINKS["lognormal"]
+        top = np.sum(xlogy(k, k / 10.0))
+        loss = objective(link, np.log(self.LEVELS), k, None, first=True)
+        if exists:
+            top = -minimize(
+                lambda q: loss(-q[0] * math.exp(q[1]), math.exp(q[1])),
+                [0.8, 0.5],
+                method="Nelder-Mead",
+                options={"xatol": 1e-10, "fatol": 1e-13},
+            ).fun
+        of_median, of_dispersion = self.roots(engine.INTERVAL, k[None], n[None])
+        if above is None:
+            assert of_median == pytest.approx(0.0, abs=1e-7)
+        else:
+            fall = top + profile(loss, link, 0.5, math.log(2.2))
+            assert of_median == pytest.approx((1.0 if above else -1.0) * math.sqrt(2.0 * fall), abs=2e-5)
+        fall = top + profile(loss, link, None, math.log(0.3))
+        assert abs(of_dispersion) == pytest.approx(math.sqrt(2.0 * fall), abs=2e-5)
+        if not exists:
+            assert (of_dispersion > 0.0) == (k[0] == 0.0)
+
+    def roots(self, kind, k, n):
+        """Of the median at 2.2 and of the dispersion at 0.3, on the scale of ln x."""
+        x = np.log(self.LEVELS)
+        fits = np.empty((1, engine.COLUMNS))
+        engine.fit_many(kind, engine.PROBIT, x, k, n, engine.WHERE_SEPARATED, np.empty(0), fits)
+        found = []
+        for what, at, free in ((engine.FRACTILE, math.log(2.2), 1.0 / 0.3), (engine.SLOPE, -math.log(0.3), -2.6)):
+            out = np.empty(1)
+            engine.signed_roots(kind, engine.PROBIT, x, k, n, fits, False, what, 0.0, at, free, out)
+            found.append(float(out[0]))
+        return found
 
 
 class TestHardReplicates:
@@ -319,6 +411,36 @@ class TestHardReplicates:
         assert LEVELS[fell - 1] < fit["median"].item() < LEVELS[fell]
         assert fit["median_upper"].item() / fit["median_lower"].item() > LEVELS[fell] / LEVELS[fell - 1]
         assert fit["dispersion_upper"].item() > 0.15
+
+
+STUDY = """title = "One block"
+blocks = [{catalogue = "bookcase-5-shelf"}]
+models = [{law = "housner"}]
+[motions]
+generator = "clough-penzien"
+number = 15
+seed = 1
+duration_s = 8
+dt_s = 0.01
+"""
+
+
+@pytest.mark.parametrize(
+    ("analysis", "words"),
+    [
+        ('[ida]\nim = "pga"\nlevels = {from = 0.2, to = 0.6, number = 5, unit = "g"}', "bootstrap over motions"),
+        ('[cloud]\nim = "pga"', "profile likelihood"),
+    ],
+)
+def test_what_studies_say_of_their_curves(tmp_path, analysis, words):
+    (tmp_path / "study.toml").write_text(STUDY + analysis)
+    results = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+    assert words in results.attrs["fit_method"]
+    assert results.attrs["confidence"] == 0.95
+    curves = fit_fragility(results)
+    for name in curves.data_vars:
+        xr.testing.assert_equal(results[name], curves[name])
+    assert ("probability" in results) == ("level" in results.dims)
 
 
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="minutes without the compiler")

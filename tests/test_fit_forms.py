@@ -67,7 +67,7 @@ class TestThreshold:
         assert np.isnan(rocking_thresholds(tp.ida(block, elastic, shakes, [1.0]))).all()
         rigid = tp.HousnerImpact()
         assert np.isnan(rocking_thresholds(tp.ida(block, rigid, shakes, [0.1], "pgv"))).all()
-        floors = tp.motions.Building.flexural_shear(0.5, storeys=2).motions(shakes, floors=[0, 2])
+        floors = tp.motions.Building.flexural_shear(0.5, storeys=2).floor_motions(shakes, floors=[0, 2])
         at_ground = tp.ida(block, rigid, floors, [1.0], ground=shakes)
         assert np.isnan(rocking_thresholds(at_ground)).all()
         assert np.isfinite(rocking_thresholds(tp.ida(block, rigid, floors, [1.0]))).all()
@@ -209,6 +209,15 @@ class TestUplift:
 
         for end in (profile["fractile_lower"].item(), profile["fractile_upper"].item()):
             assert 2.0 * (constrained(math.log(end)) - best) == pytest.approx(chi2.ppf(0.95, 1), abs=1e-6)
+        # every motion five times over: likelihoods five times as sharp, but one motion each
+        copies = xr.concat([runs.squeeze(drop=True)] * 5, "level").assign_coords(level=np.tile(LEVELS, 5))
+        once_more = xr.concat([runs.squeeze(drop=True)], "level")
+        wide, plain = (
+            fit_fragility(data, form="uplift-lognormal", intervals="profile", fractiles=(p,))
+            for data in (copies, once_more)
+        )
+        ratio = [math.log(fit["fractile_upper"].item() / fit["fractile_lower"].item()) for fit in (wide, plain)]
+        assert ratio[0] == pytest.approx(ratio[1], rel=0.1)
         drawn = fit_fragility(cells, form="uplift-lognormal", intervals="bootstrap", fractiles=(p,)).squeeze()
         for end in ("fractile_lower", "fractile_upper"):
             assert drawn[end].item() == pytest.approx(profile[end].item(), rel=0.1)

@@ -296,6 +296,14 @@ class TestMaximum:
         assert fit["dispersion"].item() == pytest.approx(math.exp(other.x[1]), rel=1e-5)
 
 
+def test_levels_of_runs_in_any_order():
+    runs = clustered(8, 1, 40, np.geomspace(0.4, 2.5, 8), noise=0.2).isel(study=0)
+    shuffled = runs.isel(level=[5, 0, 7, 2, 1, 6, 3, 4])
+    for method in ("binomial", "first-overturning"):
+        one, other = (fit_fragility(data, method=method, replicates=30) for data in (runs, shuffled))
+        xr.testing.assert_equal(one, other)
+
+
 def test_grouped_flags_and_counts_are_one_likelihood():
     runs = clustered(7, 3, 50, np.geomspace(0.4, 2.5, 8))
     found = runs["overturned"].sum("motion").to_dataset(name="overturnings").assign(runs=("level", np.full(8, 50)))
