@@ -112,7 +112,7 @@ def evolutionary_clough_penzien() -> xr.DataArray:
 @section(
     "site-based",
     "Fully non-stationary motions with the strength, duration and frequencies that you say, or that a recorded motion "
-    "has (`SiteBased.from_record`): many more motions like one record.",
+    "has (`SiteBased.fit`): many more motions like one record.",
     "Rezaeian and Der Kiureghian (2008), A stochastic ground motion model with separable temporal and spectral "
     "nonstationarities, Earthquake Engineering and Structural Dynamics 37, 1565-1584.",
 )

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..motions.measures import measure_named
-from .curves import Form, Tabulated, form_of, im_of
+from .curves import Form, Linked, Tabulated, form_of, im_of
 from .hazard import FLOOR, GROUND, HazardCurve
 from .scaling import BLOCK_MEASURES
 
@@ -28,6 +28,11 @@ def in_hazard_measure(
         As `annual_rate`: no curves, another measure or unit, floors that the hazard is not of.
     """
     form, dims = form_of(curves, replicates)
+    if isinstance(form, Linked):
+        raise ValueError(
+            f"rates are exact for lognormal, uplift-lognormal and tabulated curves only, got {form.link!r}: give "
+            "curve_probability's values as probability on level"
+        )
     check_place(curves, hazard)
     name = im_of(curves)
     if not name:

@@ -15,13 +15,15 @@ from scipy.special import ndtr
 
 from .. import checks
 from ..units import DIMENSIONLESS
+from .links import LINKS
 
 Array = NDArray[np.float64]
 
 LOGNORMAL = "lognormal"
 UPLIFT = "uplift-lognormal"
 TABULATED = ("isotonic", "tabulated")
-FORMS = (LOGNORMAL, UPLIFT, *TABULATED)
+LINKED = tuple(name for name in LINKS if name != LOGNORMAL)
+FORMS = (LOGNORMAL, UPLIFT, *LINKED, *TABULATED)
 
 REFUSE, LEAST, MOST = "refuse", "least", "most"
 OUTSIDE = (REFUSE, LEAST, MOST)
@@ -123,6 +125,26 @@ class Tabulated(NamedTuple):
         return self._replace(values=self.values.reshape(-1, self.log_levels.size), shift=self.shift.reshape(-1))
 
 
+class Linked(NamedTuple):
+    """Two-parameter curves of another shape (`links`): natural logarithms of medians, dispersions, and the shape."""
+
+    log_median: Array
+    dispersion: Array
+    link: str
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the arrays: one curve each."""
+        return self.log_median.shape
+
+    def probability(self, log_x: Array, outside: str = REFUSE) -> Array:
+        """P at ln x, of a shape that broadcasts with (..., 1): (..., level)."""
+        link = LINKS[self.link]
+        with np.errstate(over="ignore"):
+            z = link.scale * (log_x - self.log_median[..., None]) / self.dispersion[..., None]
+            return np.asarray(link.cumulative(link.quantile(0.5) + z))
+
+
 Form = Lognormals | Tabulated
 
 
@@ -143,6 +165,7 @@ def form_name(curves: xr.Dataset) -> str:
     wanted = {
         LOGNORMAL: ("median", "dispersion"),
         UPLIFT: ("median", "dispersion", "uplift_median", "uplift_dispersion"),
+        **dict.fromkeys(LINKED, ("median", "dispersion")),
     }.get(name, ("probability", "level"))
     missing = [one for one in wanted if one not in curves]
     if missing:
@@ -153,7 +176,7 @@ def form_name(curves: xr.Dataset) -> str:
     return name
 
 
-def form_of(curves: xr.Dataset, replicates: bool = False) -> tuple[Form, tuple[str, ...]]:
+def form_of(curves: xr.Dataset, replicates: bool = False) -> tuple[Form | Linked, tuple[str, ...]]:
     """The curves of a labelled dataset as plain arrays, and the dimensions that these have.
 
     With `replicates` those of the bootstrap, whose last dimension is ``replicate``.  No estimate is NaN.
@@ -182,6 +205,10 @@ def form_of(curves: xr.Dataset, replicates: bool = False) -> tuple[Form, tuple[s
         if wrong.any():
             allowed = "finite and >= 0" if one.endswith("dispersion") else "finite and > 0"
             raise ValueError(f"{one} of the curves must be {allowed}, got {value[wrong][0]:g}")
+    if name in LINKED:
+        if (values[1] == 0.0).any():
+            raise ValueError(f"dispersion of {name} curves must be > 0, got 0")
+        return Linked(np.log(np.where(np.isnan(values[1]), np.nan, values[0])), values[1], name), dims
     if name != UPLIFT:
         values += [np.zeros_like(values[0]), np.zeros_like(values[0])]
     # a curve of which any number is missing has no estimate

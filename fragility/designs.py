@@ -18,7 +18,7 @@ from ..motions.intensity import Measure
 from ..units import DIMENSIONLESS
 from .execution import Progress, execute, request
 from .labels import label_runs, measured
-from .scaling import SCALE, Scaling, ground_of, increasing, intensities, intensity_measure, scaling
+from .scaling import SCALE, Scaling, ground_of, increasing, intensities, intensity_measure, of_the_ground, scaling
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -199,7 +199,8 @@ def cloud(
     intensity = intensities(one, at, asked.blocks)
     scaled = scaling([1.0], plain, SCALE)
     runs = execute(asked.oscillators, plain, scaled.factors, asked)
-    attributes = {"units": one.units, "long_name": one.long_name, "im": one.label}
+    text = one.long_name if ground is None else of_the_ground(one.long_name)
+    attributes = {"units": one.units, "long_name": text, "im": one.label}
     dims = ("motion",) if intensity.ndim == 1 else ("block", "motion")
     return label_runs(
         runs,

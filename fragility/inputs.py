@@ -98,6 +98,7 @@ class RandomInputs:
         """Cholesky's factor of the correlation of scores; ValueError where there is no such joint distribution."""
         names = self.names
         matrix = np.eye(len(names))
+        given: dict[frozenset[str], float] = {}
         for pair, value in self.rank_correlation.items():
             if not isinstance(pair, tuple) or len(pair) != 2 or not {*pair} <= {*names} or pair[0] == pair[1]:
                 raise ValueError(f"rank_correlation must be of pairs of {', '.join(names)}, got {pair!r:.60}")
@@ -106,7 +107,7 @@ class RandomInputs:
                 if isinstance(self.distributions[name], Categorical):
                     raise ValueError(f"{name!r} is a choice and has no ranks: it cannot be correlated")
             i, j = (names.index(name) for name in pair)
-            if matrix[i, j] not in (0.0, 2.0 * math.sin(math.pi * rho / 6.0)):
+            if given.setdefault(frozenset(pair), rho) != rho:
                 raise ValueError(f"rank_correlation of {pair[0]} and {pair[1]} is given twice and differs, got {rho:g}")
             matrix[i, j] = matrix[j, i] = 2.0 * math.sin(math.pi * rho / 6.0)
         try:

@@ -17,7 +17,7 @@ from ..models.oscillator import Oscillator
 from ..models.runs import OUTPUTS, TALLY, run_many
 from ..motions.arrays import Record
 
-# Planning figures, on the generous side of benchmarks/engine.py: one sample of one run on a present core, closed form
+# Planning figures, on the generous side of benchmarks/speed.py: one sample of one run on a present core, closed form
 # and exact geometry.
 SECONDS_PER_SAMPLE = 5e-9
 SECONDS_PER_EXACT_SAMPLE = 4.5e-8

@@ -124,7 +124,7 @@ def scaling(
     with np.errstate(over="ignore", under="ignore"):
         factors = base.factors(values[:, None] / measured.reshape(-1, 1, len(motions)))
     _check_factors(factors, motions)
-    text = one.long_name if ground is None else _of_the_ground(one.long_name)
+    text = one.long_name if ground is None else of_the_ground(one.long_name)
     return Scaling(values, factors, one.label, one.units, text, measured, ground is not None)
 
 
@@ -163,7 +163,8 @@ def ground_of(motions: Sequence[Record], ground: Sequence[Record]) -> list[Recor
     return found
 
 
-def _of_the_ground(long_name: str) -> str:
+def of_the_ground(long_name: str) -> str:
+    """A measure's name where it is of the ground motion below a floor."""
     return long_name.replace("floor", "ground") if "floor" in long_name else f"{long_name}, ground motion"
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import xarray as xr
 
@@ -64,8 +66,12 @@ def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
     if values.sizes["motion"] == 0:
         raise ValueError(f"{needs} must hold at least one motion, got none")
     if not isinstance(state, str):
-        # (as much as rounding below alpha itself, which an overturned block has passed)
-        flags = values > state * runs["alpha"]
+        if "alpha" not in runs.coords:
+            raise ValueError(
+                f"{name} needs the blocks' alpha as a coordinate of the runs, as toppling.ida returns them"
+            )
+        # a block that overturned has passed every rotation, those beyond pi/2 among them
+        flags = (values > state * runs["alpha"]) | (values >= 0.5 * math.pi)
     elif values.dtype == np.bool_:
         flags = values
     else:

@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
+from ..fragility import HazardCurve
 from ..fragility.expected import Hazard, LevelWeights, hazard_points, level_weights
 from ..fragility.joint import Variability, oscillators_of_pieces, overturning_flags, with_restitution
 from ..fragility.means import REPLICATES
@@ -176,7 +177,7 @@ def assess(
         dims = ("model", "item", "variant", "level", "motion")
         variables["overturned"] = variable(dims, flags, DIMENSIONLESS, f"{text}, of each variant")
     configuration = {
-        "inventory": [_described(row) for row in inventory.rows],
+        "inventory": [described(row) for row in inventory.rows],
         "currency": inventory.currency,
         "building": None if building is None else building.description,
         "models": [describe_law(model) for model in laws],
@@ -287,7 +288,19 @@ def _weights(scaled: Scaling, hazard: Hazard) -> LevelWeights:
         raise ValueError(f"hazard must be of the measure of the levels, {scaled.name!r}, got {of!r}")
     if units is not None and units != scaled.units:
         raise ValueError(f"levels of the hazard must be in {scaled.units}, got {units!r}")
-    return level_weights(scaled.levels, hazard)
+    if getattr(hazard, "at", "ground") != "ground":
+        raise ValueError("hazard must be of the ground, whose measure the levels are of, got one of a floor")
+    return level_weights(scaled.levels, _covering(hazard, scaled.levels) if isinstance(hazard, HazardCurve) else hazard)
+
+
+def _covering(hazard: HazardCurve, levels: NDArray[np.float64]) -> HazardCurve:
+    """The hazard as points from a step below the levels to above them, its ends continued with their slopes."""
+    lowest = min(hazard.levels[0], levels[0] ** 2 / levels[1] if levels.size > 1 else levels[0])
+    highest = max(hazard.levels[-1], levels[-1])
+    # (a second-order curve is straight enough between points so close)
+    bent = np.geomspace(lowest, highest, 2000) if hazard.curvature > 0.0 else np.empty(0)
+    ends = [one for one in (lowest, highest) if one not in hazard.levels]
+    return hazard.resampled(np.unique(np.concatenate([ends, hazard.levels, bent])))
 
 
 def _losses(losses: Any, inventory: Inventory) -> NDArray[np.float64]:
@@ -318,7 +331,7 @@ def _laws(models: Any) -> list[Law]:
     return found
 
 
-def _described(row: Contents) -> dict[str, Any]:
+def described(row: Contents) -> dict[str, Any]:
     """A row as plain values."""
     return {
         "label": row.label,

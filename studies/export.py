@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ..fragility import ExchangeError, Written, write_curve_csv, write_nrml, write_pelicun
+from ..fragility.curves import TABULATED
 from .tables import StudyError
 
 ExportFormat = Literal["pelicun", "nrml", "csv"]
@@ -36,14 +37,19 @@ def read_curves(path: Path, model: str | None = None) -> xr.Dataset:
             parts = [name for name, array in stored.data_vars.items() if "motion" not in array.dims]
             # the curves alone: the runs may be larger than the memory
             curves = stored[parts].load()
+            observed = ("probability", "lower", "upper", "overturnings", "runs")
+            if "curve_probability" in curves:  # as a fit calls it: what was observed goes
+                curves = curves.drop_vars(observed, errors="ignore")
+                curves = curves.rename(curve_probability="probability")
             im = stored["level"].attrs.get("im", "") if "level" in stored.coords else ""
             floors = _floors(stored)
     except FileNotFoundError:
         raise StudyError(f"{path}: no such file") from None
     except (OSError, ValueError, RuntimeError):
         raise StudyError(f"{path}: is no result file") from None
-    if "median" not in curves or "dispersion" not in curves:
-        raise StudyError(f"{path}: holds no fragility curves (median and dispersion)")
+    tabulated = curves.attrs.get("form") in TABULATED and "probability" in curves
+    if not tabulated and ("median" not in curves or "dispersion" not in curves):
+        raise StudyError(f"{path}: holds no fragility curves (median and dispersion, or probability on level)")
     if not curves.attrs.get("im"):
         curves = curves.assign_attrs(im=im)
     if len(floors) == 1:  # of one floor results have no dimension, but a format may have to know

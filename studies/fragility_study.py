@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import xarray as xr
 
@@ -72,6 +72,10 @@ class FragilityStudy(Study):
             for model in study.models:
                 model.oscillator(block)
         study.design.check(study.blocks)
+        if study.risk is not None and study.risk.along is not None:
+            sizes = {getattr(block, study.risk.along) for block in study.blocks}
+            if len(sizes) < 2:
+                raise ValueError(f"hazard.along {study.risk.along!r} needs blocks that differ in it, got one size")
         return study
 
     @property
@@ -99,6 +103,10 @@ class FragilityStudy(Study):
     @property
     def _arrays(self) -> Iterable[xr.DataArray]:
         return (*self.design.arrays, *self.design.below)
+
+    @property
+    def _read(self) -> list[Any]:
+        return [] if self.risk is None else [asdict(self.risk.hazard)]
 
     @property
     def perturbed_runs(self) -> int:

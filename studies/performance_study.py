@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import xarray as xr
@@ -20,7 +20,7 @@ from ..models.oscillator import Oscillator
 from ..motions import Building
 from .analysis_tables import LevelsTable, PerformanceTable
 from .anchoring import anchoring
-from .assessment import assess, distinct_runs
+from .assessment import assess, described, distinct_runs
 from .assessment_rows import notes
 from .contents import Inventory
 from .designs import count
@@ -124,6 +124,11 @@ class PerformanceStudy(Study):
     @property
     def _arrays(self) -> Iterable[xr.DataArray]:
         return self.motions
+
+    @property
+    def _read(self) -> list[Any]:
+        rows = [described(row) for row in self.inventory.rows]
+        return [rows, self.inventory.currency, None if self.hazard is None else asdict(self.hazard)]
 
     def _compute(self, client: Client | None, progress: Progress | None) -> xr.Dataset:
         found = assess(

@@ -261,8 +261,7 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
     """An uncertainty study: the curves with their spread over samples, and where the variance comes from.
 
     A row for each block: on the left the probability of each law, all inputs uncertain, with a band that holds 90 % of
-    the samples' own probabilities; on the right the shares of the variance of ln capacity (of the verdict at each
-    level where capacities are not known).
+    the samples' own probabilities; on the right the shares of the variance of the verdict at levels where it is open.
     """
     blocks = [str(one) for one in results["block"].values]
     figure = plt.figure(figsize=(11.0, 4.4 * len(blocks) + 0.5), layout="constrained")

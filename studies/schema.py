@@ -14,6 +14,7 @@ from typing import Annotated, Any, NamedTuple, Self, get_args
 import xarray as xr
 from pydantic import Field, ValidationError, model_validator
 
+from ..fragility.curves import LINKED
 from ..fragility.execution import OUTPUTS
 from .analysis_tables import CloudTable, FitTable, IdaTable, MeasuresTable, PerformanceTable, ScreenTable, StripesTable
 from .block_tables import BlockTable, ModelTable
@@ -75,8 +76,15 @@ class StudyFile(Table):
             ]
             if given:
                 raise ValueError(f"a performance study has no {given[0]}: its blocks stand in its inventory")
+            if self.hazard is not None:
+                given = sorted(self.hazard.model_fields_set & {"years", "probability", "along", "at", "below", "above"})
+                if given:
+                    raise ValueError(f"hazard.{given[0]} is not for a performance study: its values are of one year")
         elif self.blocks is None:
             raise ValueError("key 'blocks' is missing")
+        form = "lognormal" if self.fit is None else self.fit.form
+        if self.hazard is not None and form in LINKED:
+            raise ValueError(f"hazard needs curves whose rates are known exactly, not fit.form {form!r}")
         if self.uncertainty is not None:
             given = [
                 name for name in ("hazard", "screen", "fit", "measures", "outputs") if getattr(self, name) is not None

@@ -104,6 +104,11 @@ class Study(ABC):
     def _arrays(self) -> Iterable[xr.DataArray]:
         """All motions that decide the results."""
 
+    @property
+    def _read(self) -> list[Any]:
+        """What else decides the results and stands in files beside the study's, as plain values."""
+        return []
+
     @abstractmethod
     def _compute(self, client: Client | None, progress: Progress | None) -> xr.Dataset:
         """What the study finds."""
@@ -165,7 +170,11 @@ class Study(ABC):
         return results
 
     def _labelled(self, client: Client | None, progress: Progress | None) -> xr.Dataset:
-        return self._compute(client, progress).assign_attrs(
+        try:
+            found = self._compute(client, progress)
+        except ValueError as error:
+            raise StudyError(f"{self.title}: {error}") from None
+        return found.assign_attrs(
             title=self.title,
             kind=self.kind,
             study=json.dumps(self.configuration, ensure_ascii=False, sort_keys=True),
@@ -176,7 +185,7 @@ class Study(ABC):
     def identity(self) -> str:
         """What decides the results, as a hash: the study without its title, the motions' samples, our version."""
         content = {key: value for key, value in self.configuration.items() if key != "title"}
-        digest = hashlib.sha256(json.dumps([__version__, content], sort_keys=True).encode())
+        digest = hashlib.sha256(json.dumps([__version__, content, self._read], sort_keys=True).encode())
         for record in (record for array in self._arrays for record in records(array)):
             digest.update(json.dumps([record.label, record.dt, record.source]).encode())
             digest.update(record.acceleration.tobytes())

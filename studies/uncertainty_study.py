@@ -180,7 +180,8 @@ def summary(runs: xr.Dataset) -> xr.Dataset:
     curve = fit_fragility(pooled)[["median", "dispersion", "status", "converged"]]
     own = fit_fragility(counts)[["median", "dispersion"]]
     names = {"median": "median of each sample", "dispersion": "dispersion of each sample"}
-    flags = variance_shares(runs["overturned"], [dim for dim in FACTORS if runs.sizes[dim] > 1])
+    alone = [dim for dim in FACTORS if runs.sizes[dim] == 1]
+    flags = variance_shares(runs["overturned"].squeeze(alone), [dim for dim in FACTORS if dim not in alone])
     found = {
         "probability": probability.mean("sample").assign_attrs(
             units=DIMENSIONLESS, long_name="probability of overturning, inputs uncertain"
@@ -194,7 +195,7 @@ def summary(runs: xr.Dataset) -> xr.Dataset:
     }
     dataset = xr.Dataset(found)
     try:
-        capacity = capacity_variance_shares(runs, flags["factor"].values.tolist())
+        capacity = capacity_variance_shares(runs.squeeze(alone), flags["factor"].values.tolist())
     except ValueError as error:
         return dataset.assign_attrs(no_capacity_shares=str(error))
     keep = ("share", "total_share", "total_variance", "share_known", "rounding_share", "motions_used")

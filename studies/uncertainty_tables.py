@@ -43,7 +43,12 @@ class InputTable(Table):
         if missing:
             raise ValueError(f"distribution {self.distribution!r} needs {' and '.join(missing)}")
         given = self.model_dump(exclude={"distribution"}, exclude_none=True)
-        return kind(**{key: tuple(value) if isinstance(value, list) else value for key, value in given.items()})
+        if self.values is not None:  # as the class calls them
+            weights = self.weights or [1.0] * len(self.values)
+            if len(weights) != len(self.values) or min(weights) < 0.0 or sum(weights) == 0.0:
+                raise ValueError(f"weights must be {len(self.values)} numbers >= 0, not all 0, got {weights}")
+            given = {"choices": tuple(self.values), "probabilities": tuple(one / sum(weights) for one in weights)}
+        return kind(**given)
 
 
 class CorrelationTable(Table):
@@ -73,7 +78,7 @@ class UncertaintyTable(Table):
         for name, table in self.inputs.items():
             try:
                 found[bare(name)] = table.build()
-            except ValueError as error:
+            except (TypeError, ValueError) as error:
                 raise ValueError(f"uncertainty.inputs.{name}: {error}") from None
         pairs = {(bare(one.of[0]), bare(one.of[1])): one.rank for one in self.correlations or []}
         try:

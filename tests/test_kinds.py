@@ -332,3 +332,70 @@ def test_mistakes(tmp_path, parts, message):
     with pytest.raises(StudyError, match=message) as error:
         tp.Study.from_toml(write(tmp_path, *parts))
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("form", ["log-logistic", "weibull", "isotonic", "uplift-lognormal"])
+def test_every_form_of_curve_is_drawn_and_exported(tmp_path, form):
+    """As the fit itself: P by the form's own formula at its median, and the plain table of another program."""
+    found = run(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, f'[fit]\nform = "{form}"\nreplicates = 100\n')
+    assert (tmp_path / "out/fragility.png").stat().st_size > 10_000
+    if form in ("log-logistic", "weibull"):
+        one = found[["median", "dispersion"]].isel(block=0, model=0).assign_attrs(form=form, im="pga")
+        at = tp.fragility.curve_probability(one, [one["median"].item()])
+        assert at.item() == pytest.approx(0.5, abs=1e-12)
+        with pytest.raises(StudyError, match="hazard needs curves whose rates are known exactly"):
+            tp.Study.from_toml(write(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, f'[fit]\nform = "{form}"\n', HAZARD))
+    else:
+        assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv"]) == 0
+
+
+def test_files_beside_the_study_decide_its_results(tmp_path):
+    """A changed inventory or hazard file is another study: old results are refused, not returned."""
+    (tmp_path / "site.csv").write_text("pga (g),rate (1/yr)\n0.02,0.1\n0.2,4e-3\n1.5,2e-5\n", encoding="utf-8")
+    (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
+    for parts, name, old, new in (
+        ((BLOCKS, MODELS, MOTIONS, IDA, '[hazard]\nfile = "site.csv"\n'), "site.csv", "4e-3", "8e-3"),
+        ((MODELS, MOTIONS, BUILDING, PERFORMANCE), "things.csv", "shelf,0.35,1.8,0,3", "shelf,0.35,1.8,0,9"),
+    ):
+        path = write(tmp_path, *parts)
+        before = tp.Study.from_toml(path).identity
+        text = (tmp_path / name).read_text(encoding="utf-8")
+        (tmp_path / name).write_text(text.replace(old, new), encoding="utf-8")
+        assert tp.Study.from_toml(path).identity != before
+
+
+def test_an_uncertain_law_and_a_single_one(tmp_path):
+    """A choice of laws as an input; with one law the shares are of motion and parameters alone."""
+    table = """
+[uncertainty]
+samples = 5
+
+[uncertainty.inputs]
+law = { distribution = "choice", values = ["discrete", "housner"], weights = [1, 3] }
+"""
+    found = run(tmp_path, BLOCKS, '[[models]]\nlaw = "housner"\n', MOTIONS, IDA, table)
+    assert set(found.law.values.ravel()) <= {"discrete", "housner"}
+    assert found.factor.values.tolist() == ["motion", "sample"]
+
+
+@pytest.mark.parametrize(
+    "hazard",
+    ["k0 = 1e-4\nk = 2.5\n", "k0 = 1e-4\nk1 = 2.5\nk2 = 0.2\n", "levels = [0.15, 0.4]\nrates = [1e-2, 1e-3]\n"],
+)
+def test_a_single_piece_in_a_year_is_its_own_curve(tmp_path, hazard):
+    """The annual number of one piece is the rate of its observed fractions, as annual_rate integrates them."""
+    (tmp_path / "things.csv").write_text("item,width_m,height_m,floor,count\nshelf,0.35,1.6,0,1\n", encoding="utf-8")
+    levels = 'levels = { from = 0.5, to = 30.0, number = 9, spacing = "log", unit = "m/s2" }\n'
+    asked = '[performance]\ninventory = "things.csv"\nim = "pga"\nreplicates = 100\n' + levels
+    found = run(tmp_path, '[[models]]\nlaw = "housner"\n', MOTIONS, asked, f'[hazard]\nunit = "g"\n{hazard}')
+    p = found["probability"].isel(item=0)
+    assert (p.isel(level=0) == 0.0).all()
+    assert (p.isel(level=-1) == 1.0).all()
+    table = xr.Dataset({"probability": np.maximum.accumulate(p.drop_attrs(), axis=p.dims.index("level"))})
+    np.testing.assert_array_equal(table.probability, p)  # (it never falls here)
+    table = table.assign_attrs(form="isotonic", im="pga").drop_vars(["floor", "e"], errors="ignore")
+    curve = tp.Study.from_toml(tmp_path / "study.toml").hazard
+    direct = tp.annual_rate(table, curve, outside="most")
+    np.testing.assert_allclose(
+        found.item_annual_number.isel(item=0), direct.rate, rtol=1e-5 if "k2" in hazard else 1e-10
+    )
