@@ -8,10 +8,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from SALib.analyze import morris as morris_analysis
-from SALib.analyze import sobol as sobol_analysis
-from SALib.sample import morris as morris_sample
-from SALib.sample import sobol as sobol_sample
 
 from .. import checks
 from ..units import DIMENSIONLESS
@@ -86,6 +82,9 @@ def sobol_indices(
     >>> found.total.values.round(2).tolist()
     [0.2, 0.8]
     """
+    from SALib.analyze import sobol as sobol_analysis  # noqa: PLC0415 - loads pandas and matplotlib, seconds of start
+    from SALib.sample import sobol as sobol_sample  # noqa: PLC0415
+
     _independent(inputs)
     size, start = checks.count("n", n, at_least=2), checks.count("seed", seed)
     if size & (size - 1):
@@ -199,6 +198,9 @@ def morris_indices(
     >>> found.mu.values.round(6).tolist(), found.sigma.values.round(6).tolist()
     ([1.0, -2.0], [0.0, 0.0])
     """
+    from SALib.analyze import morris as morris_analysis  # noqa: PLC0415 - as above
+    from SALib.sample import morris as morris_sample  # noqa: PLC0415
+
     _independent(inputs)
     paths, start = checks.count("trajectories", trajectories, at_least=2), checks.count("seed", seed)
     values_each = checks.count("grid", grid, at_least=2)

@@ -126,6 +126,12 @@ class TestArchitecture:
                     assert not (isinstance(node, ast.ImportFrom) and node.level), path.name
 
 
+def test_importing_is_light():
+    """No figures, no tables of others, until they are asked for."""
+    code = "import sys, toppling; print([name for name in ('matplotlib', 'SALib', 'pydantic') if name in sys.modules])"
+    assert run([sys.executable, "-c", code], ROOT).strip() == "[]"
+
+
 @pytest.mark.parametrize("name", MODULES)
 def test_docstring_examples(name):
     module = importlib.import_module(name)
