@@ -22,6 +22,8 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 REFERENCE = ("#000000", "X", (0, (4, 2)))
 PANEL_COLUMNS = 3
+MOST_PANELS = 36
+"""Panels of one figure: what more there is stands in the results."""
 FAR = 3.0
 """Dispersions above the median at which a curve has nothing more to show."""
 
@@ -197,7 +199,8 @@ def _curve(one: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64] | Non
 def fragility_figure(results: xr.Dataset) -> Figure:
     """One panel of fragility curves for each block (and floor), with one legend for all."""
     floors = _floors(results)
-    panels = [(str(block), floor) for block in results["block"].values for floor in floors]
+    every = [(str(block), floor) for block in results["block"].values for floor in floors]
+    panels = every[:MOST_PANELS]
     # a row for each block where its floors fit into one
     columns = min(PANEL_COLUMNS, len(panels) if floors == [None] or len(floors) > PANEL_COLUMNS else len(floors))
     rows = math.ceil(len(panels) / columns)
@@ -222,6 +225,8 @@ def fragility_figure(results: xr.Dataset) -> Figure:
         legend += " (shifted sideways to be told apart)"
     if bool(results["converged"].any()):
         legend += f"; lines: {results.attrs.get('form', 'lognormal')} fits"
+    if len(every) > len(panels):
+        legend = f"the first {len(panels)} of {len(every)} panels; {legend}"
     wrapped = textwrap.fill(legend, int(14.0 * figure.get_figwidth()))
     figure.suptitle(f"{results.attrs.get('title', 'Fragility')}\n{wrapped}", fontsize=11)
     return figure

@@ -11,6 +11,7 @@ from matplotlib.ticker import PercentFormatter
 
 from .plots import display_unit, floor_name, in_years, model_name, plain_log, styles
 
+MOST_ROWS = 12
 NOTHING = 5e-4
 """Share of a rate below which a bin is not drawn."""
 
@@ -97,7 +98,8 @@ def annual_rates(risk: xr.Dataset, ax: Axes | None = None) -> Axes:
 def risk_figure(results: xr.Dataset) -> Figure:
     """A row for each block (and floor): rates of every law, and the shaking that they come from."""
     floors = list(results["floor"].values.tolist()) if "floor" in results["rate"].dims else [None]
-    rows = [(str(block), floor) for block in results["block"].values for floor in floors]
+    every = [(str(block), floor) for block in results["block"].values for floor in floors]
+    rows = every[:MOST_ROWS]
     figure = plt.figure(
         figsize=(10.4, max(2.6, 0.42 * results.sizes["model"] + 1.4) * len(rows) + 0.5), layout="constrained"
     )

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.table import Table
 
+MOST_RANKINGS = 8
+"""Figures of rankings, a block (and floor) each: what more there is stands in the results."""
+
 # (matplotlib loads slowly, and is not needed for an error message: each function imports what it draws with)
 
 
@@ -76,7 +79,8 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     if "measure_rank" in results:
         ranking = ranking_of_measures(results)
         floors = ranking["floor"].values.tolist() if "floor" in ranking.dims else [None]
-        for i, (block, floor) in enumerate(product(ranking["block"].values, floors), start=1):
+        every = list(product(ranking["block"].values, floors))
+        for i, (block, floor) in enumerate(every[:MOST_RANKINGS], start=1):
             yield f"measures_{i}", ranking_figure(ranking, str(block), floor)
 
 
