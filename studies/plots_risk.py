@@ -118,7 +118,8 @@ def risk_figure(results: xr.Dataset) -> Figure:
         x = results["bin"].values / display_unit(results["bin"])[0]
         axes[0, 1].set_xlim(x[max(held[0] - 1, 0)], x[min(held[-1] + 1, x.size - 1)])
     percent = f"{100.0 * float(results.attrs.get('confidence', 0.95)):g} %"
-    figure.suptitle(
-        f"{results.attrs.get('title', 'Risk')}\nannual rates with {percent} intervals over motions", fontsize=11
-    )
+    title = str(results.attrs.get("title", "Risk"))
+    if len(every) > len(rows):
+        title += f": the first {len(rows)} of {len(every)}"
+    figure.suptitle(f"{title}\nannual rates with {percent} intervals over motions", fontsize=11)
     return figure
