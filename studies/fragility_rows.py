@@ -139,7 +139,10 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
         where = "" if floor is None else f", {floor_name(floor)}"
         rank = here["rank"].mean("model").values
         rows = []
-        for i in [i for i in np.argsort(rank) if np.isfinite(rank[i])][:most]:
+        known = np.isfinite(here["amplitude_dispersion"].values).any(
+            axis=here["amplitude_dispersion"].dims.index("model")
+        )
+        for i in [i for i in np.argsort(rank) if np.isfinite(rank[i]) and known[i]][:most]:
             cells = []
             for j in range(here.sizes["model"]):
                 one = here.isel(model=j, measure=i)

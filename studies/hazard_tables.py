@@ -41,7 +41,7 @@ class HazardTable(Table):
     k2: Annotated[float | None, Field(description="Its curvature.")] = None
     levels: Annotated[list[float] | None, Field(description="Levels of a curve given here.")] = None
     rates: Annotated[list[float] | None, Field(description="Their annual rates of exceedance.")] = None
-    unit: Annotated[str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels (SI).")] = None
+    unit: Annotated[str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")] = None
     at: Annotated[
         str, one_of(("ground", "floor")), Field(description="What the curve is of: the site, or one floor (ground).")
     ] = "ground"
@@ -65,6 +65,8 @@ class HazardTable(Table):
                 "a hazard needs either file, or k0 and k, or k0, k1 and k2, or levels and rates, got "
                 + (", ".join(sorted(given)) or "nothing")
             )
+        if self.file is None and self.unit is None:
+            raise ValueError("key 'hazard.unit' is missing: the levels are in it")
         if (self.probability is None) != (self.along is None):
             raise ValueError("hazard.probability and hazard.along go together: which size meets which target")
         return self

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentFormatter
+from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, NullFormatter, PercentFormatter
 from numpy.typing import NDArray
 
 from ..fragility import curve_probability
@@ -42,8 +42,22 @@ def plain_log(ax: Axes) -> None:
     decades = math.log10(high / low) if 0.0 < low < high else 1.0
     subs = (1.0, 2.0, 5.0) if decades < 2.5 else (1.0,)
     ax.xaxis.set_major_locator(LogLocator(subs=subs))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
+    # (small numbers as powers, which do not run into each other)
+    tiny = LogFormatterMathtext()
+
+    def text(value: float, _: int | None = None) -> str:
+        left, right = ax.get_xlim()
+        if (value < 1e-3 or right > 100.0 * left) and not is_power(value):
+            return ""
+        return f"{value:,g}" if value >= 1e-3 else str(tiny(value))
+
+    ax.xaxis.set_major_formatter(FuncFormatter(text))
     ax.xaxis.set_minor_formatter(NullFormatter())
+
+
+def is_power(value: float) -> bool:
+    """Whether a number is a power of ten."""
+    return value > 0.0 and abs(math.log10(value) - round(math.log10(value))) < 1e-9
 
 
 def in_years(rate: float) -> str:
@@ -227,7 +241,7 @@ def fragility_figure(results: xr.Dataset) -> Figure:
         legend += f"; lines: {results.attrs.get('form', 'lognormal')} fits"
     if len(every) > len(panels):
         legend = f"the first {len(panels)} of {len(every)} panels; {legend}"
-    wrapped = textwrap.fill(legend, int(14.0 * figure.get_figwidth()))
+    wrapped = textwrap.fill(legend, int(11.0 * figure.get_figwidth()))
     figure.suptitle(f"{results.attrs.get('title', 'Fragility')}\n{wrapped}", fontsize=11)
     return figure
 

@@ -113,7 +113,8 @@ class StudyFile(Table):
     def analysis(self) -> IdaTable | StripesTable | CloudTable:
         """The design of the one analysis that is asked for."""
         found = self.ida or self.stripes or self.cloud
-        assert found is not None  # exactly one, checked above
+        if found is None:
+            raise ValueError("a performance study has no ida, stripes or cloud")
         return found
 
     @property
@@ -146,7 +147,8 @@ class StudyFile(Table):
                 floors.extend(building.shake(ground))
             except ValueError as error:
                 raise ValueError(f"building{'' if self.buildings is None else f's[{i}]'}: {error}") from None
-        return Shaking(tuple(floors), tuple(ground) if self.analysis.im_at == "ground" else ())
+        at_ground = self.performance is None and self.analysis.im_at == "ground"
+        return Shaking(tuple(floors), tuple(ground) if at_ground else ())
 
     def design(self, folder: Path) -> Design:
         """The analysis with its motions; ValueError where they do not go together."""

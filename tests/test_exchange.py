@@ -393,7 +393,10 @@ class TestCommand:
         (["results.nc"], "--format"),
         (["none.nc", "--format", "csv"], "none.nc: no such file"),
         (["text.nc", "--format", "csv"], "text.nc: is no result file"),
-        (["empty.nc", "--format", "csv"], "empty.nc: holds no fragility curves (median and dispersion)"),
+        (
+            ["empty.nc", "--format", "csv"],
+            "empty.nc: holds no fragility curves (median and dispersion, or probability on level)",
+        ),
         (["results.nc", "--format", "csv", "--model", "housnr"], "did you mean 'housner'?"),
         (["results.nc", "--format", "csv", "--out", "text.nc"], "text.nc: cannot be made a folder"),
         (["roof.nc", "--format", "nrml", "--out", "out"], "OpenQuake knows the ground's shaking alone"),
