@@ -23,7 +23,7 @@ from .nrml import write_nrml
 from .nrml_reading import read_nrml
 from .pelicun import read_pelicun, write_pelicun
 from .perturbed import flips
-from .plan import Chunk, plan_chunks, run_chunk
+from .plan import Chunk, Work, plan_chunks, run_chunk
 from .probability import overturning_probability
 from .rates import discrete_rate, probability_in, rate_from_probability
 from .response import overturning_response
@@ -51,6 +51,7 @@ __all__ = [
     "Normal",
     "RandomInputs",
     "Uniform",
+    "Work",
     "Written",
     "annual_rate",
     "binomial_interval",

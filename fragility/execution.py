@@ -1,4 +1,4 @@
-"""Running what an analysis asks for: arguments checked, chunks on threads or on a cluster, results put together."""
+"""Running what an analysis asks for: arguments checked, chunks given to a runner, results put together."""
 
 from __future__ import annotations
 
@@ -6,9 +6,6 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
-from dask.base import compute
-from dask.callbacks import Callback
-from dask.delayed import delayed
 from numpy.typing import NDArray
 
 from .. import checks
@@ -17,7 +14,8 @@ from ..models.oscillator import Oscillator
 from ..models.runs import TALLY
 from ..models.simulate import oscillator_of
 from ..motions.arrays import Record
-from .plan import OUTPUT_TYPES, Chunk, Done, plan_chunks, run_chunk
+from .plan import CHUNK_SECONDS, OUTPUT_TYPES, Work, plan_chunks
+from .runners import Runner, is_client, runner_of
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -38,7 +36,7 @@ class Request(NamedTuple):
     models: list[Law]
     outputs: list[str]
     skip: bool
-    client: Client | None
+    client: Client | Runner | None
     progress: Progress | None
 
     @property
@@ -72,7 +70,7 @@ def request(
     models: Law | Sequence[Law],
     outputs: Sequence[str],
     skip: bool,
-    client: Client | None,
+    client: Client | Runner | None,
     progress: Progress | None,
 ) -> Request:
     """The arguments that all analyses share; TypeError or ValueError where one is wrong."""
@@ -82,7 +80,7 @@ def request(
     wanted = list(dict.fromkeys(checks.choice("outputs", name, OUTPUTS) for name in names))
     if not isinstance(skip, bool):
         raise TypeError(f"skip must be True or False, got {skip!r:.40}")
-    if client is not None and not hasattr(client, "compute"):
+    if client is not None and not isinstance(client, Runner) and not is_client(client):
         raise TypeError(f"client must be a dask.distributed Client, got {checks.kind(client)}")
     return Request(
         labelled_sequence("blocks", blocks, Block),
@@ -97,51 +95,27 @@ def request(
 def execute(
     oscillators: Sequence[Oscillator], motions: Sequence[Record], factors: NDArray[np.float64], asked: Request
 ) -> Runs:
-    """Every oscillator under factors (block, level, motion; see `Chunk`) times the motions."""
-    names = list(dict.fromkeys(DERIVED.get(name, name) for name in asked.outputs))
-    chunks = plan_chunks(oscillators, motions, factors, asked.skip, names)
-    results = {name: np.empty((len(oscillators), *factors.shape[1:]), OUTPUT_TYPES[name]) for name in names}
+    """Every oscillator under factors (block, level, motion; see `Work`) times the motions."""
+    names = tuple(dict.fromkeys(DERIVED.get(name, name) for name in asked.outputs))
+    return collect(Work(tuple(oscillators), tuple(motions), factors, asked.skip, names), asked.client, asked.progress)
+
+
+def collect(
+    work: Work, client: Client | Runner | None, progress: Progress | None, seconds: float = CHUNK_SECONDS
+) -> Runs:
+    """Do the work in chunks of about `seconds`, here or where the client says, and put the results together."""
+    shape = (len(work.oscillators), work.levels, len(work.motions))
+    results = {name: np.empty(shape, OUTPUT_TYPES[name]) for name in work.outputs}
     tally = np.zeros(len(TALLY), np.int64)
-    for chunk, done in zip(chunks, run_chunks(chunks, asked.client, asked.progress), strict=True):
-        for name, part in zip(names, done.results, strict=True):
-            results[name][:, :, chunk.first : chunk.stop] = part
+    so_far = 0
+    for chunk, done in runner_of(client).run(work, plan_chunks(work, seconds)):
+        for array, part in zip(results.values(), done.results, strict=True):
+            array[chunk.row : chunk.row_stop, :, chunk.first : chunk.stop] = part
         tally += done.tally
+        so_far += done.runs
+        if progress is not None:
+            progress(so_far, work.runs)
     return Runs(results, tally)
-
-
-def run_chunks(chunks: Sequence[Chunk], client: Client | None, progress: Progress | None) -> list[Done]:
-    """Run the chunks on threads here or on a cluster, results in the order of the chunks."""
-    total = sum(chunk.runs for chunk in chunks)
-    tasks = [delayed(run_chunk, pure=False)(delayed(chunk, traverse=False)) for chunk in chunks]
-    if client is not None:
-        from distributed import as_completed  # noqa: PLC0415 - the cluster code loads only where there is a cluster
-
-        futures = client.compute(tasks)
-        done = 0
-        sizes = {future.key: chunk.runs for future, chunk in zip(futures, chunks, strict=True)}
-        for future in as_completed(futures, loop=client.loop):
-            future.result()
-            done += sizes[future.key]
-            if progress is not None:
-                progress(done, total)
-        return list(client.gather(futures))
-    with _ThreadProgress(total, progress):
-        return list(compute(*tasks, scheduler="threads"))
-
-
-class _ThreadProgress(Callback):
-    """Counts finished runs by the number of results in each finished task."""
-
-    def __init__(self, total: int, progress: Progress | None) -> None:
-        super().__init__()  # type: ignore[no-untyped-call]
-        self._total = total
-        self._done = 0
-        self._progress = progress
-
-    def _posttask(self, key: Any, result: Any, dsk: Any, state: Any, worker_id: Any) -> None:
-        if self._progress is not None and isinstance(result, Done):
-            self._done += result.runs
-            self._progress(self._done, self._total)
 
 
 def labelled_sequence(name: str, values: Any, kind: type[Labelled]) -> list[Labelled]:

@@ -19,25 +19,28 @@ from .. import checks
 from ..models import Block, Law
 from ..models.oscillator import Oscillator
 from ..models.simulate import oscillator_of
-from ..motions.arrays import Record
 from ..units import DIMENSIONLESS
-from .execution import Progress, run_chunks
-from .plan import Chunk, plan_chunks
+from .execution import Progress, collect
+from .plan import Work
 from .recall import Motions, described, factors_of, records_of
 
 if TYPE_CHECKING:
     from distributed import Client
 
+    from .runners import Runner
+
 PERTURBATION = 1e-6
 NOT_TESTED = -1
+FLAGS = ("overturned",)
 CHUNK_SECONDS = 0.2
+"""Chunks small enough that few motions still keep several threads busy."""
 
 
 def flips(
     runs: xr.Dataset,
     motions: Motions,
     share: float = 1.0,
-    client: Client | None = None,
+    client: Client | Runner | None = None,
     progress: Progress | None = None,
 ) -> xr.DataArray:
     """How many perturbations of a millionth change the flag of each run.
@@ -81,17 +84,22 @@ def flips(
     shaken = [oscillator_of(block, model) for block in blocks for model in models]
     struck = [one for block in blocks for j in with_e for one in _either_side(block, models[j])]
     up_and_down = np.concatenate([factors * (1.0 + PERTURBATION), factors * (1.0 - PERTURBATION)], axis=1)
-    tasks = _tasks(shaken, plain, up_and_down)
-    first = len(tasks)
-    tasks += _tasks(struck, plain, factors) if struck else []
-    done = [one.results[0] for one in run_chunks(tasks, client, progress)]
+    works = [Work(tuple(shaken), tuple(plain), up_and_down, outputs=FLAGS)]
+    if struck:
+        works.append(Work(tuple(struck), tuple(plain), factors, outputs=FLAGS))
+    total = sum(work.runs for work in works)
+    done: list[NDArray[np.bool_]] = []
+    for work in works:
+        before = sum(flags.size for flags in done)
+        told = None if progress is None else lambda n, _, before=before: progress(before + n, total)
+        done.append(collect(work, client, told, CHUNK_SECONDS).results["overturned"])
 
     n_blocks, n_models, levels, n = nominal.shape
     # (oscillator, up and down x level, motion), and (block x law x up and down, level, motion)
-    flags_up_down = np.concatenate(done[:first], axis=2).reshape(n_blocks, n_models, 2, levels, n)
+    flags_up_down = done[0].reshape(n_blocks, n_models, 2, levels, n)
     counts = (flags_up_down != nominal[:, :, None]).sum(axis=2, dtype=np.int8)
     if struck:
-        flags_e = np.concatenate(done[first:], axis=2).reshape(n_blocks, len(with_e), 2, levels, n)
+        flags_e = done[1].reshape(n_blocks, len(with_e), 2, levels, n)
         counts[:, with_e] += (flags_e != nominal[:, with_e][:, :, None]).sum(axis=2, dtype=np.int8)
     out = np.full(shaped.shape, NOT_TESTED, np.int8)
     out[..., chosen] = counts
@@ -102,11 +110,6 @@ def flips(
     labelled = labelled.transpose(*dims).rename("flips")
     labelled.attrs = {"units": DIMENSIONLESS, "long_name": text}
     return labelled
-
-
-def _tasks(oscillators: list[Oscillator], plain: list[Record], factors: NDArray[np.float64]) -> list[Chunk]:
-    """Chunks small enough that few motions still keep several threads busy."""
-    return plan_chunks(oscillators, plain, factors, outputs=("overturned",), seconds=CHUNK_SECONDS)
 
 
 def tested(n: int, share: float) -> NDArray[np.bool_]:

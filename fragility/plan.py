@@ -1,13 +1,13 @@
-"""How the runs of a study are cut into chunks, and how one chunk is run: shared by `ida` and study stores.
+"""How the runs of an analysis are cut into chunks, and how one chunk is run: shared by `ida` and study stores.
 
-A chunk is a slice of motions x all oscillators x their factors.  Its bounds depend on the sizes of the study alone,
-never on the machine, so that a resumed study writes the same bytes; its results depend on neither.
+A chunk is a slice of oscillators x a slice of motions x all factors.  Its bounds depend on the sizes of the analysis
+alone, never on the machine, so that a resumed study writes the same bytes; its results depend on neither.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +22,12 @@ from ..motions.arrays import Record
 SECONDS_PER_SAMPLE = 5e-9
 SECONDS_PER_EXACT_SAMPLE = 4.5e-8
 CHUNK_SECONDS = 1.0
+MOST_CHUNKS = 100_000
+"""Chunks grow rather than become more than that: what a scheduler and a folder hold."""
+# Runs of one motion that share its samples: enough for all lanes of the engine, few enough that a chunk of one second
+# holds several motions and that its oscillators are little to send.
+FEWEST_TOGETHER = 512
+MOST_TOGETHER = 4096
 
 OUTPUT_TYPES: dict[str, type[np.generic]] = {
     "overturned": np.bool_,
@@ -36,57 +42,92 @@ OUTPUT_TYPES: dict[str, type[np.generic]] = {
 
 
 class Chunk(NamedTuple):
-    """One task: the motions first … stop - 1 under all oscillators.
+    """Bounds of one task: the oscillators row … row_stop - 1 under the motions first … stop - 1."""
+
+    row: int
+    row_stop: int
+    first: int
+    stop: int
+
+
+class Work(NamedTuple):
+    """All oscillators under factors times all motions.
 
     factors (block, level, motion): one block where they are the same for all; else the oscillators stand block by
     block, equally many for each.  outputs: what is wanted of a run.
     """
 
-    first: int
-    stop: int
     oscillators: tuple[Oscillator, ...]
     motions: tuple[Record, ...]
     factors: NDArray[np.float64]
-    skip: bool
-    outputs: tuple[str, ...]
+    skip: bool = True
+    outputs: tuple[str, ...] = tuple(OUTPUTS)
+
+    @property
+    def levels(self) -> int:
+        """Number of factors of each oscillator and motion."""
+        return int(self.factors.shape[1])
 
     @property
     def runs(self) -> int:
-        """Number of runs in the chunk."""
-        return len(self.oscillators) * int(self.factors[0].size)
+        """Number of runs in all."""
+        return len(self.oscillators) * self.levels * len(self.motions)
+
+    def runs_of(self, chunk: Chunk) -> int:
+        """Number of runs in a chunk."""
+        return (chunk.row_stop - chunk.row) * self.levels * (chunk.stop - chunk.first)
+
+    def factors_of(self, chunk: Chunk) -> NDArray[np.float64]:
+        """The factors of a chunk (oscillator or 1, level, motion)."""
+        own: NDArray[np.float64] = self.factors[:, :, chunk.first : chunk.stop]
+        if own.shape[0] == 1:
+            return own
+        each = len(self.oscillators) // own.shape[0]
+        rows = np.arange(chunk.row, chunk.row_stop) // each
+        return np.ascontiguousarray(own[rows])
 
 
-def plan_chunks(
-    oscillators: Sequence[Oscillator],
-    motions: Sequence[Record],
-    factors: NDArray[np.float64],
-    skip: bool = True,
-    outputs: Sequence[str] = tuple(OUTPUTS),
-    seconds: float = CHUNK_SECONDS,
-) -> list[Chunk]:
-    """Chunks of about `seconds` each, in the order of the motions; factors (block, level, motion) as in `Chunk`."""
-    per_level = sum(SECONDS_PER_EXACT_SAMPLE if one.exact else SECONDS_PER_SAMPLE for one in oscillators)
-    per_sample = per_level * factors.shape[1]
-    bounds = [0]
-    cost = 0.0
-    for i, motion in enumerate(motions):
-        cost += per_sample * motion.acceleration.size
-        if cost >= seconds:
-            bounds.append(i + 1)
-            cost = 0.0
-    if bounds[-1] != len(motions):
-        bounds.append(len(motions))
-    return [
-        Chunk(a, b, tuple(oscillators), tuple(motions[a:b]), factors[:, :, a:b], skip, tuple(outputs))
-        for a, b in pairwise(bounds)
+def plan_chunks(work: Work, seconds: float = CHUNK_SECONDS) -> list[Chunk]:
+    """Chunks of about `seconds` each; more where there would be above 100,000 of them."""
+    per_row = [
+        work.levels * (SECONDS_PER_EXACT_SAMPLE if one.exact else SECONDS_PER_SAMPLE) for one in work.oscillators
     ]
+    samples = [motion.acceleration.size for motion in work.motions]
+    target = max(seconds, sum(per_row) * sum(samples) / MOST_CHUNKS)
+    chunks = []
+    for row, row_stop in _groups(per_row, work.levels, max(samples), target):
+        cost = sum(per_row[row:row_stop])
+        first, spent = 0, 0.0
+        for i, size in enumerate(samples, start=1):
+            spent += cost * size
+            if spent >= target or i == len(samples):
+                chunks.append(Chunk(row, row_stop, first, i))
+                first, spent = i, 0.0
+    return chunks
+
+
+def _groups(per_row: Sequence[float], levels: int, longest: int, target: float) -> list[tuple[int, int]]:
+    """Bounds of the oscillators that share a motion's samples: about a chunk under the longest motion at most."""
+    found = []
+    row, spent = 0, 0.0
+    for i, cost in enumerate(per_row, start=1):
+        together = (i - row) * levels
+        spent += cost * longest
+        full = together >= MOST_TOGETHER or (spent >= target and together >= FEWEST_TOGETHER)
+        if full or i == len(per_row):
+            found.append((row, i))
+            row, spent = i, 0.0
+    return found
 
 
 class Done(NamedTuple):
-    """What a chunk gives back: an array (oscillator, level, motion) per output, and the counts (`runs.TALLY`)."""
+    """What a chunk gives back: an array (oscillator, level, motion) per output, the counts (`runs.TALLY`), and how long
+    it took, s (which decides nothing).
+    """
 
     results: tuple[NDArray[Any], ...]
     tally: NDArray[np.int64]
+    seconds: float = 0.0
 
     @property
     def runs(self) -> int:
@@ -94,18 +135,36 @@ class Done(NamedTuple):
         return int(self.results[0].size)
 
 
-def run_chunk(chunk: Chunk) -> Done:
-    """All runs of one chunk, each output in its own type: flags take a byte."""
-    n = len(chunk.oscillators)
-    blocks, levels = chunk.factors.shape[:2]
-    shape = (n, levels, len(chunk.motions))
-    results = tuple(np.empty(shape, OUTPUT_TYPES[name]) for name in chunk.outputs)
-    flags_only = chunk.outputs == ("overturned",)
+def run_chunk(work: Work, chunk: Chunk) -> Done:
+    """All runs of one chunk."""
+    return run_part(
+        work.oscillators[chunk.row : chunk.row_stop],
+        work.motions[chunk.first : chunk.stop],
+        work.factors_of(chunk),
+        work.skip,
+        work.outputs,
+    )
+
+
+def run_part(
+    oscillators: Sequence[Oscillator],
+    motions: Sequence[Record],
+    factors: NDArray[np.float64],
+    skip: bool,
+    outputs: tuple[str, ...],
+) -> Done:
+    """Every oscillator under factors (oscillator or 1, level, motion), each output in its own type: flags take a byte.
+
+    What a chunk is where it does not share memory with the rest of the work.
+    """
+    started = perf_counter()
+    n, levels = len(oscillators), factors.shape[1]
+    results = tuple(np.empty((n, levels, len(motions)), OUTPUT_TYPES[name]) for name in outputs)
+    flags_only = outputs == ("overturned",)
     tally = np.zeros(len(TALLY), np.int64)
-    for i, motion in enumerate(chunk.motions):
-        # one row of factors a block, the same for its oscillators, which stand side by side
-        factors = np.broadcast_to(chunk.factors[:, None, :, i], (blocks, n // blocks, levels)).reshape(n, levels)
-        runs = run_many(chunk.oscillators, factors, motion.acceleration, motion.dt, chunk.skip, flags_only, tally)
-        for array, name in zip(results, chunk.outputs, strict=True):
+    for i, motion in enumerate(motions):
+        own = np.broadcast_to(factors[:, :, i], (n, levels))
+        runs = run_many(oscillators, own, motion.acceleration, motion.dt, skip, flags_only, tally)
+        for array, name in zip(results, outputs, strict=True):
             array[:, :, i] = runs[..., OUTPUTS[name]]
-    return Done(results, tally)
+    return Done(results, tally, perf_counter() - started)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
+from functools import lru_cache
+from importlib import metadata
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -72,6 +76,16 @@ def run_many(
     if flags_only:
         out[:, 1:] = np.nan
     return out.reshape(*factors.shape, engine.OUT_COLUMNS)
+
+
+@lru_cache(maxsize=1)
+def engine_identity() -> dict[str, str]:
+    """What decides the bits of a run beside its numbers: versions, and a hash of the engine's source."""
+    source = hashlib.sha256()
+    for file in sorted(Path(__file__).parent.glob("*.py")):
+        source.update(file.read_bytes())
+    versions = {name: metadata.version(name) for name in ("toppling", "numpy", "numba")}
+    return {**versions, "engine": source.hexdigest()[:12]}
 
 
 def prepare(oscillators: Sequence[Oscillator]) -> None:

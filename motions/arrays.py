@@ -6,6 +6,7 @@ Several arrays with their own steps and lengths are one set of motions: nothing 
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
@@ -30,6 +31,13 @@ class Record(NamedTuple):
     def duration(self) -> float:
         """Time from the first to the last sample, s."""
         return (self.acceleration.size - 1) * self.dt
+
+
+def digest(record: Record) -> str:
+    """Step and samples as a hash: where two agree, the shaking is the same to the last bit."""
+    found = hashlib.sha256(record.dt.hex().encode())
+    found.update(np.ascontiguousarray(record.acceleration).tobytes())
+    return found.hexdigest()
 
 
 def from_array(

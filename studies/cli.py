@@ -1,11 +1,12 @@
 """The `toppling` command: arguments in, exit codes out.
 
-0 done, 1 out of memory, 2 wrong input (one sentence on standard error), 130 interrupted.  Never a traceback for a
-user's mistake.
+0 done, 1 out of memory or a cluster that is gone, 2 wrong input, 130 interrupted; one sentence on standard error.
+Never a traceback for a user's mistake.
 """
 
 from __future__ import annotations
 
+import logging
 import sys
 from json import dumps
 from pathlib import Path
@@ -17,12 +18,14 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from ..fragility.cluster import ClusterError
 from ..models import catalogue
 from ..models.catalogue import QUALITIES
 from ..models.runs import prepare
 from . import show
 from .designs import count
 from .export import ExportFormat, read_curves, write_curves
+from .forecast import forecast, standing
 from .progress import show_progress
 from .rows import plain_table
 from .store import RESULT_NAME
@@ -32,10 +35,10 @@ from .tables import StudyError
 if TYPE_CHECKING:
     from distributed import Client
 
-EXIT_MEMORY = 1
+EXIT_FAILED = 1
 EXIT_INPUT = 2
 EXIT_INTERRUPTED = 130
-COMMANDS = ("run", "motions", "catalogue", "bench", "export")
+COMMANDS = ("run", "status", "motions", "catalogue", "bench", "export")
 
 app = App(
     name="toppling",
@@ -53,10 +56,14 @@ def run(
     out: Annotated[Path | None, Parameter(help="Folder for the results; results/NAME where not given.")] = None,
     scheduler: Annotated[str | None, Parameter(help="Address of a dask scheduler, tcp://host:port.")] = None,
     fresh: Annotated[bool, Parameter(negative="", help="Compute again, and replace what that folder holds.")] = False,
+    dry_run: Annotated[
+        bool, Parameter(negative="", help="Say what it takes (runs, chunks, time, memory, disk); run nothing.")
+    ] = False,
 ) -> None:
     """Run a study: print its tables, write results.nc and its figures.
 
-    Finished results of the same study in that folder are kept, not computed again; docs/study.md lists every key.
+    Every finished chunk is kept in that folder: after an interruption the same command goes on where it stopped, and
+    finished results of the same study are not computed again; docs/study.md lists every key.
 
     Parameters
     ----------
@@ -66,33 +73,50 @@ def run(
     console = _console()
     folder = out if out is not None else Path("results") / study.stem
     plan = Study.from_toml(study)
-    console.print(
-        f"{plan.title}: {plan.words}",
-        highlight=False,
-        markup=False,
-        soft_wrap=True,
-    )
-    for note in plan.notes:
-        console.print(f"note: {note}", highlight=False, markup=False, soft_wrap=True)
+    say(console, f"{plan.title}: {plan.words}", *(f"note: {note}" for note in plan.notes))
+    if dry_run:
+        say(console, *forecast(plan).lines())
+        return
     client = None if scheduler is None else _connect(scheduler)
     if client is None:
         with console.status("loading the engine (compiled once after installation, some 20 s)"):
-            prepare([plan.first])
+            prepare(plan.of_each_law)
     try:
-        with show_progress(console, "runs", plan.work) as progress:
-            results = plan.run(folder, client, resume=not fresh, progress=progress)
+        with show_progress(console, "runs", plan.work) as display:
+            results = plan.run(folder, client, resume=not fresh, progress=display.update, watching=display.watching)
     finally:
         if client is not None:
             client.close()
+    if display.watch is None:
+        say(console, "results of this study were there already (--fresh computes them again)")
+    elif display.watch.kept:
+        say(console, f"went on from {display.watch.kept:,} runs that were kept")
     for table in show.tables(results):
         console.print(table)
-    for hint in show.hints(results):
-        console.print(hint, highlight=False, markup=False, soft_wrap=True)
-    for note in str(results.attrs.get("notes", "")).splitlines():
-        if note not in plan.notes:  # said before
-            console.print(f"note: {note}", highlight=False, markup=False, soft_wrap=True)
-    said = [f"results: {folder / RESULT_NAME}", *(f"figure:  {path}" for path in show.draw(results, folder))]
-    console.print("\n".join(said), highlight=False, markup=False, soft_wrap=True)
+    said_before = plan.notes
+    notes = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in said_before]
+    say(console, *show.hints(results), *(f"note: {note}" for note in notes))
+    say(console, f"results: {folder / RESULT_NAME}", *(f"figure:  {path}" for path in show.draw(results, folder)))
+
+
+@app.command
+def status(
+    folder: Path,
+    *,
+    json: Annotated[bool, Parameter(negative="", help="Print it as JSON.")] = False,
+) -> None:
+    """Say where a study stands: finished, running, or interrupted with so many runs kept.
+
+    Parameters
+    ----------
+    folder
+        The folder that `toppling run` was given with --out.
+    """
+    found = standing(folder)
+    if json:
+        sys.stdout.write(dumps(found._asdict(), ensure_ascii=False) + "\n")
+    else:
+        say(_console(), *found.lines(folder))
 
 
 @app.command(name="motions")
@@ -228,6 +252,12 @@ def export(
     console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
 
 
+def say(console: Console, *lines: str) -> None:
+    """Lines as they are: no markup, nothing coloured, none broken."""
+    for line in lines:
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
 def _console(least: int = 100) -> Console:
     """The terminal, or at least so many columns where the output goes elsewhere."""
     console = Console()
@@ -237,6 +267,10 @@ def _console(least: int = 100) -> Console:
 def _connect(address: str) -> Client:
     from distributed import Client  # noqa: PLC0415 - the cluster code loads only where there is a cluster
 
+    # what the cluster has to say of its own troubles we say in one sentence
+    for name in [*logging.root.manager.loggerDict]:
+        if name.partition(".")[0] in ("distributed", "asyncio", "tornado"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         return Client(address, timeout="10s", set_as_default=False)
     except (OSError, TimeoutError, ValueError, ImportError) as error:
@@ -259,11 +293,14 @@ def main(arguments: list[str] | None = None) -> int:
     except OSError as error:
         print(f"toppling: output cannot be written ({error.strerror or error})", file=sys.stderr)
         return EXIT_INPUT
+    except ClusterError as error:
+        print(f"toppling: {error}; what is finished is kept: run the same command again to go on", file=sys.stderr)
+        return EXIT_FAILED
     except MemoryError:
         print("toppling: not enough memory for this study; make it smaller", file=sys.stderr)
-        return EXIT_MEMORY
-    except KeyboardInterrupt:
-        print("toppling: interrupted, no results written", file=sys.stderr)
+        return EXIT_FAILED
+    except KeyboardInterrupt as error:
+        print(f"toppling: {str(error) or 'interrupted, no results written'}", file=sys.stderr)
         return EXIT_INTERRUPTED
     return 0
 

@@ -21,7 +21,7 @@ from .schema import StudyFile
 from .study import Progress, Study, each, part_of, plain
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from ..fragility.runners import Runner
 
 # Share of the motions whose flags are tested under perturbations: some 30 % more work.
 UNDECIDED = 0.08
@@ -93,15 +93,19 @@ class FragilityStudy(Study):
         return self.runs + self.perturbed_runs
 
     @property
-    def first(self) -> Oscillator:
-        return self.models[0].oscillator(self.blocks[0])
+    def kept_outputs(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys((*self.fit.outputs, *self.outputs)))
+
+    @property
+    def of_each_law(self) -> list[Oscillator]:
+        return [model.oscillator(self.blocks[0]) for model in self.models]
 
     @property
     def notes(self) -> list[str]:
         return block_notes(self.blocks)
 
     @property
-    def _arrays(self) -> Iterable[xr.DataArray]:
+    def arrays(self) -> Iterable[xr.DataArray]:
         return (*self.design.arrays, *self.design.below)
 
     @property
@@ -116,11 +120,11 @@ class FragilityStudy(Study):
         each_motion = self.design.runs // self.design.shakes
         return perturbed_runs(len(self.blocks), self.models, each_motion, self.design.shakes, self.undecided)
 
-    def _compute(self, client: Client | None, progress: Progress | None) -> xr.Dataset:
+    def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         results = self.design.run(
             self.blocks,
             self.models,
-            tuple(dict.fromkeys((*self.fit.outputs, *self.outputs))),
+            self.kept_outputs,
             client,
             part_of(progress, 0, self.work),
         )

@@ -29,7 +29,7 @@ from .schema import StudyFile
 from .study import Progress, Study, each, plain
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from ..fragility.runners import Runner
 
 RANKING = "ranked_"
 """What the ranking's variables are called after, beside those of the assessment."""
@@ -114,15 +114,15 @@ class PerformanceStudy(Study):
         return distinct_runs(self.inventory, self.variability) * len(self.models) * shakes * self.levels.size
 
     @property
-    def first(self) -> Oscillator:
-        return self.models[0].oscillator(self.inventory.rows[0].block)
+    def of_each_law(self) -> list[Oscillator]:
+        return [model.oscillator(self.inventory.rows[0].block) for model in self.models]
 
     @property
     def notes(self) -> list[str]:
         return block_notes([row.block for row in self.inventory.rows])
 
     @property
-    def _arrays(self) -> Iterable[xr.DataArray]:
+    def arrays(self) -> Iterable[xr.DataArray]:
         return self.motions
 
     @property
@@ -130,7 +130,7 @@ class PerformanceStudy(Study):
         rows = [described(row) for row in self.inventory.rows]
         return [rows, self.inventory.currency, None if self.hazard is None else asdict(self.hazard)]
 
-    def _compute(self, client: Client | None, progress: Progress | None) -> xr.Dataset:
+    def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         found = assess(
             self.inventory,
             self.building,

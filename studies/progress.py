@@ -1,48 +1,67 @@
-"""Progress of long work: a bar with rate and time left on a terminal, plain lines elsewhere."""
+"""Progress of a running study: a bar with rate and time left on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+from .watch import Watch
 
 LINE_SECONDS = 5.0
 
 
-@contextmanager
-def show_progress(console: Console, what: str, total: int) -> Iterator[Callable[[int, int], None]]:
-    """A function of (done, total) that shows how far the work is."""
-    started = time.monotonic()
-    if not console.is_terminal:
-        last = started
+@dataclass
+class Display:
+    """What `Study.run` tells: `update` of (runs done, in all), `watching` with the counts behind them."""
 
-        def line(done: int, total: int) -> None:
+    show: Callable[[int, int, str], None]
+    watch: Watch | None = None
+
+    def watching(self, watch: Watch) -> None:
+        """Take the counts of the study that begins."""
+        self.watch = watch
+
+    def update(self, done: int, total: int) -> None:
+        """Show how far it is."""
+        watch = self.watch
+        if watch is None:
+            self.show(done, total, "")
+            return
+        rate = max(watch.rate, 1e-9)
+        left = f", {time_text((total - done) / rate)} left" if done < total else ""
+        self.show(done, total, f"{watch.rate:,.0f}/s{left}, {watch.detail}")
+
+
+def time_text(seconds: float) -> str:
+    """A time for people: 12 s, 3 min, 4.5 h, 2 d."""
+    for size, unit in ((86_400.0, "d"), (3_600.0, "h"), (60.0, "min")):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.{int(seconds < 10.0 * size)}f} {unit}"
+    return f"{seconds:.0f} s" if seconds >= 1.0 else "less than 1 s"
+
+
+@contextmanager
+def show_progress(console: Console, what: str, total: int) -> Iterator[Display]:
+    """What shows how far the work is."""
+    if not console.is_terminal:
+        last = time.monotonic()
+
+        def line(done: int, total: int, detail: str) -> None:
             nonlocal last
             now = time.monotonic()
             if now - last >= LINE_SECONDS or done == total:
                 last = now
-                rate = done / max(now - started, 1e-9)
-                left = f", {(total - done) / rate:.0f} s left" if done < total else ""
-                console.print(f"{what}: {done:,} of {total:,} ({100.0 * done / total:.0f} %), {rate:,.0f}/s{left}")
+                share = f"{100.0 * done / total:.0f} %"
+                console.print(f"{what}: {done:,} of {total:,} ({share}), {detail}", highlight=False, soft_wrap=True)
 
-        yield line
+        yield Display(line)
         return
-    columns = (
-        TextColumn(what),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-        TextColumn("left"),
-    )
+    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[detail]}"))
     with Progress(*columns, console=console) as bar:
-        task = bar.add_task(what, total=total, rate="")
-
-        def update(done: int, total: int) -> None:
-            rate = done / max(time.monotonic() - started, 1e-9)
-            bar.update(task, completed=done, total=total, rate=f"{rate:,.0f}/s")
-
-        yield update
+        task = bar.add_task(what, total=total, detail="")
+        yield Display(lambda done, total, detail: bar.update(task, completed=done, total=total, detail=detail))

@@ -1,17 +1,70 @@
-"""Finished results on disk: written whole or not at all, and recognised when they are there already."""
+"""The folder of a study: one process at a time, results written whole or not at all, and recognised when there."""
 
 from __future__ import annotations
 
 import errno
 import os
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import xarray as xr
+from filelock import FileLock, Timeout
 
 from .tables import StudyError
 
 RESULT_NAME = "results.nc"
+LOCK_NAME = ".lock"
+
+
+@contextmanager
+def folder_of_one(folder: Path) -> Iterator[None]:
+    """The folder, made where missing, for this process alone until the block ends.
+
+    The system takes the lock back when a process ends, however it ends.  A folder that was made here goes again where
+    nothing came to stand in it.
+
+    Raises
+    ------
+    StudyError
+        It cannot be made or written, or another process works in it.
+    """
+    made = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StudyError(f"{folder}: cannot be made a folder ({error.strerror})") from None
+    if not os.access(folder, os.W_OK):
+        raise StudyError(f"{folder}: no permission to write")
+    lock = FileLock(folder / LOCK_NAME)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise StudyError(f"{folder}: another process runs a study there; wait for it, or use another folder") from None
+    except OSError as error:
+        raise StudyError(f"{folder}: cannot be locked ({error.strerror})") from None
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # (gone while it is still held: who waits for a file that is no more tries again)
+            (folder / LOCK_NAME).unlink()
+        lock.release()
+        if made:
+            with suppress(OSError):  # not empty, or another run's by now
+                folder.rmdir()
+
+
+def is_locked(folder: Path) -> bool:
+    """Whether a process works in the folder."""
+    if not (folder / LOCK_NAME).exists():
+        return False
+    lock = FileLock(folder / LOCK_NAME)
+    try:
+        lock.acquire(timeout=0)
+    except (Timeout, OSError):
+        return True
+    lock.release()
+    return False
 
 
 def finished(target: Path, identity: str) -> xr.Dataset | None:
@@ -31,15 +84,47 @@ def finished(target: Path, identity: str) -> xr.Dataset | None:
 
 def save(results: xr.Dataset, target: Path) -> None:
     """Write a dataset whole or not at all: temporary file beside the target, fsync, rename."""
-    temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
+    temporary = target.with_name(f"{target.name}.part")
     try:
         results.to_netcdf(temporary, engine="netcdf4")
         with temporary.open("rb") as file:
             os.fsync(file.fileno())
         temporary.replace(target)
+        sync_folder(target.parent)
     except (OSError, RuntimeError) as error:  # the HDF5 library speaks of a full disk as a RuntimeError
         reason = getattr(error, "strerror", None) or error
-        raise StudyError(f"{target}: cannot be written ({reason}; is the disk full?)") from None
+        raise StudyError(
+            f"{target}: cannot be written ({reason}; is the disk full?); what is finished is kept: run the same "
+            "command again"
+        ) from None
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def write_whole(path: Path, content: bytes | memoryview) -> None:
+    """Write a file whole or not at all: temporary name beside it, fsync, rename; StudyError where that cannot be."""
+    temporary = path.with_name(f"{path.name}.part")
+    try:
+        with temporary.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+        sync_folder(path.parent)
+    except OSError as error:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise StudyError(
+            f"{path}: cannot be written ({error.strerror}); what is finished is kept: run the same command again"
+        ) from None
+
+
+def sync_folder(folder: Path) -> None:
+    """Make a rename last (where folders can be opened: not on Windows)."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

@@ -10,7 +10,6 @@ import json
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
@@ -19,11 +18,17 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import xarray as xr
 
+from ..fragility.runners import Runner, Threads, never
 from ..models.oscillator import Oscillator
+from ..models.runs import engine_identity
 from ..motions import records
+from ..motions.arrays import digest
+from .remake import cluster
 from .schema import StudyFile, read_study_file
-from .store import RESULT_NAME, finished, save
+from .shards import Shards, open_shards, remove_shards
+from .store import RESULT_NAME, finished, folder_of_one, save
 from .tables import StudyError
+from .watch import Stop, Watch, run_log
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -90,9 +95,14 @@ class Study(ABC):
         return self.runs
 
     @property
+    def kept_outputs(self) -> tuple[str, ...]:
+        """What is kept of every run."""
+        return ("overturned",)
+
+    @property
     @abstractmethod
-    def first(self) -> Oscillator:
-        """One of its oscillators, with which the engine is made ready."""
+    def of_each_law(self) -> list[Oscillator]:
+        """An oscillator of each law: what the engine is made ready with, and what a run costs."""
 
     @property
     @abstractmethod
@@ -101,7 +111,7 @@ class Study(ABC):
 
     @property
     @abstractmethod
-    def _arrays(self) -> Iterable[xr.DataArray]:
+    def arrays(self) -> Iterable[xr.DataArray]:
         """All motions that decide the results."""
 
     @property
@@ -110,7 +120,7 @@ class Study(ABC):
         return []
 
     @abstractmethod
-    def _compute(self, client: Client | None, progress: Progress | None) -> xr.Dataset:
+    def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         """What the study finds."""
 
     def run(
@@ -120,20 +130,26 @@ class Study(ABC):
         resume: bool = True,
         *,
         progress: Callable[[int, int], None] | None = None,
+        watching: Callable[[Watch], None] | None = None,
     ) -> xr.Dataset:
         """Run the study.
+
+        Every chunk (about a second's work) is kept in `out` as it is finished: after a kill, a crash or a full disk the
+        same call goes on with what is missing and gives the same bytes.  One process at a time works in a folder.
 
         Parameters
         ----------
         out : path, optional
-            Folder that gets ``results.nc`` (made where missing); nothing is written where not given.
+            Folder that gets ``results.nc`` and ``run.log`` (made where missing); nothing is written where not given.
         client : distributed.Client, optional
             Where to run; threads of this process where not given.
         resume : bool
-            Keep finished results of this study in `out` instead of computing them again, and refuse a folder with
-            another study's.  With False, compute and replace whatever is there.
+            Keep what `out` holds of this study instead of computing it again, and refuse a folder with another
+            study's.  With False, compute and replace whatever is there.
         progress : callable, optional
             Called with (runs done, runs in all).
+        watching : callable, optional
+            Called once, when the work begins, with its `Watch`: rate, share skipped, slowest chunk.
 
         Returns
         -------
@@ -144,32 +160,62 @@ class Study(ABC):
         Raises
         ------
         StudyError
-            `out` cannot be written, or holds another study's results and `resume` is set.
+            `out` cannot be written, another process runs a study there, or it holds another study's results or parts
+            and `resume` is set.
+        ClusterError
+            The cluster cannot do the work, or no longer.
+        KeyboardInterrupt
+            Interrupted (SIGINT or SIGTERM): chunks in flight were finished and kept; a second signal leaves them.
         """
         if out is None:
-            return self._labelled(client, progress)
+            return self._labelled(self._runner(client, never), progress)
         folder = Path(out)
-        before = finished(folder / RESULT_NAME, self.identity) if resume else None
-        if before is not None and before.attrs.get("title") == self.title:
-            return before
-        made = not folder.exists()
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise StudyError(f"{folder}: cannot be made a folder ({error.strerror})") from None
-        if not os.access(folder, os.W_OK):
-            raise StudyError(f"{folder}: no permission to write")
-        try:
-            results = self._labelled(client, progress) if before is None else before.assign_attrs(title=self.title)
+        with folder_of_one(folder):
+            before = finished(folder / RESULT_NAME, self.identity) if resume else None
+            if before is not None and before.attrs.get("title") == self.title:
+                return before
+            if before is not None:
+                results = before.assign_attrs(title=self.title)
+            else:
+                results = self._kept(folder, client, not resume, progress, watching)
             save(results, folder / RESULT_NAME)
-        except BaseException:
-            if made:
-                with suppress(OSError):  # not empty: another run's
-                    folder.rmdir()
-            raise
+            remove_shards(folder)
         return results
 
-    def _labelled(self, client: Client | None, progress: Progress | None) -> xr.Dataset:
+    def _kept(
+        self,
+        folder: Path,
+        client: Client | None,
+        fresh: bool,
+        progress: Progress | None,
+        watching: Callable[[Watch], None] | None,
+    ) -> xr.Dataset:
+        """What the study finds, every chunk kept in the folder as it is finished."""
+        pinned = {"identity": self.identity, "title": self.title, "study": self.configuration, "work": self.work}
+        shards, resumed = open_shards(folder, pinned, fresh)
+        stop = Stop()
+        with run_log(folder) as log, stop.graceful():
+            watch = Watch(self.work, log)
+            log.info("%s %s: %s, %s", "resumed" if resumed else "begun", self.title, self.words, engine_identity())
+            if watching is not None:
+                watching(watch)
+            try:
+                results = self._labelled(Shards(shards, self._runner(client, stop), watch, stop), progress)
+            except KeyboardInterrupt:
+                log.warning("interrupted: %s", watch.words)
+                kept = f"{watch.runs:,} of {watch.total:,} runs kept in {folder}"
+                raise KeyboardInterrupt(f"interrupted with {kept}; the same command goes on") from None
+            except BaseException as error:
+                log.error("ended by %s (%s): %s", type(error).__name__, error, watch.words)
+                raise
+            log.info("finished: %s", watch.words)
+        return results
+
+    def _runner(self, client: Client | None, stop: Callable[[], bool]) -> Runner:
+        """Where its chunks run; workers make the motions themselves where no file is needed."""
+        return Threads(stop) if client is None else cluster(client, self.configuration, stop)
+
+    def _labelled(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         try:
             found = self._compute(client, progress)
         except ValueError as error:
@@ -185,11 +231,10 @@ class Study(ABC):
     def identity(self) -> str:
         """What decides the results, as a hash: the study without its title, the motions' samples, our version."""
         content = {key: value for key, value in self.configuration.items() if key != "title"}
-        digest = hashlib.sha256(json.dumps([__version__, content, self._read], sort_keys=True).encode())
-        for record in (record for array in self._arrays for record in records(array)):
-            digest.update(json.dumps([record.label, record.dt, record.source]).encode())
-            digest.update(record.acceleration.tobytes())
-        return digest.hexdigest()
+        found = hashlib.sha256(json.dumps([__version__, content, self._read], sort_keys=True).encode())
+        for record in (record for array in self.arrays for record in records(array)):
+            found.update(json.dumps([record.label, record.source, digest(record)]).encode())
+        return found.hexdigest()
 
 
 def part_of(progress: Progress | None, before: int, total: int) -> Progress | None:

@@ -31,7 +31,7 @@ from .schema import StudyFile
 from .study import Progress, Study, each, part_of, plain
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from ..fragility.runners import Runner
 
 QUANTILES = (0.05, 0.5, 0.95)
 FACTORS = ("motion", "model", "sample")
@@ -93,15 +93,15 @@ class UncertaintyStudy(Study):
         return self._sampled + len(self.blocks) * len(self.models) * more * self.design.runs
 
     @property
-    def first(self) -> Oscillator:
-        return self.models[0].oscillator(self.blocks[0])
+    def of_each_law(self) -> list[Oscillator]:
+        return [model.oscillator(self.blocks[0]) for model in self.models]
 
     @property
     def notes(self) -> list[str]:
         return block_notes(self.blocks)
 
     @property
-    def _arrays(self) -> Iterable[xr.DataArray]:
+    def arrays(self) -> Iterable[xr.DataArray]:
         return (*self.design.arrays, *self.design.below)
 
     @property
@@ -119,7 +119,7 @@ class UncertaintyStudy(Study):
             found["morris"] = morris_indices, self.morris, self.morris * (d + 1)
         return found
 
-    def _compute(self, client: Client | None, progress: Progress | None) -> xr.Dataset:
+    def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         share = self.runs // len(self.blocks)
         parts = []
         for i, block in enumerate(self.blocks):
@@ -131,7 +131,7 @@ class UncertaintyStudy(Study):
         screened = standing(self.blocks, self.models, found.sizes["motion"])
         return found.assign(screened.data_vars).assign_attrs(notes=screened.attrs["notes"])
 
-    def _of_block(self, block: Block, client: Client | None, progress: Progress | None) -> xr.Dataset:
+    def _of_block(self, block: Block, client: Runner, progress: Progress | None) -> xr.Dataset:
         ground = self.design.ground or None
         runs = uncertain_ida(
             self.inputs,

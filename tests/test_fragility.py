@@ -12,7 +12,7 @@ from scipy.special import ndtr
 from scipy.stats import binomtest
 
 import toppling as tp
-from toppling.fragility import plan_chunks, run_chunk, wilson_interval
+from toppling.fragility import Work, plan_chunks, run_chunk, wilson_interval
 from toppling.fragility.execution import OUTPUTS
 from toppling.fragility.plan import OUTPUT_TYPES
 from toppling.fragility.scaling import scaling
@@ -37,6 +37,22 @@ def motions():
 @pytest.fixture(scope="module")
 def result():
     return tp.ida(BLOCKS, MODELS, motions(), LEVELS, outputs=list(OUTPUTS))
+
+
+def in_chunks(work, seconds):
+    """The work done chunk by chunk, the last one first, each in every cell once."""
+    shape = (len(work.oscillators), work.levels, len(work.motions))
+    found = {name: np.zeros(shape, OUTPUT_TYPES[name]) for name in work.outputs}
+    times = np.zeros(shape, int)
+    for chunk in reversed(plan_chunks(work, seconds)):
+        cells = np.s_[chunk.row : chunk.row_stop, :, chunk.first : chunk.stop]
+        times[cells] += 1
+        done = run_chunk(work, chunk)
+        assert done.runs == work.runs_of(chunk) == times[cells].size
+        for array, part in zip(found.values(), done.results, strict=True):
+            array[cells] = part
+    assert (times == 1).all()
+    return found
 
 
 class TestIda:
@@ -73,14 +89,10 @@ class TestIda:
         oscillators = [m.oscillator(b) for b in BLOCKS for m in MODELS]
         factors = scaling(LEVELS, plain, "pga").factors
         for seconds in (1e-9, 1e-3, 1e9):
-            chunks = plan_chunks(oscillators, plain, factors, seconds=seconds)
-            assert [c.first for c in chunks] == [0] + [c.stop for c in chunks[:-1]]
-            parts = [run_chunk(c).results for c in reversed(chunks)][::-1]
-            for name, *pieces in zip(OUTPUT_TYPES, *parts, strict=True):
-                found = np.concatenate(pieces, axis=2)
+            work = Work(tuple(oscillators), tuple(plain), factors)
+            for name, found in in_chunks(work, seconds).items():
                 assert found.dtype == result[name].dtype
                 np.testing.assert_array_equal(found, result[name].values.reshape(found.shape))
-        assert len(plan_chunks(oscillators, plain, factors, seconds=1e-9)) == 12
         with dask.config.set(num_workers=1):
             xr.testing.assert_identical(tp.ida(BLOCKS, MODELS, motions(), LEVELS, outputs=list(OUTPUTS)), result)
 
@@ -225,10 +237,7 @@ class TestIntensityMeasures:
         factors = scaling(LEVELS, plain, "pgv_normalised", BLOCKS).factors
         whole = tp.ida(BLOCKS, MODELS, motions(), LEVELS, "pgv_normalised", outputs=list(OUTPUTS))
         for seconds in (1e-9, 1e9):
-            chunks = plan_chunks(oscillators, plain, factors, seconds=seconds)
-            assert sum(chunk.runs for chunk in chunks) == 8 * 4 * 12
-            for name, *pieces in zip(OUTPUT_TYPES, *(run_chunk(chunk).results for chunk in chunks), strict=True):
-                found = np.concatenate(pieces, axis=2)
+            for name, found in in_chunks(Work(tuple(oscillators), tuple(plain), factors), seconds).items():
                 np.testing.assert_array_equal(found, whole[name].values.reshape(found.shape))
 
     @pytest.mark.parametrize(
@@ -416,8 +425,9 @@ def test_a_chunk_is_about_a_second():
 
     plain = records(tp.motions.CloughPenzien(duration=20.0).sample(20))
     oscillators = [m.oscillator(BLOCKS[0]) for m in MODELS]
-    chunk = plan_chunks(oscillators, plain, np.full((1, 40, 20), 1.0))[0]
-    run_chunk(chunk._replace(motions=chunk.motions[:1], factors=chunk.factors[:, :, :1]))
+    work = Work(tuple(oscillators), tuple(plain), np.full((1, 40, 20), 1.0))
+    chunk = plan_chunks(work)[0]
+    run_chunk(work, chunk._replace(stop=1))
     started = perf_counter()
-    run_chunk(chunk)
+    run_chunk(work, chunk)
     assert 0.1 < perf_counter() - started < 8.0

@@ -1,0 +1,282 @@
+"""Chunks on a dask.distributed cluster.
+
+What a chunk needs is sent once, not with every chunk: oscillators and motions are results of small tasks, which the
+cluster makes again when the worker that held them is lost.  Motions that workers can make themselves are not sent at
+all.  Only so many chunks are given to the scheduler as keep the workers busy, however many there are.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import islice
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import dask
+import numpy as np
+from numpy.typing import NDArray
+
+from ..models.oscillator import Oscillator
+from ..models.runs import engine_identity
+from ..motions.arrays import Record, digest
+from .plan import Chunk, Done, Work, run_part
+from .runners import AHEAD, Runner, never
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+PARCEL_BYTES = 4_000_000
+"""Motions are sent in parcels of about that size."""
+NEWS_SECONDS = 5.0
+"""Time without a finished chunk after which the state of the cluster is looked at."""
+WORKERS_WITHIN = 30.0
+"""Time that a cluster has to show its first worker, or another one after the last was lost, s."""
+
+
+class ClusterError(RuntimeError):
+    """A cluster that cannot do the work, or no longer; one sentence."""
+
+
+class Remake(NamedTuple):
+    """How a worker makes motions itself: a function that can be sent, and the digests of what it gives, in order."""
+
+    function: Callable[[], list[Record]]
+    digests: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Cluster(Runner):
+    """The workers of a client.
+
+    `remake`: how they make motions themselves, where they can.  Once `stop` is true no chunk is begun; those in flight
+    are given back, then KeyboardInterrupt is raised.
+    """
+
+    client: Client
+    remake: Remake | None = None
+    stop: Callable[[], bool] = never
+
+    def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, Done]]:
+        """Every chunk with its results; ClusterError where the cluster cannot do it."""
+        if not chunks:
+            return
+        from distributed.comm.core import CommClosedError  # noqa: PLC0415 - loaded where there is a cluster
+
+        running: dict[Future[Any], Chunk] = {}
+        try:
+            check_workers(self.client)
+            yield from self._run(_Sent(self.client, work, self.remake), chunks, running)
+        except (CommClosedError, ConnectionError):
+            raise _lost(self.client) from None
+        finally:
+            if running and self.client.status == "running":
+                with suppress(CommClosedError, ConnectionError):
+                    self.client.cancel(list(running))
+
+    def _run(
+        self, sent: _Sent, chunks: Sequence[Chunk], running: dict[Future[Any], Chunk]
+    ) -> Iterator[tuple[Chunk, Done]]:
+        waiting = iter(chunks)
+        news: SimpleQueue[Future[Any]] = SimpleQueue()
+        threads = _Threads(self.client)
+        left = len(chunks)
+        while left:
+            room = 0 if self.stop() else AHEAD * threads.count() + 1 - len(running)
+            for chunk in islice(waiting, max(room, 0)):
+                future = sent.submit(chunk)
+                running[future] = chunk
+                future.add_done_callback(news.put)
+            if not running:
+                raise KeyboardInterrupt
+            finished = _finished(news, threads)
+            for future, done in zip(finished, _gathered(finished, self.client), strict=True):
+                left -= 1
+                yield running.pop(future), done
+
+
+def check_workers(client: Client) -> None:
+    """Wait for a worker; ClusterError where none comes, or where one has another engine than this process."""
+    try:
+        client.wait_for_workers(1, timeout=WORKERS_WITHIN)
+    except TimeoutError:
+        raise ClusterError(f"{_address(client)}: no worker within {WORKERS_WITHIN:.0f} s") from None
+    try:
+        found = client.run(engine_identity)
+    except ModuleNotFoundError as error:
+        raise ClusterError(f"{_address(client)}: a worker does not have the package {error.name}") from None
+    except (ImportError, AttributeError) as error:
+        raise ClusterError(f"{_address(client)}: a worker has another version of the package ({error})") from None
+    for address, theirs in sorted(found.items()):
+        _same_engine(address, theirs, engine_identity())
+
+
+class _Sent:
+    """What chunks need, sent once: oscillators in the groups of the plan, motions in parcels."""
+
+    def __init__(self, client: Client, work: Work, remake: Remake | None) -> None:
+        self._client = client
+        self._work = work
+        self._oscillators: tuple[tuple[int, int], Future[Any]] | None = None
+        self._motions: dict[int, Future[Any]] = {}
+        self._made: tuple[_Made, list[int]] | None = None
+        names = [digest(motion) for motion in work.motions]
+        if remake is not None and set(names) <= set(remake.digests):
+            place = {name: i for i, name in enumerate(remake.digests)}
+            self._made = _Made(remake.function, _joined(remake.digests)), [place[name] for name in names]
+        sizes = np.cumsum([0, *(motion.acceleration.nbytes for motion in work.motions)])
+        self._parcels = np.searchsorted(sizes, np.arange(0, sizes[-1], PARCEL_BYTES)).tolist()
+        self._parcels.append(len(work.motions))
+
+    def submit(self, chunk: Chunk) -> Future[Any]:
+        """The chunk as a task of the cluster."""
+        return self._submit(
+            _run_part,
+            self._rows(chunk),
+            self._shakes(chunk),
+            self._work.factors_of(chunk),
+            self._work.skip,
+            self._work.outputs,
+            engine_identity(),
+        )
+
+    def _submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}):
+            return self._client.submit(function, *arguments, pure=False)
+
+    def _rows(self, chunk: Chunk) -> Future[Any]:
+        rows = (chunk.row, chunk.row_stop)
+        if self._oscillators is None or self._oscillators[0] != rows:
+            self._oscillators = rows, self._submit(_itself, self._work.oscillators[slice(*rows)])
+        return self._oscillators[1]
+
+    def _shakes(self, chunk: Chunk) -> list[Any]:
+        """The motions of a chunk as a list: how to make them, or parcels, and which of those it needs."""
+        if self._made is not None:
+            made, places = self._made
+            return [made, places[chunk.first : chunk.stop]]
+        low = int(np.searchsorted(self._parcels, chunk.first, side="right")) - 1
+        high = int(np.searchsorted(self._parcels, chunk.stop, side="left"))
+        for k in range(low, high):
+            if k not in self._motions:
+                own = self._work.motions[self._parcels[k] : self._parcels[k + 1]]
+                self._motions[k] = self._submit(_itself, own)
+        before = self._parcels[low]
+        return [[self._motions[k] for k in range(low, high)], list(range(chunk.first - before, chunk.stop - before))]
+
+
+class _Made(NamedTuple):
+    """Motions that a worker makes itself."""
+
+    function: Callable[[], list[Record]]
+    digest: str
+
+
+_making = threading.Lock()
+_latest: dict[str, list[Record]] = {}
+
+
+def _run_part(
+    oscillators: Sequence[Oscillator],
+    shakes: tuple[_Made | list[tuple[Record, ...]], list[int]],
+    factors: NDArray[np.float64],
+    skip: bool,
+    outputs: tuple[str, ...],
+    engine: dict[str, str],
+) -> Done:
+    """A chunk on a worker."""
+    _same_engine("a worker", engine_identity(), engine)
+    source, places = shakes
+    motions = _motions_of(source) if isinstance(source, _Made) else [one for parcel in source for one in parcel]
+    return run_part(oscillators, [motions[i] for i in places], factors, skip, outputs)
+
+
+def _motions_of(made: _Made) -> list[Record]:
+    """The motions, made once in this process (the latest set is kept)."""
+    with _making:
+        if made.digest not in _latest:
+            motions = made.function()
+            if _joined([digest(motion) for motion in motions]) != made.digest:
+                raise ClusterError(
+                    "a worker makes other motions from the same seeds than this machine: use machines of one kind "
+                    "with the same packages"
+                )
+            _latest.clear()
+            _latest[made.digest] = motions
+        return _latest[made.digest]
+
+
+def _itself(value: Any) -> Any:
+    return value
+
+
+def _joined(digests: Sequence[str]) -> str:
+    return hashlib.sha256("".join(digests).encode()).hexdigest()
+
+
+def _same_engine(who: str, theirs: dict[str, str], ours: dict[str, str]) -> None:
+    for name, version in ours.items():
+        if theirs.get(name) != version:
+            raise ClusterError(f"{who} has {name} {theirs.get(name)}, this process {version}: install the same")
+
+
+class _Threads:
+    """How many threads the workers have, asked for now and then; ClusterError where none are left."""
+
+    def __init__(self, client: Client) -> None:
+        self.client = client
+        self._count = 0
+        self._asked = self._seen = time.monotonic() - NEWS_SECONDS
+
+    def count(self) -> int:
+        """Threads of all workers, 1 at least."""
+        now = time.monotonic()
+        if now - self._asked >= NEWS_SECONDS:
+            self._asked = now
+            if self.client.status != "running":
+                raise _lost(self.client)
+            self._count = sum(self.client.nthreads().values())
+            if self._count:
+                self._seen = now
+            elif now - self._seen > WORKERS_WITHIN:
+                raise ClusterError(f"{_address(self.client)}: no worker is left")
+        return max(1, self._count)
+
+
+def _finished(news: SimpleQueue[Future[Any]], threads: _Threads) -> list[Future[Any]]:
+    """One finished chunk at least, and what else has come in; ClusterError where nothing can come any more."""
+    found: list[Future[Any]] = []
+    while not found:
+        try:
+            found.append(news.get(timeout=NEWS_SECONDS))
+        except Empty:
+            threads.count()
+    while not news.empty():
+        found.append(news.get())
+    return found
+
+
+def _gathered(futures: list[Future[Any]], client: Client) -> list[Done]:
+    from distributed import CancelledError, KilledWorker  # noqa: PLC0415 - loaded where there is a cluster
+
+    try:
+        found: list[Done] = client.gather(futures)
+    except KilledWorker:
+        raise ClusterError(
+            f"{_address(client)}: one chunk killed several workers, one after the other (out of memory?)"
+        ) from None
+    except CancelledError:
+        raise _lost(client) from None
+    return found
+
+
+def _lost(client: Client) -> ClusterError:
+    return ClusterError(f"the scheduler at {_address(client)} is gone")
+
+
+def _address(client: Client) -> str:
+    return str(client.scheduler.address if client.scheduler is not None else client)

@@ -1,0 +1,260 @@
+"""Crash safety: every finished chunk is a file of its own, and a manifest says whose chunks they are.
+
+`shards/manifest.json` pins the study and the engine; `shards/CALL-CHUNK-CHECKSUM.nc` holds a chunk's results.  A file
+appears whole (temporary name, fsync, rename), and its name carries the checksum of its bytes, so that a damaged one is
+recognised before anything parses it, and computed again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+
+from ..fragility.plan import OUTPUT_TYPES, Chunk, Done, Work
+from ..fragility.runners import Runner
+from ..models.runs import TALLY, engine_identity
+from ..motions.arrays import digest
+from .store import write_whole
+from .tables import StudyError
+from .watch import Stop, Watch
+
+FOLDER = "shards"
+MANIFEST = "manifest.json"
+LAYOUT = 1
+"""Number of the layout of manifest and shards."""
+DIMS = ("oscillator", "level", "motion")
+_NAME = re.compile(r"(\d{3,})-(\d{6,})-([0-9a-f]{16})\.nc")
+
+
+class Shards(Runner):
+    """Runs chunks by another runner, keeps each one, and gives back those that were kept before."""
+
+    def __init__(self, folder: Path, inner: Runner, watch: Watch, stop: Stop) -> None:
+        self._folder = folder
+        self._inner = inner
+        self._watch = watch
+        self._stop = stop
+        self._calls = 0
+        self._known: dict[tuple[int, int], list[Path]] = {}
+        for path in sorted(folder.iterdir()):
+            name = _NAME.fullmatch(path.name)
+            if name is not None:
+                self._known.setdefault((int(name[1]), int(name[2])), []).append(path)
+            elif path.name.endswith(".part"):
+                path.unlink()
+
+    def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, Done]]:
+        """Every chunk with its results; StudyError where one cannot be kept."""
+        call = self._calls
+        self._calls += 1
+        whole = _digest_of(work)
+        numbers = {chunk: i for i, chunk in enumerate(chunks)}
+        _add_call(self._folder, call, len(chunks), work.runs)
+        self._stop.waiting = True
+        try:
+            missing = []
+            for chunk, number in numbers.items():
+                done = self._kept(call, number, _key(whole, chunk), work, chunk)
+                if done is None:
+                    missing.append(chunk)
+                else:
+                    self._watch.done(done, kept=True)
+                    yield chunk, done
+            for chunk, done in self._inner.run(work, missing):
+                self._keep(call, numbers[chunk], _key(whole, chunk), work, done)
+                self._watch.done(done, kept=False)
+                yield chunk, done
+        finally:
+            self._stop.waiting = False
+
+    def _kept(self, call: int, number: int, key: str, work: Work, chunk: Chunk) -> Done | None:
+        """The results of a chunk, if a sound shard of it is there; others are removed."""
+        for path in self._known.get((call, number), []):
+            try:
+                return _read(path, key, work, chunk)
+            except (OSError, ValueError, KeyError, IndexError, RuntimeError) as error:
+                self._watch.log.warning("%s is damaged (%s): its chunk is computed again", path.name, error)
+                with suppress(OSError):
+                    path.unlink()
+        return None
+
+    def _keep(self, call: int, number: int, key: str, work: Work, done: Done) -> None:
+        content = _packed(work, done, key)
+        checksum = hashlib.sha256(content).hexdigest()[:16]
+        write_whole(self._folder / f"{call:03d}-{number:06d}-{checksum}.nc", content)
+
+
+def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[Path, bool]:
+    """The folder for the shards of a study, and whether it holds some of it already.
+
+    `pinned`: identity, study (its file's content) and work (its runs), as the manifest keeps them.
+
+    Raises
+    ------
+    StudyError
+        It holds parts of another study, or made by another engine: one sentence that says what differs.
+    """
+    shards = folder / FOLDER
+    manifest = {"layout": LAYOUT, "engine": engine_identity(), **pinned, "calls": []}
+    if shards.exists() and not fresh:
+        before = read_manifest(folder)
+        if before is not None:
+            differs = _difference(before, manifest)
+            if differs:
+                raise StudyError(
+                    f"{shards}: holds parts of another study ({differs}); use another folder, or --fresh to start over"
+                )
+            return shards, True
+        if any(_NAME.fullmatch(path.name) for path in shards.iterdir()):
+            raise StudyError(f"{shards}: holds parts of a study without a manifest; use --fresh to start over")
+    remove_shards(folder)
+    try:
+        shards.mkdir()
+    except OSError as error:
+        raise StudyError(f"{shards}: cannot be made a folder ({error.strerror})") from None
+    write_whole(shards / MANIFEST, _json(manifest))
+    return shards, False
+
+
+def read_manifest(folder: Path) -> dict[str, Any] | None:
+    """The manifest in a study's folder, None where there is none; StudyError where it is none of ours."""
+    path = folder / FOLDER / MANIFEST
+    try:
+        found = json.loads(path.read_bytes().decode("utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, RecursionError) as error:
+        raise StudyError(f"{path}: cannot be read ({type(error).__name__}); use --fresh to start over") from None
+    kinds = {"layout": int, "engine": dict, "identity": str, "study": dict, "work": int, "calls": list}
+    if not isinstance(found, dict) or not all(isinstance(found.get(name), kind) for name, kind in kinds.items()):
+        raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
+    if found["layout"] != LAYOUT:
+        raise StudyError(
+            f"{path}: has layout {found['layout']}, this version reads {LAYOUT}; use --fresh to start over"
+        )
+    return found
+
+
+def count_shards(folder: Path) -> dict[int, int]:
+    """Number of chunks that are kept, by call."""
+    chunks = {_NAME.fullmatch(path.name) for path in (folder / FOLDER).iterdir()}
+    found: dict[int, set[int]] = {}
+    for name in chunks:
+        if name is not None:
+            found.setdefault(int(name[1]), set()).add(int(name[2]))
+    return {call: len(numbers) for call, numbers in found.items()}
+
+
+def remove_shards(folder: Path) -> None:
+    """Remove what is ours of the folder of shards; StudyError where that cannot be."""
+    shards = folder / FOLDER
+    if not shards.exists():
+        return
+    try:
+        for path in shards.iterdir():
+            if _NAME.fullmatch(path.name) or path.name == MANIFEST or path.name.endswith(".part"):
+                path.unlink()
+        shards.rmdir()
+    except OSError as error:
+        raise StudyError(f"{shards}: cannot be removed ({error.strerror})") from None
+
+
+def _add_call(folder: Path, call: int, chunks: int, runs: int) -> None:
+    """Say in the manifest how many chunks a part of the study has."""
+    path = folder / MANIFEST
+    manifest = json.loads(path.read_text("utf-8"))
+    if len(manifest["calls"]) <= call:
+        manifest["calls"].append({"chunks": chunks, "runs": runs})
+        write_whole(path, _json(manifest))
+
+
+def _json(manifest: Mapping[str, Any]) -> bytes:
+    return (json.dumps(manifest, ensure_ascii=False, indent=1) + "\n").encode()
+
+
+def _difference(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """What of a study, or of what runs it, is other than before; empty where nothing is."""
+    if before["engine"] != now["engine"]:
+        names = sorted({*before["engine"], *now["engine"]})
+        found = [(name, before["engine"].get(name), now["engine"].get(name)) for name in names]
+        return ", ".join(f"{name} was {old}, is {new}" for name, old, new in found if old != new)
+    if before["identity"] == now["identity"]:
+        return ""
+    changed = [*_changes(before["study"], now["study"], "")]
+    if not changed:
+        return "the records or tables that it reads have changed"
+    more = f" and {len(changed) - 3} more" if len(changed) > 3 else ""
+    return "; ".join(changed[:3]) + more
+
+
+def _changes(before: Any, now: Any, key: str) -> Iterator[str]:
+    """Sentences about the keys whose values differ."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        for name in dict.fromkeys([*before, *now]):
+            yield from _changes(before.get(name), now.get(name), f"{key}.{name}" if key else str(name))
+    elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+        for i, (old, new) in enumerate(zip(before, now, strict=True), start=1):
+            yield from _changes(old, new, f"{key}[{i}]")
+    elif before != now and key != "title":
+        yield f"{key} was {_short(before)}, is {_short(now)}"
+
+
+def _short(value: Any) -> str:
+    if value is None:
+        return "not given"
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def _digest_of(work: Work) -> str:
+    """All of the work as a hash, but for the chunks' bounds."""
+    found = hashlib.sha256(repr((work.oscillators, work.skip, work.outputs, work.factors.shape)).encode())
+    found.update(np.ascontiguousarray(work.factors).tobytes())
+    for motion in work.motions:
+        found.update(digest(motion).encode())
+    return found.hexdigest()
+
+
+def _key(whole: str, chunk: Chunk) -> str:
+    return f"{whole} {chunk.row}:{chunk.row_stop} {chunk.first}:{chunk.stop}"
+
+
+def _packed(work: Work, done: Done, key: str) -> memoryview:
+    """A chunk's results as the bytes of a netCDF file."""
+    file = netCDF4.Dataset("shard", "w", memory=1 << 16)
+    for name, size in zip(DIMS, done.results[0].shape, strict=True):
+        file.createDimension(name, size)
+    file.createDimension("count", len(TALLY))
+    for name, values in zip(work.outputs, done.results, strict=True):
+        stored = values.astype(np.int8) if values.dtype == np.bool_ else values
+        file.createVariable(name, stored.dtype, DIMS)[:] = stored
+    file.createVariable("tally", np.int64, ("count",))[:] = done.tally
+    file.setncatts({"layout": LAYOUT, "key": key})
+    content: memoryview = file.close()
+    return content
+
+
+def _read(path: Path, key: str, work: Work, chunk: Chunk) -> Done:
+    """A chunk's results from its shard; ValueError (or another of the libraries' errors) where it is not sound."""
+    content = path.read_bytes()
+    name = _NAME.fullmatch(path.name)
+    if name is None or hashlib.sha256(content).hexdigest()[:16] != name[3]:
+        raise ValueError("its bytes have changed")
+    with netCDF4.Dataset(path.name, memory=content) as file:
+        if file.getncattr("key") != key:
+            raise ValueError("it is of another chunk")
+        file.set_auto_mask(False)
+        results = tuple(file[name][:].astype(OUTPUT_TYPES[name]) for name in work.outputs)
+        tally = np.asarray(file["tally"][:], np.int64)
+    shape = (chunk.row_stop - chunk.row, work.levels, chunk.stop - chunk.first)
+    if any(values.shape != shape for values in results) or tally.shape != (len(TALLY),):
+        raise ValueError("its arrays have another shape")
+    return Done(results, tally)
