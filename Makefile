@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: study gallery p58 examples test test-slow test-all test-exchange benchmark lint clean
+.PHONY: study gallery p58 scaling examples test test-slow test-all test-exchange benchmark lint clean
 
 # `python3` may be too old where a newer one is installed beside it.
 $(BIN)/python:
@@ -36,6 +36,10 @@ gallery: $(VENV)/installed
 # docs/p58.md and its figures: FEMA P-58's contents recomputed (some minutes)
 p58: $(VENV)/installed
 	$(BIN)/python docs/p58.py
+
+# docs/scaling.md: what large studies take on this machine (some minutes, with nothing else running)
+scaling: $(VENV)/installed
+	$(BIN)/python docs/scaling.py
 
 # docs/decisions.md's figures: every example study
 examples: $(VENV)/installed

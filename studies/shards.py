@@ -13,6 +13,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import netCDF4
@@ -87,9 +88,11 @@ class Shards(Runner):
         return None
 
     def _keep(self, call: int, number: int, key: str, work: Work, done: Done) -> None:
+        started = perf_counter()
         content = _packed(work, done, key)
         checksum = hashlib.sha256(content).hexdigest()[:16]
         write_whole(self._folder / f"{call:03d}-{number:06d}-{checksum}.nc", content)
+        self._watch.storing += perf_counter() - started
 
 
 def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[Path, bool]:

@@ -56,7 +56,10 @@ class Stop:
 
 @dataclass
 class Watch:
-    """Counts of a running study; `total` is its runs in all, those that only test others included."""
+    """Counts of a running study; `total` is its runs in all, those that only test others included.
+
+    `busy` is the time of all chunks (s, added over threads or workers), `storing` that of writing them here.
+    """
 
     total: int
     log: logging.Logger
@@ -64,6 +67,8 @@ class Watch:
     kept: int = 0
     chunks: int = 0
     slowest: float = 0.0
+    busy: float = 0.0
+    storing: float = 0.0
     tally: np.ndarray = field(default_factory=lambda: np.zeros(len(TALLY), np.int64))
     started: float = field(default_factory=time.monotonic)
     _logged: float = field(default_factory=time.monotonic)
@@ -77,6 +82,7 @@ class Watch:
             return
         self.chunks += 1
         self.slowest = max(self.slowest, done.seconds)
+        self.busy += done.seconds
         now = time.monotonic()
         if now - self._logged >= LOG_SECONDS:
             self._logged = now
