@@ -212,7 +212,6 @@ def page(
     main_law = of_law(ratios, REFERENCE)
     values, verdicts = main_law["ratio"].values, main_law["verdict"].values
     words = {word: int((verdicts == word).sum()) for word in ("right", "safe", "unsafe", "open")}
-    safe = words["safe"] / values.size
     floors = [str(floor) for floor in main_law["floor"].values]
     rows = []
     for block in main_law["block"].values:
@@ -241,11 +240,7 @@ def page(
     exponents = of_law(laws, REFERENCE)
     coefficient = exponents["coefficient"]
     numbers = {
-        "answer": "safe nearly everywhere"
-        if safe > 0.75
-        else "safe in most places"
-        if safe > 0.5
-        else "of mixed worth",
+        "answer": answer(words["safe"], values.size),
         "motions": found.sizes["motion"] // len(floors),
         "least": str(main_law["ratio"].mean("block").idxmin("floor").item()),
         "ratios": span(values),
@@ -274,6 +269,15 @@ def page(
         ),
     }
     return (HERE / "p58.md.in").read_text(encoding="utf-8").format(**numbers)
+
+
+def answer(safe: int, pairs: int) -> str:
+    """What the published medians are, by how many of the pairs of item and place are safe."""
+    if safe == pairs:
+        return "safe in every place"
+    if safe > 0.75 * pairs:
+        return "safe nearly everywhere"
+    return "safe in most places" if safe > 0.5 * pairs else "of mixed worth"
 
 
 def share_rows(shares: xr.Dataset) -> list[tuple[str, ...]]:

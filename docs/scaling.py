@@ -19,6 +19,7 @@ from typing import Any
 
 import dask
 import numpy as np
+from distributed import Client, LocalCluster
 
 import toppling as tp
 from toppling.fragility import Work
@@ -101,8 +102,6 @@ def _study(folder: Path, runs: int) -> Path:
 
 def _workers(folder: Path) -> dict[str, str]:
     """100,000 runs with one and with two threads, and with one and two worker processes of a cluster."""
-    from distributed import Client, LocalCluster
-
     plan = tp.Study.from_toml(_study(folder, 100_000))
     plan.run()
     rates: dict[str, list[float]] = {}
@@ -197,8 +196,6 @@ def _figures(folder: Path) -> dict[str, str]:
 
 def _scheduler() -> dict[str, str]:
     """10⁵ chunks that hold next to nothing, through a real scheduler and two worker processes."""
-    from distributed import Client, LocalCluster
-
     work = _empty(SCHEDULED)
     chunks = [Chunk(0, 1, i, i + 1) for i in range(SCHEDULED)]
     with (

@@ -120,24 +120,18 @@ def block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
 def _model_coordinates(blocks: Sequence[Block], models: Sequence[Law]) -> dict[str, xr.Variable]:
     restitution = [[model.restitution(block) for model in models] for block in blocks]
     e = np.array([[np.nan if value is None else value for value in row] for row in restitution])
-    coordinates = {
-        "model": xr.Variable(
-            "model",
-            _strings([m.label for m in models]),
-            {"units": DIMENSIONLESS, "long_name": "damping law with its options"},
-        ),
-        "law": xr.Variable(
-            "model",
-            _strings([m.law for m in models]),
-            {"units": DIMENSIONLESS, "long_name": "short name of the damping law"},
-        ),
-        "delta": xr.Variable(
-            "model",
+    attributes = {"units": DIMENSIONLESS, "long_name": "coefficient of restitution used"}
+    return {**law_coordinates(models), "e": xr.Variable(("block", "model"), e, attributes)}
+
+
+def law_coordinates(models: Sequence[Law]) -> dict[str, xr.Variable]:
+    """Labels of laws and what is behind them, on ``model``."""
+    columns: dict[str, tuple[Any, str]] = {
+        "model": (_strings([model.label for model in models]), "damping law with its options"),
+        "law": (_strings([model.law for model in models]), "short name of the damping law"),
+        "delta": (
             [getattr(model, "delta", np.nan) for model in models],
-            {"units": DIMENSIONLESS, "long_name": "half width of the elastic zone over alpha"},
-        ),
-        "e": xr.Variable(
-            ("block", "model"), e, {"units": DIMENSIONLESS, "long_name": "coefficient of restitution used"}
+            "half width of the elastic zone over alpha",
         ),
     }
     for name, long_name in (
@@ -145,6 +139,8 @@ def _model_coordinates(blocks: Sequence[Block], models: Sequence[Law]) -> dict[s
         ("rest", "kind of rest: elastic (zone) or rigid, empty where the law has no choice"),
         ("geometry", "geometry of the impact model: exact, linear or bilinear, empty for other laws"),
     ):
-        values = [str(getattr(model, name, "")) for model in models]
-        coordinates[name] = xr.Variable("model", _strings(values), {"units": DIMENSIONLESS, "long_name": long_name})
-    return coordinates
+        columns[name] = _strings([str(getattr(model, name, "")) for model in models]), long_name
+    return {
+        name: xr.Variable("model", values, {"units": DIMENSIONLESS, "long_name": long_name})
+        for name, (values, long_name) in columns.items()
+    }

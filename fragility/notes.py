@@ -133,7 +133,7 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
         n, widest = int(settings["fewest_motions"]), float(settings["half_width"])
         half = float(screened["interval_half_width"])
         found.append(
-            f"{n} motion{'s' if n != 1 else ''} tell a probability of 1/2 to ±{half:.2f} only; "
+            f"{n} motion{'s tell' if n != 1 else ' tells'} a probability of 1/2 to ±{half:.2f} only; "
             f"{runs_for_half_width(widest)} would to ±{widest:g}"
         )
     return found

@@ -59,14 +59,15 @@ def standing(
     e = np.array([[model.restitution(block) for block in blocks] for model in models], dtype=float)
     impact = friction_at_impact(ratio[None], e)
     said = block_notes(blocks)
-    needs = [f"{(1.0 / ratio).min():.2f} to {(1.0 / ratio).max():.2f} at uplift"]
+    ends = dict.fromkeys(f"{one:.2f}" for one in ((1.0 / ratio).min(), (1.0 / ratio).max()))
+    needs = [f"{' to '.join(ends)} at uplift"]
     if np.isfinite(impact).any():
         needs.append(f"{np.nanmax(impact):.2f} at impact")
     said.append(f"blocks slide where the coefficient of friction is below {' and '.join(needs)}")
     if half > widest:
         said.append(
-            f"{motions} motions tell a probability of 1/2 to ±{half:.2f} only; {runs_for_half_width(widest)} would to "
-            f"±{widest:g}"
+            f"{motions} motion{'s tell' if motions != 1 else ' tells'} a probability of 1/2 to ±{half:.2f} only; "
+            f"{runs_for_half_width(widest)} would to ±{widest:g}"
         )
     variables = {
         "squat": labelled(xr.DataArray(ratio < SQUAT_RATIO, dims=dim), "less than two half widths high: bounces"),

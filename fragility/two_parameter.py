@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .estimation import Estimate, Options, Resampled, estimate, median_bound, unlogged
+from .estimation import Estimate, Fits, Options, Resampled, estimate, median_bound, unlogged
 from .form import OVERTURNING, Columns, Form
 from .likelihood import data_of, fit_lines
 from .links import LINKS, Link
@@ -52,6 +52,7 @@ def _outcomes(sample: Sample) -> Index | None:
 def columns_of(found: Estimate, prefix: str, options: Options) -> Columns:
     """Median and dispersion with errors, intervals and replicates, under names that begin with `prefix`."""
     columns: Columns = {}
+    lost = np.zeros(0) if found.again is None else _lost(found.again)
     for name, p in (("median", 0.5), ("dispersion", None)):
         lower, upper = found.log_interval(p, options.intervals, options.confidence)
         value = unlogged(found.log_value(p))
@@ -62,11 +63,18 @@ def columns_of(found: Estimate, prefix: str, options: Options) -> Columns:
             f"{prefix}{name}_upper": unlogged(upper),
         }
         if options.keep and found.again is not None:
-            columns[f"{prefix}{name}_sample"] = np.exp(found.again.log_values(p))
+            columns[f"{prefix}{name}_sample"] = np.exp(np.where(lost, np.nan, found.again.log_values(p)))
     if found.again is not None:
         columns[f"{prefix}penalised_replicates"] = int(found.again.lines.penalised.sum())
-        columns[f"{prefix}failed_replicates"] = int(np.isnan(found.again.lines.a).sum())
+        columns[f"{prefix}failed_replicates"] = int(lost.sum())
     return columns
+
+
+def _lost(again: Fits) -> NDArray[np.bool_]:
+    """Which replicates have no curve: no maximum, or one so flat that no float holds its median or dispersion."""
+    with np.errstate(over="ignore", under="ignore"):
+        median, dispersion = np.exp(again.log_values(0.5)), np.exp(again.log_values(None))
+    return ~(np.isfinite(median) & (median > 0.0) & np.isfinite(dispersion))
 
 
 def fractiles_of(found: Estimate, options: Options) -> Columns:

@@ -77,7 +77,7 @@ def anchoring(
     >>> from toppling.studies.inventory import Contents, Inventory
     >>> low, tall = (Contents(f"{n} shelves", tp.catalogue[f"bookcase-{n}-shelf"], floor=0) for n in (2, 6))
     >>> shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(6)
-    >>> found = assess(Inventory((low, tall)), None, shaking, [6.0], "pga", tp.HousnerImpact())
+    >>> found = assess(Inventory((low, tall)), tp.HousnerImpact(), shaking, [6.0])
     >>> ranked = anchoring(found, "number", level=6.0)
     >>> str(ranked["anchored_item"].values[0, 1])
     '6 shelves'
@@ -95,7 +95,7 @@ def anchoring(
         raise ValueError(f"per_cost needs the anchoring_cost of every item, {labels[np.isnan(cost)][0]!r} has none")
     free = _free(assessment, objective, weights, chosen)
     steps = free.steps(cost if per_cost else None)
-    kept = {name: assessment[name].variable for name in ("model", "law")}
+    kept = {str(name): one.variable for name, one in assessment.coords.items() if one.dims == ("model",)}
     for name, coordinate in assessment.coords.items():
         if "item" in coordinate.dims:
             kept[str(name)] = coordinate.isel(item=chosen).variable

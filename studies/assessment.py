@@ -17,6 +17,7 @@ from .. import checks
 from ..fragility import HazardCurve
 from ..fragility.expected import Hazard, LevelWeights, hazard_points, level_weights
 from ..fragility.joint import Variability, oscillators_of_pieces, overturning_flags, with_restitution
+from ..fragility.labels import block_coordinates, law_coordinates
 from ..fragility.means import REPLICATES
 from ..fragility.scaling import BLOCK_MEASURES, SCALE, Scaling, scaling
 from ..models import Law, describe_block, describe_law
@@ -24,7 +25,7 @@ from ..models.oscillator import Oscillator
 from ..motions import Building
 from ..motions.arrays import motion_coordinates
 from ..motions.intensity import Measure
-from ..units import DIMENSIONLESS, METRE, RADIAN, provenance
+from ..units import DIMENSIONLESS, provenance
 from .contents import Contents, Inventory
 from .distributions import JOINT, Joint, Precision, annual_variables, conditional_variables, variable
 from .shaking import Shaking
@@ -38,11 +39,11 @@ BUILDING = "building"
 
 def assess(
     inventory: Inventory,
-    building: Building | None,
+    models: Law | Sequence[Law],
     motions: xr.DataArray | Iterable[xr.DataArray],
     levels: Any,
-    im: str | Measure,
-    models: Law | Sequence[Law],
+    im: str | Measure = "pga",
+    building: Building | None = None,
     hazard: Hazard | None = None,
     *,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
@@ -61,9 +62,8 @@ def assess(
     ----------
     inventory : Inventory
         What stands on which floor; anchored pieces do not overturn.
-    building : Building, optional
-        Between the ground motions and the floors.  None where `motions` are floor motions already, or where everything
-        stands on the ground (floor 0).
+    models : one law or a sequence
+        Damping laws; an item with a restitution of its own has that instead of the law's.
     motions : xarray.DataArray or a sequence of them
         Ground motions (motion, time), or floor motions (motion, floor, time), m s-2.
     levels : array_like, shape (level,)
@@ -71,8 +71,9 @@ def assess(
     im : str or Measure
         The measure to which the ground motions are scaled, as for `toppling.ida`; ``scale`` for plain factors.  A
         scenario is ``levels=[1.0], im="scale"``: the motions of an earthquake as they are.
-    models : one law or a sequence
-        Damping laws; an item with a restitution of its own has that instead of the law's.
+    building : Building, optional
+        Between the ground motions and the floors.  None where `motions` are floor motions already, or where everything
+        stands on the ground (floor 0).
     hazard : Hazard, optional
         Hazard curve of `im` (``levels``, ``rates``, ``im``, ``units``), for what is expected in a year.
     ground : xarray.DataArray or a sequence of them, optional
@@ -142,7 +143,7 @@ def assess(
     >>> shelves = Inventory((Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=2, count=3),))
     >>> frame = tp.motions.Building.flexural_shear(0.5, storeys=2)
     >>> shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(6)
-    >>> found = assess(shelves, frame, shaking, [1.0, 8.0], "pga", tp.HousnerImpact())
+    >>> found = assess(shelves, tp.HousnerImpact(), shaking, [1.0, 8.0], building=frame)
     >>> found["number_mean"].sel(place="building").values.tolist()
     [[0.0, 3.0]]
     """
@@ -193,7 +194,7 @@ def assess(
     return xr.Dataset(
         dict(sorted(variables.items())),
         coords={
-            **_model_coordinates(laws),
+            **law_coordinates(laws),
             **_item_coordinates(inventory, laws),
             "place": _labels("place", places, "place: the building, or a floor of it"),
             "level": xr.Variable(
@@ -290,10 +291,10 @@ def _weights(scaled: Scaling, hazard: Hazard) -> LevelWeights:
         raise ValueError(f"levels of the hazard must be in {scaled.units}, got {units!r}")
     if getattr(hazard, "at", "ground") != "ground":
         raise ValueError("hazard must be of the ground, whose measure the levels are of, got one of a floor")
-    return level_weights(scaled.levels, _covering(hazard, scaled.levels) if isinstance(hazard, HazardCurve) else hazard)
+    return level_weights(scaled.levels, covering(hazard, scaled.levels) if isinstance(hazard, HazardCurve) else hazard)
 
 
-def _covering(hazard: HazardCurve, levels: NDArray[np.float64]) -> HazardCurve:
+def covering(hazard: HazardCurve, levels: NDArray[np.float64]) -> HazardCurve:
     """The hazard as points from a step below the levels to above them, its ends continued with their slopes."""
     lowest = min(hazard.levels[0], levels[0] ** 2 / levels[1] if levels.size > 1 else levels[0])
     highest = max(hazard.levels[-1], levels[-1])
@@ -350,13 +351,6 @@ def _labels(dim: str, values: Sequence[str], long_name: str) -> xr.Variable:
     return variable((dim,), np.array(values, dtype=object), DIMENSIONLESS, long_name)
 
 
-def _model_coordinates(laws: list[Law]) -> dict[str, xr.Variable]:
-    return {
-        "model": _labels("model", [law.label for law in laws], "damping law with its options"),
-        "law": _labels("model", [law.law for law in laws], "short name of the damping law"),
-    }
-
-
 def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Variable]:
     """The numbers behind each row."""
     rows = inventory.rows
@@ -373,11 +367,6 @@ def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Var
             money,
             "cost of anchoring a piece",
         ),
-        "width": ([block.width for block in blocks], METRE, "full width"),
-        "height": ([block.height for block in blocks], METRE, "full height"),
-        "alpha": ([block.alpha for block in blocks], RADIAN, "slenderness angle"),
-        "R": ([block.R for block in blocks], METRE, "distance from the centre of mass to the corner"),
-        "p": ([block.p for block in blocks], "rad s-1", "rocking frequency parameter"),
     }
     found = {
         "item": _labels("item", [row.label for row in rows], "item of the inventory"),
@@ -387,6 +376,9 @@ def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Var
     }
     for name, (values, units, long_name) in columns.items():
         found[name] = variable(("item",), np.array(values), units, long_name)
+    for name, one in block_coordinates(blocks).items():
+        if name != "block":  # items have labels of their own
+            found[name] = xr.Variable("item", one.values, one.attrs)
     return found
 
 

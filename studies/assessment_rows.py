@@ -10,11 +10,8 @@ import xarray as xr
 from .. import checks
 from ..units import DIMENSIONLESS
 from .distributions import PER_YEAR, level_index
-from .plots import display_unit, floor_name
 from .rows import Rows
-
-# Parts of an annual value that lie outside the levels, above which they are worth a sentence.
-NOTABLE_BELOW, NOTABLE_ABOVE = 0.02, 0.1
+from .words import display_unit, floor_name
 
 
 def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
@@ -124,29 +121,6 @@ def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) 
             cells.append(f"{figure_text(years)} years" if math.isfinite(years) else "never")
         rows.append(tuple(cells))
     return Rows(f"Anchoring saves of: {ranking.attrs['objective_text']}", tuple(headings), rows)
-
-
-def notes(assessment: xr.Dataset) -> list[str]:
-    """What a reader should know before trusting the figures: one sentence each."""
-    found = []
-    outside = (
-        ("below", NOTABLE_BELOW, "below the first level, where it is a guess: add lower levels"),
-        ("above", NOTABLE_ABOVE, "above the last level, as if nothing more fell there: add higher levels"),
-    )
-    for name, text in (("annual_number", "overturnings"), ("annual_loss", "loss")):
-        if name not in assessment:
-            continue
-        whole = assessment[name].sel(place="building").values
-        for side, notable, what in outside:
-            part = assessment[f"{name}_{side}"].sel(place="building").values
-            share = np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0.0).max()
-            if share > notable:
-                found.append(f"{100.0 * share:.0f} % of the annual {text} comes from {what}")
-    if not bool(assessment["overturned"].any()):
-        found.append("nothing overturned under any motion: annual values have no intervals")
-    if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:
-        found.append("pieces of a line are alike and overturn together: means do not depend on it, extremes do")
-    return found
 
 
 def place_name(place: str) -> str:

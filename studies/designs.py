@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -28,6 +28,8 @@ class Design(ABC):
 
     motions: tuple[Any, ...]
     im: str
+    name: ClassVar[str]
+    """Its key in study files."""
 
     @property
     @abstractmethod
@@ -43,6 +45,10 @@ class Design(ABC):
     def levels(self) -> NDArray[np.float64]:
         """Levels of the measure; none where every motion has an intensity of its own."""
         return np.empty(0)
+
+    def highest(self, runs: xr.Dataset) -> xr.DataArray | float:
+        """The highest shaking of its runs, in the measure; on block where that depends on it."""
+        return float(self.levels[-1]) if self.levels.size else runs["intensity"].max("motion")
 
     @property
     def shakes(self) -> int:
@@ -91,6 +97,7 @@ class Incremental(Design):
     ground: Motions
     im: str
     at: NDArray[np.float64]
+    name: ClassVar[str] = "ida"
 
     @property
     def arrays(self) -> Motions:
@@ -139,6 +146,7 @@ class Stripes(Design):
     im: str
     at: NDArray[np.float64]
     scale: bool
+    name: ClassVar[str] = "stripes"
 
     @property
     def arrays(self) -> Motions:
@@ -191,6 +199,7 @@ class Cloud(Design):
     motions: Motions
     ground: Motions
     im: str
+    name: ClassVar[str] = "cloud"
 
     @property
     def arrays(self) -> Motions:

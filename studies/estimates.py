@@ -1,33 +1,20 @@
-"""What a study makes of its runs: probabilities and curves, what a year brings, and which measure serves best."""
+"""What a study makes of its runs: probabilities and curves, and which measure serves best."""
 
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ..fragility import (
-    HazardCurve,
-    annual_rate,
-    fit_fragility,
-    overturning_probability,
-    rank_measures,
-    size_for_rate,
-)
-from ..fragility.states import OVERTURNED, UPLIFTED, State
+from ..fragility import fit_fragility, overturning_probability, rank_measures
+from ..fragility.probability import motions_by_floor
+from ..fragility.states import OVERTURNED, UPLIFTED, State, reached, state_name
+from .curve_notes import curve_notes
 
-# In results these stand beside the probabilities and shares of others.
-RISK_NAMES = {
-    "probability": "risk_probability",
-    "probability_lower": "risk_probability_lower",
-    "probability_upper": "risk_probability_upper",
-    "share": "rate_share",
-    "share_below": "rate_share_below",
-    "share_above": "rate_share_above",
-}
 RANK = "measure_"
 """What the ranking of measures is called after, beside the other variables."""
 
@@ -50,7 +37,8 @@ class Fit:
     def outputs(self) -> tuple[str, ...]:
         """What it needs of the runs."""
         uplift = self.form == "uplift-lognormal" or self.state == UPLIFTED
-        return ("overturned", "peak_rotation", *(["uplifted"] if uplift else []))
+        peaks = not isinstance(self.state, str)
+        return ("overturned", *(["peak_rotation"] if peaks else []), *(["uplifted"] if uplift else []))
 
     def curves(self, runs: xr.Dataset, replicates: bool) -> xr.Dataset:
         """Curves of runs, with their replicates where these are wanted."""
@@ -72,46 +60,19 @@ class Fit:
         """Observed probabilities of runs that have levels."""
         return overturning_probability(runs, self.confidence, self.state)
 
-
-@dataclass(frozen=True)
-class Risk:
-    """A hazard curve and what is asked with it: `target` is a probability in `years`, to be met by a size `along`."""
-
-    hazard: HazardCurve
-    years: float
-    below: str
-    above: str
-    target: float | None = None
-    along: str | None = None
-
-    def of(self, curves: xr.Dataset, confidence: float) -> xr.Dataset:
-        """Rates of curves, and the size that meets the target, under the names that they have in results."""
-        # (a curve without parameters is taken for the highest that it can be beyond its levels: the safe side)
-        rates = annual_rate(
-            curves,
-            self.hazard,
-            self.years,
-            below=self.below,
-            above=self.above,
-            outside="most",
-            confidence=confidence,
-        )
-        found = rates.drop_vars("rate_sample", errors="ignore").rename(
-            {old: new for old, new in RISK_NAMES.items() if old in rates}
-        )
-        if self.along is None:
-            return found
-        size = size_for_rate(rates, self.along, probability=self.target, years=self.years, confidence=confidence)
-        names = {str(name): f"size_{name}" for name in size.data_vars}
-        return found.merge(size.rename(names), compat="override").assign_attrs(
-            found.attrs, size_along=self.along, size_probability=self.target
-        )
-
-
-def risk_of(results: xr.Dataset) -> xr.Dataset:
-    """The rates that stand in a study's results, under the names that `toppling.annual_rate` gives them."""
-    own = results.drop_vars([name for name in RISK_NAMES if name in results])
-    return own.rename({new: old for old, new in RISK_NAMES.items() if new in own})
+    def notes(self, curves: xr.Dataset, runs: xr.Dataset) -> list[str]:
+        """What the curves of runs rest on, where that is little: one sentence each."""
+        flags = reached(runs, self.state)
+        floor, groups = motions_by_floor(flags)
+        over = [dim for dim in ("level", "motion") if dim in flags.dims]
+        parts = [flags.isel(motion=here) for here in groups]
+        counts = [part.sum(over) for part in parts]
+        sizes = [
+            xr.full_like(one, math.prod(part.sizes[dim] for dim in over))
+            for one, part in zip(counts, parts, strict=True)
+        ]
+        fell, tried = (one[0] if floor is None else xr.concat(one, floor) for one in (counts, sizes))
+        return curve_notes(curves, fell, tried, state_name(self.state))
 
 
 def ranked(runs: xr.Dataset, motions: Any, also: tuple[str, ...], state: State) -> xr.Dataset:

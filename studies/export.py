@@ -16,6 +16,9 @@ from .tables import StudyError
 
 ExportFormat = Literal["pelicun", "nrml", "csv"]
 
+PERFORMANCE, UNCERTAINTY = "performance", "uncertainty"
+"""Kinds of studies whose results are not curves alone."""
+
 # Files never get names from labels: these, in a folder that the user chooses.
 _WRITERS = {
     "pelicun": (write_pelicun, "fragility.csv"),
@@ -33,7 +36,9 @@ def read_curves(path: Path, model: str | None = None) -> xr.Dataset:
         One sentence: no such file, no result file, no curves in it, no such law.
     """
     try:
-        with xr.open_dataset(path) as stored:
+        with xr.open_dataset(path) as whole:
+            kind = str(whole.attrs.get("kind", ""))
+            stored = _of_all_samples(whole) if kind == UNCERTAINTY else whole
             parts = [name for name, array in stored.data_vars.items() if "motion" not in array.dims]
             # the curves alone: the runs may be larger than the memory
             curves = stored[parts].load()
@@ -47,6 +52,11 @@ def read_curves(path: Path, model: str | None = None) -> xr.Dataset:
         raise StudyError(f"{path}: no such file") from None
     except (OSError, ValueError, RuntimeError):
         raise StudyError(f"{path}: is no result file") from None
+    if kind == PERFORMANCE:
+        raise StudyError(
+            f"{path}: results of a performance study, which has no fragility curves, only what overturns at each "
+            "level: export those of a study with ida, stripes or cloud"
+        )
     tabulated = curves.attrs.get("form") in TABULATED and "probability" in curves
     if not tabulated and ("median" not in curves or "dispersion" not in curves):
         raise StudyError(f"{path}: holds no fragility curves (median and dispersion, or probability on level)")
@@ -66,6 +76,16 @@ def read_curves(path: Path, model: str | None = None) -> xr.Dataset:
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise StudyError(f"--model {model}: {path} holds {', '.join(map(repr, labels)):.300}{hint}")
     return curves.isel(model=chosen)
+
+
+def _of_all_samples(stored: xr.Dataset) -> xr.Dataset:
+    """The part of an uncertainty study that is of all samples together: its pooled curves."""
+    own = [name for name, one in stored.data_vars.items() if {"sample", "motion"} & {*one.dims} or "level" in one.dims]
+    rest = stored.drop_vars(own)
+    law = rest.coords.get("law")
+    if law is not None and "sample" in law.dims and bool((law == law.isel(sample=0)).all()):
+        rest = rest.assign_coords(law=law.isel(sample=0, drop=True))  # one law for all samples
+    return rest.drop_vars([name for name, one in rest.coords.items() if "sample" in one.dims])
 
 
 def _floors(stored: xr.Dataset) -> list[str]:

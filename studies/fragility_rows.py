@@ -10,19 +10,23 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
+from ..fragility.states import OVERTURNED, state_name
+from .curve_notes import reached_of, verb_of
 from .estimates import ranking_of_measures
-from .plots import axis_of, display_unit, floor_name, in_years
+from .plots import axis_of, in_years
 from .plots_efficiency import measure_name
 from .rows import Rows
+from .words import display_unit, floor_name, fractile_text
 
-# What to do where there is no curve, by the status of the fit.
+OVERTURNING = state_name(OVERTURNED)
+
+# What to do where there is no curve, by the status of the fit (separated data have one, and a note).
 ADVICE = {
-    "no overturning": "nothing fell at any level: raise ida.levels.to",
-    "all overturned": "everything fell at every level: lower ida.levels.from",
-    "separated": "no two levels with both standing and fallen blocks: take more motions or closer levels",
+    "no overturning": "nothing {did} at any level: raise ida.levels.to",
+    "all overturned": "everything {did} at every level: lower ida.levels.from",
     "one level": "one level gives no curve: take more levels",
-    "not increasing": "falls do not grow with the level: look at the motions",
-    "flat": "falls hardly grow with the level: take more motions or a wider range of levels",
+    "not increasing": "fewer blocks {did} at higher levels: look at the motions",
+    "flat": "hardly more blocks {did} at higher levels: take more motions or a wider range of levels",
     "not converged": "the likelihood has no clear maximum: take more motions",
 }
 
@@ -30,7 +34,9 @@ ADVICE = {
 def hints(results: xr.Dataset) -> list[str]:
     """One line for each reason why a curve is missing."""
     found = dict.fromkeys(str(status) for status in results["status"].values.ravel())
-    return [f"{status}: {ADVICE[status]}" for status in found if status in ADVICE]
+    state = str(results.attrs.get("state", OVERTURNING))
+    did = "fell" if state == OVERTURNING else reached_of(state)
+    return [f"{status}: {ADVICE[status].format(did=did)}" for status in found if status in ADVICE]
 
 
 def fragility_table(results: xr.Dataset) -> Table:
@@ -38,13 +44,16 @@ def fragility_table(results: xr.Dataset) -> Table:
     scale, unit = display_unit(axis_of(results))
     name = axis_of(results).attrs.get("long_name", "level")
     percent = f"{100.0 * float(results.attrs['confidence']):g} %"
+    state = str(results.attrs.get("state", OVERTURNING))
+    of = "" if state == OVERTURNING else f" of {state}"
     table = Table(
-        title=f"Median {name}{f' ({unit})' if unit else ''} and dispersion β with {percent} intervals",
+        title=f"Median {name}{f' ({unit})' if unit else ''} and dispersion β{of} with {percent} intervals",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",
     )
-    for heading in ("law", "median", percent, "β", percent):
+    fractions = results["fraction"].values.tolist() if "fractile" in results else []
+    for heading in ("law", "median", percent, "β", percent, *(f"P = {100.0 * p:g} %" for p in fractions)):
         table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
     floors = results["floor"].values.tolist() if "floor" in results.dims else [None]
     for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
@@ -56,12 +65,13 @@ def fragility_table(results: xr.Dataset) -> Table:
                 one = one.isel(floor=k)
             if bool(one["converged"]):
                 median, low, high = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
-                cells = (f"{median:.3f}", f"{low:.3f}–{high:.3f}", "", "")
+                cells: tuple[str, ...] = (f"{median:.3f}", f"{low:.3f}–{high:.3f}", "", "")
                 if "dispersion" in one:
                     beta, narrow, wide = (one[f"dispersion{end}"].item() for end in ("", "_lower", "_upper"))
                     cells = (*cells[:2], f"{beta:.3f}", f"{narrow:.3f}–{wide:.3f}")
+                cells += tuple(fractile_text(one, p, scale) for p in fractions)
             else:
-                cells = ("", f"[italic]{one['status'].item()}[/]", "", "")
+                cells = ("", f"[italic]{one['status'].item()}[/]", "", "", *("" for _ in fractions))
             table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
     return table
 
@@ -71,7 +81,8 @@ def risk_table(results: xr.Dataset) -> Table:
     years = float(results.attrs["years"])
     percent = f"{100.0 * float(results.attrs['confidence']):g} %"
     table = Table(
-        title=f"How often each overturns, and with what probability in {years:g} years, with {percent} intervals",
+        title=f"How often each {_verb(results)}, and with what probability in {years:g} years, with {percent} "
+        "intervals",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",
@@ -90,11 +101,13 @@ def risk_table(results: xr.Dataset) -> Table:
             if np.isfinite(rate):
                 low, high = one["rate_lower"].item(), one["rate_upper"].item()
                 chance, least, most = (one[f"risk_probability{end}"].item() for end in ("", "_lower", "_upper"))
+                # (a note says why)
+                alike = "[italic]no width[/]" if low == high else ""
                 cells = (
                     in_years(rate),
-                    f"{in_years(high)}–{in_years(low)}",
+                    alike or f"{in_years(high)}–{in_years(low)}",
                     f"{chance:.2%}",
-                    f"{least:.2%}–{most:.2%}",
+                    alike or f"{least:.2%}–{most:.2%}",
                 )
             else:
                 cells = ("", "[italic]no curve[/]", "", "")
@@ -108,7 +121,7 @@ def size_table(results: xr.Dataset) -> Table:
     years = float(results.attrs["years"])
     units = results[f"size_{along}"].attrs["units"]
     table = Table(
-        title=f"Which {along} ({units}) overturns with {target:.3g} in {years:g} years",
+        title=f"Which {along} ({units}) {_verb(results)} with {target:.3g} in {years:g} years",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",
@@ -142,14 +155,22 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
         known = np.isfinite(here["amplitude_dispersion"].values).any(
             axis=here["amplitude_dispersion"].dims.index("model")
         )
-        for i in [i for i in np.argsort(rank) if np.isfinite(rank[i]) and known[i]][:most]:
+        there = [i for i in np.argsort(rank) if np.isfinite(rank[i]) and known[i]]
+        for i in there[:most]:
             cells = []
             for j in range(here.sizes["model"]):
                 one = here.isel(model=j, measure=i)
                 beta, low, high = (float(one[f"amplitude_dispersion{end}"]) for end in ("", "_lower", "_upper"))
                 near = "" if bool(one["distinguishable"]) else "≈ "
                 cells.append(f"{near}{beta:.3f} ({low:.3f}–{high:.3f})")
-            rows.append((measure_name(str(here["measure"].values[i])), *cells))
-        title = f"Dispersion by measure: {block}{where} (≈: not told apart from the best)"
+            name = measure_name(str(here["measure"].values[i]))
+            # (as the figure has it: the dispersion is of what grows with the amplitude)
+            rows.append((f"√({name})" if float(here["power"].values[i]) == 2.0 else name, *cells))
+        shown = f"the best {most} of {len(there)} measures, " if len(there) > most else ""
+        title = f"Dispersion by measure: {block}{where} ({shown}≈: not told apart from the best)"
         tables.append(Rows(title, ("", *map(str, here["model"].values)), rows))
     return tables
+
+
+def _verb(results: xr.Dataset) -> str:
+    return verb_of(str(results.attrs.get("state", OVERTURNING)))

@@ -16,9 +16,10 @@ from ..models import Block, Law
 from ..models.friction import Friction
 from ..models.oscillator import Oscillator
 from .designs import Design, count
-from .estimates import Fit, Risk, ranked
+from .estimates import Fit, ranked
 from .schema import StudyFile
 from .study import Progress, Study, each, part_of, plain
+from .yearly import Risk
 
 if TYPE_CHECKING:
     from ..fragility.runners import Runner
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 # Share of the motions whose flags are tested under perturbations: some 30 % more work.
 UNDECIDED = 0.08
 LOGNORMAL = Fit()
+OUTPUTS = ("overturned", "peak_rotation")
 # Curves without parameters are probabilities, as what is observed is: theirs take another name in results.
 OBSERVED = ("probability", "probability_lower", "probability_upper")
 SIZE = ("size_along", "size_probability")
@@ -37,7 +39,7 @@ class FragilityStudy(Study):
 
     `design` says what is done with which motions; `friction` and `undecided` (share of the motions) are for the
     validity screen; `fit` says how curves are fitted, `risk` is asked of them where there is a hazard; `measures` are
-    those ranked beside the plain ones (None: no ranking); `outputs` are kept of every run beside the usual two.
+    those ranked beside the plain ones (None: no ranking); `outputs` are kept of every run, and what the fit needs.
     """
 
     blocks: tuple[Block, ...]
@@ -48,7 +50,7 @@ class FragilityStudy(Study):
     fit: Fit = LOGNORMAL
     risk: Risk | None = None
     measures: tuple[str, ...] | None = None
-    outputs: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = OUTPUTS
     kind: ClassVar[str] = "fragility"
 
     @classmethod
@@ -65,13 +67,15 @@ class FragilityStudy(Study):
             LOGNORMAL if content.fit is None else content.fit.build(),
             None if content.hazard is None else content.hazard.risk(content.analysis.im, folder),
             None if content.measures is None else tuple(content.measures.also or ()),
-            tuple(content.outputs or ()),
+            OUTPUTS if content.outputs is None else tuple(content.outputs),
         )
         # what only blocks, laws, motions and levels together can get wrong is said before the work, not during it
         for block in study.blocks:
             for model in study.models:
                 model.oscillator(block)
         study.design.check(study.blocks)
+        if study.risk is not None:
+            study.risk.check(study.design, content.motions.floors_file is not None)
         if study.risk is not None and study.risk.along is not None:
             sizes = {getattr(block, study.risk.along) for block in study.blocks}
             if len(sizes) < 2:
@@ -143,8 +147,11 @@ class FragilityStudy(Study):
             ranking = ranked(results, self.design.arrays, self.measures, self.fit.state)
             found |= ranking.data_vars
             attributes["ranking"] = ranking.attrs["ranking"]
+        said = self.fit.notes(curves, results)
         if self.risk is not None:
-            rates = self.risk.of(curves, self.fit.confidence)
+            highest = self.design.highest(results)
+            rates = self.risk.of(curves, self.fit.confidence, highest, self.fit.state)
+            said += self.risk.notes(rates, curves, highest, self.design)
             found |= rates.data_vars
             attributes |= {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}
         kept = curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
@@ -158,5 +165,5 @@ class FragilityStudy(Study):
             confidence=self.fit.confidence,
             state=state_name(self.fit.state),
             screen=screened.attrs["screen"],
-            notes="\n".join(notes(screened)),
+            notes="\n".join([*said, *notes(screened)]),
         )

@@ -11,8 +11,8 @@ from pydantic import Field, model_validator
 from ..fragility import HazardCurve, read_hazard
 from ..fragility.scaling import BLOCK_MEASURES, SCALE
 from .analysis_tables import LEVEL_UNITS
-from .estimates import Risk
 from .tables import Table, one_of
+from .yearly import Risk
 
 ALONG = ("alpha", "R", "width", "height")
 TAILS = ("extend", "none")

@@ -28,9 +28,10 @@ from ..motions.peaks import velocity
 from ..motions.spectra import damping_of
 from ..motions.targets import TargetSpectrum
 from ..units import STANDARD_GRAVITY
-from .plots import COLOURS, floor_name
+from .plots import COLOURS
 from .schema import read_study_file
 from .tables import StudyError, expand
+from .words import floor_name
 
 PERIODS = np.geomspace(0.02, 5.0, 90)
 MOST_HISTORIES = 6

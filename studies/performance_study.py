@@ -21,12 +21,13 @@ from ..motions import Building
 from .analysis_tables import LevelsTable, PerformanceTable
 from .anchoring import anchoring
 from .assessment import assess, described, distinct_runs
-from .assessment_rows import notes
+from .assessment_notes import hazard_notes, notes
 from .contents import Inventory
 from .designs import count
 from .inventory import read_inventory
 from .schema import StudyFile
 from .study import Progress, Study, each, plain
+from .words import level_text
 
 if TYPE_CHECKING:
     from ..fragility.runners import Runner
@@ -71,7 +72,7 @@ class PerformanceStudy(Study):
         hazard = None if content.hazard is None else content.hazard.build(im, folder)
         at = None
         if hazard is None:
-            at = float(levels[levels.size // 2]) if asked.at_level is None else _nearest(levels, asked, im)
+            at = float(levels[levels.size // 2]) if asked.at_level is None else _level_of(levels, asked, im)
         elif asked.at_level is not None:
             raise ValueError("performance.at_level does not go with a hazard: the ranking is of a year")
         study = cls(
@@ -133,11 +134,11 @@ class PerformanceStudy(Study):
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         found = assess(
             self.inventory,
-            self.building,
+            self.models,
             self.motions,
             self.levels,
             self.im,
-            self.models,
+            self.building,
             self.hazard,
             variability=self.variability,
             replicates=self.replicates,
@@ -149,10 +150,14 @@ class PerformanceStudy(Study):
         whole = ranked.reindex(item=found["item"])
         blocks = [row.block for row in self.inventory.rows]
         screened = standing(blocks, self.models, found.sizes["motion"], "item")
+        said = [*notes(found), *([] if self.hazard is None else hazard_notes(found, self.hazard))]
+        if self.at is not None and self.levels.size > 1 and "at_level" not in self.configuration["performance"]:
+            middle = level_text(self.at, found["level"])
+            said.append(f"performance.at_level is not given: table and ranking are of the middle level, {middle}")
         beside = {f"{RANKING}{name}": one for name, one in whole.data_vars.items()}
         return found.assign({**beside, **screened.data_vars}).assign_attrs(
             ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
-            notes="\n".join([screened.attrs["notes"], *notes(found)]),
+            notes="\n".join([*said, screened.attrs["notes"]]),
             **({} if self.at is None else {"at_level": self.at}),
         )
 
@@ -165,7 +170,7 @@ def ranking_of(results: xr.Dataset) -> xr.Dataset:
     return ranked.isel(item=keep).assign_attrs(json.loads(results.attrs["ranking"]))
 
 
-def _nearest(levels: NDArray[np.float64], asked: PerformanceTable, im: str) -> float:
+def _level_of(levels: NDArray[np.float64], asked: PerformanceTable, im: str) -> float:
     """The level of the ranking; ValueError where it is none of the levels."""
     if asked.levels is None or asked.at_level is None:
         raise ValueError("performance.at_level needs performance.levels")

@@ -15,7 +15,7 @@ from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, N
 from numpy.typing import NDArray
 
 from ..fragility import curve_probability
-from ..units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
+from .words import display_unit, floor_name
 
 # Okabe and Ito (2008): told apart with any colour vision; black and dashed is the reference.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -26,14 +26,6 @@ MOST_PANELS = 36
 """Panels of one figure: what more there is stands in the results."""
 FAR = 3.0
 """Dispersions above the median at which a curve has nothing more to show."""
-
-
-def display_unit(level: xr.DataArray) -> tuple[float, str]:
-    """What to divide a level by for people, and that unit: g for accelerations, SI else."""
-    units = level.attrs.get("units", "1")
-    if units == ACCELERATION:
-        return STANDARD_GRAVITY, "g"
-    return 1.0, {VELOCITY: "m/s", "1": ""}.get(units, units)
 
 
 def plain_log(ax: Axes) -> None:
@@ -244,11 +236,6 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     wrapped = textwrap.fill(legend, int(11.0 * figure.get_figwidth()))
     figure.suptitle(f"{results.attrs.get('title', 'Fragility')}\n{wrapped}", fontsize=11)
     return figure
-
-
-def floor_name(floor: int | str) -> str:
-    """A floor as people say it."""
-    return "ground" if str(floor) == "0" else f"floor {floor}"
 
 
 def _floors(results: xr.Dataset) -> list[int | str | None]:

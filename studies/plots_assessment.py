@@ -15,8 +15,9 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from .. import checks
 from .assessment_rows import figure_text, objective_unit, of_model, pieces_at, place_name
-from .plots import COLOURS, PANEL_COLUMNS, display_unit, model_name, plain_log
+from .plots import COLOURS, PANEL_COLUMNS, model_name, plain_log
 from .plots_efficiency import measure_name
+from .words import display_unit
 
 MEAN, BAND = "#000000", COLOURS[0]
 MOST_BARS = 20

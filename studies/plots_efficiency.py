@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.special import stdtrit
 
-from .plots import COLOURS, PANEL_COLUMNS, floor_name, model_name
+from .plots import COLOURS, PANEL_COLUMNS, model_name
+from .words import floor_name
 
 TOLD_APART = "0.55"
 NAMES = {

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from .plots import display_unit, floor_name, in_years, model_name, plain_log, styles
+from .plots import in_years, model_name, plain_log, styles
+from .words import display_unit, floor_name
 
 MOST_ROWS = 12
 NOTHING = 5e-4

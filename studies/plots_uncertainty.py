@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from .estimates import middle_level
-from .plots import COLOURS, MARKERS, display_unit, model_name, plain_log, styles
+from .plots import COLOURS, MARKERS, model_name, plain_log, styles
+from .words import display_unit
 
 NAMES = {
     "alpha": "α",

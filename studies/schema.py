@@ -53,7 +53,8 @@ class StudyFile(Table):
     screen: Annotated[ScreenTable | None, Field(description="The validity screen.")] = None
 
     outputs: Annotated[
-        list[Annotated[str, one_of(OUTPUTS)]] | None, Field(description="Further results kept of every run (none).")
+        list[Annotated[str, one_of(OUTPUTS)]] | None,
+        Field(description="Results kept of every run (overturned, peak_rotation)."),
     ] = None
     fit: Annotated[FitTable | None, Field(description="How curves are fitted.")] = None
     measures: Annotated[MeasuresTable | None, Field(description="Which measure serves best.")] = None
@@ -85,12 +86,6 @@ class StudyFile(Table):
         form = "lognormal" if self.fit is None else self.fit.form
         if self.hazard is not None and form in LINKED:
             raise ValueError(f"hazard needs curves whose rates are known exactly, not fit.form {form!r}")
-        if self.uncertainty is not None:
-            given = [
-                name for name in ("hazard", "screen", "fit", "measures", "outputs") if getattr(self, name) is not None
-            ]
-            if given:
-                raise ValueError(f"a study with uncertainty has no {given[0]}")
         if self.building is not None and self.buildings is not None:
             raise ValueError("a study has one building or several buildings, not both keys")
         names = [one.name for one in self.buildings or []]

@@ -68,10 +68,11 @@ def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
 
 
 def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    from .estimates import ranking_of_measures, risk_of  # noqa: PLC0415
+    from .estimates import ranking_of_measures  # noqa: PLC0415
     from .plots import fragility_figure  # noqa: PLC0415
     from .plots_efficiency import ranking_figure  # noqa: PLC0415
     from .plots_risk import risk_figure  # noqa: PLC0415
+    from .yearly import risk_of  # noqa: PLC0415
 
     yield "fragility", fragility_figure(results)
     if "rate" in results:
@@ -86,9 +87,11 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 def _uncertainty_tables(results: xr.Dataset) -> Iterator[Table]:
     from .rows import plain_table  # noqa: PLC0415
-    from .uncertainty_rows import index_rows, median_rows, share_rows  # noqa: PLC0415
+    from .uncertainty_rows import index_rows, median_rows, rate_rows, share_rows  # noqa: PLC0415
 
     yield plain_table(*median_rows(results))
+    if "rate" in results:
+        yield plain_table(*rate_rows(results))
     yield plain_table(*share_rows(results))
     for name in ("sobol", "morris"):
         rows = index_rows(results, name)

@@ -6,27 +6,55 @@ import numpy as np
 import xarray as xr
 
 from .estimates import middle_level
-from .plots import display_unit
+from .plots import in_years
 from .plots_uncertainty import input_name
 from .rows import Rows
+from .words import display_unit, fractile_text
 
 
 def median_rows(results: xr.Dataset) -> Rows:
     """Median and dispersion with all that is uncertain, and how far the samples' medians lie apart."""
     scale, unit = display_unit(results["level"])
     name = results["level"].attrs.get("long_name", "level")
+    fractions = results["fraction"].values.tolist() if "fractile" in results else []
     rows = []
     for block in results["block"].values:
         for model in results["model"].values:
             one = results.sel(block=block, model=model)
             own = one["sample_median"].values / scale
             low, high = np.nanquantile(own, [0.05, 0.95]) if np.isfinite(own).any() else (np.nan, np.nan)
-            cells = [f"{one['median'].item() / scale:.3f}", f"{one['dispersion'].item():.3f}"]
+            median, least, most = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
+            cells = [f"{median:.3f}", f"{least:.3f}–{most:.3f}", f"{one['dispersion'].item():.3f}"]
+            cells += [fractile_text(one, p, scale) for p in fractions]
             if not bool(one["converged"]):
-                cells = [str(one["status"].item()), ""]
+                cells = [str(one["status"].item()), *("" for _ in cells[1:])]
             rows.append((f"{block}, {model}", *cells, f"{low:.3f}–{high:.3f}"))
     title = f"Median {name}{f' ({unit})' if unit else ''} and dispersion β, motions and inputs together"
-    return Rows(title, ("", "median", "β", "90 % of the samples' medians"), rows)
+    more = [f"P = {100.0 * p:g} %" for p in fractions]
+    percent = f"{100.0 * float(results.attrs['confidence']):g} %"
+    return Rows(title, ("", "median", percent, "β", *more, "90 % of the samples' medians"), rows)
+
+
+def rate_rows(results: xr.Dataset) -> Rows:
+    """How often a year: the rate of all samples together with its interval, and the rates of the samples."""
+    years = float(results.attrs["years"])
+    rows = []
+    for block in results["block"].values:
+        for model in results["model"].values:
+            one = results.sel(block=block, model=model)
+            label = f"{block}, {model}"
+            rate, low, high = (one[f"rate{end}"].item() for end in ("", "_lower", "_upper"))
+            if not np.isfinite(rate):
+                rows.append((label, "no curve", "", "", "", ""))
+                continue
+            alike = "no width" if low == high else f"{in_years(high)}–{in_years(low)}"
+            own = one["sample_rate_quantile"]
+            ends = f"{in_years(own.values[-1])}–{in_years(own.values[0])}"
+            chance = one["sample_risk_probability_mean"].item()
+            rows.append((label, in_years(rate), alike, in_years(one["sample_rate_mean"].item()), ends, f"{chance:.2%}"))
+    percent = f"{100.0 * float(results.attrs['confidence']):g} %"
+    headings = ("", "all together", percent, "mean of samples", "90 % of samples", f"P in {years:g} years")
+    return Rows("Overturns once in so many years (P: mean over the samples)", headings, rows)
 
 
 def share_rows(results: xr.Dataset) -> Rows:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -13,28 +14,42 @@ import xarray as xr
 from ..fragility import (
     RandomInputs,
     block_notes,
-    capacity_variance_shares,
-    fit_fragility,
     morris_indices,
-    overturning_probability,
     overturning_response,
     sobol_indices,
     standing,
     uncertain_ida,
-    variance_shares,
 )
+from ..fragility.curves import LINKED, LOGNORMAL
+from ..fragility.scaling import BLOCK_MEASURES
+from ..fragility.states import OVERTURNED, state_name
 from ..models import Block, Law
 from ..models.oscillator import Oscillator
 from ..units import DIMENSIONLESS
+from .curve_notes import curve_notes
 from .designs import Incremental, count
+from .estimates import Fit
 from .schema import StudyFile
 from .study import Progress, Study, each, part_of, plain
+from .uncertainty_summary import NO_CAPACITY, fitted, pooled_curves, summary, yearly
+from .yearly import Risk
 
 if TYPE_CHECKING:
     from ..fragility.runners import Runner
 
-QUANTILES = (0.05, 0.5, 0.95)
-FACTORS = ("motion", "model", "sample")
+REFUSED = {
+    "screen": "the screen is of single runs of known blocks, and here every sample is another block: leave uncertainty "
+    "out to screen the block as it is thought to be",
+    "measures": "measures are ranked for known blocks: leave uncertainty out to rank them",
+    "outputs": "of so many runs only the flags are kept",
+}
+"""Keys that do not go with uncertainty, and why."""
+FORMS = (LOGNORMAL, *LINKED)
+"""Forms of curves of which every sample has one."""
+OF_KNOWN_BLOCKS = ("probability", "along")
+"""Questions asked with a hazard that need blocks of one size each."""
+
+DEFAULT = Fit()
 
 
 @dataclass(frozen=True)
@@ -49,12 +64,15 @@ class UncertaintyStudy(Study):
     seed: int
     sobol: int | None = None
     morris: int | None = None
+    fit: Fit = DEFAULT
+    risk: Risk | None = None
     kind: ClassVar[str] = "uncertainty"
 
     @classmethod
     def of(cls, content: StudyFile, folder: Path) -> Self:
         asked = content.uncertainty
         assert asked is not None  # which makes it this kind
+        _refuse(content)
         design = content.design(folder)
         if not isinstance(design, Incremental):
             raise ValueError("uncertainty needs ida: the same motions at the same levels for every sample")
@@ -69,6 +87,8 @@ class UncertaintyStudy(Study):
             asked.seed,
             asked.sobol,
             asked.morris,
+            DEFAULT if content.fit is None else content.fit.build(),
+            None if content.hazard is None else content.hazard.risk(design.im, folder),
         )
         if "law" in study.inputs.names and len(study.models) > 1:
             raise ValueError(f"models must be one law where law is an uncertain input, got {len(study.models)}")
@@ -79,6 +99,8 @@ class UncertaintyStudy(Study):
             for model in study.models:
                 study.inputs.realise(block, model, drawn)
         design.check(study.blocks)
+        if study.risk is not None:
+            study.risk.check(design, content.motions.floors_file is not None)
         return study
 
     @property
@@ -105,6 +127,10 @@ class UncertaintyStudy(Study):
         return (*self.design.arrays, *self.design.below)
 
     @property
+    def _read(self) -> list[Any]:
+        return [] if self.risk is None else [asdict(self.risk.hazard)]
+
+    @property
     def _sampled(self) -> int:
         return len(self.blocks) * len(self.models) * self.samples * self.design.runs
 
@@ -129,7 +155,26 @@ class UncertaintyStudy(Study):
         found = xr.concat(parts, along, combine_attrs="override", coords="different", compat="equals")
         # (of the blocks as they are thought to be: samples differ from them)
         screened = standing(self.blocks, self.models, found.sizes["motion"])
-        return found.assign(screened.data_vars).assign_attrs(notes=screened.attrs["notes"])
+        said = [*self._said(found), screened.attrs["notes"]]
+        return found.assign(screened.data_vars).assign_attrs(of_all_blocks(parts)).assign_attrs(notes="\n".join(said))
+
+    def _said(self, found: xr.Dataset) -> list[str]:
+        """What the curves and rates of all samples together rest on, in sentences."""
+        over = ["sample", "level", "motion"]
+        fell = found["overturned"].sum(over)
+        runs = xr.full_like(fell, self.samples * self.design.runs)
+        said = curve_notes(found, fell, runs, state_name(OVERTURNED))
+        if self.risk is None:
+            return said
+        curves = found[["median", "dispersion"]].assign_attrs(form=self.fit.form, im=self.design.im)
+        said += self.risk.notes(found, curves, self.design.highest(found), self.design)
+        missing = int(found["sample_rate"].isnull().sum())
+        if missing:
+            said.append(
+                f"{missing} of {found['sample_rate'].size} samples have no curve and so no rate of their own: mean and "
+                "quantiles over samples are of the others"
+            )
+        return said
 
     def _of_block(self, block: Block, client: Runner, progress: Progress | None) -> xr.Dataset:
         ground = self.design.ground or None
@@ -147,7 +192,16 @@ class UncertaintyStudy(Study):
             ground=ground,
             progress=progress,
         )
-        found = runs.assign(summary(runs).data_vars)
+        shared = summary(runs, self.fit)
+        pooled, own = pooled_curves(runs, self.fit, keep=self.risk is not None), fitted(runs, self.fit)
+        found = runs.assign(shared.data_vars).assign(own.rename(median="sample_median", dispersion="sample_dispersion"))
+        kept = pooled.drop_vars([name for name in pooled.data_vars if "replicate" in pooled[name].dims])
+        found = found.assign(kept.data_vars).assign_attrs(
+            shared.attrs, fit_method=pooled.attrs["method"], form=pooled.attrs["form"], confidence=self.fit.confidence
+        )
+        if self.risk is not None:
+            rates = yearly(self.risk, pooled, own, self.design.highest(runs), self.fit.confidence)
+            found = found.assign(rates.data_vars).assign_attrs(years=self.risk.years)
         done = len(self.models) * self.samples * self.design.runs
         for name, (indices, n, samples) in self._indices.items():
             each_law = []
@@ -170,33 +224,54 @@ class UncertaintyStudy(Study):
         return found
 
 
-def summary(runs: xr.Dataset) -> xr.Dataset:
-    """What samples x motions say together: probabilities with their spread over samples, curves, shares of variance."""
-    counts = overturning_probability(runs)
-    probability = counts["probability"]
-    quantile = probability.quantile(list(QUANTILES), "sample")
-    quantile = quantile.assign_attrs(units=DIMENSIONLESS, long_name="quantile over samples of the probability")
-    pooled = counts[["overturnings", "runs"]].sum("sample", keep_attrs=True)
-    curve = fit_fragility(pooled)[["median", "dispersion", "status", "converged"]]
-    own = fit_fragility(counts)[["median", "dispersion"]]
-    names = {"median": "median of each sample", "dispersion": "dispersion of each sample"}
-    alone = [dim for dim in FACTORS if runs.sizes[dim] == 1]
-    flags = variance_shares(runs["overturned"].squeeze(alone), [dim for dim in FACTORS if dim not in alone])
-    found = {
-        "probability": probability.mean("sample").assign_attrs(
-            units=DIMENSIONLESS, long_name="probability of overturning, inputs uncertain"
-        ),
-        "probability_quantile": quantile,
-        "sample_probability": probability,
-        **{str(name): one for name, one in curve.data_vars.items()},
-        **{f"sample_{name}": own[name].assign_attrs(long_name=text) for name, text in names.items()},
-        "flag_share": flags["share"],
-        "flag_total_share": flags["total_share"],
+def of_all_blocks(parts: Sequence[xr.Dataset]) -> dict[str, str]:
+    """The configuration and the counts of skipped samples of results that are of one block each, together."""
+    configurations = [json.loads(one.attrs["configuration"]) for one in parts]
+    first = {key: value for key, value in configurations[0].items() if key != "block"}
+    counts = [json.loads(one.attrs["skipped"]) for one in parts]
+    samples = [one["samples"] for one in counts]
+    shares = {
+        name: round(float(np.average([one[name] for one in counts], weights=samples)), 6)
+        for name in counts[0]
+        if name.startswith("share_")
     }
-    dataset = xr.Dataset(found)
-    try:
-        capacity = capacity_variance_shares(runs.squeeze(alone), flags["factor"].values.tolist())
-    except ValueError as error:
-        return dataset.assign_attrs(no_capacity_shares=str(error))
-    keep = ("share", "total_share", "total_variance", "share_known", "rounding_share", "motions_used")
-    return dataset.assign({f"capacity_{name}": capacity[name] for name in keep})
+    events = round(float(np.mean([one["events_per_run"] for one in counts])), 3)
+    attributes = {
+        "configuration": json.dumps(
+            {"blocks": [one["block"] for one in configurations], **first}, ensure_ascii=False, sort_keys=True
+        ),
+        "skipped": json.dumps({"samples": sum(samples), **shares, "events_per_run": events}),
+    }
+    reasons = dict.fromkeys(str(one.attrs[NO_CAPACITY]) for one in parts if NO_CAPACITY in one.attrs)
+    return attributes | ({NO_CAPACITY: "; ".join(reasons)} if reasons else {})
+
+
+def _refuse(content: StudyFile) -> None:
+    """ValueError for what a study with uncertainty cannot be asked, with the reason."""
+    for name, reason in REFUSED.items():
+        if getattr(content, name) is not None:
+            raise ValueError(f"a study with uncertainty has no {name}: {reason}")
+    if content.fit is not None:
+        if content.fit.form not in FORMS:
+            raise ValueError(
+                f"fit.form of a study with uncertainty must be one of {', '.join(FORMS)}, got {content.fit.form!r}: "
+                "every sample needs a median and a dispersion"
+            )
+        if content.fit.state != OVERTURNED:
+            raise ValueError(
+                f"fit.state of a study with uncertainty must be 'overturned', got {content.fit.state!r}: its shares "
+                "of the variance and its indices are of overturning"
+            )
+    if content.hazard is not None:
+        given = [name for name in OF_KNOWN_BLOCKS if getattr(content.hazard, name) is not None]
+        if given:
+            raise ValueError(
+                f"hazard.{given[0]} is not for a study with uncertainty: the sizes of its blocks are not known; leave "
+                "uncertainty out to ask which size meets a target"
+            )
+        im = content.analysis.im
+        if im in BLOCK_MEASURES:
+            raise ValueError(
+                f"hazard needs levels of the motion alone in a study with uncertainty, got im {im!r}: a level of it is "
+                f"another shaking for every sample; set ida.im = {BLOCK_MEASURES[im].measure.label!r}"
+            )

@@ -20,7 +20,8 @@ from toppling.motions import Building
 from toppling.studies import assessment as module
 from toppling.studies.anchoring import anchoring
 from toppling.studies.assessment import assess
-from toppling.studies.assessment_rows import annual_rows, consequence_rows, figure_text, level_rows, notes, ranking_rows
+from toppling.studies.assessment_notes import notes
+from toppling.studies.assessment_rows import annual_rows, consequence_rows, figure_text, level_rows, ranking_rows
 from toppling.studies.contents import Contents, Inventory
 from toppling.studies.inventory import example_path, read_inventory
 from toppling.studies.plots_assessment import levels_figure, loss_curve_figure, ranking_figure
@@ -53,7 +54,7 @@ def shaking(n=24, seed=2):
 
 @pytest.fixture(scope="module")
 def found():
-    return assess(INVENTORY, FRAME, shaking(), LEVELS, "pga", [LAW, tp.DiscreteDamping()], CURVE)
+    return assess(INVENTORY, [LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE)
 
 
 @pytest.fixture(scope="module")
@@ -62,20 +63,20 @@ def anchored():
     buildings = {}
     for free in (row for row in INVENTORY.rows if not row.anchored):
         rows = tuple(replace(row, anchored=row.anchored or row is free) for row in INVENTORY.rows)
-        buildings[free.label] = assess(replace(INVENTORY, rows=rows), FRAME, shaking(), LEVELS, "pga", LAW, CURVE)
+        buildings[free.label] = assess(replace(INVENTORY, rows=rows), LAW, shaking(), LEVELS, "pga", FRAME, CURVE)
     return buildings
 
 
 @pytest.fixture(scope="module")
 def drawn():
-    return assess(INVENTORY, FRAME, shaking(), LEVELS, "pga", LAW, CURVE, variability=Variability(0.02, 0.05))
+    return assess(INVENTORY, LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(0.02, 0.05))
 
 
 def known(monkeypatch, flags, inventory, levels, hazard=None, **options):
     """An assessment on the ground whose runs give these flags (oscillator, level, motion)."""
     flags = np.array(flags, bool)
     monkeypatch.setattr(module, "overturning_flags", lambda oscillators, *_: flags[: len(oscillators)])
-    return assess(inventory, None, shaking(flags.shape[2]), levels, "pga", LAW, hazard, **options)
+    return assess(inventory, LAW, shaking(flags.shape[2]), levels, "pga", None, hazard, **options)
 
 
 class TestAgainstIda:
@@ -242,13 +243,13 @@ class TestInAYear:
             assert error < 0.05 * rate * p
 
     def test_nothing_falls(self):
-        low = assess(INVENTORY, FRAME, shaking(6), [0.01, 0.02], "pga", LAW, replace_curve(levels=[0.001, 1.0]))
+        low = assess(INVENTORY, LAW, shaking(6), [0.01, 0.02], "pga", FRAME, replace_curve(levels=[0.001, 1.0]))
         assert (low.annual_number == 0.0).all()
         assert low.annual_number_lower.isnull().all()
         assert "nothing overturned under any motion: annual values have no intervals" in notes(low)
 
     def test_levels_that_begin_too_high_are_noted(self):
-        high = assess(INVENTORY, FRAME, shaking(6), [6.0, 12.0], "pga", LAW, CURVE)
+        high = assess(INVENTORY, LAW, shaking(6), [6.0, 12.0], "pga", FRAME, CURVE)
         assert (high.annual_number_below.sel(place="building") > 0.0).all()
         assert any("comes from below the first level, where it is a guess" in one for one in notes(high))
 
@@ -270,7 +271,7 @@ class TestPieces:
 
     def test_independent_pieces_differ_and_pieces_together_do_not(self, drawn):
         together = assess(
-            INVENTORY, FRAME, shaking(), LEVELS, "pga", LAW, variability=Variability(0.02, 0.05, pieces="together")
+            INVENTORY, LAW, shaking(), LEVELS, "pga", FRAME, variability=Variability(0.02, 0.05, pieces="together")
         )
         xr.testing.assert_equal(drawn.overturned, together.overturned)
         xr.testing.assert_allclose(drawn.number_mean, together.number_mean)
@@ -286,7 +287,7 @@ class TestPieces:
 
     def test_vanishing_variation_is_none(self, found):
         tiny = assess(
-            INVENTORY, FRAME, shaking(), LEVELS, "pga", LAW, CURVE, variability=Variability(1e-7, 1e-9, variants=2)
+            INVENTORY, LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(1e-7, 1e-9, variants=2)
         )
         xr.testing.assert_allclose(tiny.annual_loss, found.annual_loss.isel(model=[0]))
         for i in range(20):
@@ -309,19 +310,19 @@ class TestAssessment:
         configuration = json.loads(found.attrs["configuration"])
         assert configuration["inventory"][2]["e"] == 0.85
         assert configuration["building"].startswith("flexural-shear building")
-        again = assess(INVENTORY, FRAME, shaking(), LEVELS, "pga", [LAW, tp.DiscreteDamping()], CURVE)
+        again = assess(INVENTORY, [LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE)
         xr.testing.assert_identical(again, found)
 
     def test_alike_items_of_a_floor_run_once(self):
         seen = []
-        assess(INVENTORY, FRAME, shaking(5), LEVELS, "pga", LAW, progress=lambda *counts: seen.append(counts))
+        assess(INVENTORY, LAW, shaking(5), LEVELS, "pga", FRAME, progress=lambda *counts: seen.append(counts))
         # the shelves of floor 3 are one block, the fixed ones none
         assert seen[-1] == (3 * 7 * 5, 3 * 7 * 5)
         assert all(a[0] < b[0] for a, b in pairwise(seen))
 
     def test_order_of_the_rows_does_not_matter(self, found, drawn):
         turned = Inventory(INVENTORY.rows[::-1], "EUR")
-        other = assess(turned, FRAME, shaking(), LEVELS, "pga", LAW, CURVE, variability=Variability(0.02, 0.05))
+        other = assess(turned, LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(0.02, 0.05))
         for name in ("overturned", "number", "annual_loss", "item_rate_lower"):
             left, right = xr.align(other[name], drawn[name], join="right")
             xr.testing.assert_allclose(left, right, rtol=1e-12)
@@ -329,48 +330,48 @@ class TestAssessment:
     def test_on_a_cluster(self, found):
         options = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
         with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
-            far = assess(INVENTORY, FRAME, shaking(), LEVELS, "pga", [LAW, tp.DiscreteDamping()], CURVE, client=client)
+            far = assess(INVENTORY, [LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE, client=client)
         xr.testing.assert_identical(far, found)
 
     def test_floor_motions_of_another_program(self, found):
         ground = shaking()
         models = [LAW, tp.DiscreteDamping()]
-        whole = assess(INVENTORY, None, FRAME.floor_motions(ground), LEVELS, "pga", models, CURVE)
+        whole = assess(INVENTORY, models, FRAME.floor_motions(ground), LEVELS, "pga", None, CURVE)
         xr.testing.assert_equal(whole.number.drop_vars("source"), found.number.drop_vars("source"))
         assert whole.place.values.tolist() == found.place.values.tolist()
         upper = Inventory(tuple(row for row in INVENTORY.rows if row.floor == 3), "EUR")
         floors = FRAME.floor_motions(ground, [4, 3])
-        alone = assess(upper, None, floors, LEVELS, "pga", models, CURVE, ground=ground)
+        alone = assess(upper, models, floors, LEVELS, "pga", None, CURVE, ground=ground)
         np.testing.assert_array_equal(alone.number.sel(place="floor 3"), found.number.sel(place="floor 3"))
         with pytest.raises(ValueError, match=r"ground must be given .* do not hold floor 0.*they hold 4, 3"):
-            assess(upper, None, floors, LEVELS, "pga", LAW)
-        as_it_is = assess(upper, None, floors, [1.0], "scale", LAW)
+            assess(upper, LAW, floors, LEVELS, "pga", None)
+        as_it_is = assess(upper, LAW, floors, [1.0], "scale", None)
         assert as_it_is.motion.values.tolist() == ground.motion.values.tolist()
         named = floors.assign_coords(floor=["roof", "third"])
         moved = Inventory(tuple(replace(row, floor="third") for row in upper.rows), "EUR")
-        third = assess(moved, None, named, LEVELS, "pga", models, CURVE, ground=ground)
+        third = assess(moved, models, named, LEVELS, "pga", None, CURVE, ground=ground)
         np.testing.assert_array_equal(third.number.sel(place="floor third"), found.number.sel(place="floor 3"))
 
     def test_scenario(self):
         """The motions of an earthquake as they are: one level, a factor of 1."""
         ground = tp.motions.SiteBasedScenario(magnitude=7.0, distance=8000.0, vs30=400.0).sample(12, seed=3)
         upper = Inventory(INVENTORY.rows[:3], "EUR")
-        found = assess(upper, FRAME, ground, [1.0], "scale", LAW)
+        found = assess(upper, LAW, ground, [1.0], "scale", FRAME)
         assert found.attrs["basis"] == "scenario"
         runs = tp.ida(SHELF, LAW, FRAME.floor_motions(ground, [3]), [1.0], "scale")
         np.testing.assert_array_equal(found.overturned.values[0, 0], runs.overturned.values[0, 0])
-        assert assess(upper, FRAME, ground, [1.0, 2.0], "scale", LAW).attrs["basis"] == "intensity"
+        assert assess(upper, LAW, ground, [1.0, 2.0], "scale", FRAME).attrs["basis"] == "intensity"
 
     def test_motions_of_different_steps(self):
         other = tp.motions.KanaiTajimi(duration=8.0, dt=0.005).sample(3).assign_coords(motion=["a", "b", "c"])
-        found = assess(INVENTORY, FRAME, [shaking(4), other], LEVELS, "pgv", LAW)
+        found = assess(INVENTORY, LAW, [shaking(4), other], LEVELS, "pgv", FRAME)
         assert found.sizes["motion"] == 7
         assert found.dt.values.tolist() == [0.01] * 4 + [0.005] * 3
         assert found.ground_pgv.attrs["long_name"] == "peak ground velocity"
 
     def test_example_inventory(self):
         inventory = read_inventory(example_path())
-        found = assess(inventory, FRAME, shaking(5), LEVELS, "pga", LAW, CURVE)
+        found = assess(inventory, LAW, shaking(5), LEVELS, "pga", FRAME, CURVE)
         assert found.sizes["item"] == 14
         assert found.sizes["place"] == 5
         assert (found.annual_loss.sel(place="building") > 0.0).all()

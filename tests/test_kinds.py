@@ -8,8 +8,9 @@ import toppling as tp
 from toppling.fragility import rank_measures, uncertain_ida
 from toppling.studies import StudyError, assess, read_inventory
 from toppling.studies.cli import main
-from toppling.studies.estimates import ranking_of_measures, risk_of
+from toppling.studies.estimates import ranking_of_measures
 from toppling.studies.performance_study import ranking_of
+from toppling.studies.yearly import risk_of
 
 BLOCKS = """
 [[blocks]]
@@ -220,7 +221,6 @@ R_factor = { distribution = "lognormal", median = 1.0, dispersion = 0.1, lower =
             (TABLE.replace("lower = 0.85, ", ""), "uncertainty.inputs.e: distribution 'uniform' needs lower"),
             (TABLE.replace("lower = 0.85", "mean = 0.9, lower = 0.85"), "distribution 'uniform' has no key 'mean'"),
             (TABLE.replace("R_factor", "mass"), "mass"),
-            (TABLE + HAZARD, "a study with uncertainty has no hazard"),
             (TABLE.replace("samples = 6", "samples = 1"), "uncertainty.samples"),
         ],
     )
@@ -259,7 +259,7 @@ class TestPerformance:
         building = tp.motions.Building.flexural_shear(period=0.5, storeys=2)
         hazard = tp.HazardCurve.power_law(1e-4, 2.5, "pga", "g")
         things = read_inventory(tmp_path / "things.csv")
-        direct = assess(things, building, shakes(), [1.0, 2.0, 4.0, 8.0], "pga", LAWS, hazard, replicates=200)
+        direct = assess(things, LAWS, shakes(), [1.0, 2.0, 4.0, 8.0], "pga", building, hazard, replicates=200)
         for name in ("overturned", "annual_loss", "annual_loss_upper", "loss_rate"):
             np.testing.assert_array_equal(found[name], direct[name])
         ranked = ranking_of(found)

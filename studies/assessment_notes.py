@@ -1,0 +1,99 @@
+"""What a reader must be told of a performance assessment before trusting its figures, in sentences."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..fragility import HazardCurve
+from ..fragility.expected import level_weights
+from .assessment import BUILDING, covering
+from .curve_notes import NOTABLE, SETTLED
+from .words import level_text
+
+NOTABLE_BELOW = 0.02
+"""Part of an annual value below the levels, above which it is worth a sentence."""
+
+
+def notes(assessment: xr.Dataset) -> list[str]:
+    """What a reader should know before trusting the figures: one sentence each."""
+    found = []
+    for one in _amounts(assessment):
+        below, above = (float(_share(one, f"annual_{one.name}_{side}").max()) for side in ("below", "above"))
+        if below > NOTABLE_BELOW:
+            found.append(
+                f"{100.0 * below:.0f} % of the annual {one.text} comes from below the first level, where it is a "
+                "guess: add lower levels"
+            )
+        if above > NOTABLE and not one.settled:
+            found.append(
+                f"{100.0 * above:.0f} % of the annual {one.text} comes from above the last level, as if nothing more "
+                "fell there: add higher levels"
+            )
+    if not bool(assessment["overturned"].any()):
+        found.append("nothing overturned under any motion: annual values have no intervals")
+    if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:
+        found.append("pieces of a line are alike and overturn together: means do not depend on it, extremes do")
+    return found
+
+
+def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
+    """What of the annual values comes from shaking above the hazard curve's own levels: a sentence each."""
+    levels = assessment["level"].values
+    curve = covering(hazard, levels)
+    last = float(hazard.levels[-1])
+    # only the events above the last level: none is rarer, so the curve lies flat below it
+    rarer = _Points(np.asarray(curve.levels), np.minimum(curve.rates, float(hazard.rates[-1])), curve.im, curve.units)
+    weights = xr.DataArray(level_weights(levels, rarer).weights, dims="level")
+    found = []
+    for one in _amounts(assessment):
+        beyond = (assessment[f"{one.name}_mean"].sel(place=BUILDING) * weights).sum("level")
+        share = float((beyond / one.annual.where(one.annual > 0.0)).fillna(0.0).max())
+        if share > NOTABLE:
+            found.append(
+                f"{100.0 * share:.0f} % of the annual {one.text} comes from shaking above the hazard curve's last "
+                f"level ({level_text(last, assessment['level'])}), where only its last slope is known: give the "
+                "curve at higher levels"
+            )
+    return found
+
+
+class _Points(NamedTuple):
+    """A hazard curve as points."""
+
+    levels: NDArray[np.float64]
+    rates: NDArray[np.float64]
+    im: Any
+    units: str
+
+
+class _Amount(NamedTuple):
+    """An annual amount of the whole building: its name and words, and whether all is lost at the last level."""
+
+    name: str
+    text: str
+    annual: xr.DataArray
+    settled: bool
+    assessment: xr.Dataset
+
+
+def _amounts(assessment: xr.Dataset) -> list[_Amount]:
+    """Number and loss, where they are known for a year."""
+    found = []
+    free = (~assessment["anchored"].astype(bool)) * assessment["count"]
+    for name, text, each in (("number", "overturnings", free), ("loss", "loss", free * assessment["value"])):
+        if f"annual_{name}" in assessment:
+            last = assessment[f"{name}_mean"].sel(place=BUILDING).isel(level=-1)
+            settled = bool((last >= SETTLED * float(each.sum())).all())
+            found.append(_Amount(name, text, assessment[f"annual_{name}"].sel(place=BUILDING), settled, assessment))
+    return found
+
+
+def _share(one: _Amount, name: str) -> xr.DataArray:
+    """A part of an annual amount, by model; 0 where there is nothing."""
+    part = one.assessment[name].sel(place=BUILDING)
+    share: xr.DataArray = (part / one.annual.where(one.annual > 0.0)).fillna(0.0)
+    return share

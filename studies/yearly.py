@@ -1,0 +1,188 @@
+"""What a year brings: a hazard curve and what a study asks with it, held against the study's curves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..fragility import HazardCurve, annual_rate, curve_probability, size_for_rate
+from ..fragility.common_measure import GROUND_FLOORS, per_block
+from ..fragility.curves import LEAST
+from ..fragility.hazard import FLOOR
+from ..fragility.scaling import BLOCK_MEASURES
+from ..fragility.states import OVERTURNED, State, state_name
+from ..units import DIMENSIONLESS
+from .curve_notes import rate_notes, verb_of
+from .designs import Design
+
+# In results these stand beside the probabilities and shares of others.
+RISK_NAMES = {
+    "probability": "risk_probability",
+    "probability_lower": "risk_probability_lower",
+    "probability_upper": "risk_probability_upper",
+    "share": "rate_share",
+    "share_below": "rate_share_below",
+    "share_above": "rate_share_above",
+}
+BEYOND = "rate_share_above_levels"
+FAR = 1e30
+"""Levels that much higher are so rare that no share of a rate is left above them."""
+
+
+@dataclass(frozen=True)
+class Risk:
+    """A hazard curve and what is asked with it: `target` is a probability in `years`, to be met by a size `along`."""
+
+    hazard: HazardCurve
+    years: float
+    below: str
+    above: str
+    target: float | None = None
+    along: str | None = None
+
+    def check(self, design: Design, file_of_floors: bool = False) -> None:
+        """Refuse a hazard curve of another place than the levels, before anything runs.
+
+        Parameters
+        ----------
+        design : Design
+            The motions and the measure of the levels.
+        file_of_floors : bool
+            Whether the floors are another program's, whose ground motions are not known.
+
+        Raises
+        ------
+        ValueError
+            The hazard is of the ground and the levels are of a floor's motion, or the other way round; it is of a
+            floor, and there are several.
+        """
+        floors = list(dict.fromkeys(design.floors))
+        upper = [floor for floor in floors if floor not in GROUND_FLOORS]
+        if self.hazard.at == FLOOR:
+            if design.below:
+                raise ValueError(
+                    f"hazard.at 'floor' does not go with {design.name}.im_at 'ground': the levels are of the ground's "
+                    "motion, so the hazard must be, too"
+                )
+            if len(floors) > 1:
+                raise ValueError(f"hazard.at 'floor' is for blocks on one floor, got floors {', '.join(floors)}")
+        elif upper and not design.below:
+            cure = "" if file_of_floors else f"set {design.name}.im_at = 'ground', or "
+            raise ValueError(
+                f"the hazard is of the ground and the levels are of the motion of floor {', '.join(upper)}: {cure}give "
+                "that floor's own hazard with hazard.at = 'floor'"
+            )
+
+    def of(
+        self,
+        curves: xr.Dataset,
+        confidence: float,
+        highest: xr.DataArray | float,
+        state: State = OVERTURNED,
+    ) -> xr.Dataset:
+        """Rates of curves, and the size that meets the target, under the names that they have in results.
+
+        Parameters
+        ----------
+        curves : xarray.Dataset
+            As `fit_fragility` returns them.
+        confidence : float
+            Of the intervals.
+        highest : xarray.DataArray or float
+            The highest shaking that was run, in the measure of the curves, SI; on block where it depends on it.
+        state : str or float
+            What counts, for the words.
+
+        Returns
+        -------
+        xarray.Dataset
+            As `annual_rate` and `size_for_rate`, with names of `RISK_NAMES` and ``size_…``; and
+            ``rate_share_above_levels``, the share of each rate from shaking above `highest`.
+        """
+        rates = self.rates(curves, confidence)
+        found = rates.drop_vars("rate_sample", errors="ignore").rename(
+            {old: new for old, new in RISK_NAMES.items() if old in rates}
+        )
+        text = "share of the rate from shaking above the highest that was run"
+        beyond = self._beyond(curves, highest).transpose(*rates["rate"].dims)
+        beyond = beyond.assign_attrs(units=DIMENSIONLESS, long_name=text)
+        found = found.assign({BEYOND: (beyond.dims, beyond.values, beyond.attrs)})
+        if self.along is not None:
+            size = size_for_rate(rates, self.along, probability=self.target, years=self.years, confidence=confidence)
+            names = {str(name): f"size_{name}" for name in size.data_vars}
+            found = found.merge(size.rename(names), compat="override").assign_attrs(
+                found.attrs, size_along=self.along, size_probability=self.target
+            )
+        return worded(found, state_name(state))
+
+    def notes(self, rates: xr.Dataset, curves: xr.Dataset, highest: xr.DataArray | float, design: Design) -> list[str]:
+        """Which of the rates come from shaking beyond the hazard curve or beyond what was run, in sentences."""
+        end, cure = {
+            "ida": ("the last level", "raise ida.levels.to"),
+            "stripes": ("the highest stripe", "add a stripe above it"),
+            "cloud": ("the strongest motion", "take stronger motions"),
+        }[design.name]
+        settled = _by_block(_plain(curves), highest, lambda one, level: curve_probability(one, [level], LEAST)[..., 0])
+        return rate_notes(rates, settled, float(self.hazard.levels[-1]), end, cure)
+
+    def rates(self, curves: xr.Dataset, confidence: float, **options: Any) -> xr.Dataset:
+        """Rates of curves alone, under the names of `annual_rate`."""
+        # (a curve without parameters is taken for the highest that it can be beyond its levels: the safe side)
+        return annual_rate(
+            curves,
+            self.hazard,
+            self.years,
+            below=self.below,
+            above=self.above,
+            outside="most",
+            confidence=confidence,
+            **options,
+        )
+
+    def _beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
+        """Share of each rate from shaking above the highest that was run."""
+        im = str(curves.attrs["im"])
+        if im in BLOCK_MEASURES:  # what is one level of these is another of the hazard's measure for every block
+            highest = highest / per_block(curves, im)
+        return _by_block(_plain(curves), highest, self._share_above)
+
+    def _share_above(self, curves: xr.Dataset, level: float) -> xr.DataArray:
+        rates = self.rates(curves, 0.95, bins=np.array([level, FAR * level]))
+        share: xr.DataArray = rates["share"].isel(bin=0, drop=True)
+        return share
+
+
+def _plain(curves: xr.Dataset) -> xr.Dataset:
+    """Curves without their replicates."""
+    return curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
+
+
+def _by_block(
+    curves: xr.Dataset, level: xr.DataArray | float, found: Callable[[xr.Dataset, float], xr.DataArray]
+) -> xr.DataArray:
+    """A function of curves and one level, block by block where the level is another for each."""
+    if not isinstance(level, xr.DataArray) or not level.dims:
+        return found(curves, float(level))
+    return xr.concat([found(curves.isel(block=[i]), float(one)) for i, one in enumerate(level.values)], "block")
+
+
+def worded(rates: xr.Dataset, state: str) -> xr.Dataset:
+    """Rates whose long names say what is counted, where that is not overturning."""
+    name, verb = state_name(OVERTURNED), verb_of(state_name(OVERTURNED))
+    if state == name:
+        return rates
+    found = rates.copy()
+    for one in (*found.data_vars, *found.coords):
+        text = str(found[one].attrs.get("long_name", ""))
+        found[one].attrs["long_name"] = text.replace(f"that {verb}", f"that {verb_of(state)}").replace(name, state)
+    return found
+
+
+def risk_of(results: xr.Dataset) -> xr.Dataset:
+    """The rates that stand in a study's results, under the names that `toppling.annual_rate` gives them."""
+    own = results.drop_vars([name for name in RISK_NAMES if name in results])
+    return own.rename({new: old for old, new in RISK_NAMES.items() if new in own})
