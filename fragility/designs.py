@@ -23,6 +23,8 @@ from .scaling import SCALE, Scaling, ground_of, increasing, intensities, intensi
 if TYPE_CHECKING:
     from distributed import Client
 
+    from .runners import Runner
+
 Motions = xr.DataArray | Iterable[xr.DataArray]
 
 
@@ -33,7 +35,7 @@ def stripes(
     levels: Any,
     im: str | Measure = "pga",
     outputs: Sequence[str] = ("overturned", "peak_rotation"),
-    client: Client | None = None,
+    client: Client | Runner | None = None,
     skip: bool = True,
     *,
     scale: bool = True,
@@ -145,7 +147,7 @@ def cloud(
     motions: Motions,
     im: str | Measure = "pga",
     outputs: Sequence[str] = ("overturned", "peak_rotation"),
-    client: Client | None = None,
+    client: Client | Runner | None = None,
     skip: bool = True,
     *,
     ground: Motions | None = None,

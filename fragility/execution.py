@@ -15,7 +15,7 @@ from ..models.runs import TALLY
 from ..models.simulate import oscillator_of
 from ..motions.arrays import Record
 from .plan import CHUNK_SECONDS, OUTPUT_TYPES, Work, plan_chunks
-from .runners import Runner, is_client, runner_of
+from .runners import Runner, runner_of
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -36,7 +36,7 @@ class Request(NamedTuple):
     models: list[Law]
     outputs: list[str]
     skip: bool
-    client: Client | Runner | None
+    runner: Runner
     progress: Progress | None
 
     @property
@@ -80,14 +80,12 @@ def request(
     wanted = list(dict.fromkeys(checks.choice("outputs", name, OUTPUTS) for name in names))
     if not isinstance(skip, bool):
         raise TypeError(f"skip must be True or False, got {skip!r:.40}")
-    if client is not None and not isinstance(client, Runner) and not is_client(client):
-        raise TypeError(f"client must be a dask.distributed Client, got {checks.kind(client)}")
     return Request(
         labelled_sequence("blocks", blocks, Block),
         labelled_sequence("models", models, Law),  # type: ignore[type-abstract]
         wanted,
         skip,
-        client,
+        runner_of(client),
         progress,
     )
 
@@ -97,18 +95,16 @@ def execute(
 ) -> Runs:
     """Every oscillator under factors (block, level, motion; see `Work`) times the motions."""
     names = tuple(dict.fromkeys(DERIVED.get(name, name) for name in asked.outputs))
-    return collect(Work(tuple(oscillators), tuple(motions), factors, asked.skip, names), asked.client, asked.progress)
+    return collect(Work(tuple(oscillators), tuple(motions), factors, asked.skip, names), asked.runner, asked.progress)
 
 
-def collect(
-    work: Work, client: Client | Runner | None, progress: Progress | None, seconds: float = CHUNK_SECONDS
-) -> Runs:
-    """Do the work in chunks of about `seconds`, here or where the client says, and put the results together."""
+def collect(work: Work, runner: Runner, progress: Progress | None, seconds: float = CHUNK_SECONDS) -> Runs:
+    """Do the work in chunks of about `seconds` and put the results together."""
     shape = (len(work.oscillators), work.levels, len(work.motions))
     results = {name: np.empty(shape, OUTPUT_TYPES[name]) for name in work.outputs}
     tally = np.zeros(len(TALLY), np.int64)
     so_far = 0
-    for chunk, done in runner_of(client).run(work, plan_chunks(work, seconds)):
+    for chunk, done in runner.run(work, plan_chunks(work, seconds)):
         for array, part in zip(results.values(), done.results, strict=True):
             array[chunk.row : chunk.row_stop, :, chunk.first : chunk.stop] = part
         tally += done.tally

@@ -17,6 +17,8 @@ from .scaling import ground_of, scaling
 if TYPE_CHECKING:
     from distributed import Client
 
+    from .runners import Runner
+
 
 def ida(
     blocks: Block | Sequence[Block],
@@ -25,7 +27,7 @@ def ida(
     levels: Any,
     im: str | Measure = "pga",
     outputs: Sequence[str] = ("overturned", "peak_rotation"),
-    client: Client | None = None,
+    client: Client | Runner | None = None,
     skip: bool = True,
     *,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,

@@ -22,6 +22,7 @@ from ..models.oscillator import Oscillator
 from ..models.simulate import oscillator_of
 from ..motions.arrays import Record
 from .execution import Progress, Request, execute
+from .runners import Runner, runner_of
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -176,12 +177,12 @@ def overturning_flags(
     oscillators: Sequence[Oscillator],
     motions: Sequence[Record],
     factors: NDArray[np.float64],
-    client: Client | None = None,
+    client: Client | Runner | None = None,
     progress: Progress | None = None,
 ) -> NDArray[np.bool_]:
     """Flags (oscillator, level, motion) of all oscillators under the same scaled motions.
 
     factors (1, level, motion), the same for all.  Bit-identical for any chunking and any number of workers.
     """
-    asked = Request([], [], ["overturned"], True, client, progress)
+    asked = Request([], [], ["overturned"], True, runner_of(client), progress)
     return np.asarray(execute(oscillators, motions, factors, asked).results["overturned"])

@@ -23,11 +23,10 @@ from ..units import DIMENSIONLESS
 from .execution import Progress, collect
 from .plan import Work
 from .recall import Motions, described, factors_of, records_of
+from .runners import Runner, runner_of
 
 if TYPE_CHECKING:
     from distributed import Client
-
-    from .runners import Runner
 
 PERTURBATION = 1e-6
 NOT_TESTED = -1
@@ -92,7 +91,7 @@ def flips(
     for work in works:
         before = sum(flags.size for flags in done)
         told = None if progress is None else lambda n, _, before=before: progress(before + n, total)
-        done.append(collect(work, client, told, CHUNK_SECONDS).results["overturned"])
+        done.append(collect(work, runner_of(client), told, CHUNK_SECONDS).results["overturned"])
 
     n_blocks, n_models, levels, n = nominal.shape
     # (oscillator, up and down x level, motion), and (block x law x up and down, level, motion)

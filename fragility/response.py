@@ -25,6 +25,8 @@ from .uncertain import uncertain_ida
 if TYPE_CHECKING:
     from distributed import Client
 
+    from .runners import Runner
+
 
 def overturning_response(
     inputs: RandomInputs,
@@ -37,7 +39,7 @@ def overturning_response(
     median: bool = False,
     state: State = OVERTURNED,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
-    client: Client | None = None,
+    client: Client | Runner | None = None,
     progress: Progress | None = None,
 ) -> Callable[[xr.Dataset], xr.DataArray]:
     """The probability of overturning at every level, and the median if asked for, as a function of samples.

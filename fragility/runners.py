@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from dask import config
 from dask.system import CPU_COUNT
 
+from .. import checks
 from .plan import Chunk, Done, Work, run_chunk
 
 if TYPE_CHECKING:
@@ -74,17 +75,14 @@ class Threads(Runner):
             raise KeyboardInterrupt
 
 
-def is_client(value: Any) -> bool:
-    """Whether something is a dask.distributed Client (without loading it)."""
-    return hasattr(value, "submit") and hasattr(value, "scheduler_info")
-
-
 def runner_of(client: Client | Runner | None) -> Runner:
-    """What runs chunks: threads where there is no client."""
+    """What runs chunks: threads where there is no client; TypeError for anything else."""
     if client is None:
         return Threads()
     if isinstance(client, Runner):
         return client
+    if not hasattr(client, "submit") or not hasattr(client, "scheduler"):
+        raise TypeError(f"client must be a dask.distributed Client, got {checks.kind(client)}")
     from .cluster import Cluster  # noqa: PLC0415 - the cluster code loads only where there is a cluster
 
     return Cluster(client)

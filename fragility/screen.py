@@ -41,6 +41,8 @@ from .sliding import NEEDS, chances_of, compact, friction_by_block, needs_of, sl
 if TYPE_CHECKING:
     from distributed import Client
 
+    from .runners import Runner
+
 HERTZ = "Hz"
 
 
@@ -72,7 +74,7 @@ def screen(
     factors: tuple[float, float] = FACTORS,
     half_width: float = HALF_WIDTH,
     undecided: bool | float = False,
-    client: Client | None = None,
+    client: Client | Runner | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Where rocking is the right model of a run, and where it is not.

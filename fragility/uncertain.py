@@ -29,6 +29,8 @@ from .scaling import Scaling, ground_of, scaling
 if TYPE_CHECKING:
     from distributed import Client
 
+    from .runners import Runner
+
 
 def uncertain_ida(
     inputs: RandomInputs,
@@ -38,7 +40,7 @@ def uncertain_ida(
     levels: Any,
     im: str | Measure = "pga",
     outputs: Sequence[str] = ("overturned", "peak_rotation"),
-    client: Client | None = None,
+    client: Client | Runner | None = None,
     skip: bool = True,
     *,
     samples: int | xr.Dataset = 64,

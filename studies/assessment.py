@@ -19,6 +19,7 @@ from ..fragility.expected import Hazard, LevelWeights, hazard_points, level_weig
 from ..fragility.joint import Variability, oscillators_of_pieces, overturning_flags, with_restitution
 from ..fragility.labels import block_coordinates, law_coordinates
 from ..fragility.means import REPLICATES
+from ..fragility.runners import Runner, runner_of
 from ..fragility.scaling import BLOCK_MEASURES, SCALE, Scaling, scaling
 from ..models import Law, describe_block, describe_law
 from ..models.oscillator import Oscillator
@@ -53,7 +54,7 @@ def assess(
     confidence: float = 0.95,
     replicates: int = REPLICATES,
     seed: int = 0,
-    client: Client | None = None,
+    client: Client | Runner | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Number and value overturned in a building, by floor and intensity, and in a year.
@@ -154,15 +155,14 @@ def assess(
         raise TypeError(f"variability must be a Variability or None, got {checks.kind(variability)}")
     if isinstance(im, str) and im in BLOCK_MEASURES:
         raise ValueError(f"im must be a measure of the ground motion alone, so that all items see the same, got {im!r}")
-    if client is not None and not hasattr(client, "compute"):
-        raise TypeError(f"client must be a dask.distributed Client, got {checks.kind(client)}")
+    runner = runner_of(client)
     precision = Precision.checked(quantiles, confidence, replicates, seed)
     shaking = Shaking.of(building, motions, ground, im == SCALE)
     floors = shaking.used(inventory)
     scaled = scaling(levels, shaking.ground, im, (), shaking.ground)
     weights = None if hazard is None else _weights(scaled, hazard)
     thresholds = _losses(losses, inventory)
-    flags = _run(inventory, laws, shaking, floors, scaled, im, variability, client, progress)
+    flags = _run(inventory, laws, shaking, floors, scaled, im, variability, runner, progress)
     places = [BUILDING, *(f"floor {floor}" for floor in floors)]
     members = np.array(
         [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
@@ -224,7 +224,7 @@ def _run(
     scaled: Scaling,
     im: str | Measure,
     variability: Variability | None,
-    client: Client | None,
+    runner: Runner,
     progress: Callable[[int, int], None] | None,
 ) -> NDArray[np.bool_]:
     """Flags (model, item, variant, level, motion), floor by floor; alike items of a floor run once."""
@@ -250,7 +250,7 @@ def _run(
         plain = shaking.on(floor)
         factors = scaling(scaled.levels, plain, im, (), shaking.ground).factors
         report = None if progress is None else _shifted(progress, done, total)
-        found = overturning_flags(oscillators, plain, factors, client, report)
+        found = overturning_flags(oscillators, plain, factors, runner, report)
         for i, row in enumerate(inventory.rows):
             if str(row.floor) == floor and not row.anchored:
                 at = first[_kind(row)]

@@ -19,6 +19,8 @@ from ..motions import records
 if TYPE_CHECKING:
     from distributed import Client
 
+    from ..fragility.runners import Runner
+
 Progress = Callable[[int, int], None]
 Motions = tuple[xr.DataArray, ...]
 
@@ -83,7 +85,7 @@ class Design(ABC):
         blocks: Sequence[Block],
         models: Sequence[Law],
         outputs: Sequence[str],
-        client: Client | None,
+        client: Client | Runner | None,
         progress: Progress | None,
     ) -> xr.Dataset:
         """All runs, labelled."""
@@ -128,7 +130,7 @@ class Incremental(Design):
         blocks: Sequence[Block],
         models: Sequence[Law],
         outputs: Sequence[str],
-        client: Client | None,
+        client: Client | Runner | None,
         progress: Progress | None,
     ) -> xr.Dataset:
         ground = self.ground or None
@@ -175,7 +177,7 @@ class Stripes(Design):
         blocks: Sequence[Block],
         models: Sequence[Law],
         outputs: Sequence[str],
-        client: Client | None,
+        client: Client | Runner | None,
         progress: Progress | None,
     ) -> xr.Dataset:
         return stripes(
@@ -221,7 +223,7 @@ class Cloud(Design):
         blocks: Sequence[Block],
         models: Sequence[Law],
         outputs: Sequence[str],
-        client: Client | None,
+        client: Client | Runner | None,
         progress: Progress | None,
     ) -> xr.Dataset:
         ground = self.ground or None
