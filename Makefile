@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: study gallery p58 paper scaling examples test test-slow test-all test-exchange benchmark lint clean
+.PHONY: study gallery p58 paper sensitivity scaling examples test test-slow test-all test-exchange benchmark lint clean
 
 # `python3` may be too old where a newer one is installed beside it.
 $(BIN)/python:
@@ -44,6 +44,10 @@ scaling: $(VENV)/installed
 # docs/paper.md and its figures: the source paper's; TOPPLING_RECORDS=DIR names a folder of AT2 records for its forced runs
 paper: $(VENV)/installed
 	$(BIN)/python docs/paper.py
+
+# docs/sensitivity.md and its figures: delta and e varied, and the paper's claims (a few minutes)
+sensitivity: $(VENV)/installed
+	$(BIN)/python docs/sensitivity.py
 
 # docs/decisions.md's figures: every example study
 examples: $(VENV)/installed

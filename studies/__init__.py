@@ -6,6 +6,7 @@ from .contents import Contents, Inventory
 from .fragility_study import FragilityStudy
 from .inventory import read_inventory
 from .performance_study import PerformanceStudy
+from .sensitivity_study import SensitivityStudy
 from .study import Study
 from .tables import StudyError
 from .uncertainty_study import UncertaintyStudy
@@ -15,6 +16,7 @@ __all__ = [
     "FragilityStudy",
     "Inventory",
     "PerformanceStudy",
+    "SensitivityStudy",
     "Study",
     "StudyError",
     "UncertaintyStudy",

@@ -21,6 +21,7 @@ from .block_tables import BlockTable, ModelTable
 from .designs import Cloud, Design, Incremental, Stripes
 from .hazard_tables import HazardTable
 from .motion_tables import BuildingTable, MotionsTable
+from .sensitivity_tables import SensitivityTable
 from .tables import StudyError, Table, one_of
 from .uncertainty_tables import UncertaintyTable
 
@@ -60,6 +61,8 @@ class StudyFile(Table):
     measures: Annotated[MeasuresTable | None, Field(description="Which measure serves best.")] = None
     uncertainty: Annotated[UncertaintyTable | None, Field(description="What is not known of blocks and laws.")] = None
 
+    sensitivity: Annotated[SensitivityTable | None, Field(description="How results depend on delta or e.")] = None
+
     performance: Annotated[PerformanceTable | None, Field(description="An inventory, shaken jointly.")] = None
     hazard: Annotated[HazardTable | None, Field(description="How often the ground shakes, for what a year brings.")] = (
         None
@@ -73,7 +76,9 @@ class StudyFile(Table):
             raise ValueError(f"a study needs exactly one of {', '.join(ANALYSES)}, got {found}")
         if self.performance is not None:
             given = [
-                name for name in ("blocks", "buildings", "screen", "uncertainty") if getattr(self, name) is not None
+                name
+                for name in ("blocks", "buildings", "screen", "uncertainty", "sensitivity")
+                if getattr(self, name) is not None
             ]
             if given:
                 raise ValueError(f"a performance study has no {given[0]}: its blocks stand in its inventory")
@@ -86,6 +91,11 @@ class StudyFile(Table):
         form = "lognormal" if self.fit is None else self.fit.form
         if self.hazard is not None and form in LINKED:
             raise ValueError(f"hazard needs curves whose rates are known exactly, not fit.form {form!r}")
+        if self.sensitivity is not None:
+            apart = ("hazard", "screen", "fit", "measures", "outputs", "uncertainty")
+            given = [name for name in apart if getattr(self, name) is not None]
+            if given:
+                raise ValueError(f"a study with sensitivity has no {given[0]}")
         if self.building is not None and self.buildings is not None:
             raise ValueError("a study has one building or several buildings, not both keys")
         names = [one.name for one in self.buildings or []]
@@ -102,6 +112,8 @@ class StudyFile(Table):
         """Which kind of study it is."""
         if self.performance is not None:
             return "performance"
+        if self.sensitivity is not None:
+            return "sensitivity"
         return "fragility" if self.uncertainty is None else "uncertainty"
 
     @property

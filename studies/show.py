@@ -136,13 +136,30 @@ def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     yield "anchoring", ranking_figure(ranking_of(results))
 
 
+def _sensitivity_tables(results: xr.Dataset) -> Iterator[Table]:
+    from .rows import plain_table  # noqa: PLC0415
+    from .sensitivity_rows import claim_table, decay_rows, median_rows, probability_rows  # noqa: PLC0415
+
+    for rows in (*median_rows(results), *probability_rows(results), *decay_rows(results)):
+        yield plain_table(*rows)
+    yield claim_table(results)
+
+
+def _sensitivity_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
+    from .plots_sensitivity import figures  # noqa: PLC0415
+
+    yield from figures(results)
+
+
 _TABLES: dict[str, Callable[[xr.Dataset], Iterator[Table]]] = {
     "fragility": _fragility_tables,
     "uncertainty": _uncertainty_tables,
     "performance": _performance_tables,
+    "sensitivity": _sensitivity_tables,
 }
 _FIGURES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, Figure]]]] = {
     "fragility": _fragility_figures,
     "uncertainty": _uncertainty_figures,
     "performance": _performance_figures,
+    "sensitivity": _sensitivity_figures,
 }

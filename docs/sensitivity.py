@@ -1,0 +1,172 @@
+"""docs/sensitivity.md and its figures: how much delta and e matter, and what that says of the paper's claims.
+
+`make sensitivity` runs it: the studies studies/examples/sensitivity_delta.toml and sensitivity_e.toml (finished results
+are kept).  Every number on the page is put there by this file.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+import toppling as tp
+from toppling.studies.plots_sensitivity import figures
+from toppling.studies.sensitivity_claims import FAILS, HOLDS, OPEN, OURS, PAPER, Claim
+from toppling.studies.sensitivity_rows import claims_of
+
+HERE = Path(__file__).parent
+EXAMPLES = HERE.parent / "studies/examples"
+SHOWN = {
+    "delta": (
+        "decay_error",
+        "free_rocking",
+        "median_ratio",
+        "dispersion",
+        "probability",
+        "flipped",
+        "convergence",
+        "tornado",
+        "sobol",
+    ),
+    "e": ("median", "dispersion", "probability", "flipped", "decay_error", "free_rocking", "tornado", "sobol"),
+}
+"""What is shown of each study."""
+
+
+def main(out: Path = HERE, results: Path = HERE.parent / "results") -> None:
+    """Write the page and its figures into `out`."""
+    found = {}
+    (out / "sensitivity").mkdir(exist_ok=True)
+    for parameter, names in SHOWN.items():
+        name = f"sensitivity_{parameter}"
+        one = tp.Study.from_toml(EXAMPLES / f"{name}.toml").run(results / name)
+        for which, figure in figures(one):
+            if which in names:
+                figure.savefig(out / "sensitivity" / f"{parameter}_{which}.png", dpi=100)
+        found[parameter] = one
+    (out / "sensitivity.md").write_text(page(found["delta"], found["e"]), encoding="utf-8")
+
+
+def page(over_delta: xr.Dataset, over_e: xr.Dataset) -> str:
+    """The page: the text of sensitivity.md.in with every number from the datasets."""
+    claims = claims_of(over_delta)
+    verdicts = [one.verdict for one in claims if one.of == PAPER]
+    numbers = {
+        "motions": over_delta.sizes["motion"],
+        "levels": over_delta.sizes["level"],
+        "blocks": ", ".join(str(one) for one in over_delta["block"].values),
+        "deltas": ", ".join(f"{one:g}" for one in over_delta["value"].values),
+        "es": ", ".join(f"{one:g}" for one in over_e["value"].values),
+        "judged": len(verdicts),
+        "holds": verdicts.count(HOLDS),
+        "fails": verdicts.count(FAILS),
+        "open": verdicts.count(OPEN),
+        "delta_claims": claim_list(claims, PAPER),
+        "delta_ours": claim_list(claims, OURS),
+        "e_claims": claim_list(claims_of(over_e), PAPER),
+        "e_ours": claim_list(claims_of(over_e), OURS),
+        "claim_table": claim_table(claims, claims_of(over_e)),
+        "swing_table": swing_table(over_delta),
+        "flip_table": flip_table(over_delta),
+        "friction": f"{float(over_e.attrs['friction']):g}",
+        "unphysical": unphysical(over_e),
+        "replicates": f"{int(over_delta.attrs['replicates']):,}",
+        "order": order_table(over_delta),
+    }
+    return (HERE / "sensitivity.md.in").read_text(encoding="utf-8").format(**numbers)
+
+
+def claim_list(claims: list[Claim], of: str) -> str:
+    """Claims with verdict, number and interval, one each."""
+    return "\n".join(
+        f"- **{capital(one.claim)}: {one.verdict}.** {capital(one.text)}. (Interval: {one.interval}.)"
+        for one in claims
+        if one.of == of
+    )
+
+
+def capital(text: str) -> str:
+    """The beginning of a sentence, symbols left as they are."""
+    return text if text.startswith("c_V") else text[0].upper() + text[1:]
+
+
+def claim_table(over_delta: list[Claim], over_e: list[Claim]) -> str:
+    """Every claim with its verdict and number in both studies."""
+    beside = {one.claim: one for one in over_e}
+    rows = []
+    for one in over_delta:
+        other = beside.get(one.claim)
+        cells = [one.verdict, written(one)] + (["", ""] if other is None else [other.verdict, written(other)])
+        rows.append((one.claim, *cells))
+    return table(("claim", "at δ = 0.05 or over δ", "number", "over e", "number"), rows)
+
+
+def written(one: Claim) -> str:
+    """A number with its interval."""
+    if one.lower == one.number == one.upper:
+        return f"{one.number:g}"
+    return f"{one.number:.2f} ({one.lower:.2f}–{one.upper:.2f})"
+
+
+def swing_table(results: xr.Dataset) -> str:
+    """How far medians move over all values of delta, and over the usual ones."""
+    rows = []
+    for model in results["model"].values:
+        cells = []
+        for block in results["block"].values:
+            one = results.sel(block=block, model=model)
+            for span in results["span"].values:
+                at = one.sel(span=span)
+                middle, low, high = (at[f"median_swing{end}"].item() for end in ("", "_lower", "_upper"))
+                if np.isnan(middle):
+                    cells.append("no curve at some δ")
+                elif np.isinf(middle):
+                    cells.append("more than the levels show")
+                else:
+                    cells.append(f"{middle:.2f} ({low:.2f}–{'∞' if np.isinf(high) else f'{high:.2f}'})")
+        rows.append((str(model).replace("_", "\\_"), *cells))
+    blocks = [str(block) for block in results["block"].values]
+    return table(("law", *(f"{block}, {span}" for block in blocks for span in ("all δ", "0.01–0.1"))), rows)
+
+
+def flip_table(results: xr.Dataset) -> str:
+    """Largest share of flags that differ from the rigid block's, over the levels, at each delta; mean of the blocks."""
+    share = results["flipped"].sel(comparison="rigid").max("level").mean("block")
+    rows = [
+        (str(model).replace("_", "\\_"), *(f"{100 * float(one):.0f} %" for one in share.sel(model=model).values))
+        for model in results["model"].values
+    ]
+    return table(("law", *(f"δ = {one:g}" for one in results["value"].values)), rows)
+
+
+def order_table(results: xr.Dataset) -> str:
+    """Order of convergence of each law and block."""
+    rows = [
+        (
+            str(model).replace("_", "\\_"),
+            *(f"{float(one):.2f}".replace("-", "−") for one in results["convergence_order"].sel(model=model).values),
+        )
+        for model in results["model"].values
+    ]
+    return table(("law", *(str(block) for block in results["block"].values)), rows)
+
+
+def unphysical(results: xr.Dataset) -> str:
+    """From which e on an impact needs no more friction than there is, block by block."""
+    limit = float(results.attrs["friction"])
+    ratio = 1.0 / np.tan(results["alpha"].values)
+    ends = (ratio - limit) / (ratio + limit)
+    return ", ".join(f"{end:.2f} ({block})" for end, block in zip(ends, results["block"].values, strict=True))
+
+
+def table(headings: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """A Markdown table."""
+    lines = ["| " + " | ".join(headings) + " |", "|" + "---|" * len(headings)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+if __name__ == "__main__":
+    main(*(Path(one) for one in sys.argv[1:]))

@@ -1,0 +1,418 @@
+"""Figures of sensitivity to delta and e: axes in, axes out, one column of panels that a telephone shows, too."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentFormatter
+from numpy.typing import NDArray
+
+from .plots import REFERENCE, display_unit, model_name, plain_log, styles
+from .plots_uncertainty import input_name
+from .sensitivity_rows import GREEK, level_between, level_text, reference_name, reference_of
+from .sensitivity_tables import RIGID
+
+EQUAL = 1e-9
+"""A distance from the rigid block that is no more than rounding."""
+WIDTH = 5.2
+TEXT = 11.0
+"""Of figures (in) and their text (pt): 380 pixels across leave 8 pt."""
+SHOWN = 5
+"""Values of which free rocking is shown."""
+SCALED = ("median", "median_ratio", "dispersion", "decay_error")
+"""Quantities on logarithmic axes, and the room that they have beyond their lines."""
+ROOM = 1.6
+QUANTITIES = {
+    "median": "median",
+    "median_ratio": "median over that of\n{reference}",
+    "dispersion": "dispersion β",
+    "probability": "P(overturn) at {level}",
+    "excess": "P(overturn) less that\nof {reference}, {level}",
+    "flipped": "flags that differ from\n{reference}, {level}",
+    "decay_error": "peaks of free rocking\nover the rigid block's",
+}
+
+
+def sensitivity(
+    results: xr.Dataset,
+    quantity: str = "median",
+    ax: Axes | None = None,
+    block: str | None = None,
+    level: int | None = None,
+) -> Axes:
+    """A quantity of every law over the values of delta or e, with its interval as a band.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        Of a sensitivity study.
+    quantity : {"median", "median_ratio", "dispersion", "probability", "excess", "flipped", "decay_error"}
+        What is drawn; differences are those from the study's reference.
+    ax : matplotlib Axes, optional
+        Where to draw; axes of a new figure where not given.
+    block : str, optional
+        Label of the block; the first where not given.
+    level : int, optional
+        Number of the level, for what depends on it; that at which the rigid block is nearest to falling under half of
+        the motions where not given.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        Another quantity, a block that the results do not have, results of another kind of study.
+
+    Notes
+    -----
+    Values of e at which an impact needs more friction than there is are shaded.  Bands may leave the frame, which is
+    that of the lines.
+    """
+    if "parameter" not in results.attrs or "comparison" not in results.dims:
+        raise ValueError("results must be of a sensitivity study, which have a parameter and comparisons, got others")
+    if quantity not in QUANTITIES:
+        raise ValueError(f"quantity must be one of {', '.join(QUANTITIES)}, got {quantity!r}")
+    here = _of_block(results, block)
+    ax = _axes(ax)
+    at = level_between(here) if level is None else level
+    drawn = here.isel(level=at) if "level" in here[quantity].dims else here
+    if "comparison" in here[quantity].dims:
+        drawn = drawn.sel(comparison=reference_of(results))
+    scale, unit = display_unit(results["level"]) if quantity == "median" else (1.0, "")
+    ends = ("lower", "upper") if quantity == "probability" else (f"{quantity}_lower", f"{quantity}_upper")
+    x = results["value"].values
+    for i, (colour, marker, line) in enumerate(styles(results)):
+        one = drawn.isel(model=i)
+        y = _finite(one[quantity].values / scale)
+        if quantity == "decay_error":
+            y = 1.0 + y
+        if ends[0] in one and ends[1] in one:
+            low, high = (_finite(one[end].values / scale) for end in ends)
+            ax.fill_between(x, low, high, where=list(np.isfinite(y)), color=colour, alpha=0.15, lw=0.0)
+        label = model_name(str(one["model"].item()))
+        ax.plot(x, y, color=colour, ls=line, marker=marker, ms=4.5, mew=0.0, lw=1.6, label=label)
+    named = reference_name(results).replace("e_R", "$e_R$")
+    _rigid_line(drawn, quantity, ax, scale, named)
+    _x_axis(results, ax)
+    _friction(here, ax)
+    if quantity in SCALED:
+        # (an interval that the levels leave open must not press all lines together)
+        lines = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in ax.lines])
+        ax.set_ylim(np.nanmin(lines) / ROOM, np.nanmax(lines) * ROOM)
+    _y_axis(quantity, ax)
+    words = QUANTITIES[quantity].format(reference=named, level=level_text(results, at))
+    if quantity == "median":
+        words = f"median {_short(results)}{f' ({unit})' if unit else ''}"
+    ax.set_ylabel(words)
+    ax.set_title(str(here["block"].item()), fontsize=TEXT)
+    return ax
+
+
+def free_rocking_panel(results: xr.Dataset, model: str, ax: Axes | None = None, block: str | None = None) -> Axes:
+    """Free rocking under one law at some values, dark to bright, the closed form's peaks at the least as dots.
+
+    Arguments as of `sensitivity`; `model` is the label of the law.
+    """
+    here = _of_block(results, block).sel(model=model)
+    ax = _axes(ax)
+    colours = mpl.colormaps["viridis"]
+    for k, place in enumerate(_shown(results)):
+        one = here.isel(value=place)
+        colour = colours(0.9 * k / max(1, SHOWN - 1))
+        ax.plot(one["scaled_time"], one["free_rotation"], color=colour, lw=1.2, label=f"{one['value'].item():g}")
+    ax.axhline(0.0, color="0.6", lw=0.6, zorder=0)
+    envelope = here.isel(value=_shown(results)[0])
+    if results.attrs["parameter"] == "delta":
+        times, signs = _closed_form(envelope)
+        ax.plot(times, signs, ".", color="black", ms=5.0, zorder=3, label="rigid block's peaks")
+    ax.set_xlim(0.0, float(here["scaled_time"].max()))
+    ax.set_ylim(-0.56, 0.56)
+    _bare(ax)
+    ax.set_title(model_name(model), fontsize=TEXT - 1.0)
+    return ax
+
+
+def convergence(results: xr.Dataset, ax: Axes | None = None, block: str | None = None) -> Axes:
+    """Distance from the rigid block under pulses over delta, both logarithmic, and the slope of first order.
+
+    Arguments as of `sensitivity`.  Distances of rounding (below 1e-9) lie below the frame.
+
+    Raises
+    ------
+    ValueError
+        Results without it: of a study of e.
+    """
+    if "pulse_error" not in results:
+        raise ValueError("convergence is of delta: results hold no pulse_error")
+    here = _of_block(results, block)
+    ax = _axes(ax)
+    x = results["value"].values
+    for i, (colour, marker, line) in enumerate(styles(results)):
+        one = here.isel(model=i)
+        y = np.where(one["pulse_error"].values > 0.0, one["pulse_error"].values, np.nan)
+        label = model_name(str(one["model"].item()))
+        ax.plot(x, y, color=colour, ls=line, marker=marker, ms=4.5, mew=0.0, lw=1.6, label=label)
+    ax.set_yscale("log")
+    apart = here["pulse_error"].values[here["pulse_error"].values > EQUAL]
+    if apart.size:
+        ax.set_ylim(0.3 * apart.min(), 3.0 * apart.max())
+        ax.plot(x, apart.min() * x / x[0], color="0.5", lw=1.0, ls=(0, (1, 2)), label="first order")
+    _x_axis(results, ax)
+    ax.set_ylabel("distance from the rigid\nblock's peaks, over α")
+    ax.set_title(str(here["block"].item()), fontsize=TEXT)
+    return ax
+
+
+def tornado_panel(results: xr.Dataset, ax: Axes | None = None, block: str | None = None) -> Axes:
+    """P(overturn) with one input at a time at its 5 % and 95 % quantiles, every law of a block below another.
+
+    Arguments as of `sensitivity`.
+    """
+    _need(results, "tornado_low")
+    here = _of_block(results, block)
+    ax = _axes(ax)
+    y = _lanes(results)
+    for i, (colour, _, _) in enumerate(styles(results)):
+        one = here.isel(model=i)
+        low, high = one["tornado_low"].values, one["tornado_high"].values
+        ax.hlines(y[i], low, high, color=colour, lw=3.0)
+        ax.plot(low, y[i], "o", color=colour, ms=5.0, mfc="white", mew=1.3)
+        ax.plot(high, y[i], "o", color=colour, ms=5.0, label=model_name(str(one["model"].item())))
+    _inputs_axis(results, ax)
+    ax.set_xlim(-0.03, 1.03)
+    ax.xaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.set_xlabel("P(overturn), input low (open) and high (full)")
+    ax.set_title(str(here["block"].item()), fontsize=TEXT)
+    return ax
+
+
+def sobol_panel(results: xr.Dataset, ax: Axes | None = None, block: str | None = None) -> Axes:
+    """Total Sobol' indices of P(overturn) with their intervals, every law of a block below another.
+
+    Arguments as of `sensitivity`.
+    """
+    _need(results, "sobol_total")
+    here = _of_block(results, block)
+    ax = _axes(ax)
+    y = _lanes(results)
+    for i, (colour, marker, _) in enumerate(styles(results)):
+        one = here.isel(model=i)
+        label = model_name(str(one["model"].item()))
+        total, half = one["sobol_total"].values, one["sobol_total_confidence"].values
+        ax.errorbar(total, y[i], xerr=half, fmt=marker, color=colour, ms=5.0, lw=1.2, label=label)
+    ax.axvline(0.0, color="0.4", lw=0.8)
+    _inputs_axis(results, ax)
+    ax.set_xlabel("total Sobol' index of P(overturn)")
+    ax.set_title(str(here["block"].item()), fontsize=TEXT)
+    return ax
+
+
+def sensitivity_figure(results: xr.Dataset, quantity: str) -> Figure:
+    """A quantity over the values: a panel for each block, one below the other."""
+    said = f"{results.sizes['motion']} motions; bands: {_percent(results)} intervals"
+    if quantity == "decay_error":
+        said = f"released at {float(results.attrs['release']):g} α, mean of ten half cycles"
+    return _column(results, lambda ax, block: sensitivity(results, quantity, ax, block), said)
+
+
+def free_rocking_figure(results: xr.Dataset, block: str | None = None) -> Figure:
+    """Free rocking of one block: a panel for each law."""
+    labels = [str(one) for one in results["model"].values]
+    rows = math.ceil(len(labels) / 2)
+    with mpl.rc_context({"font.size": TEXT - 0.5}):
+        figure = Figure(figsize=(WIDTH, 1.75 * rows + 1.3), layout="constrained")
+        axes = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
+        for ax, label in zip(axes.flat, labels, strict=False):
+            free_rocking_panel(results, label, ax, block)
+        for ax in list(axes.flat)[len(labels) :]:
+            ax.set_axis_off()
+        for ax in axes[-1]:
+            ax.set_xlabel("time, p t")
+        figure.supylabel("rotation θ/α", fontsize=TEXT)
+        name = _of_block(results, block)["block"].item()
+        symbol = GREEK[str(results.attrs["parameter"])]
+        figure.suptitle(f"{name}: colours are {symbol}", fontsize=TEXT)
+        _legend(figure, axes.flat[0], 3)
+    return figure
+
+
+def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
+    """Every figure of a study's results, with its name."""
+    for quantity in ("median", "median_ratio", "dispersion", "probability", "flipped", "decay_error"):
+        yield quantity, sensitivity_figure(results, quantity)
+    yield "free_rocking", free_rocking_figure(results)
+    if "pulse_error" in results:
+        yield (
+            "convergence",
+            _column(
+                results,
+                lambda ax, block: convergence(results, ax, block),
+                "one-cycle sine pulses; below the frame: equal",
+            ),
+        )
+    if "tornado_low" in results:
+        yield (
+            "tornado",
+            _column(results, lambda ax, block: tornado_panel(results, ax, block), "one input at a time, 5 % to 95 %"),
+        )
+    if "sobol_total" in results:
+        yield (
+            "sobol",
+            _column(
+                results,
+                lambda ax, block: sobol_panel(results, ax, block),
+                f"all inputs at once; bars: {_percent(results)} intervals",
+            ),
+        )
+
+
+def _column(results: xr.Dataset, draw: Callable[[Axes, str], Axes], said: str = "") -> Figure:
+    blocks = [str(one) for one in results["block"].values]
+    with mpl.rc_context({"font.size": TEXT}):
+        laws = results.sizes["model"]
+        figure = Figure(figsize=(WIDTH, 2.9 * len(blocks) + 0.22 * laws + 0.6), layout="constrained")
+        axes = figure.subplots(len(blocks), 1, squeeze=False)[:, 0]
+        for ax, block in zip(axes, blocks, strict=True):
+            draw(ax, block)
+        title = f"{results.attrs.get('title', '')}\n{said}"
+        figure.suptitle(title, fontsize=TEXT)
+        _legend(figure, axes[0], 1)
+    return figure
+
+
+def _percent(results: xr.Dataset) -> str:
+    return f"{100.0 * float(results.attrs['confidence']):g} %"
+
+
+def _legend(figure: Figure, ax: Axes, columns: int) -> None:
+    handles, labels = ax.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=TEXT - 0.5)
+
+
+def _axes(ax: Axes | None) -> Axes:
+    return Figure(figsize=(WIDTH, 3.4), layout="constrained").add_subplot() if ax is None else ax
+
+
+def _of_block(results: xr.Dataset, block: str | None) -> xr.Dataset:
+    known = [str(one) for one in results["block"].values]
+    if block is not None and block not in known:
+        raise ValueError(f"block must be one of {', '.join(known)}, got {block!r}")
+    return results.isel(block=0 if block is None else known.index(block))
+
+
+def _need(results: xr.Dataset, name: str) -> None:
+    if name not in results:
+        raise ValueError(f"results hold no {name}: the study asked for none (sensitivity.inputs, sensitivity.sobol)")
+
+
+def _rigid_line(drawn: xr.Dataset, quantity: str, ax: Axes, scale: float, reference: str) -> None:
+    """What the rigid block has of the quantity: of medians by the ratio to it, of differences nothing."""
+    x = drawn["value"].values
+    colour, _, line = REFERENCE
+    if quantity == "median":
+        ratio = drawn["median_ratio"].sel(comparison=RIGID)
+        y = np.nanmedian(_finite((drawn["median"] / ratio).transpose("model", "value").values), axis=0) / scale
+    elif quantity == "probability":
+        y = (drawn["probability"] - drawn["excess"].sel(comparison=RIGID)).transpose("model", "value").values[0]
+    elif quantity in ("median_ratio", "decay_error", "excess"):
+        y = np.full(x.size, 0.0 if quantity == "excess" else 1.0)
+    else:
+        return
+    words = "rigid block"
+    if quantity in ("median_ratio", "excess"):  # which may be of another reference
+        words = reference.removeprefix("the ")
+    ax.plot(x, y, color=colour, lw=1.3, ls=line, zorder=1, label=words)
+
+
+def _x_axis(results: xr.Dataset, ax: Axes) -> None:
+    x = results["value"].values
+    ax.set_xlim(x[0], x[-1])
+    if results.attrs["parameter"] == "delta":
+        ax.set_xscale("log")
+        ax.set_xlim(x[0] / 1.15, x[-1] * 1.15)
+        plain_log(ax)
+        ax.set_xlabel("half width of the elastic zone, δ")
+    else:
+        margin = 0.02 * (x[-1] - x[0])
+        ax.set_xlim(x[0] - margin, x[-1] + margin)
+        ax.set_xlabel("coefficient of restitution, e")
+    _bare(ax)
+
+
+def _y_axis(quantity: str, ax: Axes) -> None:
+    if quantity in SCALED:
+        ax.set_yscale("log")
+        low, high = ax.get_ylim()
+        few = (1.0,) if high > 200.0 * low else (1.0, 2.0, 5.0)
+        ax.yaxis.set_major_locator(LogLocator(subs=few))
+        ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        ax.yaxis.set_minor_formatter(NullFormatter())
+    elif quantity in ("probability", "flipped", "excess"):
+        ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+
+
+def _friction(here: xr.Dataset, ax: Axes) -> None:
+    """Shade the values of e at which an impact needs more friction than there is."""
+    if here.attrs["parameter"] != "e" or bool(here["in_use"].all()):
+        return
+    # where the need is what there is: (h/b)(1 - e)/(1 + e) = friction
+    ratio, limit = float(1.0 / np.tan(here["alpha"].item())), float(here.attrs["friction"])
+    end = (ratio - limit) / (ratio + limit)
+    left = ax.get_xlim()[0]
+    ax.axvspan(left, end, color="0.88", zorder=0, lw=0.0, label=f"needs friction above {limit:g}")
+
+
+def _shown(results: xr.Dataset) -> NDArray[np.int64]:
+    n = results.sizes["value"]
+    return np.unique(np.linspace(0, n - 1, min(SHOWN, n)).round().astype(np.int64))
+
+
+def _closed_form(one: xr.Dataset) -> tuple[Any, Any]:
+    """Times (p t) and signed rotations of the rigid block's peaks."""
+    x = one["decay_rigid"].values
+    q_over_p = np.sqrt(np.sin(one["alpha"].item()) / one["alpha"].item())
+    quarters = np.arccosh(1.0 / (1.0 - x))
+    times = np.concatenate([[0.0], np.cumsum(quarters[:-1] + quarters[1:])]) / q_over_p
+    return times, x * (-1.0) ** np.arange(x.size)
+
+
+def _lanes(results: xr.Dataset) -> NDArray[np.float64]:
+    """Where each law stands beside each input, (model, input)."""
+    laws, inputs = results.sizes["model"], results.sizes["input"]
+    shift = np.linspace(-0.3, 0.3, laws) if laws > 1 else np.zeros(1)
+    return np.asarray(shift[:, None] + np.arange(inputs)[None])
+
+
+def _inputs_axis(results: xr.Dataset, ax: Axes) -> None:
+    names = [input_name(str(one)) for one in results["input"].values]
+    ax.set_yticks(range(len(names)), names)
+    ax.set_ylim(len(names) - 0.5, -0.5)
+    for i in range(1, len(names)):
+        ax.axhline(i - 0.5, color="0.85", lw=0.8, zorder=0)
+    ax.grid(axis="x", alpha=0.25, lw=0.6)
+    ax.tick_params(axis="y", length=0.0)
+    ax.spines[["top", "right", "left"]].set_visible(False)
+
+
+def _short(results: xr.Dataset) -> str:
+    im = str(results["level"].attrs.get("im", ""))
+    return im.upper() if im in ("pga", "pgv", "pgd") else str(results["level"].attrs.get("long_name", "level"))
+
+
+def _finite(values: Any) -> NDArray[np.float64]:
+    found = np.asarray(values, dtype=float)
+    return np.where(np.isfinite(found), found, np.nan)
+
+
+def _bare(ax: Axes) -> None:
+    ax.grid(alpha=0.25, lw=0.6)
+    ax.spines[["top", "right"]].set_visible(False)
