@@ -15,6 +15,8 @@ VELOCITY: Final = "m s-1"
 ACCELERATION: Final = "m s-2"
 ANGULAR_VELOCITY: Final = "rad s-1"
 ANGULAR_ACCELERATION: Final = "rad s-2"
+HERTZ: Final = "Hz"
+PER_YEAR: Final = "year-1"
 
 SCHEMA: Final = 1
 """Number of the layout of datasets and result files; raised when a name, a dimension or a meaning changes."""

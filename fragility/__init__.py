@@ -27,12 +27,12 @@ from .plan import Chunk, Work, plan_chunks, run_chunk
 from .probability import overturning_probability
 from .rates import discrete_rate, probability_in, rate_from_probability
 from .response import overturning_response
-from .returns import returned
+from .resurrection import returned
 from .risk import annual_rate
 from .screen import screen
+from .screen_without_runs import standing
 from .sensitivity import morris_indices, sobol_indices, tornado
 from .slenderness import slenderness_for_rate
-from .standing import standing
 from .states import reached
 from .uncertain import uncertain_ida
 from .variance import capacity_variance_shares, variance_shares

@@ -14,9 +14,13 @@ Field, C. A. and Welsh, A. H. (2007). Bootstrapping clustered data. Journal of t
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from ..streams import stream
 from .trials import STATES, Index
 
 Array = NDArray[np.float64]
@@ -25,12 +29,14 @@ Array = NDArray[np.float64]
 def draw_motions(strata: tuple[Index, ...], replicates: int, seed: int) -> Array:
     """How often each ground motion is drawn, (replicate, cluster); as many of each stratum as it has.
 
+    ``strata = (np.arange(n),)``: n motions that are drawn together.
+
     Replicate r draws from SeedSequence(seed, spawn_key=(r,)), stratum by stratum: it depends on neither the number of
     replicates nor anything else.
     """
     weights = np.zeros((replicates, sum(stratum.size for stratum in strata)))
     for replicate in range(replicates):
-        rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(replicate,)))
+        rng = stream(seed, replicate)
         for stratum in strata:
             drawn = rng.integers(0, stratum.size, stratum.size)
             weights[replicate, stratum] = np.bincount(drawn, minlength=stratum.size)
@@ -47,17 +53,57 @@ def draw_counts(cells: Array, replicates: int, seed: int, curve: int) -> Array:
     shares = states / np.maximum(runs, 1.0)[:, None]
     drawn = np.empty((replicates, *states.shape))
     for replicate in range(replicates):
-        rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(replicate, curve)))
+        rng = stream(seed, replicate, curve)
         drawn[replicate] = rng.multinomial(runs.astype(np.int64), shares)
     return drawn.reshape(replicates, -1)
 
 
-def percentile_interval(samples: Array, confidence: float) -> tuple[float, float]:
-    """Where the middle share of the replicates (replicate,) lies; one without a value counts against both ends."""
-    tail = 0.5 * (1.0 - confidence)
-    lower = np.quantile(np.where(np.isnan(samples), -np.inf, samples), tail, method="lower")
-    upper = np.quantile(np.where(np.isnan(samples), np.inf, samples), 1.0 - tail, method="higher")
-    return float(lower), float(upper)
+class Percentiles(NamedTuple):
+    """Ends of intervals and the number of replicates behind them, (…,) each."""
+
+    lower: Array
+    upper: Array
+    used: Index
+
+
+def percentile_interval(
+    samples: Array, confidence: float, weights: Array | None = None, *, against: bool = False
+) -> Percentiles:
+    """Where the middle share of replicates lies: samples (…, replicate), weights (replicate,) where they are not alike.
+
+    One without a value (NaN) is left out, or, `against`, counts against both ends.  An infinite one is a value.
+
+    Notes
+    -----
+    The lower end is the replicate at which the share from below first reaches half of what is left out, the upper end
+    that at which the share from above does: order statistics, nothing is interpolated, which would have no meaning
+    between a number and infinity.
+    """
+    rows = np.asarray(samples, dtype=np.float64)
+    shape = rows.shape[:-1]
+    if rows.shape[-1] == 0:
+        return Percentiles(np.full(shape, np.nan), np.full(shape, np.nan), np.zeros(shape, np.int64))
+    rows = rows.reshape(math.prod(shape), rows.shape[-1])
+    missing = np.isnan(rows)
+    each = np.broadcast_to(1.0 if weights is None else weights, rows.shape)
+    if not against:
+        each = np.where(missing, 0.0, each)
+    lower = _reached(np.where(missing, -np.inf, rows), each, 0.5 - 0.5 * confidence)
+    upper = -_reached(np.where(missing, -np.inf, -rows), each, 0.5 - 0.5 * confidence)
+    used = np.sum(~missing, axis=-1)
+    return Percentiles(lower.reshape(shape), upper.reshape(shape), used.reshape(shape))
+
+
+def _reached(rows: Array, weights: Array, share: float) -> Array:
+    """The value up to which the weights first sum to a share of all; NaN where all weigh nothing."""
+    order = np.argsort(rows, axis=-1, kind="stable")
+    summed = np.cumsum(np.take_along_axis(weights, order, axis=-1), axis=-1)
+    # a share that is met on paper may fall short by rounding
+    first = np.argmax(summed >= share * summed[:, -1:] * (1.0 - 1e-9), axis=-1)
+    # what weighs nothing stands first where the share is nearly 0
+    first = np.maximum(first, np.argmax(summed > 0.0, axis=-1))
+    found = np.take_along_axis(rows, np.take_along_axis(order, first[:, None], axis=-1), axis=-1)[:, 0]
+    return np.where(summed[:, -1] > 0.0, found, np.nan)
 
 
 def studentised_interval(
@@ -66,5 +112,5 @@ def studentised_interval(
     """The bootstrap-t interval: quantiles of (sample - estimate)/(its error), times the estimate's own error."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = (samples - estimate) / errors
-    low, high = percentile_interval(ratios, confidence)
-    return estimate - high * error, estimate - low * error
+    low, high, _ = percentile_interval(ratios, confidence, against=True)
+    return float(estimate - high * error), float(estimate - low * error)

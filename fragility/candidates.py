@@ -13,12 +13,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
-from ..models import Block
 from ..motions.arrays import Record, records
 from ..motions.intensity import MEASURES, Measure
 from ..motions.measures import measure
 from ..units import DIMENSIONLESS, METRE, SECOND
 from .capacity import Steps
+from .provenance import blocks_of, records_of
 from .scaling import BLOCK_MEASURES, SCALE, BlockMeasure, intensity_measure
 
 Values = NDArray[np.float64]
@@ -55,17 +55,16 @@ def shaking_of(runs: xr.Dataset, motions: Motions | None) -> Shaking:
     labels = tuple(str(one) for one in runs["record" if "record" in runs.coords else "motion"].values)
     if motions is None:
         return Shaking(labels)
-    arrays = tuple(_arrays(motions))
+    # (the sets of stripes may be an iterator)
+    given = motions if isinstance(motions, xr.DataArray) or not isinstance(motions, Iterable) else list(motions)
+    arrays = tuple(_arrays(given))
     known: dict[str, Record] = {}
     for array in arrays:
         for one in records(array):
             before = known.setdefault(one.label, one)
             if before is not one and not np.array_equal(before.acceleration, one.acceleration):
                 raise ValueError(f"motions must have unique labels, got two different ones labelled {one.label!r}")
-    for label in labels:
-        if label not in known:
-            raise ValueError(f"motions must hold motion {label!r} of the runs, got {len(known)} without it")
-    return Shaking(labels, arrays, tuple(known[label] for label in labels))
+    return Shaking(labels, arrays, tuple(records_of(runs, given)))
 
 
 def _arrays(motions: Motions) -> Iterator[xr.DataArray]:
@@ -93,8 +92,6 @@ def candidates_of(runs: xr.Dataset, steps: Steps, shaking: Shaking, also: Any, b
         for name, one in MEASURES.items()
         if one.power != 0.0 and (shaking.records is not None or name in runs.coords)
     }
-    if isinstance(also, str | Measure):
-        also = [also]
     if not isinstance(also, Iterable):
         raise TypeError(f"also must be measures or their names, got {checks.kind(also)}")
     for name in [*also, *(BLOCK_MEASURES if blocks_too else ())]:
@@ -121,7 +118,7 @@ def _candidate(one: Measure | BlockMeasure, runs: xr.Dataset, shaking: Shaking) 
         raise ValueError(f"motion {label!r} has {base.label} = {values.min():g} and no capacity in it")
     logs = np.log(values)
     if isinstance(one, BlockMeasure):
-        logs = logs + np.log([[one.per_block(block)] for block in _blocks(runs)])
+        logs = logs + np.log([[one.per_block(block)] for block in blocks_of(runs)])
     return Candidate(one.label, one.units, one.long_name, base.power, logs)
 
 
@@ -130,14 +127,6 @@ def _values(one: Measure, runs: xr.Dataset, shaking: Shaking) -> Values | None:
     if one.label in runs.coords and runs[one.label].dims == ("motion",):
         return np.asarray(runs[one.label].values, dtype=float)
     return None if shaking.records is None else measure(one, shaking.records)
-
-
-def _blocks(runs: xr.Dataset) -> list[Block]:
-    """The blocks, from their coordinates."""
-    columns = [runs[name].values.astype(float) for name in ("width", "height", "cm_height", "inertia_factor")]
-    return [
-        Block(width, height, cm_height, inertia) for width, height, cm_height, inertia in zip(*columns, strict=True)
-    ]
 
 
 def covariates_of(runs: xr.Dataset, shaking: Shaking, given: xr.Dataset | None) -> list[xr.DataArray]:

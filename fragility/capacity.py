@@ -6,7 +6,6 @@ other measure, since a motion times f has f**power times the measure.
 
 from __future__ import annotations
 
-import json
 from typing import NamedTuple
 
 import numpy as np
@@ -14,13 +13,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..units import DIMENSIONLESS
-from .scaling import BlockMeasure, intensity_measure
+from .provenance import carried_attributes, intensity_of, level_measure, scaled_to_levels
 from .states import OVERTURNED, State, reached, state_name
 
 Values = NDArray[np.float64]
-
-INTENSITY = "intensity"
-"""Coordinate of runs without levels: the measure's value of each run."""
 
 
 class Steps(NamedTuple):
@@ -70,57 +66,28 @@ def steps_of(runs: xr.Dataset, state: State = OVERTURNED) -> Steps:
         As `reached`; runs without levels or intensities, ones that are not positive, or without their measure.
     """
     flags = reached(runs, state)
+    levels = intensity_of(runs)
     if "level" in flags.dims:
-        levels = runs["level"]
         order = np.argsort(levels.values)
         levels = levels.isel(level=order)
-    elif INTENSITY in runs.coords:
-        levels, order = runs[INTENSITY].expand_dims("level", axis=-1), np.zeros(1, np.intp)
     else:
-        raise ValueError(f"runs must have levels or a coordinate `intensity`, got dims {flags.dims}")
+        levels, order = levels.expand_dims("level", axis=-1), np.zeros(1, np.intp)
     values = np.asarray(levels.values, dtype=float)
     if not np.all(np.isfinite(values)) or np.any(values <= 0.0):
         raise ValueError(f"levels must be finite and > 0, got {values.min():g} to {values.max():g}")
-    name, power, ground, measured = _measured(runs, levels)
+    one = level_measure(runs)
     found = Steps(
         flags,
         bare(levels.copy(data=np.log(levels.values))),
-        bare(measured.copy(data=np.log(measured.values))),
-        power,
-        f"ground_{name}" if ground else name,
+        bare(one.values.copy(data=np.log(one.values.values))),
+        1.0 if one.measure is None else one.measure.power,
+        one.name,
         str(levels.attrs.get("units", DIMENSIONLESS)),
-        str(levels.attrs.get("long_name", name)),
+        str(levels.attrs.get("long_name", one.name)),
         order,
-        "level" not in flags.dims and not _scaled(runs),
+        not scaled_to_levels(runs),
     )
     return found._replace(overturned=found.in_order(flags).astype(bool))
-
-
-def _scaled(runs: xr.Dataset) -> bool:
-    """Whether the motions of runs without levels were brought to their intensities, or run as they are."""
-    if runs.attrs.get("design") == "cloud":
-        return False
-    configuration = json.loads(str(runs.attrs.get("configuration", "{}")))
-    return bool(configuration.get("scale", True))
-
-
-def _measured(runs: xr.Dataset, levels: xr.DataArray) -> tuple[str, float, bool, xr.DataArray]:
-    """Name and power of the measure of the levels, whether it is the ground's, and its values for the motions."""
-    name = str(levels.attrs.get("im", ""))
-    one = intensity_measure(name)
-    if one is None:
-        return name, 1.0, False, xr.DataArray(np.ones(runs.sizes["motion"]), dims="motion")
-    power = (one.measure if isinstance(one, BlockMeasure) else one).power
-    key = f"ground_{name}"
-    ground = key in runs.coords or json.loads(str(runs.attrs.get("configuration", "{}"))).get("im_at") == "ground"
-    key = key if ground else name
-    if key in runs.coords:
-        return name, power, ground, runs[key]
-    if runs.attrs.get("design") == "cloud":  # what it was run at is what it has
-        return name, power, ground, runs[INTENSITY]
-    raise ValueError(
-        f"runs must carry {key!r} of the motions as a coordinate, got {sorted(map(str, runs.coords))!r:.200}"
-    )
 
 
 def bare(array: xr.DataArray) -> xr.DataArray:
@@ -213,7 +180,7 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
     coords = {
         name: coordinate
         for name, coordinate in runs.coords.items()
-        if set(coordinate.dims) <= set(dims) and name != INTENSITY
+        if set(coordinate.dims) <= set(dims) and name != "intensity"
     }
     return xr.Dataset(
         {
@@ -221,5 +188,10 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
             for name, (values, units, text) in variables.items()
         },
         coords=coords,
-        attrs={**runs.attrs, "title": f"Capacities: levels of the first {name}", "state": name, "im": steps.name},
+        attrs={
+            **carried_attributes(runs.attrs),
+            "title": f"Capacities: levels of the first {name}",
+            "state": name,
+            "im": steps.name,
+        },
     )

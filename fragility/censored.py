@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _censored as engine
-from .likelihood import ALL, DECREASING, FAILED, NONE, OK, SEPARATED
+from .statuses import ALL, DECREASING, FAILED, NONE, OK, SEPARATED
 
 Values = NDArray[np.float64]
 Ends = tuple[Values, Values]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +9,8 @@ import xarray as xr
 
 from ..motions.measures import measure_named
 from .curves import Form, Linked, Tabulated, form_of, im_of
-from .hazard import FLOOR, GROUND, HazardCurve
+from .hazard import FLOOR, HazardCurve
+from .provenance import levels_of_the_ground
 from .scaling import BLOCK_MEASURES
 
 GROUND_FLOORS = ("", "0")
@@ -88,7 +88,7 @@ class _Shape(NamedTuple):
 
 def check_place(curves: xr.Dataset, hazard: HazardCurve) -> None:
     """ValueError where the levels of the curves are of another floor's motion than the hazard."""
-    at_ground = json.loads(curves.attrs.get("configuration", "{}")).get("im_at") == GROUND
+    at_ground = levels_of_the_ground(curves)
     floors = [str(one) for one in np.atleast_1d(curves["floor"].values)] if "floor" in curves.coords else []
     upper = [one for one in floors if one not in GROUND_FLOORS]
     if hazard.at == FLOOR:

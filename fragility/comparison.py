@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 from .. import checks
 from ..units import DIMENSIONLESS
+from .bootstrap import percentile_interval
+from .provenance import provenance_from
 
 RIGHT, SAFE, UNSAFE, OPEN = "right", "safe", "unsafe", "open"
 """Verdicts on a published median: within the margin; below what is found; above it; the interval does not tell."""
 MARGIN = 0.15
+TERM = {"units": DIMENSIONLESS, "long_name": "term of the regression"}
 
 
 def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
@@ -89,7 +92,11 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     }
     return xr.Dataset(
         {name: one.assign_attrs(units=DIMENSIONLESS, long_name=words) for name, (one, words) in found.items()},
-        attrs={"title": "Medians against published ones", "margin": width},
+        attrs={
+            "title": "Medians against published ones",
+            **provenance_from("ratio of medians", {"margin": width}, curves=curves, published=published),
+            "margin": width,
+        },
     )
 
 
@@ -140,7 +147,7 @@ def size_regression(curves: xr.Dataset, confidence: float = 0.95) -> xr.Dataset:
         raise ValueError("sizes of the blocks must tell width from height, got the same proportion or size throughout")
     solve = xr.DataArray(
         np.linalg.pinv(terms),
-        {"term": ("term", np.array(["constant", "width", "height"], dtype=object))},
+        {"term": ("term", np.array(["constant", "width", "height"], dtype=object), TERM)},
         ("term", "block"),
     )
     plain = curves["median"].drop_vars([name for name in curves["median"].coords if "block" in curves[name].dims])
@@ -156,10 +163,16 @@ def size_regression(curves: xr.Dataset, confidence: float = 0.95) -> xr.Dataset:
         sample = curves["median_sample"]
         sample = sample.drop_vars([name for name in sample.coords if "block" in curves[name].dims])
         drawn = xr.dot(solve, sample.copy(data=np.log(sample.values)), dim="block")
-        for end, q in (("lower", 0.5 - 0.5 * level), ("upper", 0.5 + 0.5 * level)):
-            quantile = drawn.quantile(q, "replicate", skipna=True).drop_vars("quantile")
-            found[f"coefficient_{end}"] = quantile, f"{end} end of the {100.0 * level:g} % interval of the coefficient"
+        drawn = drawn.transpose(*coefficient.dims, "replicate")
+        ends = percentile_interval(drawn.values, level)
+        for end, values in (("lower", ends.lower), ("upper", ends.upper)):
+            text = f"{end} end of the {100.0 * level:g} % interval of the coefficient"
+            found[f"coefficient_{end}"] = coefficient.copy(data=values), text
     return xr.Dataset(
         {name: one.assign_attrs(units=DIMENSIONLESS, long_name=text) for name, (one, text) in found.items()},
-        attrs={"title": "Medians by block size", "confidence": level},
+        attrs={
+            "title": "Medians by block size",
+            **provenance_from("regression of medians on sizes", {"confidence": level}, curves=curves),
+            "confidence": level,
+        },
     )

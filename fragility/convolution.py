@@ -24,12 +24,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import erfcx, exprel
 
 from .curves import LEAST, MOST, REFUSE, Form, Lognormals, Tabulated
+from .hazard_pieces import EXTEND, HOLD, Pieces
 from .hazard_quadrature import events, product
-from .pieces import EXTEND, HOLD, Pieces
 
 Array = NDArray[np.float64]
 
@@ -183,7 +183,7 @@ def _normal(pieces: Pieces, start: Array, stop: Array, median: Array, dispersion
         t = np.where(beyond, end, (z + pieces.slope_at(slice(None), end) * dispersion) / root)
         exponents.append(exponent)
         turned.append(t)
-        ends.append(np.exp(exponent) * 0.5 * erfcx(np.abs(t) * np.sqrt(0.5)))
+        ends.append(np.exp(exponent) * 0.5 * scipy.special.erfcx(np.abs(t) * np.sqrt(0.5)))
     (t1, t2), (a, b) = turned, ends
     # the same wherever it is taken: where its two terms are smallest
     slant = pieces.slope_at(slice(None), median) * dispersion / root
@@ -273,9 +273,9 @@ def _mean_rate(pieces: Pieces) -> Array:
     width = pieces.stop - pieces.start
     first = np.exp(pieces.log_at(slice(None), pieces.start))
     slopes = [pieces.slope_at(slice(None), end) for end in (pieces.start, pieces.stop)]
-    straight = first * exprel(-slopes[0] * width)
+    straight = first * scipy.special.exprel(-slopes[0] * width)
     root = np.sqrt(np.where(pieces.curvature > 0.0, pieces.curvature, 1.0))
-    halves = [0.5 * np.sqrt(np.pi) / root * erfcx(0.5 * slope / root) for slope in slopes]
+    halves = [0.5 * np.sqrt(np.pi) / root * scipy.special.erfcx(0.5 * slope / root) for slope in slopes]
     fall = slopes[0] * width + pieces.curvature * width**2
     bent = first * (halves[0] - np.exp(-fall) * halves[1]) / width
     return np.where(pieces.curvature == 0.0, straight, bent)

@@ -18,17 +18,14 @@ import numpy as np
 import xarray as xr
 
 from ..units import DIMENSIONLESS
+from .curves import ISOTONIC, UPLIFT
 from .exchange import (
     BESIDE,
-    INCOMPLETE,
-    ISOTONIC,
     LEVEL,
     LIMIT_STATE,
-    LOGNORMAL,
     MAX_CURVES,
     OVERTURNING,
     UNITS,
-    UPLIFT,
     WORDS,
     Curve,
     CurveParameters,
@@ -41,7 +38,8 @@ from .exchange import (
 from .exchange_datasets import curve_dataset, curve_set
 from .exchange_files import ExchangeError, number, read_text, target, write_text
 from .exchange_ids import make_ids
-from .likelihood import OK
+from .links import LOGNORMAL
+from .statuses import INCOMPLETE, OK
 
 MAX_COLUMNS = 100
 MEASURED_AT = ("floor", "ground")

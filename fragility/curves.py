@@ -9,19 +9,19 @@ from __future__ import annotations
 from typing import Any, NamedTuple, Self
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from .. import checks
 from ..units import DIMENSIONLESS
-from .links import LINKS
+from .links import LINKS, LOGNORMAL
 
 Array = NDArray[np.float64]
 
-LOGNORMAL = "lognormal"
 UPLIFT = "uplift-lognormal"
-TABULATED = ("isotonic", "tabulated")
+ISOTONIC = "isotonic"
+TABULATED = (ISOTONIC, "tabulated")
 LINKED = tuple(name for name in LINKS if name != LOGNORMAL)
 FORMS = (LOGNORMAL, UPLIFT, *LINKED, *TABULATED)
 
@@ -33,7 +33,7 @@ OUTSIDE = (REFUSE, LEAST, MOST)
 def step_or_normal(log_x: Array, log_median: Array, dispersion: Array) -> Array:
     """Phi(ln(x/median)/dispersion), which for a dispersion of 0 is a step: 0 below the median, 1 from it on."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        smooth = ndtr((log_x - log_median) / dispersion)
+        smooth = scipy.special.ndtr((log_x - log_median) / dispersion)
     # the comparison is False for NaN, which must stay NaN
     step = np.where(np.isnan(log_median), np.nan, (log_x >= log_median).astype(float))
     return np.where(dispersion == 0.0, step, smooth)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .bootstrap import percentile_interval
 from .estimation import BOOTSTRAP, Options, Resampled
 from .form import OVERTURNING, Columns, Form, log_likelihood_of, percentile_columns
-from .likelihood import NO_RUNS, OK
+from .statuses import NO_RUNS, OK
 from .trials import Sample, falls_of, outcomes_of
 
 Array = NDArray[np.float64]
@@ -58,14 +58,15 @@ class CustomForm(Form):
         curve = self._at(best, x)
         every = self._all(sample, drawn.cells)
         again = self._table(every, x)
-        tail = 0.5 * (1.0 - options.confidence)
+        band = percentile_interval(again.T, options.confidence, against=True)
         stated = getattr(best, "log_likelihood", None)
         fractions = np.array([0.5, *options.fractiles])
         samples = np.array([self._fractiles(one, x, fractions) for one in every]).T
         columns: Columns = {
             "probability": curve,
-            "probability_lower": np.quantile(np.where(np.isnan(again), 0.0, again), tail, axis=0),
-            "probability_upper": np.quantile(np.where(np.isnan(again), 1.0, again), 1.0 - tail, axis=0),
+            # one without a curve may be anywhere: an end that it decides is that of all probabilities
+            "probability_lower": np.maximum(band.lower, 0.0),
+            "probability_upper": np.minimum(band.upper, 1.0),
             "log_likelihood": log_likelihood_of(curve, overturnings, runs) if stated is None else float(stated),
             "status": OK,
             "converged": True,
@@ -74,11 +75,10 @@ class CustomForm(Form):
         }
         parameters = _parameters(best)
         for name, value in parameters.items():
-            ends = percentile_interval(
-                np.array([_parameters(one).get(name, np.nan) for one in every]), options.confidence
-            )
+            drawn_values = np.array([_parameters(one).get(name, np.nan) for one in every])
+            ends = percentile_interval(drawn_values, options.confidence, against=True)
             columns |= {f"parameter_{name}": value}
-            columns |= {f"parameter_{name}_lower": ends[0], f"parameter_{name}_upper": ends[1]}
+            columns |= {f"parameter_{name}_lower": float(ends.lower), f"parameter_{name}_upper": float(ends.upper)}
         if "log_likelihood" in columns and parameters:
             columns["aic"] = 2.0 * len(parameters) - 2.0 * columns["log_likelihood"]
         return columns | ({"probability_sample": again} if options.keep else {})

@@ -11,8 +11,8 @@ from .. import checks
 from .convolution import contributions
 from .curves import LEAST, REFUSE, Form
 from .hazard import HazardCurve
+from .hazard_pieces import HOLD, Pieces
 from .hazard_quadrature import events, lowest
-from .pieces import HOLD, Pieces
 
 Array = NDArray[np.float64]
 

@@ -1,176 +1,21 @@
-"""Distributions of uncertain inputs: frozen dataclasses from probabilities to values, truncated and never clipped."""
+"""Distributions of uncertain inputs: those of numbers, and choices among words and damping laws."""
 
 from __future__ import annotations
 
-import math
-from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betaincinv, ndtri
-from scipy.stats import truncnorm
 
 from .. import checks
+from ..distributions import Beta, Continuous, Distribution, Lognormal, Normal, Uniform
 from ..models import Law
 
 Values = NDArray[np.float64]
 
-
-class Distribution(ABC):
-    """What an input may be; `quantile` turns probabilities into values."""
-
-    @property
-    @abstractmethod
-    def support(self) -> tuple[float, float]:
-        """Least and largest value that it reaches."""
-
-    @abstractmethod
-    def quantile(self, probability: Values) -> NDArray[Any]:
-        """Values at probabilities between 0 and 1, of the same shape."""
-
-
-def _ends(lower: float, upper: float) -> tuple[float, float]:
-    """Bounds of a truncation as floats, either of which may be infinite."""
-    ends = []
-    for name, value, free in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
-        ends.append(free if value == free else checks.number(name, value))
-    if not ends[0] < ends[1]:
-        raise ValueError(f"lower must be below upper, got {ends[0]:g} and {ends[1]:g}")
-    return ends[0], ends[1]
-
-
-def _scores(probability: Values, lower: float, upper: float) -> Values:
-    """Standard normal scores at probabilities of the law truncated to scores from lower to upper."""
-    if lower == -math.inf and upper == math.inf:
-        return np.asarray(ndtri(probability))
-    return np.asarray(truncnorm.ppf(probability, lower, upper))
-
-
-@dataclass(frozen=True)
-class Normal(Distribution):
-    """A normal law, truncated where `lower` or `upper` is given.
-
-    Parameters
-    ----------
-    mean, std : float
-        Mean and standard deviation (> 0) of the law before truncation.
-    lower, upper : float
-        Ends of its support.
-
-    Examples
-    --------
-    >>> Normal(0.9, 0.03, upper=1.0).support
-    (-inf, 1.0)
-    """
-
-    mean: float
-    std: float
-    lower: float = -math.inf
-    upper: float = math.inf
-
-    def __post_init__(self) -> None:
-        checks.number("mean", self.mean)
-        checks.number("std", self.std, above=0.0)
-        _ends(self.lower, self.upper)
-
-    @property
-    def support(self) -> tuple[float, float]:
-        return float(self.lower), float(self.upper)
-
-    def quantile(self, probability: Values) -> Values:
-        lower, upper = ((end - self.mean) / self.std for end in self.support)
-        return self.mean + self.std * _scores(probability, lower, upper)
-
-
-@dataclass(frozen=True)
-class Lognormal(Distribution):
-    """A lognormal law, ln x ~ N(ln median, dispersion²), truncated where `lower` or `upper` is given.
-
-    Parameters
-    ----------
-    median, dispersion : float
-        Median (> 0) and standard deviation of the logarithm (> 0) before truncation.
-    lower, upper : float
-        Ends of its support, 0 and infinity where not given.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> Lognormal(2.0, 0.4).quantile(np.array([0.5])).tolist()
-    [2.0]
-    """
-
-    median: float
-    dispersion: float
-    lower: float = 0.0
-    upper: float = math.inf
-
-    def __post_init__(self) -> None:
-        checks.number("median", self.median, above=0.0)
-        checks.number("dispersion", self.dispersion, above=0.0)
-        checks.number("lower", self.lower, at_least=0.0)
-        _ends(self.lower, self.upper)
-
-    @property
-    def support(self) -> tuple[float, float]:
-        return float(self.lower), float(self.upper)
-
-    def quantile(self, probability: Values) -> Values:
-        with np.errstate(divide="ignore"):
-            lower, upper = np.log(np.array(self.support) / self.median) / self.dispersion
-        return self.median * np.exp(self.dispersion * _scores(probability, float(lower), float(upper)))
-
-
-@dataclass(frozen=True)
-class Uniform(Distribution):
-    """All values from `lower` to `upper` alike."""
-
-    lower: float
-    upper: float
-
-    def __post_init__(self) -> None:
-        lower = checks.number("lower", self.lower)
-        checks.number("upper", self.upper, above=lower)
-
-    @property
-    def support(self) -> tuple[float, float]:
-        return float(self.lower), float(self.upper)
-
-    def quantile(self, probability: Values) -> Values:
-        return self.lower + (self.upper - self.lower) * np.asarray(probability)
-
-
-@dataclass(frozen=True)
-class Beta(Distribution):
-    """A beta law of shapes `a` and `b` (> 0), stretched to `lower` … `upper`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> Beta(2.0, 2.0, 0.8, 1.0).quantile(np.array([0.5])).round(12).tolist()
-    [0.9]
-    """
-
-    a: float
-    b: float
-    lower: float = 0.0
-    upper: float = 1.0
-
-    def __post_init__(self) -> None:
-        checks.number("a", self.a, above=0.0)
-        checks.number("b", self.b, above=0.0)
-        lower = checks.number("lower", self.lower)
-        checks.number("upper", self.upper, above=lower)
-
-    @property
-    def support(self) -> tuple[float, float]:
-        return float(self.lower), float(self.upper)
-
-    def quantile(self, probability: Values) -> Values:
-        return self.lower + (self.upper - self.lower) * np.asarray(betaincinv(self.a, self.b, probability))
+__all__ = ["Beta", "Categorical", "Continuous", "Distribution", "Lognormal", "Normal", "Uniform"]
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
-from ..motions.arrays import floor_coordinates
 from ..motions.intensity import Measure
 from ..units import DIMENSIONLESS
+from .bootstrap import draw_motions, percentile_interval
 from .candidates import Candidate, Motions, candidates_of, covariates_of, shaking_of
 from .capacity import Steps, brackets, steps_of
 from .censored import STATUS, Ends, Fits, fit_dispersions
-from .probability import FLOORS
+from .provenance import motions_by_floor, provenance_from, without_floors
 from .states import OVERTURNED, State, state_name
 from .trends import capacity_trends, demand_trends
 
@@ -137,7 +137,7 @@ def rank_measures(
     """
     asked = Asked(
         motions,
-        also,
+        [also] if isinstance(also, str | Measure) else list(also) if isinstance(also, Iterable) else also,
         state,
         covariates,
         bool(pool),
@@ -149,12 +149,11 @@ def rank_measures(
     steps = steps_of(runs, state)
     if set(steps.overturned.dims) != {"block", "model", "motion", "level"}:
         raise ValueError(f"overturned must lie on block, model, motion and level, got {steps.overturned.dims}")
-    floors = _by_floor(runs)
-    if not floors:
+    index, groups = motions_by_floor(runs)
+    if index is None:
         return _compare(runs, steps, asked)
-    parts = [_compare(part, steps_of(part, state), asked) for part in floors.values()]
-    whole = all(label.isdecimal() for label in floors)
-    index = floor_coordinates([int(label) for label in floors] if whole else list(floors))["floor"]
+    apart = without_floors(runs)
+    parts = [_compare(part, steps_of(part, state), asked) for part in (apart.isel(motion=one) for one in groups)]
     joined = xr.concat(parts, xr.DataArray(index, name="floor"), combine_attrs="override")
     return joined.transpose("block", "model", "floor", ...)
 
@@ -172,12 +171,28 @@ class Asked(NamedTuple):
     confidence: float
     seed: int
 
+    @property
+    def described(self) -> dict[str, Any]:
+        """The options as plain values; the motions are those of the runs."""
+        return {
+            "also": [one if isinstance(one, str) else one.label for one in self.also],
+            "state": state_name(self.state),
+            "covariates": [] if self.covariates is None else [str(name) for name in self.covariates.data_vars],
+            "pool": self.pool,
+            "least_demand": self.least_demand,
+            "replicates": self.replicates,
+            "confidence": self.confidence,
+            "seed": self.seed,
+        }
+
 
 def _compare(runs: xr.Dataset, steps: Steps, asked: Asked) -> xr.Dataset:
     """All measures compared, for the motions of one floor."""
     shaking = shaking_of(runs, asked.motions)
     candidates = candidates_of(runs, steps, shaking, asked.also, asked.pool)
-    weights = _weights(len(shaking.labels), asked.replicates, asked.seed)
+    n = len(shaking.labels)
+    # how often each motion is drawn, (1 + replicate, motion): first all once
+    weights = np.concatenate([np.ones((1, n)), draw_motions((np.arange(n),), asked.replicates, asked.seed)])
     rows = _rows(steps, asked.pool)
     ends = [_in_measure(rows, one) for one in candidates]
     dims = ("block", "model", "measure")
@@ -209,6 +224,7 @@ def _compare(runs: xr.Dataset, steps: Steps, asked: Asked) -> xr.Dataset:
         coords,
         {
             "title": "Intensity measures compared",
+            **provenance_from("comparison of intensity measures", asked.described, runs=runs),
             "method": "lognormal maximum likelihood on interval-censored capacities; paired bootstrap over motions",
             "state": state_name(asked.state),
             "im": steps.name,
@@ -258,15 +274,6 @@ def _in_measure(rows: Rows, one: Candidate) -> Ends:
     return values + one.power * rows.lower, values + one.power * rows.upper
 
 
-def _weights(n: int, replicates: int, seed: int) -> Values:
-    """How often each of n motions is drawn, (1 + replicate, n); first all once."""
-    weights = np.ones((1 + replicates, n))
-    for b in range(replicates):
-        random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(b,)))
-        weights[1 + b] = np.bincount(random.integers(0, n, n), minlength=n)
-    return weights
-
-
 Column = tuple[NDArray[Any], dict[str, str]]
 
 
@@ -281,16 +288,13 @@ def _texts(values: Iterable[Any], long_name: str) -> Column:
 def _with_interval(name: str, values: Values, confidence: float, long_name: str) -> dict[str, Column]:
     """An estimate (first along the last axis) and its percentile interval over the samples that have a value."""
     samples = values[..., 1:]
-    enough = np.isfinite(samples).sum(axis=-1) >= 2
-    ends = np.full((2, *enough.shape), np.nan)
-    tail = 0.5 * (1.0 - confidence)
-    if enough.any():
-        ends[:, enough] = np.nanquantile(samples[enough], [tail, 1.0 - tail], axis=-1)
+    ends = percentile_interval(samples, confidence)
+    lower, upper = (np.where(ends.used > 1, end, np.nan) for end in ends[:2])
     of = f"end of the {100.0 * confidence:g} % bootstrap interval: {long_name}"
     return {
         name: _column(values[..., 0], long_name),
-        f"{name}_lower": _column(ends[0], f"lower {of}"),
-        f"{name}_upper": _column(ends[1], f"upper {of}"),
+        f"{name}_lower": _column(lower, f"lower {of}"),
+        f"{name}_upper": _column(upper, f"upper {of}"),
     }
 
 
@@ -363,15 +367,3 @@ def _coordinates(runs: xr.Dataset, candidates: Sequence[Candidate], pool: bool) 
         "power": ("measure", *_column(np.array([one.power for one in candidates]), "power with which it grows")),
         "measure_long_name": ("measure", *_texts([one.long_name for one in candidates], "what the measure is")),
     }
-
-
-def _by_floor(runs: xr.Dataset) -> dict[str, xr.Dataset]:
-    """The runs of each floor, where there are several; else none."""
-    name = next((one for one in FLOORS if one in runs.coords and runs[one].dims == ("motion",)), None)
-    if name is None:
-        return {}
-    floors = runs[name].values.astype(str)
-    labels = dict.fromkeys(floors.tolist())
-    if len(labels) < 2:
-        return {}
-    return {label: runs.isel(motion=np.flatnonzero(floors == label)).drop_vars(name) for label in labels}

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from . import _binomial as engine
 from .bootstrap import draw_counts, percentile_interval
-from .likelihood import OK, PENALTIES, SEPARATED, Data, Lines, covariance_of, data_of, fit_lines, status_of
+from .likelihood import PENALTIES, Data, Lines, covariance_of, data_of, fit_lines, status_of
 from .links import Link
+from .statuses import OK, SEPARATED
 from .trials import Index, Sample
 
 Array = NDArray[np.float64]
@@ -164,21 +165,24 @@ class Estimate:
         if not self.found:
             return math.nan, math.nan
         kind = self.kind(asked)
-        z = float(ndtri(0.5 + 0.5 * confidence))
+        z = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
         if kind == WALD:
             value, error = self.log_value(p), self.log_error(p)
             return value - z * error, value + z * error
-        low, high = (-z, z) if kind == PROFILE else percentile_interval(self._roots(p), confidence)
+        low, high = -z, z
+        if kind != PROFILE:
+            ends = percentile_interval(self._roots(p), confidence, against=True)
+            low, high = float(ends.lower), float(ends.upper)
         scale = math.sqrt(self.fits.inflation(p)[0])
         low, high = low * scale, high * scale
         if self.fits.clustered:
             low, high = min(low, -z), max(high, z)
         # where the estimate came out high, the parameter is lower
-        ends = self._end(p, high), self._end(p, low)
+        first, last = self._end(p, high), self._end(p, low)
         if p is None:  # a larger slope is a smaller dispersion
             whole = math.log(self.lines.link.scale * self.lines.width)
-            return whole - ends[1], whole - ends[0]
-        return tuple(self.lines.centre + self.lines.width * end for end in ends)  # type: ignore[return-value]
+            return whole - last, whole - first
+        return self.lines.centre + self.lines.width * first, self.lines.centre + self.lines.width * last
 
     def _target(self, p: float | None) -> tuple[int, float]:
         """What the engine calls the parameter: its kind and eta."""

@@ -19,20 +19,18 @@ from numpy.typing import NDArray
 from ..motions.intensity import Measure
 from ..motions.measures import measure_named
 from ..units import DIMENSIONLESS, METRE, STANDARD_GRAVITY
+from .curves import ISOTONIC, UPLIFT
 from .exchange_files import ExchangeError
-from .likelihood import OK
+from .links import LOGNORMAL
 from .scaling import SCALE, BlockMeasure, intensity_measure
+from .statuses import INCOMPLETE, OK
 
 Series = NDArray[np.float64]
 Found = TypeVar("Found")
 
-LOGNORMAL = "lognormal"
-UPLIFT = "uplift-lognormal"
-ISOTONIC = "isotonic"
 FORMS = (LOGNORMAL, UPLIFT, ISOTONIC)
 LIMIT_STATE = "limit_state"
 OVERTURNING = "overturning"
-INCOMPLETE = "incomplete"
 
 MAX_CURVES = 100_000
 MAX_DISPERSION = 20.0

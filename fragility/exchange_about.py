@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from .exchange import LARGEST, LIMIT_STATE, OVERTURNING, SMALLEST, Curve, CurveSet
-from .likelihood import OK
+from .statuses import OK
 
 SIZES = ("width", "height")
 

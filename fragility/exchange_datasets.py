@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
 import re
 from collections.abc import Sequence
@@ -15,16 +14,14 @@ from numpy.typing import NDArray
 
 from ..motions.arrays import floor_coordinates
 from ..units import DIMENSIONLESS, provenance
+from .curves import ISOTONIC, UPLIFT
 from .exchange import (
     BESIDE,
     FORMS,
-    ISOTONIC,
     LEVEL,
     LIMIT_STATE,
-    LOGNORMAL,
     OVERTURNING,
     UNITS,
-    UPLIFT,
     WORDS,
     Curve,
     CurveParameters,
@@ -35,10 +32,11 @@ from .exchange import (
 )
 from .exchange_files import ExchangeError
 from .exchange_ids import is_id, make_ids
-from .likelihood import OK
+from .links import LOGNORMAL
+from .provenance import levels_of_the_ground
+from .statuses import ABSENT, OK
 
 MAX_NUMBERS = 5_000_000
-ABSENT = "not in the file"
 PARAMETERS = CurveParameters._fields
 # What belongs to the block alone wherever its values say so.
 OF_THE_BLOCK = ("width", "height", "directional")
@@ -93,7 +91,7 @@ def curve_set(curves: xr.Dataset) -> CurveSet:
     return CurveSet(
         im,
         units,
-        _of_the_ground(curves),
+        levels_of_the_ground(curves),
         dims,
         ids,
         tuple(rows),
@@ -258,17 +256,6 @@ def _si_unit(im: str, stated: str) -> str:
     if measure is not None and UNITS.get(stated) != (1.0, measure.units):
         raise ValueError(f"curves of {im} must be in {measure.units}, got {stated!r:.40}")
     return stated if measure is None else measure.units
-
-
-def _of_the_ground(curves: xr.Dataset) -> bool:
-    """Whether the measure was taken of the ground below a building."""
-    if "im_at" in curves.attrs:
-        return bool(curves.attrs["im_at"] == "ground")
-    try:
-        configuration = json.loads(curves.attrs.get("configuration", "{}"))
-    except (TypeError, ValueError):
-        return False
-    return isinstance(configuration, dict) and configuration.get("im_at") == "ground"
 
 
 def _column(curves: xr.Dataset, name: str, dims: tuple[str, ...]) -> Series | None:

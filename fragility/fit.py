@@ -20,6 +20,7 @@ from .form import Form
 from .isotonic import IsotonicForm
 from .likelihood import PENALTIES, LognormalFit
 from .links import LINKS
+from .provenance import carried_attributes
 from .states import OVERTURNED, State
 from .trials import FELL, STATES, SURVIVED, Sample, Trials, collect, outcomes_of
 from .two_parameter import TWO_PARAMETER_FORMS
@@ -224,7 +225,7 @@ def fit_fragility(
     resampling = {"replicates": options.replicates, "seed": options.seed} if options.resamples else {}
     return curves.assign_attrs(
         {
-            **trials.attrs,
+            **carried_attributes(trials.attrs),
             "title": "Fragility curves",
             "form": chosen.name,
             "method": _method(chosen, method, options, trials),

@@ -58,15 +58,15 @@ def log_likelihood_of(probability: Array, overturnings: NDArray[np.int64], runs:
 
 def percentile_columns(values: Array, samples: Array, options: Options) -> Columns:
     """The median and the fractiles: values (1 + fraction,) with percentile intervals of samples (1 + fraction, …)."""
-    ends = np.array([percentile_interval(one, options.confidence) for one in samples])
+    ends = percentile_interval(samples, options.confidence, against=True)
     medians = samples[0][np.isfinite(samples[0])]
     columns: Columns = {
         "median": values[0],
         "median_se": float(medians.std(ddof=1)) if medians.size > 1 else np.nan,
-        "median_lower": ends[0, 0],
-        "median_upper": ends[0, 1],
+        "median_lower": ends.lower[0],
+        "median_upper": ends.upper[0],
         "fractile": values[1:],
-        "fractile_lower": ends[1:, 0],
-        "fractile_upper": ends[1:, 1],
+        "fractile_lower": ends.lower[1:],
+        "fractile_upper": ends.upper[1:],
     }
     return columns | ({"median_sample": samples[0]} if options.keep else {})

@@ -15,16 +15,18 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.special import xlogy
 
 from .. import checks
+from ..streams import stream
 from ..units import DIMENSIONLESS
 from .custom import Fit
 from .fit import METHODS, fit_fragility, form_named
 from .form import OVERTURNING, Form
 from .likelihood import PENALTIES
+from .provenance import CLOUD, carried_attributes
 from .states import OVERTURNED, State
 from .trials import OVERTURNED as FALLEN
 from .trials import UPLIFTED, Sample, collect, falls_of, outcomes_of
@@ -90,7 +92,7 @@ def goodness_of_fit(
     checks.choice("penalty", penalty, tuple(PENALTIES))
     number = checks.count("replicates", replicates, at_least=1)
     start = checks.count("seed", seed)
-    cloud = trials.design == "cloud"
+    cloud = trials.design == CLOUD
     found = [_test(chosen, sample, penalty, number, start, cloud) for sample in trials.samples]
     statistic, p_value = np.array(found).T.reshape((2, *trials.shape))
     text = "largest standardised sum of residuals" if cloud else "deviance"
@@ -105,7 +107,7 @@ def goodness_of_fit(
         },
         coords=trials.coords,
         attrs={
-            **trials.attrs,
+            **carried_attributes(trials.attrs),
             "title": "Goodness of fit",
             "form": chosen.name,
             "statistic": text,
@@ -197,7 +199,7 @@ def _simulated(form: Form, sample: Sample, penalty: str, replicates: int, seed: 
     one = draw(form, sample, penalty)
     found = np.empty((replicates, sample.cells.size))
     for replicate in range(replicates):
-        found[replicate] = one(np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(replicate,))))
+        found[replicate] = one(stream(seed, replicate))
     return found
 
 
@@ -243,7 +245,7 @@ def _deviances(form: Form, sample: Sample, cells: Array, penalty: str) -> Array:
 def _lacking(observed: Array, expected: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(observed > 0.0, observed / expected, 1.0)
-    return np.where(np.isnan(expected).any(axis=1), np.nan, xlogy(observed, ratio).sum(axis=1))
+    return np.where(np.isnan(expected).any(axis=1), np.nan, scipy.special.xlogy(observed, ratio).sum(axis=1))
 
 
 def _residual_sums(form: Form, sample: Sample, cells: Array, penalty: str) -> Array:

@@ -19,12 +19,13 @@ from ..motions.files import unit_factor
 from ..motions.intensity import Measure
 from ..motions.measures import measure_named
 from ..units import ACCELERATION, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
-from .pieces import EXTEND, Pieces, pieces_of
+from .hazard_pieces import EXTEND, Pieces, pieces_of
+from .provenance import GROUND
 from .scaling import BLOCK_MEASURES, SCALE
 
 Array = NDArray[np.float64]
 
-GROUND, FLOOR = "ground", "floor"
+FLOOR = "floor"
 
 # Rates between which a law is written down as points: beyond them it goes on by itself.
 HIGHEST_RATE, LOWEST_RATE = 1.0, 1e-8
@@ -318,6 +319,8 @@ class HazardCurve:
             found["fractile"] = self.fractile
         if self.weights is not None:
             found["weights"] = list(self.weights)
+        if self.realisations is not None:
+            found["realisations"] = [list(row) for row in self.realisations]
         return found
 
 

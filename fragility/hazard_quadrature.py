@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from .curves import LEAST, MOST, Form, Lognormals, Tabulated
-from .pieces import Pieces
+from .hazard_pieces import Pieces
 from .quadrature import integrate
 
 Array = NDArray[np.float64]
@@ -35,8 +35,8 @@ def product(curves: Lognormals, pieces: Pieces) -> Array:
         one = curves.rows(row)
         z1 = (u - one.log_median[:, None]) / one.dispersion[:, None]
         z2 = (u - one.log_uplift[:, None]) / one.uplift_dispersion[:, None]
-        rise = np.exp(-0.5 * z1 * z1) / one.dispersion[:, None] * ndtr(z2)
-        rise += np.exp(-0.5 * z2 * z2) / one.uplift_dispersion[:, None] * ndtr(z1)
+        rise = np.exp(-0.5 * z1 * z1) / one.dispersion[:, None] * scipy.special.ndtr(z2)
+        rise += np.exp(-0.5 * z2 * z2) / one.uplift_dispersion[:, None] * scipy.special.ndtr(z1)
         rate = np.exp(pieces.log_at(piece[:, None], u))
         return np.where(rise == 0.0, 0.0, rise * rate / np.sqrt(2.0 * np.pi))
 

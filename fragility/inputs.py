@@ -12,16 +12,16 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
-from scipy.stats import qmc
 
 from .. import checks
 from ..models import Block, Law
-from ..units import DIMENSIONLESS
+from ..streams import stream
+from ..units import DIMENSIONLESS, provenance
 from .distributions import Categorical, Distribution
-from .realisation import KNOWN, LAW, Known, block_with, check_known, check_restitution, laws_of, taken_by
+from .realised_inputs import KNOWN, LAW, Known, block_with, check_known, check_restitution, laws_of, taken_by
 
 Values = NDArray[np.float64]
 
@@ -136,14 +136,14 @@ class RandomInputs:
         """
         count, start = checks.count("n", n, at_least=1), checks.count("seed", seed)
         checks.choice("method", method, METHODS)
-        random = np.random.default_rng(np.random.SeedSequence(start))
+        random = stream(start)
         d = len(self.names)
         if method == "sobol":
             if count & (count - 1):
                 raise ValueError(f"n must be a power of 2 with method='sobol', got {count}")
-            points = qmc.Sobol(d, scramble=True, seed=random).random(count)
+            points = scipy.stats.qmc.Sobol(d, scramble=True, seed=random).random(count)
         elif method == "latin-hypercube":
-            points = qmc.LatinHypercube(d, seed=random).random(count)
+            points = scipy.stats.qmc.LatinHypercube(d, seed=random).random(count)
         else:
             points = random.random((count, d))
         return self.at(points).assign_attrs(method=method, seed=start)
@@ -157,7 +157,7 @@ class RandomInputs:
                 f"from {cube.min():g} to {cube.max():g}"
             )
         inside = np.clip(cube, LEAST, 1.0 - LEAST)
-        probability = inside if self.independent else ndtr(ndtri(inside) @ self._factor.T)
+        probability = inside if self.independent else scipy.special.ndtr(scipy.special.ndtri(inside) @ self._factor.T)
         variables = {}
         for i, (name, one) in enumerate(self.distributions.items()):
             known = KNOWN.get(name, Known(DIMENSIONLESS, name, -math.inf, math.inf))
@@ -167,7 +167,11 @@ class RandomInputs:
         return xr.Dataset(
             variables,
             coords={"sample": ("sample", index, {"units": DIMENSIONLESS, "long_name": "sample of the inputs"})},
-            attrs={"title": "Samples of uncertain inputs", "inputs": json.dumps(self.description, ensure_ascii=False)},
+            attrs={
+                "title": "Samples of uncertain inputs",
+                **provenance({"analysis": "samples of inputs", "inputs": self.description}),
+                "inputs": json.dumps(self.description, ensure_ascii=False),
+            },
         )
 
     @property

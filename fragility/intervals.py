@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import betainccinv, betaincinv, ndtri
 
 from .. import checks
 
@@ -81,19 +81,19 @@ def wilson_interval(successes: Any, trials: Any, confidence: float = 0.95) -> En
 
 def wilson_half_width(runs: int, confidence: float = 0.95) -> float:
     """Half width of Wilson's interval of a probability of 1/2: z/(2 sqrt(runs + z²))."""
-    z = float(ndtri(0.5 + 0.5 * checks.number("confidence", confidence, above=0.0, below=1.0)))
+    z = float(scipy.special.ndtri(0.5 + 0.5 * checks.number("confidence", confidence, above=0.0, below=1.0)))
     return 0.5 * z / math.sqrt(checks.count("runs", runs) + z * z)
 
 
 def runs_for_half_width(half_width: float, confidence: float = 0.95) -> int:
     """Least number of runs at which that half width is no greater than `half_width` (above 0, below 1/2)."""
     width = checks.number("half_width", half_width, above=0.0, below=0.5)
-    z = float(ndtri(0.5 + 0.5 * checks.number("confidence", confidence, above=0.0, below=1.0)))
+    z = float(scipy.special.ndtri(0.5 + 0.5 * checks.number("confidence", confidence, above=0.0, below=1.0)))
     return math.ceil(z * z * (0.25 / width**2 - 1.0))
 
 
 def _wilson(k: Array, n: Array, confidence: float) -> Ends:
-    z2 = ndtri(0.5 + 0.5 * confidence) ** 2
+    z2 = scipy.special.ndtri(0.5 + 0.5 * confidence) ** 2
     centre = (k + 0.5 * z2) / (n + z2)
     half = np.sqrt(z2 * (k * (n - k) / n + 0.25 * z2)) / (n + z2)
     return centre - half, centre + half
@@ -102,15 +102,15 @@ def _wilson(k: Array, n: Array, confidence: float) -> Ends:
 def _clopper_pearson(k: Array, n: Array, confidence: float) -> Ends:
     tail = 0.5 * (1.0 - confidence)
     # where an end is 0 or 1 anyway, the beta distribution degenerates
-    lower = betaincinv(np.maximum(k, 1.0), n - k + 1.0, tail)
-    upper = betainccinv(k + 1.0, np.maximum(n - k, 1.0), tail)
+    lower = scipy.special.betaincinv(np.maximum(k, 1.0), n - k + 1.0, tail)
+    upper = scipy.special.betainccinv(k + 1.0, np.maximum(n - k, 1.0), tail)
     return np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
 
 
 def _jeffreys(k: Array, n: Array, confidence: float) -> Ends:
     tail = 0.5 * (1.0 - confidence)
-    lower = betaincinv(k + 0.5, n - k + 0.5, tail)
-    upper = betainccinv(k + 0.5, n - k + 0.5, tail)
+    lower = scipy.special.betaincinv(k + 0.5, n - k + 0.5, tail)
+    upper = scipy.special.betainccinv(k + 0.5, n - k + 0.5, tail)
     return np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
 
 

@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from .. import checks
 from ..units import DIMENSIONLESS, provenance
+from .bootstrap import percentile_interval
 from .curves import coordinates_on
+from .provenance import configuration_of
 from .rates import rate_from_probability
-from .samples import interval
+from .statuses import CROSSED, NO_RATE, OK, TOO_HIGH, TOO_LOW
 
 Array = NDArray[np.float64]
 
 SIZES = ("alpha", "R", "width", "height", "cm_height")
 """Coordinates of blocks along which rates can be solved."""
-
-OK = "ok"
-TOO_HIGH = "all above the target"
-TOO_LOW = "all below the target"
-CROSSED = "crosses the target more than once"
-NO_RATE = "no rate"
 
 
 class Design(NamedTuple):
@@ -99,7 +94,7 @@ def design_for_rate(
             f"target of {goal:g} per year is not met between {first:g} and {last:g}: the rates there, "
             f"{seen[first]:.4g} and {seen[last]:.4g}, both lie {side} it"
         )
-    value = float(brentq(excess, first, last, xtol=share * (last - first)))
+    value = float(scipy.optimize.brentq(excess, first, last, xtol=share * (last - first)))
     excess(value)
     falls = ends[0] > ends[1]
     for (x1, r1), (x2, r2) in pairwise(sorted(seen.items())):
@@ -196,7 +191,7 @@ def size_for_rate(
         rows = [str(dim) for dim in rates["rate_sample"].dims if dim not in (*dims, "block")]
         samples = rates["rate_sample"].transpose(*dims, *rows, "block").values[..., order]
         sizes_of = _crossings(sizes, samples, goal).outermost.reshape(*central.shape[:-1], -1)
-        ends = interval(sizes_of, _weights(rates, rows), level)
+        ends = percentile_interval(sizes_of, level, _weights(rates, rows))
         used = {"units": DIMENSIONLESS, "long_name": "samples with a rate of every block"}
         variables["samples_used"] = (dims, ends[2], used)
         for name, end in zip(("lower", "upper"), ends[:2], strict=True):
@@ -206,7 +201,7 @@ def size_for_rate(
         "target_rate": goal,
         "along": along,
         "blocks": sizes.tolist(),
-        "rates": json.loads(rates.attrs.get("configuration", "{}")),
+        "rates": configuration_of(rates),
     }
     return xr.Dataset(
         variables,

@@ -9,13 +9,14 @@ sampling with incomplete information. Annals of Mathematical Statistics 26, 641-
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import isotonic_regression
 
+from .bootstrap import percentile_interval
 from .estimation import BOOTSTRAP, Options, Resampled
 from .form import OVERTURNING, Columns, Form, log_likelihood_of, percentile_columns
 from .intervals import binomial_interval
-from .likelihood import NO_RUNS, OK
+from .statuses import NO_RUNS, OK
 from .trials import Sample, falls_of, outcomes_of
 
 Array = NDArray[np.float64]
@@ -30,7 +31,7 @@ def isotonic_probabilities(levels: Array, overturnings: Array, runs: Array) -> A
     used = runs > 0
     if not used.any():
         return np.full(levels.size, np.nan)
-    fitted = np.asarray(isotonic_regression(overturnings[used] / runs[used], weights=runs[used]).x)
+    fitted = np.asarray(scipy.optimize.isotonic_regression(overturnings[used] / runs[used], weights=runs[used]).x)
     return fitted if used.all() else np.interp(np.log(levels), np.log(levels[used]), fitted)
 
 
@@ -85,8 +86,7 @@ def _band(curve: Array, again: Array, runs: NDArray[np.int64], confidence: float
     """Pointwise percentiles of the replicates, widened where nothing or everything overturned and none can move."""
     if np.isnan(curve).any():
         return curve, curve
-    tail = 0.5 * (1.0 - confidence)
-    lower, upper = np.nanquantile(again, [tail, 1.0 - tail], axis=0)
+    lower, upper, _ = percentile_interval(again.T, confidence)
     low_end, high_end = binomial_interval(np.rint(curve * runs), runs, confidence)
     upper = np.where(curve == 0.0, np.fmax(upper, high_end), upper)
     lower = np.where(curve == 1.0, np.fmin(lower, low_end), lower)

@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betaincinv, ndtri
 
 from .. import checks
 from ..models import Block, Law
 from ..models.oscillator import Oscillator
 from ..models.simulate import oscillator_of
 from ..motions.arrays import Record
+from ..streams import stream
+from .distributions import Beta, Lognormal
 from .execution import Progress, Request, execute
 from .runners import Runner, runner_of
 
@@ -94,7 +95,7 @@ class Variability:
         n = self.variants
         columns = []
         for index in range(2):
-            generator = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(index,)))
+            generator = stream(self.seed, index)
             columns.append((generator.permutation(n) + generator.random(n)) / n)
         return np.stack(columns, axis=1)
 
@@ -102,7 +103,7 @@ class Variability:
         """How many pieces of a line are of each variant (realisation, variant), decided by its label alone."""
         digest = hashlib.sha256(label.encode()).digest()
         key = tuple(int.from_bytes(digest[i : i + 4], "little") for i in range(0, 16, 4))
-        generator = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
+        generator = stream(self.seed, *key)
         if self.pieces == "independent":
             even = np.full(self.variants, 1.0 / self.variants)
             return generator.multinomial(count, even, size=self.realisations)
@@ -134,7 +135,10 @@ def oscillators_of_pieces(
         return [oscillator_of(block, own)]
     found = []
     for restitution, slenderness in variability.sample():
-        angle = block.alpha * math.exp(variability.slenderness_dispersion * float(ndtri(slenderness)))
+        angle = block.alpha
+        if variability.slenderness_dispersion > 0.0:
+            law_of_angle = Lognormal(block.alpha, variability.slenderness_dispersion)
+            angle = float(law_of_angle.quantile(np.array(slenderness)))
         if angle >= 0.5 * math.pi:
             raise ValueError(
                 f"slenderness_dispersion {variability.slenderness_dispersion:g} makes {block.label} a block of alpha = "
@@ -164,13 +168,11 @@ def with_restitution(model: Law, e: float | None) -> Law:
 
 def _beta(mean: float, sd: float, probability: float, block: Block) -> float:
     """Quantile of the beta distribution with a mean and a standard deviation."""
-    size = mean * (1.0 - mean) / sd**2 - 1.0
-    if size <= 0.0:
-        raise ValueError(
-            f"restitution_sd must be below {math.sqrt(mean * (1.0 - mean)):.3g} for {block.label}, whose restitution "
-            f"is {mean:.3g}, got {sd:g}"
-        )
-    return float(betaincinv(mean * size, (1.0 - mean) * size, probability))
+    try:
+        law = Beta.from_moments(mean, sd)
+    except ValueError as error:
+        raise ValueError(f"restitution_sd {sd:g} for {block.label}, whose restitution is {mean:.3g}: {error}") from None
+    return float(law.quantile(np.array(probability)))
 
 
 def overturning_flags(

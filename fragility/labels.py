@@ -107,7 +107,7 @@ def block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
         "cm_height": ([b.h for b in blocks], METRE, "height of the centre of mass"),
         "alpha": ([b.alpha for b in blocks], RADIAN, "slenderness angle"),
         "R": ([b.R for b in blocks], METRE, "distance from the centre of mass to the corner"),
-        "p": ([b.p for b in blocks], "rad s-1", "rocking frequency parameter"),
+        "p": ([b.p for b in blocks], ANGULAR_VELOCITY, "rocking frequency parameter"),
         "inertia_factor": ([b.inertia for b in blocks], DIMENSIONLESS, "moment of inertia about the corner over m R²"),
     }
     labels = _strings([block.label for block in blocks])

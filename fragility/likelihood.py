@@ -24,20 +24,11 @@ from numpy.typing import NDArray
 
 from . import _binomial as engine
 from .links import Link
+from .statuses import ALL, DECREASING, FAILED, FLAT, NO_RUNS, NONE, OK, ONE_LEVEL, SEPARATED
 from .trials import Index, Patterns, falls_of
 
 Array = NDArray[np.float64]
 
-# Why a curve is missing or must not be trusted.
-OK = "ok"
-NO_RUNS = "no runs"
-ONE_LEVEL = "one level"
-NONE = "no overturning"
-ALL = "all overturned"
-SEPARATED = "separated"
-DECREASING = "not increasing"
-FAILED = "not converged"
-FLAT = "flat"
 # In the engine's order.
 STATUSES = (OK, NO_RUNS, ONE_LEVEL, NONE, ALL, SEPARATED, DECREASING, FAILED)
 

@@ -8,9 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.special import expit, logit, ndtr, ndtri
+import scipy
 
 from . import _binomial as engine
+
+LOGNORMAL = "lognormal"
+"""The form whose rates have closed forms, and the one that is fitted unless another is asked for."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,22 @@ class Link:
     text: str
 
 
+def _normal(eta: Any) -> Any:
+    return scipy.special.ndtr(eta)
+
+
+def _normal_quantile(p: Any) -> Any:
+    return scipy.special.ndtri(p)
+
+
+def _logistic(eta: Any) -> Any:
+    return scipy.special.expit(eta)
+
+
+def _logistic_quantile(p: Any) -> Any:
+    return scipy.special.logit(p)
+
+
 def _weibull(eta: Any) -> Any:
     return -np.expm1(-np.exp(eta))
 
@@ -37,11 +56,12 @@ def _weibull_quantile(p: Any) -> Any:
     return np.log(-np.log1p(-np.asarray(p)))
 
 
+# functions of their own: scipy's parts load only when they are first used
 LINKS: dict[str, Link] = {
     one.name: one
     for one in (
-        Link("lognormal", engine.PROBIT, 1.0, ndtr, ndtri, "Phi(ln(x/median)/dispersion)"),
-        Link("log-logistic", engine.LOGIT, math.pi / math.sqrt(3.0), expit, logit, "logistic in ln x"),
+        Link(LOGNORMAL, engine.PROBIT, 1.0, _normal, _normal_quantile, "Phi(ln(x/median)/dispersion)"),
+        Link("log-logistic", engine.LOGIT, math.pi / math.sqrt(3.0), _logistic, _logistic_quantile, "logistic in ln x"),
         Link("weibull", engine.CLOGLOG, math.pi / math.sqrt(6.0), _weibull, _weibull_quantile, "1 - exp(-(x/scale)^b)"),
     )
 }

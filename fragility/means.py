@@ -9,10 +9,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import bdtr, ndtr, ndtri
 
 from .. import checks
+from .bootstrap import draw_motions
 from .intervals import wilson_interval
 
 Values = NDArray[np.float64]
@@ -36,13 +37,18 @@ def resampled_means(values: Values, replicates: int = REPLICATES, seed: int = 0)
     results are paired.
     """
     n = values.shape[-1]
-    counts = _resampling(n, replicates, seed)
+    counts = draw_motions((np.arange(n),), replicates, seed)
     flat = values.reshape(-1, n)
     found = np.empty((flat.shape[0], replicates))
     for first in range(0, flat.shape[0], _BLOCK):
         part = slice(first, first + _BLOCK)
-        found[part] = np.einsum("sn,rn->sr", flat[part], counts)
-    return np.asarray((found / n).reshape(*values.shape[:-1], replicates))
+        found[part] = _means(flat[part], counts)
+    return found.reshape(*values.shape[:-1], replicates)
+
+
+def _means(values: Values, counts: Values) -> Values:
+    """Means (statistic, replicate) of values (statistic, motion) drawn so often (replicate, motion)."""
+    return np.asarray(np.einsum("sn,rn->sr", values, counts) / values.shape[1])
 
 
 def mean_interval(
@@ -97,9 +103,10 @@ def mean_interval(
     mean = flat.mean(axis=-1)
     agree = flat.min(axis=-1) == flat.max(axis=-1)
     ends = np.empty((2, flat.shape[0]))
+    counts = draw_motions((np.arange(n),), replicates, seed)
     for first in range(0, flat.shape[0], _BLOCK):
         part = slice(first, first + _BLOCK)
-        means = np.sort(resampled_means(flat[part], replicates, seed), axis=-1)
+        means = np.sort(_means(flat[part], counts), axis=-1)
         ends[:, part] = _accelerated(flat[part], mean[part], means, level)
     if most is None:
         ends[:, agree] = np.nan
@@ -158,7 +165,7 @@ def quantiles(
     bound = np.broadcast_to(np.asarray(most, dtype=np.float64), pooled.shape[:-1])
     found = np.empty((3, *pooled.shape[:-1], probabilities.size))
     for i, q in enumerate(probabilities):
-        cumulative = bdtr(np.arange(n + 1), n, q)
+        cumulative = scipy.special.bdtr(np.arange(n + 1), n, q)
         tail = 0.5 - 0.5 * confidence
         # the rank-th of n draws exceeds the quantile where fewer than rank of them lie below it
         low = int(np.searchsorted(cumulative, tail))
@@ -170,12 +177,6 @@ def quantiles(
     return Quantiles(*found)
 
 
-def _resampling(n: int, replicates: int, seed: int) -> Values:
-    """How often each motion is in each resample (replicate, motion)."""
-    generator = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed)))
-    return generator.multinomial(n, np.full(n, 1.0 / n), size=replicates).astype(np.float64)
-
-
 def _accelerated(values: Values, mean: Values, means: Values, confidence: float) -> Values:
     """Ends (2, statistic) of the BCa interval from sorted resampled means (statistic, replicate)."""
     replicates = means.shape[1]
@@ -185,16 +186,17 @@ def _accelerated(values: Values, mean: Values, means: Values, confidence: float)
     equal = np.count_nonzero(np.abs(means - mean[:, None]) <= close, axis=1)
     share = (below + 0.5 * equal) / replicates
     half = 0.5 / replicates
-    bias = ndtri(np.minimum(np.maximum(share, half), 1.0 - half))
+    bias = scipy.special.ndtri(np.minimum(np.maximum(share, half), 1.0 - half))
     deviation = values - mean[:, None]
     spread = np.sum(deviation**2, axis=1)
     acceleration = np.zeros(mean.size)
     np.divide(np.sum(deviation**3, axis=1), 6.0 * spread**1.5, out=acceleration, where=spread > 0.0)
     ends = np.empty((2, mean.size))
-    for row, z in zip(ends, (ndtri(0.5 - 0.5 * confidence), ndtri(0.5 + 0.5 * confidence)), strict=True):
+    normal = scipy.special.ndtri([0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence])
+    for row, z in zip(ends, normal, strict=True):
         shifted = bias + z
         # beyond the pole lies the end of the distribution
-        at = ndtr(bias + shifted / np.maximum(1.0 - acceleration * shifted, 1e-6)) * (replicates - 1)
+        at = scipy.special.ndtr(bias + shifted / np.maximum(1.0 - acceleration * shifted, 1e-6)) * (replicates - 1)
         floor = np.minimum(np.floor(at).astype(np.int64), replicates - 2)
         here = np.arange(mean.size)
         row[:] = means[here, floor] + (at - floor) * (means[here, floor + 1] - means[here, floor])

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar
-from scipy.special import chdtri, log_ndtr, ndtr, ndtri
 
 from . import _binomial as engine
 from .estimation import Estimate, Fits
@@ -27,7 +26,7 @@ def log_fractile(first: Lines, second: Lines, p: float) -> Array:
     high = np.maximum(first.log_fractile(math.sqrt(p)), second.log_fractile(math.sqrt(p)))
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        below = ndtr(_eta(first, middle)) * ndtr(_eta(second, middle)) < p
+        below = scipy.special.ndtr(_eta(first, middle)) * scipy.special.ndtr(_eta(second, middle)) < p
         low, high = np.where(below, middle, low), np.where(below, high, middle)
     return 0.5 * (low + high)
 
@@ -44,7 +43,7 @@ def log_fractile_variance(first: Fits, second: Fits, p: float, plain: bool = Fal
         lines, covariance = fits.lines, fits.plain if plain else fits.covariance
         z = (at - lines.centre) / lines.width
         eta = lines.a + lines.b * z
-        hazard = np.exp(-0.5 * eta**2 - 0.5 * math.log(2.0 * math.pi) - log_ndtr(eta))
+        hazard = np.exp(-0.5 * eta**2 - 0.5 * math.log(2.0 * math.pi) - scipy.special.log_ndtr(eta))
         aa, ab, bb = covariance.T
         variance += hazard**2 * (aa + 2.0 * z * ab + z**2 * bb)
         slope += hazard * lines.b / lines.width
@@ -58,7 +57,7 @@ def profile_interval(first: Estimate, second: Estimate, p: float, confidence: fl
     """
     best = float(log_fractile(first.lines, second.lines, p)[0])
     variances = (log_fractile_variance(first.fits, second.fits, p, plain)[0] for plain in (False, True))
-    drop = 0.5 * float(chdtri(1.0, 1.0 - confidence)) * max(next(variances) / next(variances), 1.0)
+    drop = 0.5 * float(scipy.special.chdtri(1.0, 1.0 - confidence)) * max(next(variances) / next(variances), 1.0)
     top = sum(_line_value(one, one.lines.a[0], one.lines.b[0]) for one in (first, second))
 
     def excess(t: float) -> float:
@@ -67,14 +66,14 @@ def profile_interval(first: Estimate, second: Estimate, p: float, confidence: fl
 
         def loss(share: float) -> float:
             # what the first factor takes of p, on the scale of its eta, from p itself (the second 1) to 1
-            eta = float(ndtri(p)) + math.exp(share)
-            rest = float(ndtri(min(p / float(ndtr(eta)), 1.0)))
+            eta = float(scipy.special.ndtri(p)) + math.exp(share)
+            rest = float(scipy.special.ndtri(min(p / float(scipy.special.ndtr(eta)), 1.0)))
             if not math.isfinite(rest):
                 return math.inf
             return -(_profile(first, t, eta, scratch[0]) + _profile(second, t, rest, scratch[1]))
 
-        own = math.log(max(float(_eta(first.lines, np.array([t]))[0] - ndtri(p)), 1e-3))
-        found = minimize_scalar(loss, bracket=(own - 0.5, own + 0.5), tol=1e-10)
+        own = math.log(max(float(_eta(first.lines, np.array([t]))[0] - scipy.special.ndtri(p)), 1e-3))
+        found = scipy.optimize.minimize_scalar(loss, bracket=(own - 0.5, own + 0.5), tol=1e-10)
         return float(top + found.fun - drop)
 
     ends = []
@@ -84,7 +83,10 @@ def profile_interval(first: Estimate, second: Estimate, p: float, confidence: fl
             inner += side * step
             step *= 1.6
         outer = inner + side * step
-        ends.append(side * math.inf if abs(inner - best) >= FAR else float(brentq(excess, inner, outer, xtol=1e-11)))
+        if abs(inner - best) >= FAR:
+            ends.append(side * math.inf)
+        else:
+            ends.append(float(scipy.optimize.brentq(excess, inner, outer, xtol=1e-11)))
     return ends[0], ends[1]
 
 

@@ -15,15 +15,16 @@ from typing import Any, NamedTuple
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.special import ndtr, ndtri
 
 from .. import checks
 from ..units import STANDARD_GRAVITY
-from .exchange import LOGNORMAL, Curve, CurveParameters, CurveSet, Series, Written, spectral_period
+from .exchange import Curve, CurveParameters, CurveSet, Series, Written, spectral_period
 from .exchange_about import about
 from .exchange_datasets import curve_set
 from .exchange_files import ExchangeError, target, write_text
+from .links import LOGNORMAL
 from .nrml_xml import NAMESPACE
 
 CATEGORY = "contents"  # of the assets, and of the losses: one that OpenQuake knows
@@ -138,12 +139,12 @@ def median_and_dispersion(mean: float, stddev: float) -> tuple[float, float]:
 
 def probability_at(parameters: CurveParameters, levels: Series) -> Series:
     """Probability of a curve at levels (level,), uplift included."""
-    p = ndtr(np.log(levels / parameters.median) / parameters.dispersion)
+    p = scipy.special.ndtr(np.log(levels / parameters.median) / parameters.dispersion)
     if not parameters.uplifting:
         return np.asarray(p)
     if parameters.uplift_dispersion == 0.0:
         return np.where(levels >= parameters.uplift_median, p, 0.0)
-    return np.asarray(p * ndtr(np.log(levels / parameters.uplift_median) / parameters.uplift_dispersion))
+    return np.asarray(p * scipy.special.ndtr(np.log(levels / parameters.uplift_median) / parameters.uplift_dispersion))
 
 
 def _imt(found: CurveSet) -> Imt:
@@ -230,7 +231,7 @@ def _written(values: Series) -> str:
 
 def _range(rows: Sequence[Curve], tail: float) -> tuple[float, float, float]:
     """Lowest and highest level, and that up to which nothing happens (SI): those brought, else where the tails are."""
-    z = -float(ndtri(tail))
+    z = -float(scipy.special.ndtri(tail))
     ends = [
         (one.median * math.exp(-z * one.dispersion), one.median * math.exp(z * one.dispersion))
         for one in (row.parameters for row in rows)
@@ -247,7 +248,7 @@ def _grid(rows: Sequence[Curve], tail: float) -> Series:
     A factor of dispersion beta bends by 0.25/beta² + 0.4/beta at most over ln x, and a line over h errs by an eighth of
     that times h²; each gets half of what is allowed.
     """
-    z = -float(ndtri(tail))
+    z = -float(scipy.special.ndtri(tail))
     grids, lows, highs, steps = [], [], [], []
     for one in (row.parameters for row in rows):
         factors = [(one.median, one.dispersion)]

@@ -11,22 +11,12 @@ import numpy as np
 import xarray as xr
 
 from ..motions import Sa
-from .exchange import (
-    ISOTONIC,
-    LARGEST,
-    LOGNORMAL,
-    MAX_CURVES,
-    SMALLEST,
-    Curve,
-    CurveParameters,
-    CurveSet,
-    Series,
-    levels_problem,
-    one_of,
-)
+from .curves import ISOTONIC
+from .exchange import LARGEST, MAX_CURVES, SMALLEST, Curve, CurveParameters, CurveSet, Series, levels_problem, one_of
 from .exchange_about import Component, component, only_state, with_labels
 from .exchange_datasets import MAX_NUMBERS, curve_dataset
 from .exchange_files import ExchangeError, number, read_bytes
+from .links import LOGNORMAL
 from .nrml import IMTS, OURS, SA, Imt, median_and_dispersion
 from .nrml_xml import Element, parse
 

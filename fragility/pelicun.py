@@ -18,20 +18,12 @@ import xarray as xr
 
 from ..motions import Sa, Sd, Sv
 from ..units import STANDARD_GRAVITY
-from .exchange import (
-    INCOMPLETE,
-    MAX_CURVES,
-    Curve,
-    CurveParameters,
-    CurveSet,
-    Written,
-    one_of,
-    spectral_period,
-)
+from .exchange import MAX_CURVES, Curve, CurveParameters, CurveSet, Written, one_of, spectral_period
 from .exchange_about import only_state, with_labels
 from .exchange_datasets import curve_dataset, curve_set
 from .exchange_files import ExchangeError, number, read_text, target, write_text
 from .pelicun_metadata import metadata, read_metadata
+from .statuses import INCOMPLETE
 
 MAX_LIMIT_STATES = 20
 

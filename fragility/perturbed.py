@@ -22,7 +22,7 @@ from ..models.simulate import oscillator_of
 from ..units import DIMENSIONLESS
 from .execution import Progress, collect
 from .plan import Work
-from .recall import Motions, described, factors_of, records_of
+from .provenance import Motions, blocks_of, factors_of, laws_of, records_of
 from .runners import Runner, runner_of
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def flips(
     shaped = shaped.transpose("block", "model", "level", "motion")
     chosen = tested(runs.sizes["motion"], share)
     plain = [one for one, is_in in zip(records_of(runs, motions), chosen, strict=True) if is_in]
-    blocks, models = described(runs)
+    blocks, models = blocks_of(runs), laws_of(runs)
     factors = factors_of(runs)[:, :, chosen]
     nominal = shaped.values[..., chosen]
 

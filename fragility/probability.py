@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from .. import checks
-from ..motions.arrays import floor_coordinates
 from ..units import DIMENSIONLESS
 from .intervals import METHOD_NAMES, binomial_interval
+from .provenance import carried_attributes, motions_by_floor
 from .states import OVERTURNED, State, reached, state_name
 
 
@@ -63,29 +62,13 @@ def overturning_probability(
     }
     return xr.Dataset(
         {name: array.assign_attrs(units=DIMENSIONLESS, long_name=text) for name, (array, text) in variables.items()},
-        attrs={**runs.attrs, "title": f"Probability of {name}", "state": name, "confidence": within},
+        attrs={
+            **carried_attributes(runs.attrs),
+            "title": f"Probability of {name}",
+            "state": name,
+            "confidence": within,
+        },
     )
-
-
-FLOORS = ("floor", "motion_floor")
-"""What the floor of each motion is called: by `toppling.ida`, and in results with a dimension `floor` beside it."""
-
-
-def floor_of_each_motion(flags: xr.DataArray) -> list[str]:
-    """The floor of each motion as text, empty where none is said."""
-    name = next((one for one in FLOORS if one in flags.coords and flags[one].dims == ("motion",)), None)
-    return [""] * flags.sizes["motion"] if name is None else [str(one) for one in flags[name].values]
-
-
-def motions_by_floor(flags: xr.DataArray) -> tuple[xr.Variable | None, list[NDArray[np.intp]]]:
-    """The floors, and which motions are of each; one group and no floors where they are not told apart."""
-    of_motion = floor_of_each_motion(flags)
-    labels = list(dict.fromkeys(of_motion))
-    if len(labels) < 2:
-        return None, [np.arange(flags.sizes["motion"])]
-    whole = all(label.isdecimal() for label in labels)
-    floors = floor_coordinates([int(label) for label in labels] if whole else labels)["floor"]
-    return floors, [np.flatnonzero([one == label for one in of_motion]) for label in labels]
 
 
 def _counts(flags: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:

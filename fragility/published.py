@@ -23,7 +23,7 @@ from ..motions.intensity import MEASURES
 from ..units import DIMENSIONLESS, STANDARD_GRAVITY, provenance
 from .execution import labelled_sequence
 from .labels import block_coordinates
-from .likelihood import OK
+from .statuses import OK
 
 Series = NDArray[np.float64]
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
+from ..units import PER_YEAR
 
 Values = TypeVar("Values", float, NDArray[np.float64], xr.DataArray)
-
-RATE: Final = "year-1"
-"""Unit of rates, written the CF way."""
 
 
 def probability_in(rate: Values, years: float = 50.0) -> Values:
@@ -93,4 +91,4 @@ def discrete_rate(probability: Any, rates: Any) -> Any:
     if labelled is None:
         return values @ occurrences
     summed = (labelled * xr.DataArray(occurrences, dims="level")).sum("level", skipna=False)
-    return summed.assign_attrs(units=RATE, long_name="annual rate of overturning, sum over levels")
+    return summed.assign_attrs(units=PER_YEAR, long_name="annual rate of overturning, sum over levels")

@@ -17,9 +17,9 @@ from ..units import DIMENSIONLESS
 from .execution import Progress
 from .fit import fit_fragility
 from .inputs import RandomInputs
-from .likelihood import OK
 from .probability import overturning_probability
 from .states import OVERTURNED, UPLIFTED, State
+from .statuses import OK
 from .uncertain import uncertain_ida
 
 if TYPE_CHECKING:
@@ -109,6 +109,7 @@ def overturning_response(
                 ),
                 "level": ("output", at, dict(level.attrs)),
             },
+            attrs={"configuration": runs.attrs["configuration"]},
         )
 
     return response

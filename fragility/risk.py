@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,15 +9,16 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
-from ..units import DIMENSIONLESS, provenance
+from ..units import DIMENSIONLESS, PER_YEAR, provenance
+from .bootstrap import percentile_interval
 from .common_measure import in_hazard_measure
 from .convolution import rates_of
 from .curves import OUTSIDE, REFUSE, coordinates_on, has_replicates
 from .deaggregation import bin_edges, deaggregate
 from .hazard import HazardCurve
-from .pieces import ABOVE_RULES, BELOW_RULES, EXTEND
-from .rates import RATE, probability_in
-from .samples import interval
+from .hazard_pieces import ABOVE_RULES, BELOW_RULES, EXTEND
+from .provenance import configuration_of
+from .rates import probability_in
 
 Array = NDArray[np.float64]
 
@@ -92,8 +92,8 @@ def annual_rate(
     at="floor")``, one floor at a time.  With ``im_at = "ground"`` all floors meet the hazard of the ground.  Curves
     without a ``floor`` coordinate are taken to stand where the hazard is of.
 
-    The interval is that of the quantiles of rate_sample, every replicate with every realisation by its weight;
-    replicates without an estimate are left out of it (samples_used counts the others).
+    The interval is that of the percentiles of rate_sample (order statistics), every replicate with every realisation by
+    its weight; replicates without an estimate are left out of it (samples_used counts the others).
 
     Examples
     --------
@@ -118,7 +118,7 @@ def annual_rate(
     units, measure = hazard.units, hazard.measure.long_name
     text = f"probability of overturning in {time:g} years"
     variables: dict[str, tuple[tuple[str, ...], NDArray[Any], str, str]] = {
-        "rate": (dims, found.rate, RATE, "annual rate of overturning"),
+        "rate": (dims, found.rate, PER_YEAR, "annual rate of overturning"),
         "probability": (dims, probability_in(found.rate, time), DIMENSIONLESS, text),
         "share_below": (dims, found.share_below, DIMENSIONLESS, "share of the rate from below the hazard's levels"),
         "share_above": (dims, found.share_above, DIMENSIONLESS, "share of the rate from above the hazard's levels"),
@@ -128,12 +128,12 @@ def annual_rate(
     }
     samples = _samples(curves, hazard, below, above, outside)
     if samples is not None:
-        lower, upper, used = interval(samples.values.reshape(found.rate.size, -1), samples.weights, level)
+        lower, upper, used = percentile_interval(samples.values.reshape(found.rate.size, -1), level, samples.weights)
         percent = f"{100.0 * level:g} %"
         variables |= {
-            "rate_sample": (samples.dims, samples.values, RATE, "annual rate of overturning of each sample"),
-            "rate_lower": (dims, lower, RATE, f"lower end of the {percent} interval of the rate"),
-            "rate_upper": (dims, upper, RATE, f"upper end of the {percent} interval of the rate"),
+            "rate_sample": (samples.dims, samples.values, PER_YEAR, "annual rate of overturning of each sample"),
+            "rate_lower": (dims, lower, PER_YEAR, f"lower end of the {percent} interval of the rate"),
+            "rate_upper": (dims, upper, PER_YEAR, f"upper end of the {percent} interval of the rate"),
             "samples_used": (dims, used, DIMENSIONLESS, "samples with an estimate"),
         }
         for side, end in (("lower", lower), ("upper", upper)):
@@ -148,7 +148,7 @@ def annual_rate(
         "outside": outside,
         "years": time,
         "confidence": level,
-        "curves": json.loads(curves.attrs.get("configuration", "{}")),
+        "curves": configuration_of(curves),
     }
     return xr.Dataset(
         {

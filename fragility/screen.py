@@ -7,25 +7,22 @@ beside it, as variables that say what is needed and as reasons, one bit each.  S
 from __future__ import annotations
 
 import json
-import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from .. import checks
 from ..models.friction import FixedFriction, Friction
-from ..motions import AC156, PULSES, CloughPenzien, KanaiTajimi, SiteBased, SpectrumCompatible
 from ..motions.arrays import Record
-from ..motions.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
 from ..motions.spectra import BAND_SHARES, energy_band
-from ..units import STANDARD_GRAVITY
+from ..units import HERTZ, STANDARD_GRAVITY
 from .execution import Progress
 from .intervals import wilson_half_width, wilson_interval
 from .perturbed import PERTURBATION, flips
-from .probability import FLOORS
+from .provenance import Motions, floor_of_each_motion, provenance_from, records_of, scale_factor
 from .reasons import (
     ELASTIC_MODE,
     SCALED_FAR,
@@ -35,7 +32,6 @@ from .reasons import (
     reason_names,
     verdict_of,
 )
-from .recall import Motions, records_of, scale_factor
 from .sliding import NEEDS, chances_of, compact, friction_by_block, needs_of, slides_of
 
 if TYPE_CHECKING:
@@ -43,27 +39,12 @@ if TYPE_CHECKING:
 
     from .runners import Runner
 
-HERTZ = "Hz"
-
-
 SQUAT_RATIO = 2.0
 """h/b below which bouncing decides (Lipscombe and Pellegrino 1993)."""
 FACTORS = (0.2, 5.0)
 """Scale factors that pass: a convention; the bias grows with the factor without a step (Davalos and Miranda 2019)."""
 HALF_WIDTH = 0.15
 """Half width of the 95 % Wilson interval of a probability of 1/2 that passes: 39 motions; FEMA P-695 takes 44."""
-_FREE: tuple[type, ...] = (
-    AC156,
-    CloughPenzien,
-    EvolutionaryCloughPenzien,
-    EvolutionaryKanaiTajimi,
-    KanaiTajimi,
-    SiteBased,
-    SpectrumCompatible,
-    *PULSES.values(),
-)
-FREE_AMPLITUDE = re.compile("|".join([rf"\b{kind.__name__}\b" for kind in _FREE] + [", matched to "]))
-"""Sources of motions whose amplitude is a parameter: scaling them is what they are for, and no factor is far."""
 
 
 def screen(
@@ -196,7 +177,7 @@ def screen(
     holds = {
         SQUAT: variables["squat"],
         **{reason: chance > 0.5 for reason, chance in chances.items()},
-        SCALED_FAR: far & xr.DataArray(_own_amplitude(runs), dims=("motion",)),
+        SCALED_FAR: far & _own_amplitude(runs),
     }
     if friction is not None:
         variables["slides"] = slides_of(chances, known=all(isinstance(one, FixedFriction) for one in available))
@@ -211,10 +192,11 @@ def screen(
     runs_like = xr.zeros_like(_bare(runs, next(_outputs(runs))), dtype=np.uint8)
     variables["verdict"], variables["outside"] = verdict_of(runs_like, holds, variables.get("undecided"))
 
+    described = None
+    if friction is not None:
+        described = {str(label): one.description for label, one in zip(runs["block"].values, available, strict=True)}
     settings = {
-        "friction": None
-        if friction is None
-        else {str(label): one.description for label, one in zip(runs["block"].values, available, strict=True)},
+        "friction": described,
         "factors": [lowest, highest],
         "half_width": widest,
         "fewest_motions": _fewest(runs),
@@ -229,7 +211,11 @@ def screen(
             for name, one in variables.items()
         },
         coords={**{dim: runs[dim].variable for dim in dims if dim in runs.coords}, "reason": reason_names()},
-        attrs={"title": "Validity screen", "screen": json.dumps(settings, ensure_ascii=False)},
+        attrs={
+            "title": "Validity screen",
+            **provenance_from("validity screen", settings, runs=runs),
+            "screen": json.dumps(settings, ensure_ascii=False),
+        },
     )
 
 
@@ -277,22 +263,17 @@ def _elastic_frequency(runs: xr.Dataset, block: Mapping[str, xr.DataArray]) -> x
     return frequency.transpose("block", "model")
 
 
-def _own_amplitude(runs: xr.Dataset) -> NDArray[np.bool_]:
-    """Which motions have an amplitude that means something: (motion,), by what their source says."""
-    if "source" not in runs.coords:
-        return np.ones(runs.sizes["motion"], np.bool_)
-    sources = [str(one) for one in runs["source"].values]
-    return np.array([FREE_AMPLITUDE.search(text) is None for text in sources])
+def _own_amplitude(runs: xr.Dataset) -> xr.DataArray:
+    """Which motions have an amplitude that means something: (motion,), all where nothing is said."""
+    if "own_amplitude" in runs.coords:
+        return _bare(runs, "own_amplitude").astype(bool)
+    return xr.DataArray(np.ones(runs.sizes["motion"], np.bool_), dims=("motion",))
 
 
 def _fewest(runs: xr.Dataset) -> int:
     """Motions of the floor and stripe that has the fewest."""
-    keys = [name for name in (*FLOORS, "stripe") if name in runs.coords and runs[name].dims == ("motion",)]
-    groups: dict[tuple[str, ...], int] = {}
-    for i in range(runs.sizes["motion"]):
-        key = tuple(str(runs[name].values[i]) for name in keys)
-        groups[key] = groups.get(key, 0) + 1
-    return min(groups.values(), default=0)
+    stripes = runs["stripe"].values.tolist() if "stripe" in runs.coords else [0] * runs.sizes["motion"]
+    return min(Counter(zip(floor_of_each_motion(runs), stripes, strict=True)).values(), default=0)
 
 
 def _undecided(counts: xr.DataArray) -> dict[str, xr.DataArray]:

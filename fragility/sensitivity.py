@@ -10,9 +10,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
-from ..units import DIMENSIONLESS
+from ..streams import stream
+from ..units import DIMENSIONLESS, provenance
 from .distributions import Categorical
 from .inputs import RandomInputs
+from .provenance import configuration_of
 
 Values = NDArray[np.float64]
 Response = Callable[[xr.Dataset], Any]
@@ -26,7 +28,7 @@ def sobol_indices(
     *,
     second_order: bool = False,
     confidence: float = 0.95,
-    resamples: int = 200,
+    replicates: int = 200,
     seed: int = 0,
 ) -> xr.Dataset:
     """Sobol' indices: shares of the variance of a function that its inputs explain alone and with others.
@@ -45,7 +47,7 @@ def sobol_indices(
         Shares of pairs as well.
     confidence : float
         Of the intervals, between 0 and 1.
-    resamples : int
+    replicates : int
         Bootstrap samples behind them, >= 2.
     seed : int
         Of the samples and the bootstrap.
@@ -54,7 +56,7 @@ def sobol_indices(
     -------
     xarray.Dataset
         On input and the function's other dimensions: `first` (alone) and `total` (with all others); on (input, input_2)
-        `second` (what the two do together beyond each alone); each with `_confidence`, the half width of its interval.
+        `second` (what the two do together beyond each alone); each with its interval, `_lower` and `_upper`.
         `mean` and `variance` of the function.  NaN where it does not vary.
 
     Raises
@@ -65,7 +67,8 @@ def sobol_indices(
     Notes
     -----
     First and total order by the estimators of Saltelli et al. (2010), second order by Saltelli (2002), on scrambled
-    Sobol' points.  They are estimates: small ones may come out below zero, and intervals say so.
+    Sobol' points.  They are estimates: small ones may come out below zero, and intervals say so, which are the
+    estimate plus and minus normal quantiles of the standard deviation of the bootstrap replicates.
 
     References
     ----------
@@ -90,10 +93,10 @@ def sobol_indices(
     if size & (size - 1):
         raise ValueError(f"n must be a power of 2, got {size}")
     level = checks.number("confidence", confidence, above=0.0, below=1.0)
-    times = checks.count("resamples", resamples, at_least=2)
+    times = checks.count("replicates", replicates, at_least=2)
     d = len(inputs.names)
     problem = _problem(inputs)
-    points = sobol_sample.sample(problem, size, calc_second_order=second_order, seed=_random(start, 0))
+    points = sobol_sample.sample(problem, size, calc_second_order=second_order, seed=stream(start, 0))
     values, rest = _evaluate(inputs, function, points)
     shape = (d, values.shape[1])
     found = {name: np.full(shape, np.nan) for name in ("S1", "S1_conf", "ST", "ST_conf")}
@@ -111,36 +114,36 @@ def sobol_indices(
             calc_second_order=second_order,
             num_resamples=times,
             conf_level=level,
-            seed=_random(start, 1),
+            seed=stream(start, 1),
         )
         for name, array in found.items():
             array[:, k] = result[name]
         for name, both in pairs.items():
             upper = np.triu(np.nan_to_num(result[name]), 1)
             both[:, :, k] = np.where(np.eye(d, dtype=bool), np.nan, upper + upper.T)
-    half = f"half width of the {100.0 * level:g} % interval of the"
     variables = {
-        "first": (found["S1"], "first-order Sobol' index"),
-        "first_confidence": (found["S1_conf"], f"{half} first-order index"),
-        "total": (found["ST"], "total-order Sobol' index"),
-        "total_confidence": (found["ST_conf"], f"{half} total-order index"),
+        **_with_ends("first", found["S1"], found["S1_conf"], "first-order Sobol' index", level),
+        **_with_ends("total", found["ST"], found["ST_conf"], "total-order Sobol' index", level),
     }
     dataset = _dataset(inputs, variables, rest)
-    for name, key, text in (
-        ("second", "S2", "second-order Sobol' index"),
-        ("second_confidence", "S2_conf", f"{half} second-order index"),
-    ):
-        if key in pairs:
-            shaped = pairs[key].reshape(d, d, *rest.shape[1:])
+    if second_order:
+        of_pairs = _with_ends("second", pairs["S2"], pairs["S2_conf"], "second-order Sobol' index", level)
+        for name, (values_of, text) in of_pairs.items():
+            shaped = values_of.reshape(d, d, *rest.shape[1:])
             dataset[name] = (("input", "input_2", *rest.dims[1:]), shaped, _attributes(text))
-            dataset["input_2"] = ("input_2", dataset["input"].values, _attributes("second input"))
+        dataset["input_2"] = ("input_2", dataset["input"].values, _attributes("second input"))
     units = str(rest.attrs.get("units", DIMENSIONLESS))
     for name, column, unit, text in (
         ("mean", base.mean(axis=0), units, "mean of the function"),
         ("variance", base.var(axis=0), DIMENSIONLESS if units == DIMENSIONLESS else f"({units})2", "its variance"),
     ):
         dataset[name] = (rest.dims[1:], column.reshape(rest.shape[1:]), {"units": unit, "long_name": text})
-    return dataset.assign_attrs(title="Sobol' indices", n=size, samples=points.shape[0], confidence=level, seed=start)
+    options = {"n": size, "samples": points.shape[0], "confidence": level, "replicates": times, "seed": start}
+    return dataset.assign_attrs(
+        title="Sobol' indices",
+        **_provenance("Sobol' indices", inputs, rest, {**options, "second_order": second_order}),
+        **options,
+    )
 
 
 def morris_indices(
@@ -151,7 +154,7 @@ def morris_indices(
     grid: int = 4,
     tail: float = 0.01,
     confidence: float = 0.95,
-    resamples: int = 200,
+    replicates: int = 200,
     seed: int = 0,
 ) -> xr.Dataset:
     """Morris' elementary effects: a screening that asks for few samples.
@@ -168,16 +171,16 @@ def morris_indices(
         Values of each input, even, >= 2.
     tail : float
         Probability left out at either end, 0 to below 0.5: the grid lies evenly in probability between them.
-    confidence, resamples, seed
+    confidence, replicates, seed
         As for `sobol_indices`.
 
     Returns
     -------
     xarray.Dataset
         On input and the function's other dimensions, in its unit: `mu`, the mean of the elementary effects, `mu_star`,
-        that of their absolute values with `mu_star_confidence`, the half width of its interval, and `sigma`, their
-        standard deviation (interaction or curvature).  An effect is the change of the function, carried on to the whole
-        range of the input from tail to tail.
+        that of their absolute values with the ends of its interval, `mu_star_lower` and `mu_star_upper`, and `sigma`,
+        their standard deviation (interaction or curvature).  An effect is the change of the function, carried on to the
+        whole range of the input from tail to tail.
 
     Raises
     ------
@@ -208,9 +211,9 @@ def morris_indices(
         raise ValueError(f"grid must be even, got {values_each}")
     left_out = checks.number("tail", tail, at_least=0.0, below=0.5)
     level = checks.number("confidence", confidence, above=0.0, below=1.0)
-    times = checks.count("resamples", resamples, at_least=2)
+    times = checks.count("replicates", replicates, at_least=2)
     problem = _problem(inputs)
-    points = morris_sample.sample(problem, paths, num_levels=values_each, seed=_random(start, 0))
+    points = morris_sample.sample(problem, paths, num_levels=values_each, seed=stream(start, 0))
     values, rest = _evaluate(inputs, function, left_out + (1.0 - 2.0 * left_out) * points)
     found = {
         name: np.empty((len(inputs.names), values.shape[1])) for name in ("mu", "mu_star", "sigma", "mu_star_conf")
@@ -223,26 +226,27 @@ def morris_indices(
             num_resamples=times,
             conf_level=level,
             num_levels=values_each,
-            seed=_random(start, 1),
+            seed=stream(start, 1),
         )
         for name, array in found.items():
             array[:, k] = np.asarray(result[name], dtype=float)
     variables = {
         "mu": (found["mu"], "mean elementary effect"),
-        "mu_star": (found["mu_star"], "mean absolute elementary effect"),
-        "mu_star_confidence": (found["mu_star_conf"], f"half width of the {100.0 * level:g} % interval of mu_star"),
+        **_with_ends("mu_star", found["mu_star"], found["mu_star_conf"], "mean absolute elementary effect", level),
         "sigma": (found["sigma"], "standard deviation of the elementary effects"),
     }
     dataset = _dataset(inputs, variables, rest, str(rest.attrs.get("units", DIMENSIONLESS)))
-    return dataset.assign_attrs(
-        title="Morris' elementary effects",
-        trajectories=paths,
-        samples=points.shape[0],
-        grid=values_each,
-        tail=left_out,
-        confidence=level,
-        seed=start,
-    )
+    options = {
+        "trajectories": paths,
+        "samples": points.shape[0],
+        "grid": values_each,
+        "tail": left_out,
+        "confidence": level,
+        "replicates": times,
+        "seed": start,
+    }
+    title = "Morris' elementary effects"
+    return dataset.assign_attrs(title=title, **_provenance(title, inputs, rest, options), **options)
 
 
 def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: float = 0.95) -> xr.Dataset:
@@ -308,15 +312,32 @@ def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: f
     dataset = _dataset(inputs, variables, rest, units)
     base = values[0].reshape(rest.shape[1:])
     dataset["base"] = (rest.dims[1:], base, {"units": units, "long_name": "at the medians of all inputs"})
-    return dataset.assign_attrs(title="One input at a time", quantiles=[first, last])
+    return dataset.assign_attrs(
+        title="One input at a time",
+        **_provenance("tornado", inputs, rest, {"quantiles": [first, last]}),
+        quantiles=[first, last],
+    )
+
+
+def _with_ends(
+    name: str, values: Values, half_width: Values, long_name: str, confidence: float
+) -> dict[str, tuple[Values, str]]:
+    """An estimate and the ends of its symmetric interval, with their long names."""
+    of = f"end of the {100.0 * confidence:g} % interval of the {long_name}"
+    return {
+        name: (values, long_name),
+        f"{name}_lower": (values - half_width, f"lower {of}"),
+        f"{name}_upper": (values + half_width, f"upper {of}"),
+    }
+
+
+def _provenance(analysis: str, inputs: RandomInputs, rest: xr.DataArray, options: dict[str, Any]) -> dict[str, Any]:
+    """What the indices were made of; of the function what it says itself, as `overturning_response` does."""
+    return provenance({"analysis": analysis, **options, "inputs": inputs.description, "of": configuration_of(rest)})
 
 
 def _attributes(long_name: str, units: str = DIMENSIONLESS) -> dict[str, str]:
     return {"units": units, "long_name": long_name}
-
-
-def _random(seed: int, index: int) -> np.random.Generator:
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
 
 
 def _independent(inputs: Any) -> None:

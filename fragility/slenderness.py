@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 
 import numpy as np
@@ -11,14 +10,16 @@ from numpy.typing import NDArray
 
 from .. import checks
 from ..units import DIMENSIONLESS, RADIAN, provenance
+from .bootstrap import percentile_interval
 from .common_measure import in_hazard_measure, per_block
 from .convolution import rates_of
 from .curves import REFUSE, Form, Lognormals, coordinates_on, has_replicates, im_of
 from .hazard import HazardCurve
-from .inversion import NO_RATE, OK, TOO_HIGH, TOO_LOW, target_rate
-from .pieces import EXTEND, Pieces
-from .samples import interval
+from .hazard_pieces import EXTEND, Pieces
+from .inversion import target_rate
+from .provenance import configuration_of
 from .scaling import BLOCK_MEASURES
+from .statuses import NO_RATE, OK, TOO_HIGH, TOO_LOW
 
 Array = NDArray[np.float64]
 
@@ -113,7 +114,7 @@ def slenderness_for_rate(
             [np.where(s == TOO_HIGH, np.inf, np.where(s == TOO_LOW, 0.0, t)) for t, s in every], axis=-1
         )
         weights = None if hazard.weights is None else np.tile(hazard.weights, count)
-        ends = interval(np.arctan(tangents).reshape(*shape, -1), weights, level)
+        ends = percentile_interval(np.arctan(tangents).reshape(*shape, -1), level, weights)
         for side, end in zip(("lower", "upper"), ends[:2], strict=True):
             long_name = f"{side} end of the {100.0 * level:g} % interval of the slenderness angle {text}"
             variables[f"alpha_{side}"] = (end, RADIAN, long_name)
@@ -123,7 +124,7 @@ def slenderness_for_rate(
         "below": below,
         "above": above,
         "outside": outside,
-        "curves": json.loads(curves.attrs.get("configuration", "{}")),
+        "curves": configuration_of(curves),
     }
     return xr.Dataset(
         {

@@ -13,8 +13,8 @@ from ..models.friction import FixedFriction, Friction, friction_at_impact, frict
 from ..motions.arrays import Record
 from ..motions.peaks import half_cycle_peaks
 from ..units import STANDARD_GRAVITY
+from .provenance import factors_of
 from .reasons import SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason, labelled
-from .recall import factors_of
 
 ANY_FLOOR = FixedFriction(1.0)
 """What is asked where no friction is given: no more than hardly any floor has."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import xarray as xr
 
 from ..units import STANDARD_GRAVITY
+from .provenance import configuration_of, levels_of_the_ground
 
 KNOWN_IN = ("pga", "pga_normalised")
 
@@ -31,8 +30,7 @@ def rocking_thresholds(data: xr.Dataset) -> xr.DataArray:
     x = data.coords.get("level", data.coords.get("intensity"))
     im = "" if x is None else str(x.attrs.get("im", ""))
     needed = ("alpha", "law", "rest", "lever", "geometry")
-    stated = json.loads(data.attrs.get("configuration", "{}"))
-    elsewhere = stated.get("im_at") == "ground" or stated.get("scale") is False
+    elsewhere = levels_of_the_ground(data) or configuration_of(data).get("scale") is False
     if im not in KNOWN_IN or elsewhere or any(name not in data.coords for name in needed):
         return xr.DataArray(np.nan)
     alpha = data["alpha"]

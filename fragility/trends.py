@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.special import stdtr
 
 from .candidates import Candidate
 from .capacity import Steps, bare
@@ -40,7 +40,7 @@ def capacity_trends(ends: Sequence[Ends], covariates: Sequence[xr.DataArray]) ->
         counts[c] = x.size
         for j, (lower, upper) in enumerate(ends):
             slope[..., j, c], error[..., j, c] = fit_trend((lower[..., here], upper[..., here]), x)
-        p[..., c] = 2.0 * stdtr(max(x.size - 2, 1), -np.abs(slope[..., c] / error[..., c]))
+        p[..., c] = 2.0 * scipy.special.stdtr(max(x.size - 2, 1), -np.abs(slope[..., c] / error[..., c]))
     return Trends(slope, error, p, counts)
 
 

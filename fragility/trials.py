@@ -12,13 +12,13 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from .. import checks
 from ..units import DIMENSIONLESS
-from .probability import floor_of_each_motion, motions_by_floor
+from .provenance import IDA, STRIPES, design_of, floor_of_each_motion, motions_by_floor
 from .states import OVERTURNED as OVERTURNING
 from .states import UPLIFTED as UPLIFT
 from .states import State, reached, state_name
@@ -44,10 +44,11 @@ class Patterns(NamedTuple):
     starts: Index
     cells: Index
 
-    def table(self, cells: int) -> csr_array:
+    def table(self, cells: int) -> scipy.sparse.csr_array:
         """How many runs of each pattern lie in each cell, (pattern, cell)."""
         shape = (self.starts.size - 1, cells)
-        return csr_array((np.ones(self.cells.size), self.cells.astype(np.int32), self.starts.astype(np.int32)), shape)
+        cells_of, starts = self.cells.astype(np.int32), self.starts.astype(np.int32)
+        return scipy.sparse.csr_array((np.ones(self.cells.size), cells_of, starts), shape)
 
 
 class Sample(NamedTuple):
@@ -179,18 +180,18 @@ def _of_runs(data: xr.Dataset, first: bool, state: State) -> Trials:
     flags = reached(data, state)
     lifted = reached(data, UPLIFT) if UPLIFT in data else None
     design = design_of(flags)
-    if first and design != "ida":
+    if first and design != IDA:
         raise ValueError(f"method 'first-overturning' needs an IDA dataset, got a dataset of design {design!r}")
     order = [dim for dim in flags.dims if dim not in {"level", "motion"}] + ["level", "motion"]
-    if design != "ida":  # a level of its own for every motion
+    if design != IDA:  # a level of its own for every motion
         order.remove("level")
     flags = flags.transpose(*order)
     lifted = None if lifted is None else lifted.transpose(*order)
-    x = data["level" if design == "ida" else "intensity"]
+    x = data["level" if design == IDA else "intensity"]
     intensities = _intensities(x, flags)
     clusters = _clusters(flags)
     floor, groups = motions_by_floor(flags)
-    dims, shape = flags.dims[: flags.ndim - (2 if design == "ida" else 1)], flags.shape
+    dims, shape = flags.dims[: flags.ndim - (2 if design == IDA else 1)], flags.shape
     shape = shape[: len(dims)]
     thresholds = _spread(rocking_thresholds(data), flags.isel(dict.fromkeys(order[len(dims) :], 0), drop=True))
     samples = []
@@ -198,14 +199,14 @@ def _of_runs(data: xr.Dataset, first: bool, state: State) -> Trials:
         for motions in groups:
             fell = flags.values[where][..., motions]
             up = None if lifted is None else lifted.values[where][..., motions]
-            at = intensities[where] if design == "ida" else intensities[where][motions]
+            at = intensities[where] if design == IDA else intensities[where][motions]
             samples.append(_sample(fell, up, at, clusters[motions], int(clusters.max()) + 1, thresholds[i], first))
     coords = _kept(data, dims)
     if floor is not None:
         coords = {**coords, "floor": xr.DataArray(floor, dims="floor")}
         dims, shape = (*dims, "floor"), (*shape, len(groups))
     strata: tuple[Index, ...] = (np.arange(clusters.max() + 1),)
-    if design == "stripes":
+    if design == STRIPES:
         strata = _strata(flags["stripe"].values, clusters) or strata
     return Trials(
         dims,
@@ -262,17 +263,6 @@ def _patterns(cell: Index, cluster: Index, clusters: int) -> Patterns:
             starts.append(starts[-1] + runs.size)
         of_cluster[cluster[begin]] = known[key]
     return Patterns(of_cluster, np.array(starts, dtype=np.int64), np.concatenate(cells))
-
-
-def design_of(flags: xr.DataArray) -> str:
-    """What was done with the motions of flags: ida, stripes or cloud."""
-    if "level" in flags.dims:
-        if "level" not in flags.coords:
-            raise ValueError("runs must have a level coordinate, got a level dimension without values")
-        return "ida"
-    if "intensity" not in flags.coords:
-        raise ValueError("runs without a level dimension must have a coordinate intensity on motion, got none")
-    return "stripes" if "stripe" in flags.coords else "cloud"
 
 
 def _intensities(x: xr.DataArray, flags: xr.DataArray) -> Array:

@@ -23,7 +23,7 @@ from ..units import DIMENSIONLESS, provenance
 from .execution import Progress, execute, request
 from .inputs import RandomInputs
 from .labels import VARIABLES, block_coordinates, measured, output
-from .realisation import LAW
+from .realised_inputs import LAW
 from .scaling import Scaling, ground_of, scaling
 
 if TYPE_CHECKING:

@@ -23,8 +23,9 @@ from . import mixture
 from .bootstrap import studentised_interval
 from .estimation import PROFILE, WALD, Ends, Estimate, Options, Resampled, estimate, unlogged
 from .form import Columns, Form, log_likelihood_of
-from .likelihood import NO_RUNS, NONE, Lines, data_of, fit_lines
+from .likelihood import Lines, data_of, fit_lines
 from .links import LINKS
+from .statuses import NO_RUNS, NONE
 from .trials import FELL, NO_RUN, OVERTURNED, STATES, STOOD, SURVIVED, UPLIFTED, Index, Sample, outcomes_of
 from .two_parameter import bound_of, columns_of
 

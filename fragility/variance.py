@@ -10,8 +10,9 @@ import numpy as np
 import xarray as xr
 
 from .. import checks
-from ..units import DIMENSIONLESS
+from ..units import DIMENSIONLESS, provenance
 from .capacity import overturning_capacity
+from .provenance import configuration_of
 from .states import OVERTURNED, State
 
 MOST_DIMS = 8
@@ -102,6 +103,14 @@ def variance_shares(
     taking_part = [total - explained[tuple(one for one in factors if one != dim)] for dim in factors]
     whole = total.where(total > 0.0)
     factor = _index("factor", factors)
+    of = str(values.attrs.get("long_name", values.name or ""))
+    configuration = {
+        "analysis": "shares of variance",
+        "of": of,
+        "dims": factors,
+        "weights": {dim: one.values.tolist() for dim, one in shares.items()},
+        "values": configuration_of(values),
+    }
     units = str(values.attrs.get("units", DIMENSIONLESS))
     squared = DIMENSIONLESS if units == DIMENSIONLESS else f"({units})2"
     found = {
@@ -121,7 +130,7 @@ def variance_shares(
     }
     return xr.Dataset(
         {name: one.assign_attrs(units=unit, long_name=text) for name, (one, unit, text) in found.items()},
-        attrs={"title": "Shares of variance", "of": str(values.attrs.get("long_name", values.name or ""))},
+        attrs={"title": "Shares of variance", **provenance(configuration), "of": of},
     )
 
 
@@ -208,6 +217,8 @@ def capacity_variance_shares(
     some = capacity.isel(motion=used)
     logs = some["capacity"].copy(data=np.log(some["capacity"].values))
     logs.attrs = {"units": DIMENSIONLESS, "long_name": "ln capacity"}
+    if "configuration" in runs.attrs:
+        logs.attrs["configuration"] = runs.attrs["configuration"]
     here = [dim for dim in ([dims] if isinstance(dims, str) else dims) if dim in logs.dims]
     found = variance_shares(logs, here, weights)
     widths = some["upper"].copy(data=np.log(some["upper"].values / some["lower"].values))

@@ -13,9 +13,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ndtr
 
 from .. import checks
+from ..distributions import Lognormal, Normal, Uniform
 from ..units import STANDARD_GRAVITY
 from .block import UNIFORM_INERTIA_FACTOR
 
@@ -171,8 +171,7 @@ class LognormalFriction(Friction):
         checks.number("dispersion of friction", self.dispersion, above=0.0)
 
     def below(self, need: ArrayLike) -> Values:
-        with np.errstate(divide="ignore"):
-            return np.asarray(ndtr(np.log(np.asarray(need, dtype=float) / self.median) / self.dispersion))
+        return Lognormal(self.median, self.dispersion).below(need)
 
 
 @dataclass(frozen=True)
@@ -188,9 +187,7 @@ class NormalFriction(Friction):
         checks.number("standard deviation of friction", self.standard_deviation, above=0.0)
 
     def below(self, need: ArrayLike) -> Values:
-        z = (np.asarray(need, dtype=float) - self.mean) / self.standard_deviation
-        lost = ndtr(-self.mean / self.standard_deviation)
-        return np.asarray((ndtr(z) - lost) / (1.0 - lost))
+        return Normal(self.mean, self.standard_deviation, lower=0.0).below(need)
 
 
 @dataclass(frozen=True)
@@ -206,8 +203,7 @@ class UniformFriction(Friction):
         checks.number("upper end of friction", self.upper, above=self.lower)
 
     def below(self, need: ArrayLike) -> Values:
-        share = (np.asarray(need, dtype=float) - self.lower) / (self.upper - self.lower)
-        return np.asarray(np.minimum(np.maximum(share, 0.0), 1.0))
+        return Uniform(self.lower, self.upper).below(need)
 
 
 def friction_of(value: Any) -> Friction:

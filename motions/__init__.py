@@ -13,7 +13,7 @@ from .floor_files import read_floors
 from .floors import Building
 from .generators import GENERATORS
 from .intensity import MEASURES, Measure
-from .matching import SpectrumCompatible, match
+from .matching import match
 from .measures import measure_named, measures
 from .misfit import matching_report
 from .nearfault import NearFault
@@ -34,6 +34,7 @@ from .reading import example_path, read, read_all
 from .seismological import Seismological
 from .sitebased import SiteBased, SiteBasedScenario
 from .spectra import response_spectrum
+from .spectrum_compatible import SpectrumCompatible
 from .targets import TargetSpectrum
 from .text import read_csv
 

@@ -9,20 +9,22 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
-from ..units import DIMENSIONLESS, SECOND, VELOCITY
+from ..units import DIMENSIONLESS, HERTZ, SECOND, VELOCITY, provenance
+from .adjustment import PGD_BOUND, PGV_BOUND
 from .arrays import Record, motion_coordinates, records
 from .cumulative import significant_duration_5_95
 from .ensembles import Generator
 from .envelopes import Envelope
-from .matching import PGD_BOUND, PGV_BOUND, SpectrumCompatible
 from .peaks import peak_velocity
 from .spectra import peak_displacements
+from .spectrum_compatible import SpectrumCompatible
 from .targets import AC156_FREQUENCIES, TargetSpectrum
 
 Series = NDArray[np.float64]
@@ -79,6 +81,8 @@ class AC156(Generator):
     >>> AC156(s_ds=1.0, z_over_h=0.5).sample(1).sizes["time"]
     6001
     """
+
+    own_amplitude: ClassVar[bool] = False
 
     s_ds: float
     z_over_h: float = 0.0
@@ -235,11 +239,15 @@ def ac156_acceptance(
     variables["pfv"] = xr.Variable("motion", pfv, {"units": VELOCITY, "long_name": "peak velocity of the table"})
     text = {"units": DIMENSIONLESS, "long_name": "response spectrum over RRS"}
     variables["ratio"] = xr.Variable(("motion", "frequency"), ratio, text)
-    at = xr.Variable("frequency", frequency, {"units": "Hz", "long_name": "natural frequency"})
+    at = xr.Variable("frequency", frequency, {"units": HERTZ, "long_name": "natural frequency"})
     return xr.Dataset(
         variables,
         coords={**motion_coordinates(plain), "frequency": at},
-        attrs={"title": "Acceptance by AC156", "target": target.name},
+        attrs={
+            "title": "Acceptance by AC156",
+            **provenance({"target": repr(target)}),
+            "target": target.name,
+        },
     )
 
 

@@ -17,15 +17,22 @@ from numpy.typing import NDArray
 from .. import checks
 from ..units import ACCELERATION, METRE, SECOND
 
+OWN_AMPLITUDE = {"units": "1", "long_name": "whether the amplitude is the motion's own and no parameter"}
+
 
 class Record(NamedTuple):
-    """One motion as plain numbers: label, acceleration (n,) in m/s², step in s, where it came from, floor or ''."""
+    """One motion as plain numbers: label, acceleration (n,) in m/s², step in s, where it came from, floor or ''.
+
+    own_amplitude: whether its amplitude means something, as that of a record or a scenario does, so that scaling leads
+    away from it; not so where it is a parameter, as of filtered noise, pulses and target spectra.
+    """
 
     label: str
     acceleration: NDArray[np.float64]
     dt: float
     source: str
     floor: str = ""
+    own_amplitude: bool = True
 
     @property
     def duration(self) -> float:
@@ -41,7 +48,11 @@ def digest(record: Record) -> str:
 
 
 def from_array(
-    acceleration: Any, dt: float, labels: Sequence[str] | None = None, source: str | Sequence[str] = "array"
+    acceleration: Any,
+    dt: float,
+    labels: Sequence[str] | None = None,
+    source: str | Sequence[str] = "array",
+    own_amplitude: bool = True,
 ) -> xr.DataArray:
     """Motions from numbers.
 
@@ -55,11 +66,14 @@ def from_array(
         One unique label a motion; ``motion 1``, ``motion 2`` … where not given.
     source : str or sequence of str
         Where the motions come from, for all or for each.
+    own_amplitude : bool
+        Whether their amplitude means something, as that of records and scenarios does; not so where it is a parameter
+        that scaling replaces (noise, pulses, target spectra).
 
     Returns
     -------
     xarray.DataArray
-        ``acceleration`` with dims (motion, time), coordinates ``dt`` and ``source`` on motion, units m s-2.
+        ``acceleration`` (motion, time), m s-2, with coordinates ``dt``, ``source`` and ``own_amplitude`` on motion.
 
     Raises
     ------
@@ -86,6 +100,8 @@ def from_array(
     sources = list(source) if isinstance(source, Iterable) and not isinstance(source, str) else [source] * n
     if len(sources) != n or not all(isinstance(name, str) for name in sources):
         raise ValueError(f"source must be one string or {n}, one a motion, got {source!r:.80}")
+    if not isinstance(own_amplitude, bool):
+        raise TypeError(f"own_amplitude must be True or False, got {own_amplitude!r:.40}")
     return xr.DataArray(
         values,
         dims=("motion", "time"),
@@ -94,6 +110,7 @@ def from_array(
             "time": ("time", np.arange(values.shape[1]) * step, {"units": SECOND, "long_name": "time"}),
             "dt": ("motion", np.full(n, step), {"units": SECOND, "long_name": "time step"}),
             "source": ("motion", np.array(sources, dtype=object), {"units": "1", "long_name": "source of the motion"}),
+            "own_amplitude": ("motion", np.full(n, own_amplitude), OWN_AMPLITUDE),
         },
         name="acceleration",
         attrs={"units": ACCELERATION, "long_name": "floor acceleration", "standard_name": "acceleration"},
@@ -156,12 +173,13 @@ def _records_of(array: xr.DataArray) -> list[Record]:
                 one["time"].values if "time" in one.coords else None,
                 float(one["dt"].item()) if "dt" in one.coords else None,
             )
-            found.append(Record(f"{label} floor {floor}" if floor else label, values, dt, source, floor))
+            own = bool(one["own_amplitude"].item()) if "own_amplitude" in one.coords else True
+            found.append(Record(f"{label} floor {floor}" if floor else label, values, dt, source, floor, own))
     return found
 
 
 def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
-    """Label, step, duration, source (and floor, where there is one) of plain records, as variables on ``motion``."""
+    """Label, step, duration, source, own_amplitude (and floor, where there is one) of records, on ``motion``."""
     labels = np.array([record.label for record in plain], dtype=object)
     sources = np.array([record.source for record in plain], dtype=object)
     coordinates = {
@@ -169,6 +187,7 @@ def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
         "dt": xr.Variable("motion", [r.dt for r in plain], {"units": SECOND, "long_name": "time step"}),
         "duration": xr.Variable("motion", [r.duration for r in plain], {"units": SECOND, "long_name": "duration"}),
         "source": xr.Variable("motion", sources, {"units": "1", "long_name": "source of the motion"}),
+        "own_amplitude": xr.Variable("motion", [record.own_amplitude for record in plain], OWN_AMPLITUDE),
     }
     if any(record.floor for record in plain):
         floors = np.array([record.floor for record in plain], dtype=object)
@@ -195,9 +214,11 @@ def floor_array(
     sources: NDArray[np.object_],
     floors: Sequence[Any],
     heights: NDArray[np.float64] | None = None,
+    own_amplitude: Sequence[bool] | None = None,
 ) -> xr.DataArray:
     """Floor histories (motion, floor, time), m/s², as the labelled array that `toppling.motions.records` takes."""
     time = np.arange(values.shape[2]) * dt
+    own = [True] * len(labels) if own_amplitude is None else list(own_amplitude)
     return xr.DataArray(
         values,
         dims=("motion", "floor", "time"),
@@ -207,6 +228,7 @@ def floor_array(
             "time": ("time", time, {"units": SECOND, "long_name": "time"}),
             "dt": ("motion", np.full(len(labels), dt), {"units": SECOND, "long_name": "time step"}),
             "source": ("motion", sources, {"units": "1", "long_name": "source of the motion"}),
+            "own_amplitude": ("motion", np.array(own), OWN_AMPLITUDE),
         },
         name="acceleration",
         attrs={"units": ACCELERATION, "long_name": "absolute floor acceleration", "standard_name": "acceleration"},

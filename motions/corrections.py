@@ -11,9 +11,9 @@ from fractions import Fraction
 from typing import Any, Literal
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import signal
 
 from .. import checks
 from .arrays import records
@@ -127,7 +127,7 @@ def taper(motions: xr.DataArray, duration: float) -> xr.DataArray:
     values, dt = _values(motions)
     n = values.shape[1]
     length = checks.number("duration", duration, above=0.0, at_most=0.5 * (n - 1) * dt, unit="s")
-    window = signal.windows.tukey(n, 2.0 * length / ((n - 1) * dt))
+    window = scipy.signal.windows.tukey(n, 2.0 * length / ((n - 1) * dt))
     return _each(motions, f"taper(duration={length:g} s)", lambda a: a * window)
 
 
@@ -257,11 +257,11 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
     if up == down:
         return _each(motions, said, lambda a: a)
     rate = max(up, down)
-    window = signal.firwin(2 * _CROSSINGS * rate + 1, 1.0 / rate, window=("kaiser", _KAISER))
+    window = scipy.signal.firwin(2 * _CROSSINGS * rate + 1, 1.0 / rate, window=("kaiser", _KAISER))
     if down == 1:
         window = window / (window[_CROSSINGS * rate] * up)
     taps: Any = window  # scipy's type stubs know no array here, its documentation does
-    return _each(motions, said, lambda a: signal.resample_poly(a, up, down, window=taps)[:n], dt=new)
+    return _each(motions, said, lambda a: scipy.signal.resample_poly(a, up, down, window=taps)[:n], dt=new)
 
 
 def _filtered(
@@ -273,15 +273,18 @@ def _filtered(
     if not isinstance(zero_phase, bool):
         raise TypeError(f"zero_phase must be True or False, got {zero_phase!r}")
     values, dt = _values(motions)
-    sections = signal.butter(poles, corners if len(corners) > 1 else corners[0], kind, fs=1.0 / dt, output="sos")
+    sections = scipy.signal.butter(poles, corners if len(corners) > 1 else corners[0], kind, fs=1.0 / dt, output="sos")
     said = f"{kind}({said}, order={poles}, zero_phase={zero_phase})"
     if not zero_phase:
-        return _each(motions, said, lambda a: signal.sosfilt(sections, a))
+        return _each(motions, said, lambda a: scipy.signal.sosfilt(sections, a))
     zeros = int(np.ceil(1.5 * poles / (corners[0] * dt)))
     _size(values.shape[1] + 2 * zeros)
-    return _each(
-        motions, said, lambda a: signal.sosfiltfilt(sections, np.pad(a, zeros), padtype=None)[zeros : zeros + a.size]
-    )
+
+    def both_ways(a: NDArray[np.float64]) -> NDArray[np.float64]:
+        padded = scipy.signal.sosfiltfilt(sections, np.pad(a, zeros), padtype=None)
+        return np.asarray(padded[zeros : zeros + a.size])
+
+    return _each(motions, said, both_ways)
 
 
 def _corners(motions: xr.DataArray, low: float, high: float | None = None) -> tuple[float, ...]:

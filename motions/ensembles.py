@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
+from ..streams import stream
 from ..units import DIMENSIONLESS, METRE
 from .arrays import from_array
 
@@ -25,13 +27,11 @@ LEAST_STEPS = 20  # fewer hold no motion, and a parabola would take most of it a
 CHUNK_SAMPLES = 2_000_000  # 16 MB a temporary
 
 
-def stream(seed: int, index: int) -> np.random.Generator:
-    """The random stream of motion `index` under `seed`: depends on the two alone."""
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
-
-
 class Generator(ABC):
     """A source of simulated motions: a frozen dataclass of parameters with one method."""
+
+    own_amplitude: ClassVar[bool] = True
+    """Whether its motions are of an earthquake, and so have an amplitude of their own, or of parameters alone."""
 
     @abstractmethod
     def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
@@ -84,7 +84,7 @@ def ensemble(
         indices = range(first + start, first + min(start + rows, n))
         values[start : start + len(indices)] = make([stream(seed, index) for index in indices])
     labels = [f"{type(generator).__name__} {seed}-{first + i}" for i in range(n)]
-    array = from_array(values, dt, labels, source=f"{generator!r} seed {seed}")
+    array = from_array(values, dt, labels, f"{generator!r} seed {seed}", generator.own_amplitude)
     return array.assign_coords(_scenario(generator, n))
 
 

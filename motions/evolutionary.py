@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self, cast
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import linalg, optimize
 
 from .. import checks
 from ..units import STANDARD_GRAVITY
@@ -57,6 +57,8 @@ class EvolutionaryKanaiTajimi(Generator):
     >>> round(float(abs(generator.sample(20)).max("time").mean()), 6)
     3.0
     """
+
+    own_amplitude: ClassVar[bool] = False
 
     omega_g: float | Sequence[float] = (8.0 * math.pi, 3.0 * math.pi)
     omega_g_times: Sequence[float] | None = None
@@ -158,7 +160,7 @@ class EvolutionaryKanaiTajimi(Generator):
         level = -float(misfit(np.zeros(1 + len(free))).mean())
         first = np.zeros(1 + len(free))
         first[2] = level
-        found = optimize.least_squares(misfit, first, bounds=(first - 6.0, first + 6.0))
+        found = scipy.optimize.least_squares(misfit, first, bounds=(first - 6.0, first + 6.0))
         return cast("Self", candidate(found.x))
 
     _also_free: ClassVar[tuple[str, ...]] = ()
@@ -234,6 +236,6 @@ def _propagators(omega: Values, xi: float, dt: float) -> tuple[Values, Values, V
     matrix[:, 1, 1] = -2.0 * xi * different * dt
     matrix[:, 1, 2] = dt
     matrix[:, 2, 3] = 1.0
-    step = np.asarray(linalg.expm(matrix))[where]
+    step = np.asarray(scipy.linalg.expm(matrix))[where]
     after = step[:, :2, 3]
     return np.ascontiguousarray(step[:, :2, :2]), step[:, :2, 2] - after, np.ascontiguousarray(after)

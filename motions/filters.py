@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import signal
 
 from .. import checks
 from .ensembles import LARGEST, Generator, Streams, Values, ensemble, normals, steps_of
@@ -53,6 +54,8 @@ class KanaiTajimi(Generator):
     >>> KanaiTajimi(duration=10.0, dt=0.01).sample(3, seed=1).shape
     (3, 1001)
     """
+
+    own_amplitude: ClassVar[bool] = False
 
     omega_g: float = 5.0 * math.pi
     xi_g: float = 0.6
@@ -133,6 +136,6 @@ def _filter(
     values: NDArray[np.float64], numerator: list[float], denominator: list[float], dt: float
 ) -> NDArray[np.float64]:
     """A second-order section applied along the last axis, exact for input that is linear between samples."""
-    b, a, _ = signal.cont2discrete((np.array(numerator), np.array(denominator)), dt, method="foh")
-    filtered: NDArray[np.float64] = signal.lfilter(np.ravel(b), np.ravel(a), values, axis=-1)
+    b, a, _ = scipy.signal.cont2discrete((np.array(numerator), np.array(denominator)), dt, method="foh")
+    filtered: NDArray[np.float64] = scipy.signal.lfilter(np.ravel(b), np.ravel(a), values, axis=-1)
     return filtered

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import optimize
 
 from ..units import STANDARD_GRAVITY
 from .arrays import records
@@ -76,7 +76,7 @@ def _spectral(
         elif excess(MOST_ZETA) <= 0.0:
             zeta = MOST_ZETA
         else:
-            zeta = float(optimize.brentq(excess, LEAST_ZETA, MOST_ZETA, xtol=1e-6))
+            zeta = float(scipy.optimize.brentq(excess, LEAST_ZETA, MOST_ZETA, xtol=1e-6))
         middle = np.array([min(apparent / ratio, 0.5 * math.pi / dt)])
         ratio = float(crossing_frequency(middle, zeta, dt)[0] / middle[0])
     return apparent / ratio, apparent_slope / ratio, zeta

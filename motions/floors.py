@@ -16,7 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
-from ..units import ACCELERATION, VELOCITY
+from ..units import ACCELERATION, VELOCITY, provenance
 from . import _recurrence as engine
 from .arrays import Record, floor_array, floor_coordinates, motion_coordinates, records
 from .modes import MOST_BEAM_MODES, beam_modes, storey_modes
@@ -296,7 +296,11 @@ class Building:
                 "pfv": (dims, found[1], {"units": VELOCITY, "long_name": "peak absolute floor velocity"}),
             },
             coords={**motion_coordinates(plain), **floor_coordinates(chosen, self.heights[chosen])},
-            attrs={"title": "Peak floor motions", "building": self._attribute()},
+            attrs={
+                "title": "Peak floor motions",
+                **provenance({"building": self._described(), "parts": cut}),
+                "building": json.dumps(self._described(), ensure_ascii=False),
+            },
         )
 
     def _chosen(self, floors: Any) -> list[int]:
@@ -311,9 +315,8 @@ class Building:
             )
         return chosen
 
-    def _attribute(self) -> str:
-        content = {"description": self.description, "periods": self.periods.tolist(), "damping": self.damping.tolist()}
-        return json.dumps(content, ensure_ascii=False)
+    def _described(self) -> dict[str, Any]:
+        return {"description": self.description, "periods": self.periods.tolist(), "damping": self.damping.tolist()}
 
     def _respond(
         self, record: Record, floors: list[int], parts: int, history: Values, pfa: Values, pfv: Values
@@ -344,8 +347,9 @@ class Building:
         step = ground[0].dt / parts
         labels = np.array([record.label for record in ground], dtype=object)
         sources = np.array([f"{self.description}, {record.source}" for record in ground], dtype=object)
-        return floor_array(values, step, labels, sources, floors, self.heights[floors]).assign_attrs(
-            building=self._attribute()
+        own = [record.own_amplitude for record in ground]
+        return floor_array(values, step, labels, sources, floors, self.heights[floors], own).assign_attrs(
+            building=json.dumps(self._described(), ensure_ascii=False)
         )
 
 

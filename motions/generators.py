@@ -6,10 +6,10 @@ from .ac156 import AC156
 from .ensembles import Generator
 from .evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
 from .filters import CloughPenzien, KanaiTajimi
-from .matching import SpectrumCompatible
 from .nearfault import NearFault
 from .seismological import Seismological
 from .sitebased import SiteBased, SiteBasedScenario
+from .spectrum_compatible import SpectrumCompatible
 
 GENERATORS: dict[str, type[Generator]] = {
     "kanai-tajimi": KanaiTajimi,

@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import special
 
 Values = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class BoundedBeta(Marginal):
     upper: float
 
     def __call__(self, score: Values) -> Values:
-        share = special.betaincinv(self.a, self.b, special.ndtr(score))
+        share = scipy.special.betaincinv(self.a, self.b, scipy.special.ndtr(score))
         return np.asarray(self.lower + (self.upper - self.lower) * share)
 
 
@@ -66,7 +66,7 @@ class GammaLaw(Marginal):
     scale: float
 
     def __call__(self, score: Values) -> Values:
-        return np.asarray(self.scale * special.gammaincinv(self.shape, special.ndtr(score)))
+        return np.asarray(self.scale * scipy.special.gammaincinv(self.shape, scipy.special.ndtr(score)))
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class TwoSidedExponential(Marginal):
     upper: float
 
     def __call__(self, score: Values) -> Values:
-        p = special.ndtr(score)
+        p = scipy.special.ndtr(score)
         left = -np.expm1(self.rise * self.lower) / self.rise
         right = -np.expm1(-self.fall * self.upper) / self.fall
         c = 1.0 / (left + right)

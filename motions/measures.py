@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
+from ..units import provenance
 from .arrays import Record, motion_coordinates, records
 from .intensity import MEASURES, Measure
 from .parametrised import PARAMETRISED
@@ -137,7 +138,12 @@ def measures(
         chosen = [measure_named(one) for one in which]
     else:
         raise TypeError(f"which must be measures or their names, got {checks.kind(which)}")
-    return xr.Dataset(measure_variables(plain, chosen), coords=motion_coordinates(plain))
+    configuration = {"measures": [one.label for one in chosen]}
+    return xr.Dataset(
+        measure_variables(plain, chosen),
+        coords=motion_coordinates(plain),
+        attrs={"title": "Intensity measures", **provenance(configuration)},
+    )
 
 
 def measure_variables(plain: Sequence[Record], chosen: Iterable[Measure]) -> dict[str, xr.Variable]:

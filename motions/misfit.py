@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..units import DIMENSIONLESS, METRE, SECOND, VELOCITY
+from ..units import ACCELERATION, DIMENSIONLESS, METRE, SECOND, VELOCITY, provenance
 from .arrays import motion_coordinates, records
 from .peaks import displacement, peak_displacement, peak_velocity, velocity
 from .spectra import peak_displacements
@@ -75,11 +75,16 @@ def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: Targ
     text = {"units": DIMENSIONLESS, "long_name": "pseudo-acceleration over the target, less 1"}
     variables["misfit"] = xr.Variable(("motion", "period"), misfit, text)
     period = xr.Variable("period", axis, {"units": SECOND, "long_name": "period of the oscillator"})
-    aim = xr.Variable("period", target.at(axis), {"units": "m s-2", "long_name": "target pseudo-acceleration"})
+    aim = xr.Variable("period", target.at(axis), {"units": ACCELERATION, "long_name": "target pseudo-acceleration"})
     return xr.Dataset(
         variables,
         coords={**motion_coordinates(plain), "period": period, "target": aim},
-        attrs={"title": "Misfit of a target spectrum", "target": target.name, "damping": target.damping},
+        attrs={
+            "title": "Misfit of a target spectrum",
+            **provenance({"target": repr(target)}),
+            "target": target.name,
+            "damping": target.damping,
+        },
     )
 
 

@@ -10,9 +10,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import eigh
-from scipy.optimize import brentq
 
 Values = NDArray[np.float64]
 
@@ -46,7 +45,7 @@ def beam_roots(alpha0: float, modes: int) -> Values:
     roots = []
     for i in range(1, modes + 1):
         low = max((i - 1) * math.pi, 1e-3)
-        roots.append(brentq(characteristic, low, i * math.pi, xtol=1e-14, rtol=1e-15))
+        roots.append(scipy.optimize.brentq(characteristic, low, i * math.pi, xtol=1e-14, rtol=1e-15))
     return np.array(roots)
 
 
@@ -105,6 +104,6 @@ def storey_modes(masses: Values, stiffnesses: Values) -> tuple[Values, Values]:
     stiffness = np.diag(stiffnesses + np.append(stiffnesses[1:], 0.0))
     stiffness -= np.diag(stiffnesses[1:], 1) + np.diag(stiffnesses[1:], -1)
     root = np.sqrt(masses)
-    squares, vectors = eigh(stiffness / root[:, None] / root)
+    squares, vectors = scipy.linalg.eigh(stiffness / root[:, None] / root)
     shapes = vectors.T / root
     return np.sqrt(squares), (shapes @ masses)[:, None] * shapes

@@ -10,8 +10,8 @@ import functools
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import special
 
 Values = NDArray[np.float64]
 
@@ -28,14 +28,15 @@ class Modulation(NamedTuple):
 
     def time_of(self, energy: float) -> Values:
         """Time (s) by which a fraction of the energy has arrived."""
-        time: Values = special.gammaincinv(self.shape, energy) / self.rate
+        time: Values = scipy.special.gammaincinv(self.shape, energy) / self.rate
         return time
 
     def density(self, time: Values) -> Values:
         """Energy per second over the total, shape (motion, time)."""
         k, rate = self.shape[:, None], self.rate[:, None]
         # xlogy: zero at t = 0 where the shape is above 1, and the rate where it is 1
-        values: Values = rate * np.exp(special.xlogy(k - 1.0, rate * time) - rate * time - special.gammaln(k))
+        power = scipy.special.xlogy(k - 1.0, rate * time)
+        values: Values = rate * np.exp(power - rate * time - scipy.special.gammaln(k))
         return values
 
 
@@ -70,13 +71,13 @@ def modulation(d5_95: Values, t_middle: Values, middle: float = 0.45) -> Modulat
         log_shape = log_shape - (_log_ratio(log_shape, middle) - target) / slope
     fits = (target >= ratios[0]) & (target <= ratios[-1])
     shape = np.where(fits, np.exp(log_shape), np.nan)
-    return Modulation(shape, special.gammaincinv(shape, middle) / t_middle)
+    return Modulation(shape, scipy.special.gammaincinv(shape, middle) / t_middle)
 
 
 def _log_ratio(log_shape: Values, middle: float) -> Values:
     k = np.exp(log_shape)
     ratio: Values = np.log(
-        (special.gammaincinv(k, 0.95) - special.gammaincinv(k, 0.05)) / special.gammaincinv(k, middle)
+        (scipy.special.gammaincinv(k, 0.95) - scipy.special.gammaincinv(k, 0.05)) / scipy.special.gammaincinv(k, middle)
     )
     return ratio
 

@@ -11,7 +11,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
-from .ensembles import Streams, counts, steps_of, stream
+from ..streams import stream
+from .ensembles import Streams, counts, steps_of
 from .modulation import modulation
 from .nearfault_equations import (
     MIDDLE,

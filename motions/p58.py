@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from .. import checks
-from ..units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
+from ..units import ACCELERATION, STANDARD_GRAVITY, VELOCITY, provenance
 from .arrays import floor_coordinates
 from .floors import MAX_PERIOD, MIN_PERIOD, storey_heights
 
@@ -144,7 +143,7 @@ def p58_floor_demands(
             "pfv": ("floor", pfv, {"units": VELOCITY, "long_name": "median peak floor velocity"}),
         },
         coords=floor_coordinates(range(number + 1), heights),
-        attrs={"title": "FEMA P-58 floor demands", "configuration": json.dumps(configuration)},
+        attrs={"title": "FEMA P-58 floor demands", **provenance(configuration)},
     )
 
 

@@ -11,8 +11,8 @@ from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from .. import checks
 from ..units import ACCELERATION, METRE, VELOCITY
@@ -321,7 +321,7 @@ def _three_strongest(values: Series) -> float:
         return 0.0
     # ends count: beyond them there is nothing
     padded = np.concatenate([[least - largest], values, [least - largest]])
-    tops, _ = signal.find_peaks(padded, height=0.0, prominence=NO_RIPPLE * largest)
+    tops, _ = scipy.signal.find_peaks(padded, height=0.0, prominence=NO_RIPPLE * largest)
     return float(np.sort(padded[tops])[-3:].sum())
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
@@ -37,6 +38,8 @@ class Pulse(Generator):
     The acceleration is linear between samples: a sine sampled at dt errs by (omega dt)²/8 of its amplitude at most.
     """
 
+    own_amplitude: ClassVar[bool] = False
+
     amplitude: float
     omega: float
     dt: float = 0.001
@@ -66,7 +69,7 @@ class Pulse(Generator):
         values[-1] *= 0.5  # nothing follows: the mean of both sides of the jump (zero stays zero)
         quiet = np.zeros(max(1, round(self.tail / dt)))
         label = f"{type(self).__name__} {self.amplitude:g} m/s² {self.omega:g} rad/s"
-        return from_array(np.concatenate([values, quiet]), dt, [label], source=type(self).__name__)
+        return from_array(np.concatenate([values, quiet]), dt, [label], type(self).__name__, self.own_amplitude)
 
 
 @dataclass(frozen=True)

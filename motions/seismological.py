@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import fft
 
 from .. import checks
 from .ensembles import Generator, Streams, ensemble, steps_of
@@ -174,7 +174,7 @@ class Seismological(Generator):
     def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
         """Motions `first` … `first + n - 1` of `seed`, see `KanaiTajimi.sample`."""
         steps = steps_of(self.length, self.dt)
-        size = fft.next_fast_len(steps + 1, real=True)
+        size = scipy.fft.next_fast_len(steps + 1, real=True)
         front = round(self._quiet / self.dt)
         window = self.window(np.arange(steps + 1 - 2 * front, dtype=np.float64) * self.dt)
         target = self.spectrum(np.asarray(np.fft.rfftfreq(size, self.dt), dtype=np.float64)) / self.dt

@@ -15,9 +15,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
+from ..streams import stream
 from ..units import STANDARD_GRAVITY
 from ._drifting import drifting_noise
-from .ensembles import Generator, Streams, counts, ensemble, normals, steps_of, stream
+from .ensembles import Generator, Streams, counts, ensemble, normals, steps_of
 from .filters import _filter
 from .fitting import fit_site_based
 from .modulation import Modulation, modulation, ratio_limits
@@ -72,6 +73,8 @@ class SiteBased(Generator):
     >>> SiteBased(d5_95=8.0, t_mid=4.0, duration=25.0, dt=0.01).sample(2, seed=1).shape
     (2, 2501)
     """
+
+    own_amplitude: ClassVar[bool] = False
 
     arias: float = 0.5
     d5_95: float = 12.0

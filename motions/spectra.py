@@ -11,12 +11,12 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import fft, signal
 
 from .. import checks
-from ..units import ACCELERATION, METRE, SECOND, VELOCITY
+from ..units import ACCELERATION, METRE, SECOND, VELOCITY, provenance
 from . import _recurrence as engine
 from .arrays import motion_coordinates, records
 
@@ -145,7 +145,11 @@ def response_spectrum(
             **motion_coordinates(plain),
             "period": ("period", axis, {"units": SECOND, "long_name": "period of the oscillator"}),
         },
-        attrs={"title": "Response spectra", "damping": zeta},
+        attrs={
+            "title": "Response spectra",
+            **provenance({"periods": axis.tolist(), "damping": zeta}),
+            "damping": zeta,
+        },
     )
 
 
@@ -184,7 +188,7 @@ def mean_period(acceleration: Series, dt: float) -> float:
     frequency = np.arange(first, last + 1) * step
     # the chirp transform computes the band alone, whatever the step of the record
     ends = [frequency[0], frequency[-1]]
-    amplitude = signal.zoom_fft(acceleration / largest, ends, frequency.size, fs=1.0 / dt, endpoint=True)
+    amplitude = scipy.signal.zoom_fft(acceleration / largest, ends, frequency.size, fs=1.0 / dt, endpoint=True)
     power = np.abs(amplitude) ** 2
     total = float(power.sum())
     return float((power / frequency).sum()) / total if total > 0.0 else math.nan
@@ -201,8 +205,8 @@ def energy_band(acceleration: Series, dt: float, shares: tuple[float, float] = B
     largest = float(np.abs(acceleration).max())
     if largest == 0.0:
         return math.nan, math.nan
-    size = fft.next_fast_len(max(acceleration.size, math.ceil(1.0 / (BAND_STEP * dt))), real=True)
-    energy = np.abs(fft.rfft(acceleration / largest, size)) ** 2
+    size = scipy.fft.next_fast_len(max(acceleration.size, math.ceil(1.0 / (BAND_STEP * dt))), real=True)
+    energy = np.abs(scipy.fft.rfft(acceleration / largest, size)) ** 2
     # linear between frequencies: the trapezoidal rule, which gives both ends half their weight
     reached = np.concatenate([[0.0], np.cumsum(0.5 * (energy[1:] + energy[:-1]))])
     low, high = np.interp(shares, reached / reached[-1], np.arange(energy.size) / (size * dt))

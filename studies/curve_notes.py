@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..fragility.likelihood import SEPARATED
 from ..fragility.states import state_name
+from ..fragility.statuses import SEPARATED
 from .words import floor_name, level_text
 
 FEWEST = 5

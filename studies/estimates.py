@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ..fragility import fit_fragility, overturning_probability, rank_measures
-from ..fragility.probability import motions_by_floor
+from ..fragility.provenance import motions_by_floor
 from ..fragility.states import OVERTURNED, UPLIFTED, State, reached, state_name
 from .curve_notes import curve_notes
 

@@ -9,13 +9,13 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from ..fragility import HazardCurve, read_hazard
+from ..fragility.hazard_pieces import ABOVE_RULES, BELOW_RULES
 from ..fragility.scaling import BLOCK_MEASURES, SCALE
 from .analysis_tables import LEVEL_UNITS
 from .tables import Table, one_of
 from .yearly import Risk
 
 ALONG = ("alpha", "R", "width", "height")
-TAILS = ("extend", "none")
 WAYS: tuple[tuple[set[str], set[str]], ...] = (
     ({"file"}, {"site", "component", "unit", "file_years"}),
     ({"k0", "k"}, {"unit"}),
@@ -45,12 +45,14 @@ class HazardTable(Table):
     at: Annotated[
         str, one_of(("ground", "floor")), Field(description="What the curve is of: the site, or one floor (ground).")
     ] = "ground"
-    below: Annotated[str, one_of(TAILS), Field(description="Shaking below the curve's lowest level (extend).")] = (
-        "extend"
-    )
-    above: Annotated[str, one_of(TAILS), Field(description="Shaking above the curve's highest level (extend).")] = (
-        "extend"
-    )
+    below: Annotated[
+        str, one_of(BELOW_RULES), Field(description="Shaking below the curve's lowest level (extend).")
+    ] = "extend"
+    above: Annotated[
+        str,
+        one_of(ABOVE_RULES),
+        Field(description="Shaking above its highest level; hold: as if it just reached it (extend)."),
+    ] = "extend"
     years: Annotated[float, Field(gt=0.0, description="Time of the probabilities, years (50).")] = 50.0
     probability: Annotated[
         float | None, Field(gt=0.0, lt=1.0, description="Target in that time: which size meets it? (not asked)")

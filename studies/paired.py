@@ -59,12 +59,10 @@ class Curves(NamedTuple):
 
 def exponentials(middle: Array, samples: Array, confidence: float) -> tuple[Array, Array, Array]:
     """Exp of estimates (…) and percentile intervals of their replicates (…, replicate); none where no estimate is."""
-    ends = np.full((*middle.shape, 2), np.nan)
-    for where in np.ndindex(*middle.shape):
-        if not np.isnan(middle[where]):
-            ends[where] = percentile_interval(samples[where], confidence)
+    lower, upper, _ = percentile_interval(samples, confidence)
+    known = ~np.isnan(middle)
     with np.errstate(over="ignore"):
-        return np.exp(middle), np.exp(ends[..., 0]), np.exp(ends[..., 1])
+        return np.exp(middle), np.exp(np.where(known, lower, np.nan)), np.exp(np.where(known, upper, np.nan))
 
 
 def flipped(flags: NDArray[np.bool_], one: Index, other: Index, confidence: float) -> tuple[Array, Array, Array]:
@@ -116,8 +114,9 @@ def swing(curves: Curves, block: int, laws: Index, confidence: float) -> Array:
         samples = np.ptp(curves.log_samples[block, laws], axis=0)
     if not np.isfinite(middle):
         return np.full(3, np.exp(middle))
-    low, high = percentile_interval(samples, confidence)
-    return np.exp([middle, max(2.0 * middle - high, 0.0), max(2.0 * middle - low, 0.0)])
+    ends = percentile_interval(samples, confidence)
+    turned = 2.0 * middle - np.array([ends.upper, ends.lower])
+    return np.exp([middle, *np.maximum(turned, 0.0).tolist()])
 
 
 def trend(curves: Curves, block: int, laws: Index, x: Array) -> Array:

@@ -14,10 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentFormatter
 from numpy.typing import NDArray
 
-from .plots import REFERENCE, display_unit, model_name, plain_log, styles
+from .plots import REFERENCE, model_name, plain_log, styles
 from .plots_uncertainty import input_name
 from .sensitivity_rows import GREEK, level_between, level_text, reference_name, reference_of
 from .sensitivity_tables import RIGID
+from .words import display_unit
 
 EQUAL = 1e-9
 """A distance from the rigid block that is no more than rounding."""
@@ -207,8 +208,9 @@ def sobol_panel(results: xr.Dataset, ax: Axes | None = None, block: str | None =
     for i, (colour, marker, _) in enumerate(styles(results)):
         one = here.isel(model=i)
         label = model_name(str(one["model"].item()))
-        total, half = one["sobol_total"].values, one["sobol_total_confidence"].values
-        ax.errorbar(total, y[i], xerr=half, fmt=marker, color=colour, ms=5.0, lw=1.2, label=label)
+        total = one["sobol_total"].values
+        ends = [total - one["sobol_total_lower"].values, one["sobol_total_upper"].values - total]
+        ax.errorbar(total, y[i], xerr=ends, fmt=marker, color=colour, ms=5.0, lw=1.2, label=label)
     ax.axvline(0.0, color="0.4", lw=0.8)
     _inputs_axis(results, ax)
     ax.set_xlabel("total Sobol' index of P(overturn)")

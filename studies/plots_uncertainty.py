@@ -143,7 +143,7 @@ def sobol_bars(indices: xr.Dataset, ax: Axes | None = None) -> Axes:
         ("total", 0.19, COLOURS[5], "total: with all others"),
         ("first", -0.19, COLOURS[0], "first order: alone"),
     ):
-        half = here[f"{name}_confidence"].values
+        half = here[f"{name}_upper"].values - here[name].values
         error = {"ecolor": "0.25", "elinewidth": 1.1, "capsize": 2.5}
         ax.barh(y + shift, here[name].values, 0.36, color=colour, label=label, xerr=half, error_kw=error)
     ax.axvline(0.0, color="0.25", lw=0.8)
@@ -180,7 +180,7 @@ def morris_scatter(indices: xr.Dataset, ax: Axes | None = None) -> Axes:
     if ax is None:
         ax = plt.figure(figsize=(5.6, 4.6), layout="constrained").add_subplot()
     x, y = here["mu_star"].values, here["sigma"].values
-    half = here["mu_star_confidence"].values
+    half = here["mu_star_upper"].values - x
     for i, name in enumerate(here["input"].values):
         colour, marker = COLOURS[i % len(COLOURS)], MARKERS[i % len(MARKERS)]
         ax.errorbar(x[i], y[i], xerr=half[i], fmt=marker, ms=7.0, color=colour, lw=1.1, label=input_name(str(name)))

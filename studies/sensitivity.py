@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from ..fragility import overturning_probability
 from ..fragility.bootstrap import draw_motions, percentile_interval
-from ..fragility.screen import HERTZ
 from ..models import Block, Law
 from ..models.friction import friction_at_impact
-from ..units import DIMENSIONLESS
+from ..units import DIMENSIONLESS, HERTZ
 from .free_decay import free_decay
 from .paired import Curves, Index, excess, exponentials, flipped, swing, trend
 from .sensitivity_tables import RIGID, Sweep
@@ -207,7 +206,7 @@ def _peaks(runs: xr.Dataset, grid: Grid, sweep: Sweep) -> dict[str, Any]:
         if apart.any():
             with np.errstate(invalid="ignore"):
                 samples = (weights @ smaller) / (weights @ apart)
-            share[:, block, j, k] = smaller.sum() / apart.sum(), *percentile_interval(samples, sweep.confidence)
+            share[:, block, j, k] = smaller.sum() / apart.sum(), *percentile_interval(samples, sweep.confidence)[:2]
     text = "share of the rigid block's rocking runs in which the law's peak is smaller, of those where they differ"
     found: dict[str, Any] = {
         name: (("block", "model", "value"), part, _attributes(said))

@@ -100,9 +100,9 @@ class Part(NamedTuple):
             return Ratio(np.nan, np.nan, np.nan, 0, int(self.inside.sum()))
         with np.errstate(invalid="ignore"):
             samples = (own[:, one] - base)[known].mean(axis=0)
-        low, high = percentile_interval(samples, float(self.results.attrs["confidence"]))
+        ends = percentile_interval(samples, float(self.results.attrs["confidence"]))
         with np.errstate(over="ignore"):
-            middle, low, high = (float(np.exp(one)) for one in (here[known].mean(), low, high))
+            middle, low, high = (float(np.exp(one)) for one in (here[known].mean(), ends.lower, ends.upper))
         return Ratio(middle, low, high, int(known.sum()), int(self.inside.sum()))
 
     def spread(self, values: Array) -> tuple[float, float, float]:
@@ -222,13 +222,13 @@ def _insensitive_medians(results: xr.Dataset) -> Claim | None:
         for name, j in laws.items()
         if name != "discrete"
     ]
-    least = all(high < 0.0 for _, high in differences)
-    verdict = HOLDS if least else FAILS if any(low > 0.0 for low, _ in differences) else OPEN
+    least = all(high < 0.0 for _, high, _ in differences)
+    verdict = HOLDS if least else FAILS if any(low > 0.0 for low, _, _ in differences) else OPEN
     listed = []
     for name, j in laws.items():
-        ends = np.exp(percentile_interval(samples[j], confidence))
+        ends = np.exp(percentile_interval(samples[j], confidence)[:2])
         listed.append(f"{np.exp(middle[j]):.2f} ({ends[0]:.2f}–{ends[1]:.2f}) under {NAMES[name]}")
-    low, high = np.exp(percentile_interval(samples[own], confidence))
+    low, high = np.exp(percentile_interval(samples[own], confidence)[:2])
     text = f"{part.where} a tenfold δ multiplies the median by {', '.join(listed)}; 1 is no sensitivity"
     numbers = float(np.exp(middle[own])), float(low), float(high)
     claim = "discrete damping is least sensitive to δ: overturning"

@@ -12,9 +12,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from .estimates import middle_level
-from .plots import display_unit
 from .rows import Rows
 from .sensitivity_claims import Claim
+from .words import display_unit
 
 GREEK = {"delta": "δ", "e": "e"}
 

@@ -86,9 +86,9 @@ def index_rows(results: xr.Dataset, name: str) -> Rows | None:
             for i, which in enumerate(one["input"].values):
                 cells = []
                 for column in own:
-                    half = at.get(f"{name}_{column}_confidence")
-                    text = f"{float(at[f'{name}_{column}'][i]):.2f}"
-                    cells.append(text if half is None else f"{text} ± {float(half[i]):.2f}")
+                    value, upper = at[f"{name}_{column}"], at.get(f"{name}_{column}_upper")
+                    text = f"{float(value[i]):.2f}"
+                    cells.append(text if upper is None else f"{text} ± {float(upper[i] - value[i]):.2f}")
                 rows.append((f"{block}, {model}: {input_name(str(which)).replace('$', '')}", *cells))
     titles = {
         "sobol": ("Sobol' indices", ("", "alone", "with others")),

@@ -20,7 +20,8 @@ from ..fragility import (
     standing,
     uncertain_ida,
 )
-from ..fragility.curves import LINKED, LOGNORMAL
+from ..fragility.curves import LINKED
+from ..fragility.links import LOGNORMAL
 from ..fragility.scaling import BLOCK_MEASURES
 from ..fragility.states import OVERTURNED, state_name
 from ..models import Block, Law

@@ -9,8 +9,8 @@ import xarray as xr
 
 from ..fragility import capacity_variance_shares, fit_fragility, overturning_probability, variance_shares
 from ..fragility.estimation import WALD
-from ..fragility.rates import RATE, probability_in
-from ..units import DIMENSIONLESS
+from ..fragility.rates import probability_in
+from ..units import DIMENSIONLESS, PER_YEAR
 from .estimates import Fit
 from .yearly import Risk
 
@@ -103,9 +103,11 @@ def yearly(
     text = "annual rate of overturning"
     chance = each.copy(data=probability_in(each.values, risk.years))
     found = {
-        "sample_rate": each.assign_attrs(units=RATE, long_name=f"{text} of each sample"),
-        "sample_rate_mean": each.mean("sample").assign_attrs(units=RATE, long_name=f"mean over samples of the {text}"),
-        "sample_rate_quantile": _quantiles(each, RATE, text),
+        "sample_rate": each.assign_attrs(units=PER_YEAR, long_name=f"{text} of each sample"),
+        "sample_rate_mean": each.mean("sample").assign_attrs(
+            units=PER_YEAR, long_name=f"mean over samples of the {text}"
+        ),
+        "sample_rate_quantile": _quantiles(each, PER_YEAR, text),
         "sample_risk_probability_mean": chance.mean("sample").assign_attrs(
             units=DIMENSIONLESS,
             long_name=f"mean over samples of the probability of overturning in {risk.years:g} years",

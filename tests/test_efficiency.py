@@ -9,9 +9,9 @@ from scipy import optimize, stats
 
 import toppling as tp
 from toppling.fragility import fit_lognormal, overturning_capacity, rank_measures
+from toppling.fragility.bootstrap import draw_motions
 from toppling.fragility.capacity import brackets
 from toppling.fragility.censored import STATUS, fit_dispersions, fit_trend
-from toppling.fragility.efficiency import _weights
 
 mpl.use("Agg")
 
@@ -50,6 +50,11 @@ def dispersion(lower, upper, weights=None):
     return found.dispersion[0, 0], int(found.status[0, 0])
 
 
+def first_all_once(n, replicates, seed):
+    """As `rank_measures` weighs n motions: all once, then replicates of them."""
+    return np.concatenate([np.ones((1, n)), draw_motions((np.arange(n),), replicates, seed)])
+
+
 class TestCensoredFits:
     def test_against_a_simplex_on_the_plain_likelihood(self):
         rng = np.random.default_rng(1)
@@ -65,7 +70,7 @@ class TestCensoredFits:
         rng = np.random.default_rng(2)
         y = rng.normal(0.0, 0.4, 30)
         low, high = bracketed(y, np.linspace(-0.5, 0.6, 9))
-        weights = _weights(30, 6, seed=3)
+        weights = first_all_once(30, 6, seed=3)
         found, _ = dispersion(low, high, weights)
         for value, w in zip(found, weights, strict=True):
             # to a thousandth of its own standard error: bootstrap fits stop before rounding
@@ -428,7 +433,7 @@ class TestIntervals:
         shared = rng.normal(0.0, 0.3, (sets, n))
         grid = np.linspace(-1.5, 1.5, 25)
         ends = [bracketed(shared + rng.normal(0.0, 0.15, (sets, n)), grid) for _ in range(2)]
-        found = fit_dispersions(ends, _weights(n, 200, 12)).dispersion
+        found = fit_dispersions(ends, first_all_once(n, 200, 12)).dispersion
         difference = found[:, 0] - found[:, 1]
         low, high = np.quantile(difference[:, 1:], [0.025, 0.975], axis=1)
         told = int(((low > 0.0) | (high < 0.0)).sum())
@@ -442,7 +447,7 @@ class TestIntervals:
         y = rng.normal(0.0, 0.2, (50, 80))
         grid = np.linspace(-1.5, 1.5, 25)
         ends = [bracketed(y, grid), bracketed(y + rng.normal(0.0, 0.25, (50, 80)), grid)]
-        found = fit_dispersions(ends, _weights(80, 100, 1)).dispersion
+        found = fit_dispersions(ends, first_all_once(80, 100, 1)).dispersion
         assert (np.quantile(found[:, 1, 1:] - found[:, 0, 1:], 0.025, axis=1) > 0.0).mean() > 0.9
 
 

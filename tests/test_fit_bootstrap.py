@@ -232,18 +232,51 @@ class TestIntervals:
     def test_percentiles_and_missing_replicates(self):
         """Fewer missing than a tail holds: the next ones; more: no end."""
         samples = np.arange(1000.0)
-        assert percentile_interval(samples, 0.95) == (24.0, 975.0)
+        assert percentile_interval(samples, 0.95, against=True) == (24.0, 975.0, 1000)
         samples[:10] = np.nan
-        low, high = percentile_interval(np.random.default_rng(1).permutation(samples), 0.95)
+        low, high, used = percentile_interval(np.random.default_rng(1).permutation(samples), 0.95, against=True)
+        assert used == 990
         assert low == 24.0  # ten below everything, and the fifteen lowest of the others
         assert high == 985.0
         samples[:40] = np.nan
-        assert percentile_interval(samples, 0.95) == (-np.inf, np.inf)
+        assert percentile_interval(samples, 0.95, against=True)[:2] == (-np.inf, np.inf)
+
+    @pytest.mark.parametrize("confidence", [0.5, 0.9, 0.95, 0.999])
+    def test_percentiles_as_numpy_has_them(self, confidence):
+        """Order statistics either way, for any number of replicates; whole weights are repeated replicates."""
+        rng = np.random.default_rng(5)
+        tail = 0.5 - 0.5 * confidence
+        for n in (1, 2, 7, 40, 333, 1000):
+            samples = rng.normal(0.0, 1.0, (3, 2, n))
+            found = percentile_interval(samples, confidence)
+            weights = rng.integers(1, 5, n)
+            weighted = percentile_interval(samples, confidence, weights / weights.sum())
+            for ends, every in ((found, samples), (weighted, np.repeat(samples, weights, axis=-1))):
+                # a tail of 0.025 is a little more in binary, and 40 times it is 1
+                lower, upper = (
+                    s * np.quantile(s * every, tail - 1e-12, -1, method="inverted_cdf") for s in (1.0, -1.0)
+                )
+                np.testing.assert_array_equal(ends.lower, lower)
+                np.testing.assert_array_equal(ends.upper, upper)
+                np.testing.assert_array_equal(ends.used, np.full((3, 2), n))
+
+    def test_percentiles_of_what_is_infinite_or_missing(self):
+        samples = np.array([[-np.inf, 1.0, 2.0, np.inf], [np.nan, 1.0, 2.0, np.inf], [np.nan] * 4])
+        found = percentile_interval(samples, 0.5)
+        np.testing.assert_array_equal(found.lower, [-np.inf, 1.0, np.nan])
+        np.testing.assert_array_equal(found.upper, [np.inf, np.inf, np.nan])
+        assert found.used.tolist() == [4, 3, 0]
+        against = percentile_interval(samples, 0.5, against=True)
+        np.testing.assert_array_equal(against.lower, [-np.inf, -np.inf, -np.inf])
+        np.testing.assert_array_equal(against.upper, [np.inf, np.inf, np.inf])
+        nothing = percentile_interval(np.empty((2, 0)), 0.9)
+        assert np.isnan(nothing.lower).all()
+        assert nothing.used.tolist() == [0, 0]
 
     def test_studentised(self):
         """With errors of one size it mirrors the percentiles about the estimate."""
         samples = np.random.default_rng(2).gamma(3.0, 1.0, 5000)
-        low, high = percentile_interval(samples, 0.9)
+        low, high, _ = percentile_interval(samples, 0.9)
         found = studentised_interval(3.0, 0.5, samples, np.full(5000, 0.5), 0.9)
         assert found == pytest.approx((6.0 - high, 6.0 - low))
 
@@ -486,7 +519,7 @@ def test_what_is_no_data():
         fit_fragility(BAKER, method="first-overturning")
     with pytest.raises(ValueError, match="needs an IDA dataset, got a dataset of design 'cloud'"):
         fit_fragility(once(1, np.ones(3)), method="first-overturning")
-    with pytest.raises(ValueError, match="must have a coordinate intensity on motion, got none"):
+    with pytest.raises(ValueError, match="must have levels or intensities as coordinates"):
         fit_fragility(once(1, np.ones(3)).drop_vars("intensity"))
     with pytest.raises(ValueError, match="intensity must be > 0, got -1"):
         fit_fragility(once(1, np.array([1.0, -1.0])))

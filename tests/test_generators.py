@@ -18,13 +18,14 @@ from scipy.integrate import quad, solve_ivp
 from toppling import motions as mo
 from toppling.motions import ensembles, nearfault_equations, scenario
 from toppling.motions._drifting import drifting_noise
-from toppling.motions.ensembles import normals, stream
+from toppling.motions.ensembles import normals
 from toppling.motions.filters import _filter
 from toppling.motions.fitting import crossing_frequency, small_extremes
 from toppling.motions.marginals import BoundedBeta, ExponentialOfBeta, GammaLaw, Lognormal, TwoSidedExponential
 from toppling.motions.modulation import modulation, ratio_limits
 from toppling.motions.peaks import displacement, velocity
 from toppling.motions.scenario import SiteBasedEquations
+from toppling.streams import stream
 from toppling.units import STANDARD_GRAVITY
 
 EVOLUTIONARY = mo.EvolutionaryKanaiTajimi(omega_g=(30.0, 8.0), duration=5.0, dt=0.01)

@@ -3,12 +3,16 @@
 import dataclasses
 import json
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
+from pydantic import ValidationError
 
 import toppling as tp
-from toppling.fragility import HazardCurve, HazardError, read_hazard
+from toppling.fragility import HazardCurve, HazardError, annual_rate, read_hazard
+from toppling.studies.hazard_tables import HazardTable
 from toppling.units import STANDARD_GRAVITY as G
 
 # The layouts are those of the programs, the numbers are made up.
@@ -370,3 +374,27 @@ def test_damaged_files_are_read_or_refused(tmp_path, name):
         slowest = max(slowest, time.perf_counter() - start)
     assert slowest < 1.0
     assert read > 0
+
+
+@pytest.mark.parametrize("above", ["extend", "none", "hold"])
+def test_a_study_may_ask_for_every_tail_that_rates_have(above):
+    given = {"levels": [1.0, 4.0], "rates": [1e-2, 1e-3], "unit": "m/s2", "above": above}
+    asked = HazardTable.model_validate(given).risk("pga", Path())
+    assert asked.above == above
+    curves = xr.Dataset({"median": ((), 5.0, {"units": "m s-2"}), "dispersion": 0.4}, attrs={"im": "pga"})
+    rate, none = (annual_rate(curves, asked.hazard, above=rule)["rate"].item() for rule in (above, "none"))
+    assert (rate > none) == (above != "none")
+
+
+def test_what_lies_above_is_not_held_below():
+    with pytest.raises(ValidationError, match="hold"):
+        HazardTable.model_validate({"k0": 1e-4, "k": 2.5, "unit": "g", "below": "hold"})
+
+
+def test_a_curve_describes_its_realisations():
+    """What made a rate is all there: the branches, too."""
+    low, high = (HazardCurve([1.0, 2.0], [1e-2 * factor, 1e-3 * factor], "pga") for factor in (0.5, 1.5))
+    told = HazardCurve.from_realisations([low, high], [0.25, 0.75]).describe()
+    assert told["realisations"] == [list(low.rates), list(high.rates)]
+    again = HazardCurve(told["levels"], told["rates"], told["im"], "", told["realisations"], told["weights"])
+    assert again.rates == HazardCurve.from_realisations([low, high], [0.25, 0.75]).rates

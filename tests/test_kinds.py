@@ -207,7 +207,7 @@ R_factor = { distribution = "lognormal", median = 1.0, dispersion = 0.1, lower =
         share = found.flag_share.isel(block=0)
         np.testing.assert_allclose(share.sum("component").where(share.notnull().all("component")).dropna("level"), 1.0)
         assert found.sobol_total.dims == ("block", "model", "input", "output")
-        assert {"sobol_first_confidence", "morris_mu_star", "friction_uplift"} <= {*found.data_vars}
+        assert {"sobol_first_upper", "morris_mu_star", "friction_uplift"} <= {*found.data_vars}
         out = capsys.readouterr().out
         assert "Sobol' indices of P(overturn)" in out
         for name in ("uncertainty", "sobol", "morris"):

@@ -24,12 +24,19 @@ from toppling.models.runs import trace
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = ("models", "motions", "fragility", "benchmarks", "studies")
+BELOW_ALL = {"units", "checks", "streams", "distributions"}
 MODULES = sorted(
     [f"toppling.{room}.{info.name}" for room in ROOMS for info in pkgutil.iter_modules([str(ROOT / room)])]
-    + ["toppling", "toppling.units", "toppling.checks", *(f"toppling.{room}" for room in ROOMS)]
+    + [
+        "toppling",
+        *(f"toppling.{name}" for name in sorted(BELOW_ALL)),
+        *(f"toppling.{room}" for room in ROOMS),
+    ]
 )
+ROOT_FILES = ("__init__.py", "py.typed", *(f"{name}.py" for name in sorted(BELOW_ALL)))
 # (the maker of the benchmark's truth needs gmpy2, which nobody else does)
-MODULES = [name for name in MODULES if name != "toppling.benchmarks.truth" or importlib.util.find_spec("gmpy2")]
+TRUTH = {f"toppling.benchmarks.{name}" for name in ("truth", "exact_motion", "multiprecision")}
+MODULES = [name for name in MODULES if name not in TRUTH or importlib.util.find_spec("gmpy2")]
 
 
 def run(arguments, folder, **environment):
@@ -62,7 +69,7 @@ class TestWheel:
         _, wheel, _ = built
         names = {n for n in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in n}
         modules = {f"toppling/{p.relative_to(ROOT)}" for room in ROOMS for p in (ROOT / room).glob("*.py")}
-        modules |= {f"toppling/{name}" for name in ("__init__.py", "units.py", "checks.py", "py.typed")}
+        modules |= {f"toppling/{name}" for name in ROOT_FILES}
         data = {"toppling/models/catalogue.csv", "toppling/motions/example.AT2", "toppling/benchmarks/truth.nc"}
         data |= {"toppling/fragility/published.csv"}
         examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.*")}
@@ -114,10 +121,16 @@ class TestArchitecture:
                     target = room if node.level == 1 else parts[0] or node.names[0].name
                     names = [n.name for n in node.names] if node.level == 2 and not node.module else [target]
                     for name in names:
-                        assert name in self.ALLOWED[room] | {"units", "checks"}, f"{path.name} imports {name}"
+                        assert name in self.ALLOWED[room] | BELOW_ALL, f"{path.name} imports {name}"
                 if isinstance(node, ast.Import | ast.ImportFrom) and getattr(node, "level", 0) == 0:
                     imported = [n.name for n in node.names] if isinstance(node, ast.Import) else [node.module]
                     assert not any(name.split(".")[0] == "toppling" for name in imported), path.name
+
+    def test_what_lies_below_all_knows_no_room(self):
+        for name in BELOW_ALL:
+            for node in ast.walk(ast.parse((ROOT / f"{name}.py").read_text(encoding="utf-8"))):
+                if isinstance(node, ast.ImportFrom) and node.level:
+                    assert {node.module or one.name for one in node.names} <= BELOW_ALL, name
 
     def test_kernels_call_nothing_outside_their_file(self):
         for room in ROOMS:
@@ -127,8 +140,14 @@ class TestArchitecture:
 
 
 def test_importing_is_light():
-    """No figures, no tables of others, until they are asked for."""
-    code = "import sys, toppling; print([name for name in ('matplotlib', 'SALib', 'pydantic') if name in sys.modules])"
+    """No figures, no tables of others, no statistics and filters, until they are asked for."""
+    heavy = [
+        "matplotlib",
+        "SALib",
+        "pydantic",
+        *(f"scipy.{part}" for part in ("signal", "stats", "optimize", "special")),
+    ]
+    code = f"import sys, toppling; print([name for name in {heavy} if name in sys.modules])"
     assert run([sys.executable, "-c", code], ROOT).strip() == "[]"
 
 

@@ -362,7 +362,7 @@ class TestDesigns:
 
     @pytest.mark.parametrize("im", ["arias", "pga_normalised", "Sa(0.5)", "scale"])
     def test_factors_are_those_of_the_analysis(self, im):
-        from toppling.fragility.recall import factors_of
+        from toppling.fragility.provenance import factors_of
         from toppling.fragility.scaling import scaling
 
         shakes = noise(3)
@@ -500,7 +500,7 @@ class TestErrors:
             screen(whole.overturned)
         with pytest.raises(TypeError, match="runs must be a dataset of runs"):
             screen(whole.drop_vars("alpha"))
-        with pytest.raises(ValueError, match="motions must hold the motion 'CloughPenzien 1-1' of the runs, got none"):
+        with pytest.raises(ValueError, match="motions must hold motion 'CloughPenzien 1-1' of the runs, got none"):
             screen(whole, shakes.isel(motion=[0]))
         with pytest.raises(ValueError, match="must be the one of the runs, with a pga of"):
             screen(whole, 2.0 * shakes)

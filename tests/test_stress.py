@@ -6,175 +6,50 @@ whose motion is perturbed by 1e-13); rest that is rest; energy that never grows;
 `skip` nor on the company of other runs.
 """
 
-import ast
-import json
 import math
-import os
-import subprocess
-import sys
-import threading
-import time
-from pathlib import Path
 
 import forty_digits
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import integrate
 from shared_cases import ELASTIC, LAWS, RIGID, shake
-from test_reference import CASES, build
+from stress_cases import (
+    BLOCK,
+    ELASTIC_CASES,
+    EVENTS,
+    IMPACTS,
+    OVERTURNED,
+    PEAK,
+    REPEATABLE,
+    RIGID_CASES,
+    UPLIFTED,
+    answer,
+    check,
+    check_sane,
+    compile_engine,
+    decades,
+    draws,
+    given_draw,
+    label,
+    noise,
+    parts,
+    rate_bound,
+    record_of,
+    threshold,
+)
+from test_reference import CASES
 
 import toppling as tp
 from toppling.models._piecewise import REST
-from toppling.models.runs import OUTPUTS, TALLY, prepare, run_many, trace
-from toppling.motions import OneCycleSine
-from toppling.units import STANDARD_GRAVITY as G
-
-BLOCK = tp.Block.from_slenderness(0.2, 0.5)
-OVERTURNED, PEAK, UPLIFTED, IMPACTS = (OUTPUTS[k] for k in ("overturned", "peak_rotation", "uplifted", "impacts"))
-RIGID_CASES = [c for c in CASES if c[0] == "housner" or c[1].get("rest") == "rigid"]
-ELASTIC_CASES = [c for c in CASES if c not in RIGID_CASES]
-
-# The same examples in every run, and no time of their own: `answer` limits the engine's.
-REPEATABLE = {"derandomize": True, "deadline": None, "database": None, "suppress_health_check": list(HealthCheck)}
-SECONDS = 1.0  # of processor time, for a run of some thousand samples
-HANGS = 30.0  # s after which a run is given up
-EVENTS = 10_000  # in one sample, at most
-
-
-def label(value):
-    return value.label if hasattr(value, "label") else value if isinstance(value, str) else "-".join(value.values())
+from toppling.models.runs import run_many, trace
 
 
 @pytest.fixture(scope="module", autouse=True)
 def _compiled():
     """No limit on time counts compilation."""
-    prepare([tp.HousnerImpact().oscillator(BLOCK)])
-    trace(tp.HousnerImpact().oscillator(BLOCK), np.zeros(2), 0.01)
-
-
-def answer(call, *arguments, seconds=SECONDS, **keywords):
-    """call(...) within a limit on processor time; the engine holds no lock, so a hang fails the test and no more."""
-    found = {}
-
-    def work():
-        start = time.thread_time()
-        found["value"] = call(*arguments, **keywords)
-        found["seconds"] = time.thread_time() - start
-
-    thread = threading.Thread(target=work, daemon=True)
-    thread.start()
-    thread.join(max(HANGS, 3.0 * seconds))
-    assert "value" in found, "no answer: it hangs, or raised in its thread"
-    assert found["seconds"] <= seconds, f"{found['seconds']:.2f} s of processor time, the limit is {seconds:g} s"
-    return found["value"]
-
-
-def parts(law, options, draw):
-    """The block, the oscillator and the reference's arguments of one draw (see `draws`)."""
-    block = tp.Block.from_slenderness(draw["alpha"], draw["R"], draw["inertia_factor"])
-    model, keywords = build(law, options, draw)
-    return block, model.oscillator(block), {**keywords, "alpha": block.alpha, "R": block.R}
-
-
-def given_draw(**values):
-    """A draw with the values that do not matter filled in."""
-    fixed = {"inertia_factor": 4.0 / 3.0, "e": 0.9, "delta": 0.05, "coefficient": 0.02, "zeta": 0.05, "lever": "h"}
-    return {**fixed, "alpha": 0.2, "R": 0.5, "dt": 0.01, **values}
-
-
-def threshold(oscillator):
-    """Floor acceleration that a rigid block just withstands, m/s²."""
-    return oscillator.uplift_right / oscillator.gain
-
-
-def check_sane(run, block):
-    """Finite, inside the flat positions, the peak no less than any sample and pi/2 if overturned, few events."""
-    results, history = run.results, run.history
-    assert np.isfinite(results[: IMPACTS + 1]).all()
-    assert np.isfinite(history).all()
-    assert np.abs(history[0]).max(initial=0.0) <= results[PEAK] <= 0.5 * math.pi
-    assert (results[OVERTURNED] == 1.0) == (results[PEAK] == 0.5 * math.pi)
-    assert results[IMPACTS] <= EVENTS * history.shape[1]
-
-
-def check(law, options, draw, record, theta0=0.0, omega0=0.0, seconds=SECONDS, bound=1e-9):
-    """One run is sane and has the reference's verdict and peak; returns it."""
-    block, oscillator, keywords = parts(law, options, draw)
-    start = {"theta0": theta0, "omega0": omega0}
-    run = answer(trace, oscillator, record, draw["dt"], **start, seconds=seconds)
-    check_sane(run, block)
-    truth = integrate(law, acceleration=record, **start, **keywords)
-    scale = max(truth.peak, 1e-300)
-    error = abs(run.results[PEAK] - truth.peak) / scale
-    same = (run.results[OVERTURNED] == 1.0) == truth.overturned
-    if error > bound or not same:
-        twins = [
-            integrate(law, acceleration=record * s, theta0=theta0 * s, omega0=omega0 * s, **keywords)
-            for s in (1.0 + 1e-13, 1.0 - 1e-13)
-        ]
-        change = max(abs(twin.peak - truth.peak) for twin in twins) / scale
-        assert error <= max(bound, 100.0 * change), (error, change, draw)
-        assert same or any(twin.overturned != truth.overturned for twin in twins), draw
-    return run
-
-
-def rate_bound(law, draw):
-    """The fastest exponent of the oscillator, 1/s."""
-    p = math.sqrt(G / (draw["inertia_factor"] * draw["R"]))
-    e = draw["e"]
-    zeta = {
-        "giannini_masiani": 2.0 / math.pi * (1.0 - e) / (1.0 + e),
-        "makris_konstantinidis": -0.68 * math.log(e),
-        "viscous": draw["zeta"],
-    }.get(law, 0.0)
-    return p if law == "housner" else p * math.sqrt(1.0 / draw["delta"]) * max(1.0, 2.0 * zeta)
-
-
-def noise(rng, n, dt, correlation):
-    """A rough piecewise-linear record (n,) of unit variance with knots `correlation` (s) apart, or at the samples."""
-    apart = max(correlation, dt)
-    knots = rng.standard_normal(int(n * dt / apart) + 4)
-    return np.interp(np.arange(n) * dt / apart + rng.uniform(), np.arange(knots.size), knots)
-
-
-def decades(low, high):
-    return st.floats(math.log(low), math.log(high)).map(lambda x: min(max(math.exp(x), low), high))
-
-
-@st.composite
-def draws(draw):
-    """A block, its law's options and a record's shape, from the whole of the ranges: ends included."""
-    nearly_one = decades(1e-6, 0.99).map(lambda x: 1.0 - x)
-    return {
-        "alpha": draw(decades(0.01, 1.2)),
-        "R": draw(decades(0.01, 100.0)),
-        "inertia_factor": draw(st.floats(1.05, 2.0)),
-        "e": draw(st.one_of(nearly_one, decades(0.01, 1.0))),
-        "delta": draw(decades(1e-6, 0.5)),
-        "coefficient": draw(st.floats(0.0, 0.05)),
-        "zeta": draw(st.one_of(st.sampled_from([0.0, 1.0]), decades(1e-3, 3.0))),
-        "lever": draw(st.sampled_from(["h", "R"])),
-        "dt": draw(decades(1e-5, 0.05)),
-        "seed": draw(st.integers(0, 2**32 - 1)),
-        "cycles": draw(st.floats(2.0, 30.0)),
-        "correlation": draw(decades(0.02, 2.0)),
-        "level": draw(st.one_of(decades(0.7, 5.0), decades(0.1, 1e6))),
-        "from_zero": draw(st.booleans()),
-    }
-
-
-def record_of(law, draw, oscillator, steps=1e5, samples=3000):
-    """The record of a draw: as long as its cycles, but no more than the reference can follow in a second."""
-    rng = np.random.default_rng(draw["seed"])
-    p = math.sqrt(G / (draw["inertia_factor"] * draw["R"]))
-    duration = min(draw["cycles"] / p, 0.1 * steps / rate_bound(law, draw))
-    n = int(min(max(duration / draw["dt"], 2.0), samples)) + 2
-    record = noise(rng, n, draw["dt"], draw["correlation"] / p) * threshold(oscillator) * draw["level"]
-    if draw["from_zero"]:
-        record[0] = 0.0
-    return record
+    compile_engine()
 
 
 class TestRanges:
@@ -550,294 +425,3 @@ class TestCancellation:
         np.testing.assert_allclose(run.history[:2, 1:31], exact[:, 1:31], rtol=1e-13)
         scale = np.abs(exact).max(axis=1, keepdims=True)
         np.testing.assert_allclose(run.history[:2] / scale, exact / scale, rtol=0.0, atol=1e-13)
-
-
-def energies(block, oscillator, theta, omega):
-    """Energy per unit inertia on the rigid branches: 0 at rest.  From the physics, not from the table's potentials."""
-    x = np.abs(theta)
-    branch = -max(oscillator.regions, key=lambda region: region.upper).stiffness
-    if oscillator.exact:
-        # cos(alpha - x) - cos(alpha) without its cancellation
-        return 0.5 * omega**2 + 2.0 * branch * np.sin(block.alpha - 0.5 * x) * np.sin(0.5 * x)
-    return 0.5 * omega**2 + branch * x * (block.alpha - 0.5 * x)
-
-
-class TestFreeMotion:
-    @pytest.mark.parametrize(("law", "options"), CASES, ids=label)
-    @settings(max_examples=40, **REPEATABLE)
-    @given(draw=draws(), x0=st.floats(0.01, 0.999), v0=st.floats(-1.0, 1.0), step=decades(1e-3, 1.0))
-    def test_energy_never_grows(self, law, options, draw, x0, v0, step):
-        """From sample to sample of free rocking, and from one turning point to the next, over all impacts."""
-        block, oscillator, _ = parts(law, options, draw)
-        alpha = block.alpha
-        n = 2000 if rate_bound(law, draw) * step / block.p < 100.0 else 50
-        start = x0 * alpha, 0.3 * v0 * (1.0 - x0) * block.p * alpha
-        run = answer(trace, oscillator, np.zeros(n), step / block.p, *start, max_turning_points=20000)
-        check_sane(run, block)
-        theta, omega, region = run.history[:3]
-        energy = energies(block, oscillator, theta, omega)
-        for index, part in enumerate(oscillator.regions):
-            if part.stiffness > 0.0:  # the zone: stiffness x²/2, joined to the branch at the edge
-                here = region == index
-                edge = part.upper
-                joined = -0.5 * part.stiffness * edge**2 + energies(block, oscillator, edge, 0.0)
-                energy[here] = 0.5 * omega[here] ** 2 + 0.5 * part.stiffness * theta[here] ** 2 + joined
-        if run.results[OVERTURNED] == 1.0:
-            energy = energy[np.abs(theta) < 0.5 * math.pi]
-        lowest = np.minimum.accumulate(energy)
-        assert np.all(energy - lowest <= 5e-14 * energy[0])
-        turns = np.abs(run.turning_points[1])
-        if "rest" not in options or options["rest"] == "elastic":
-            outside = energies(block, oscillator, turns[turns < alpha], 0.0)
-            assert np.all(np.diff(outside) <= 5e-14 * energy[0])
-
-    @pytest.mark.parametrize("e", [0.01, 0.5, 0.9, 0.99, 0.999])
-    @pytest.mark.parametrize("model", RIGID, ids=label)
-    def test_rest_is_rest(self, model, e):
-        """After the last impact theta and omega are 0 bit for bit, under any shaking below the threshold."""
-        law = type(model)(**{**model.options, "e": e})
-        for R, dt in ((0.02, 0.002), (0.5, 0.01), (100.0, 0.05)):
-            block = tp.Block.from_slenderness(0.2, R)
-            oscillator = law.oscillator(block)
-            limit = threshold(oscillator)
-            rng = np.random.default_rng(51)
-            pulse = OneCycleSine(1.2 * limit, 6.0 * block.p, dt=dt).sample(1).values[0]
-            # velocity e^n v comes to nothing in 2 v/((1 - e) a): long enough for the slowest
-            level = min(0.3, 10.0 * (1.0 - e))  # hardly any loss: more would drive it over
-            fading = np.maximum(np.linspace(level, -level, int(60.0 / ((1.0 - e) * block.p * dt)) + 100), 0.0)
-            quiet = limit * fading * rng.uniform(-1.0, 1.0, fading.size)
-            near = limit * (1.0 - 1e-12) * rng.choice([-1.0, 1.0, 0.999], 500)
-            again = limit * 1.5 * rng.uniform(-1.0, 1.0, 100)
-            record = np.concatenate([pulse, quiet, near, again])
-            run = answer(trace, oscillator, record, dt, seconds=5.0)
-            check_sane(run, block)
-            assert run.results[UPLIFTED] == 1.0
-            still = (run.history[2] == -1.0) & (np.abs(run.history[0]) < 0.5 * math.pi)
-            assert not run.history[:2, still].any()
-            # at rest it stays, until the shaking of that sample exceeds the threshold
-            leaves = np.flatnonzero(still[:-1] & ~still[1:])
-            exceeded = np.maximum(np.abs(record[leaves]), np.abs(record[leaves + 1])) > limit * (1.0 - 1e-15)
-            assert exceeded.all()
-            end = pulse.size + quiet.size
-            assert still[end - 1 : end + near.size].all()
-            before = trace(oscillator, record[:end], dt).results
-            after = trace(oscillator, record[: end + near.size], dt).results
-            np.testing.assert_array_equal(before, after)
-            assert run.history[0, end + near.size :].any()
-
-    @pytest.mark.parametrize("model", RIGID, ids=label)
-    def test_no_chatter(self, model):
-        """Impacts die out under a steady push, and shaking just below the threshold then starts none."""
-        # (nearer 1 a zone's captures, which jump to a branch, feed a bounce under a push: so the model is defined)
-        for e in (0.3, 0.9, 0.99) if model.law == "housner" else (0.3, 0.9):
-            law = type(model)(**{**model.options, "e": e})
-            oscillator = law.oscillator(BLOCK)
-            limit = threshold(oscillator)
-            start = np.r_[0.0, 1.4 * limit * np.ones(12), 0.0, np.full(4000, 0.5 * limit)]
-            record = np.r_[start, (1.0 - 1e-12) * limit * np.sin(0.3 * np.arange(20000))]
-            counts = [trace(oscillator, values, 0.01).results for values in (start, record)]
-            assert counts[0][OVERTURNED] == 0.0
-            assert counts[0][IMPACTS] == counts[1][IMPACTS] > 0.0
-            assert counts[0][PEAK] == counts[1][PEAK]
-
-
-def random_models(rng):
-    """A block and one law of each kind, with options of their own."""
-    block = tp.Block.from_slenderness(rng.uniform(0.05, 0.6), float(np.exp(rng.uniform(-2.5, 2.5))))
-    models = []
-    for model in LAWS:
-        options = dict(model.options)
-        if options.get("e") is not None:
-            options["e"] = float(rng.choice([rng.uniform(0.3, 0.99), 1.0], p=[0.95, 0.05]))
-        if "delta" in options:
-            options["delta"] = float(np.exp(rng.uniform(math.log(0.002), math.log(0.3))))
-        if "zeta" in options:
-            options["zeta"] = rng.uniform(0.0, 1.2)
-        models.append(type(model)(**options))
-    return block, models
-
-
-def test_skipping_changes_nothing_in_100_000_runs():
-    """skip=True: equal flags, peaks within max(1e-12, 100 x the change of a twin perturbed by 1e-13).
-
-    Where nothing but the overturned flag is asked for, runs that cannot fall any more are ended: the same flags.
-    """
-    rng = np.random.default_rng(61)
-    runs = falls = 0
-    tally = np.zeros(len(TALLY), np.int64)
-    for _ in range(100):
-        block, models = random_models(rng)
-        oscillators = [model.oscillator(block) for model in models]
-        dt = float(rng.choice([0.002, 0.005, 0.01, 0.02]))
-        n = int(rng.integers(100, 600))
-        record = noise(rng, n, dt, float(np.exp(rng.uniform(-3.0, 0.0))) / block.p) * G * math.tan(block.alpha)
-        record *= np.sin(np.linspace(0.0, math.pi, n))
-        factors = np.exp(rng.uniform(math.log(0.05), math.log(5.0), (len(models), 91)))
-        one = run_many(oscillators, factors, record, dt, True)
-        other = run_many(oscillators, factors, record, dt, False)
-        flags = [OVERTURNED, UPLIFTED, IMPACTS]
-        np.testing.assert_array_equal(one[..., flags], other[..., flags])
-        short = run_many(oscillators, factors, record, dt, True, True, tally)
-        np.testing.assert_array_equal(short[..., OVERTURNED], other[..., OVERTURNED])
-        error = np.abs(one[..., PEAK] - other[..., PEAK])
-        if np.any(error > 1e-12 * other[..., PEAK]):
-            change = np.zeros_like(error)
-            for s in (1.0 + 1e-13, 1.0 - 1e-13):
-                twin = run_many(oscillators, factors * s, record, dt, False)
-                change = np.maximum(change, np.abs(twin[..., PEAK] - other[..., PEAK]))
-            worst = np.unravel_index(np.argmax(error - 100.0 * change), error.shape)
-            assert np.all(error <= np.maximum(1e-12 * other[..., PEAK], 100.0 * change)), (
-                models[worst[0]].label,
-                block,
-                dt,
-                worst,
-            )
-        runs += error.size
-        falls += int(one[..., OVERTURNED].sum())
-    assert runs >= 100_000
-    assert 0.1 < falls / runs < 0.9
-    counts = dict(zip(TALLY, tally.tolist(), strict=True))
-    for reason in ("before_uplift", "after_overturning", "cannot_overturn"):
-        assert 0.01 < counts[reason] / counts["samples"] < 0.9  # each kind of skip is at work
-
-
-LANE_COUNTS = (1, 2, 7, 8, 9, 15, 16, 17, 31, 32, 33, 63, 64, 65, 255, 256, 257)
-
-
-class TestBatches:
-    """A run's bits are its own, whatever else is computed beside it."""
-
-    @pytest.mark.parametrize("skip", [True, False])
-    def test_one_oscillator(self, skip):
-        """Many factors of one oscillator, in any order and number, against each alone."""
-        rng = np.random.default_rng(71)
-        record = shake(rng, n=400)
-        factors = rng.permutation(np.geomspace(0.3, 60.0, max(LANE_COUNTS)))
-        for model in LAWS:
-            oscillators = [model.oscillator(BLOCK)]
-            alone = np.array([run_many(oscillators, f.reshape(1, 1), record, 0.01, skip)[0, 0] for f in factors])
-            assert 0.0 < alone[:, OVERTURNED].mean() < 1.0
-            for count in LANE_COUNTS:
-                order = rng.permutation(factors.size)[:count]
-                together = run_many(oscillators, factors[order][None], record, 0.01, skip)[0]
-                np.testing.assert_array_equal(together, alone[order])
-
-    @pytest.mark.parametrize("skip", [True, False])
-    def test_mixed_oscillators(self, skip):
-        """Laws, sizes and widths of zone side by side: tables of different lengths too."""
-        rng = np.random.default_rng(72)
-        record = 2.0 * shake(rng, n=400)
-        mixed = []
-        while len(mixed) < max(LANE_COUNTS):
-            block, models = random_models(rng)
-            mixed += [(model.oscillator(block), rng.uniform(0.3, 6.0)) for model in models]
-        alone = np.array([run_many([o], np.full((1, 1), f), record, 0.01, skip)[0, 0] for o, f in mixed])
-        for count in LANE_COUNTS:
-            order = rng.permutation(max(LANE_COUNTS))[:count]
-            factors = np.array([[mixed[j][1]] for j in order])
-            together = run_many([mixed[j][0] for j in order], factors, record, 0.01, skip)[:, 0]
-            np.testing.assert_array_equal(together, alone[order])
-
-    @pytest.mark.parametrize("model", LAWS, ids=label)
-    def test_a_history_is_the_same_run(self, model):
-        """`trace` stores what `run_many` without skipping computes, bit for bit, but for what it finds on the way."""
-        oscillator = model.oscillator(BLOCK)
-        for level in (1.0, 2.0, 4.0):
-            record = level * shake(np.random.default_rng(73), n=600)
-            run = trace(oscillator, record, 0.01)
-            many = run_many([oscillator], np.ones((1, 33)), record, 0.01, False)[0]
-            np.testing.assert_array_equal(many, np.broadcast_to(run.results, many.shape))
-
-
-class TestStiffness:
-    """Ordinary lengths of record where the zone is as stiff as allowed: a few seconds at most, whatever the law."""
-
-    @pytest.mark.parametrize("alpha", [0.01, 0.2, 1.2])
-    @pytest.mark.parametrize(
-        "model",
-        [
-            tp.DiscreteDamping(0.01, 1e-6),
-            tp.DiscreteDamping(0.9, 1e-6),
-            tp.GianniniMasiani(0.01, 1e-6),
-            tp.MakrisKonstantinidis(0.01, 1e-6),
-            tp.Vassiliou(1e-6),
-            tp.ViscousDamping(1.0, 1e-6),
-            tp.ViscousDamping(3.0, 1e-6),
-            tp.EnergyConsistent(0.01, 1e-6, rest="elastic"),
-            tp.EnergyConsistent(0.01, 1e-6),
-        ],
-        ids=label,
-    )
-    def test_a_centimetre(self, model, alpha):
-        """R = 1 cm, delta = 1e-6, 20 s of shaking at 0.05 s."""
-        oscillator = model.oscillator(block := tp.Block.from_slenderness(alpha, 0.01))
-        record = threshold(oscillator) * shake(np.random.default_rng(81), 401, 0.05)
-        for level in (1e-3, 0.9, 2.0):
-            check_sane(answer(trace, oscillator, level * record, 0.05, seconds=15.0), block)
-
-
-PLAIN = """
-import ast, json, sys, time
-sys.path.insert(0, {tests!r})
-ENGINE = {engine!r}
-called = set()
-
-def note(frame, event, argument):
-    if event == "call" and frame.f_code.co_filename == ENGINE:
-        called.add(frame.f_code.co_name)
-
-from test_stress import plain_selection
-sys.setprofile(note)
-runs = plain_selection()
-sys.setprofile(None)
-print(json.dumps([runs, sorted(called)]))
-"""
-
-
-def plain_selection():
-    """Results of runs that between them need the whole engine, small enough for plain Python; NaN as None."""
-    rng = np.random.default_rng(91)
-    found = []
-    for model in LAWS:
-        stiff = {"delta": 0.003} if "delta" in model.options else {}
-        squat = tp.Block.from_slenderness(0.4, 2.0)
-        for block, options, level, dt in ((BLOCK, {}, 2.5, 0.01), (squat, stiff, 8.0, 0.02)):
-            oscillator = type(model)(**{**model.options, **options}).oscillator(block)
-            record = level * shake(rng, n=150, dt=dt)
-            found.append(trace(oscillator, record, dt, max_turning_points=50).results)
-            factors = np.array([[0.1, 0.9, 3.0]])
-            found += list(run_many([oscillator], factors, record, dt)[0])
-            flags = run_many([oscillator], np.append(factors, [[1e-3]], axis=1), record, dt, flags_only=True)[0, :, :1]
-            found += list(np.hstack([flags, np.zeros((4, 4))]))
-        found.append(trace(oscillator, np.zeros(20), 0.02, 0.6 * block.alpha, 0.1).results)
-        found.append(trace(oscillator, np.r_[0.0, 60.0, 60.0, 60.0, np.zeros(60)], 0.05).results)
-    # an overdamped crossing, and one near critical damping
-    for e, speed in ((0.1, 30.0), (0.3, 3.2), (0.999, 0.5)):
-        oscillator = tp.EnergyConsistent(e=e).oscillator(BLOCK)
-        found.append(trace(oscillator, np.zeros(8), 0.02, 0.06 * BLOCK.alpha, -speed * BLOCK.alpha * BLOCK.p).results)
-    return [[None if math.isnan(v) else float(v) for v in row] for row in found]
-
-
-def test_plain_python():
-    """NUMBA_DISABLE_JIT=1: the same flags and peaks for every law, and no function of the engine left unused."""
-    from toppling.models import _piecewise
-
-    engine = Path(_piecewise.__file__)
-    code = PLAIN.format(tests=str(Path(__file__).parent), engine=str(engine))
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        timeout=120.0,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    plain, called = json.loads(done.stdout)
-    compiled = plain_selection()
-    for one, other in zip(plain, compiled, strict=True):
-        assert (one[OVERTURNED], one[UPLIFTED], one[IMPACTS]) == (other[OVERTURNED], other[UPLIFTED], other[IMPACTS])
-        assert one[PEAK] == pytest.approx(other[PEAK], rel=1e-10)
-    tree = ast.parse(engine.read_text(encoding="utf-8"))
-    functions = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
-    assert functions - set(called) == set()

@@ -6,9 +6,8 @@ import numpy as np
 import xarray as xr
 
 from ..units import DIMENSIONLESS
-from .probability import motions_by_floor
+from .provenance import IDA, carried_attributes, design_of, motions_by_floor
 from .states import OVERTURNED, State, reached
-from .trials import design_of
 
 
 def returned(ida: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
@@ -49,7 +48,7 @@ def returned(ida: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
     (0.4, 1.0)
     """
     flags = reached(ida, state)
-    if design_of(flags) != "ida":
+    if design_of(flags) != IDA:
         raise ValueError("returned needs an IDA dataset, got one without a level dimension")
     floor, groups = motions_by_floor(flags)
     flags = flags.sortby("level").transpose(..., "level", "motion")
@@ -61,7 +60,9 @@ def returned(ida: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
     ).drop_vars("motions_stood")
     for name, text in _LONG_NAMES.items():
         found[name].attrs = {"units": DIMENSIONLESS, "long_name": text}
-    return found.assign_attrs({**ida.attrs, "title": "Blocks that stand above their first overturning"})
+    return found.assign_attrs(
+        {**carried_attributes(ida.attrs), "title": "Blocks that stand above their first overturning"}
+    )
 
 
 _LONG_NAMES = {

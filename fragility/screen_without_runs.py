@@ -11,8 +11,9 @@ import numpy as np
 import xarray as xr
 
 from .. import checks
-from ..models import Block, Law
+from ..models import Block, Law, describe_block, describe_law
 from ..models.friction import friction_at_impact
+from ..units import provenance
 from .intervals import runs_for_half_width, wilson_half_width
 from .notes import NOT_MODELLED, block_notes
 from .reasons import labelled
@@ -78,4 +79,18 @@ def standing(
         "interval_half_width": labelled(xr.DataArray(half), "half width of the 95 % interval of a probability of 1/2"),
         "few_motions": labelled(xr.DataArray(half > widest), f"whether that is above {widest:g}"),
     }
-    return xr.Dataset(variables, attrs={"title": "Validity screen", "notes": "\n".join([*said, NOT_MODELLED])})
+    configuration = {
+        "analysis": "validity screen",
+        "blocks": [describe_block(block) for block in blocks],
+        "models": [describe_law(model) for model in models],
+        "motions": motions,
+        "half_width": widest,
+    }
+    return xr.Dataset(
+        variables,
+        attrs={
+            "title": "Validity screen",
+            **provenance(configuration),
+            "notes": "\n".join([*said, NOT_MODELLED]),
+        },
+    )

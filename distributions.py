@@ -1,0 +1,230 @@
+"""Distributions of numbers: frozen dataclasses from probabilities to values and back, truncated and never clipped."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike, NDArray
+
+from . import checks
+
+Values = NDArray[np.float64]
+
+
+class Distribution(ABC):
+    """What an input may be; `quantile` turns probabilities into values."""
+
+    @property
+    @abstractmethod
+    def support(self) -> tuple[float, float]:
+        """Least and largest value that it reaches."""
+
+    @abstractmethod
+    def quantile(self, probability: Values) -> NDArray[Any]:
+        """Values at probabilities between 0 and 1, of the same shape."""
+
+
+class Continuous(Distribution):
+    """A distribution of numbers, whose probabilities are known as well."""
+
+    @abstractmethod
+    def below(self, value: ArrayLike) -> Values:
+        """Probability of less than `value`, of the same shape; NaN where that is NaN."""
+
+
+def _ends(lower: float, upper: float) -> tuple[float, float]:
+    """Bounds of a truncation as floats, either of which may be infinite."""
+    ends = []
+    for name, value, free in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
+        ends.append(free if value == free else checks.number(name, value))
+    if not ends[0] < ends[1]:
+        raise ValueError(f"lower must be below upper, got {ends[0]:g} and {ends[1]:g}")
+    return ends[0], ends[1]
+
+
+def _scores(probability: Values, lower: float, upper: float) -> Values:
+    """Standard normal scores at probabilities of the law truncated to scores from lower to upper."""
+    if lower == -math.inf and upper == math.inf:
+        return np.asarray(scipy.special.ndtri(probability))
+    return np.asarray(scipy.stats.truncnorm.ppf(probability, lower, upper))
+
+
+def _share(value: ArrayLike, lower: float, upper: float) -> Values:
+    """How far between lower and upper a value lies, 0 to 1."""
+    return np.minimum(np.maximum((np.asarray(value, dtype=float) - lower) / (upper - lower), 0.0), 1.0)
+
+
+def _share_below(score: Values, lower: float, upper: float) -> Values:
+    """Probability below a standard normal score of the law truncated to scores from lower to upper."""
+    inside = np.minimum(np.maximum(score, lower), upper)
+    if lower > 0.0:  # differences of the upper tail, not of numbers next to 1
+        first, last = scipy.special.ndtr([-lower, -upper])
+        return np.asarray((first - scipy.special.ndtr(-inside)) / (first - last))
+    first, last = scipy.special.ndtr([lower, upper])
+    return np.asarray((scipy.special.ndtr(inside) - first) / (last - first))
+
+
+@dataclass(frozen=True)
+class Normal(Continuous):
+    """A normal law, truncated where `lower` or `upper` is given.
+
+    Parameters
+    ----------
+    mean, std : float
+        Mean and standard deviation (> 0) of the law before truncation.
+    lower, upper : float
+        Ends of its support.
+
+    Examples
+    --------
+    >>> Normal(0.9, 0.03, upper=1.0).support
+    (-inf, 1.0)
+    """
+
+    mean: float
+    std: float
+    lower: float = -math.inf
+    upper: float = math.inf
+
+    def __post_init__(self) -> None:
+        checks.number("mean", self.mean)
+        checks.number("std", self.std, above=0.0)
+        _ends(self.lower, self.upper)
+
+    @property
+    def support(self) -> tuple[float, float]:
+        return float(self.lower), float(self.upper)
+
+    def quantile(self, probability: Values) -> Values:
+        return self.mean + self.std * _scores(probability, *self._edges)
+
+    def below(self, value: ArrayLike) -> Values:
+        return _share_below((np.asarray(value, dtype=float) - self.mean) / self.std, *self._edges)
+
+    @property
+    def _edges(self) -> tuple[float, float]:
+        lower, upper = ((end - self.mean) / self.std for end in self.support)
+        return lower, upper
+
+
+@dataclass(frozen=True)
+class Lognormal(Continuous):
+    """A lognormal law, ln x ~ N(ln median, dispersion²), truncated where `lower` or `upper` is given.
+
+    Parameters
+    ----------
+    median, dispersion : float
+        Median (> 0) and standard deviation of the logarithm (> 0) before truncation.
+    lower, upper : float
+        Ends of its support, 0 and infinity where not given.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Lognormal(2.0, 0.4).quantile(np.array([0.5])).tolist()
+    [2.0]
+    """
+
+    median: float
+    dispersion: float
+    lower: float = 0.0
+    upper: float = math.inf
+
+    def __post_init__(self) -> None:
+        checks.number("median", self.median, above=0.0)
+        checks.number("dispersion", self.dispersion, above=0.0)
+        checks.number("lower", self.lower, at_least=0.0)
+        _ends(self.lower, self.upper)
+
+    @property
+    def support(self) -> tuple[float, float]:
+        return float(self.lower), float(self.upper)
+
+    def quantile(self, probability: Values) -> Values:
+        lower, upper = self._score(self.support)
+        return self.median * np.exp(self.dispersion * _scores(probability, float(lower), float(upper)))
+
+    def below(self, value: ArrayLike) -> Values:
+        lower, upper = self._score(self.support)
+        return _share_below(self._score(value), float(lower), float(upper))
+
+    def _score(self, value: ArrayLike) -> Values:
+        """Standard normal score; what is not positive lies below all."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(np.maximum(np.asarray(value, dtype=float), 0.0) / self.median) / self.dispersion)
+
+
+@dataclass(frozen=True)
+class Uniform(Continuous):
+    """All values from `lower` to `upper` alike."""
+
+    lower: float
+    upper: float
+
+    def __post_init__(self) -> None:
+        lower = checks.number("lower", self.lower)
+        checks.number("upper", self.upper, above=lower)
+
+    @property
+    def support(self) -> tuple[float, float]:
+        return float(self.lower), float(self.upper)
+
+    def quantile(self, probability: Values) -> Values:
+        return self.lower + (self.upper - self.lower) * np.asarray(probability)
+
+    def below(self, value: ArrayLike) -> Values:
+        return _share(value, self.lower, self.upper)
+
+
+@dataclass(frozen=True)
+class Beta(Continuous):
+    """A beta law of shapes `a` and `b` (> 0), stretched to `lower` … `upper`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Beta(2.0, 2.0, 0.8, 1.0).quantile(np.array([0.5])).round(12).tolist()
+    [0.9]
+    """
+
+    a: float
+    b: float
+    lower: float = 0.0
+    upper: float = 1.0
+
+    def __post_init__(self) -> None:
+        checks.number("a", self.a, above=0.0)
+        checks.number("b", self.b, above=0.0)
+        lower = checks.number("lower", self.lower)
+        checks.number("upper", self.upper, above=lower)
+
+    @classmethod
+    def from_moments(cls, mean: float, std: float) -> Beta:
+        """The law on 0 to 1 with a mean and a standard deviation; ValueError where there is none.
+
+        Examples
+        --------
+        >>> law = Beta.from_moments(0.9, 0.05)
+        >>> round(law.a, 9), round(law.b, 9)
+        (31.5, 3.5)
+        """
+        centre = checks.number("mean", mean, above=0.0, below=1.0)
+        most = math.sqrt(centre * (1.0 - centre))
+        size = centre * (1.0 - centre) / checks.number("std", std, above=0.0, below=most) ** 2 - 1.0
+        return cls(centre * size, (1.0 - centre) * size)
+
+    @property
+    def support(self) -> tuple[float, float]:
+        return float(self.lower), float(self.upper)
+
+    def quantile(self, probability: Values) -> Values:
+        share = np.asarray(scipy.special.betaincinv(self.a, self.b, probability))
+        return self.lower + (self.upper - self.lower) * share
+
+    def below(self, value: ArrayLike) -> Values:
+        return np.asarray(scipy.special.betainc(self.a, self.b, _share(value, self.lower, self.upper)))
