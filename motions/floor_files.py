@@ -41,8 +41,8 @@ def read_floors(path: str | os.PathLike[str]) -> xr.DataArray:
     Notes
     -----
     CSV: one header line, then one line a sample, separated by commas or semicolons.  The first column is ``time`` (s),
-    every other one ``motion/floor`` or ``motion/floor [unit]``, with g, gal, cm/s² or m/s², which is meant where none
-    is given; every motion has every floor, in any order.  Lines before the header that start with # are comments::
+    every other one ``motion/floor [unit]``, with g, gal, cm/s² or m/s²; every motion has every floor, in any order.
+    Lines before the header that start with # are comments::
 
         time, El Centro/1 [g], El Centro/roof [g]
         0.00, 0.0012, 0.0020
@@ -99,7 +99,9 @@ def _read_table(lines: Lines) -> xr.DataArray:
         if match is None:
             raise RecordError(f"{file}: column {i + 1} must be named 'motion/floor', got {head[:40]!r}")
         unit = match.group("unit")
-        factor = 1.0 if unit is None else unit_factor(unit)
+        if unit is None:
+            raise RecordError(f"{file}: column {i + 1} states no unit: write it as '{head[:40]} [g]' or '[m/s2]'")
+        factor = unit_factor(unit)
         if factor is None:
             raise RecordError(f"{file}: unknown unit {unit!r} of column {i + 1}, allowed are g, gal, cm/s² and m/s²")
         key = match.group("motion"), match.group("floor")
@@ -123,8 +125,9 @@ def _read_table(lines: Lines) -> xr.DataArray:
         raise RecordError(f"{file}: a motion has at least 2 samples, found {len(rows)}")
     table = np.array(rows)
     values = np.empty((len(names), len(floors), len(rows)))
-    for (name, floor), (i, factor) in columns.items():
-        values[names.index(name), floors.index(floor)] = table[:, i] * factor
+    with np.errstate(over="ignore"):  # infinity is refused below
+        for (name, floor), (i, factor) in columns.items():
+            values[names.index(name), floors.index(floor)] = table[:, i] * factor
     try:
         dt = checks.time_step("the record", table[:, 0], None)
         checks.acceleration("acceleration", values, ndim=(3,))

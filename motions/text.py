@@ -24,13 +24,13 @@ def read_csv(path: str | os.PathLike[str], dt: float | None = None, unit: str | 
     Two columns are time (s) and acceleration, one column is acceleration with `dt` (s) given here or in a header line
     as ``dt = 0.01``.  More columns are time and one acceleration each, where the line above the numbers names them and
     the first name is time.  Lines before the first number are the header: a unit named there (g, cm/s², gal, m/s²) is
-    honoured, one that is not known is refused; without one the unit is `unit`, else m/s².
+    honoured, one that is not known is refused; without one `unit` must be given.
 
     Raises
     ------
     RecordError
         A file that cannot be read, rows of unequal length, what is no number, a time step that is not uniform, no dt,
-        a unit stated twice.
+        a unit stated twice or not at all.
     """
     with Lines(path) as lines:
         return single(lines.file, arrays_of(lines.file, csv_components(lines, dt, unit)))
@@ -57,7 +57,13 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         stated = common if own is None else own
         if stated is not None and unit is not None:
             raise RecordError(f"{file}: states its unit, so unit must not be given, got {unit!r:.60}")
-        acceleration = values[:, column] * (given if stated is None else stated)
+        if stated is None and unit is None:
+            raise RecordError(
+                f"{file}: states no unit of its accelerations: write it into the heading, as 'acceleration (g)', or "
+                "give unit (g, gal, cm/s2, m/s2)"
+            )
+        with np.errstate(over="ignore"):  # infinity is refused as what is no shaking
+            acceleration = values[:, column] * (given if stated is None else stated)
         name = names[column] if names else ""
         found.append(Component(acceleration, step, station=file.stem if name else "", component=name))
     return found

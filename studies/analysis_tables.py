@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
 from ..fragility.estimation import INTERVALS
 from ..fragility.fit import FORMS, METHODS
@@ -19,7 +20,8 @@ from ..models.friction import FixedFriction, Friction, LognormalFriction
 from ..motions.parametrised import PARAMETRISED
 from ..units import DIMENSIONLESS, STANDARD_GRAVITY
 from .estimates import Fit
-from .tables import Table, checked, one_of
+from .motion_tables import MotionsTable
+from .tables import KeysOf, Located, Said, Table, nearest, one_of, shown
 
 # SI value of each unit a level may be written in, and the SI unit it belongs to.
 LEVEL_UNITS: dict[str, tuple[float, str]] = {
@@ -34,21 +36,50 @@ LEVEL_UNITS: dict[str, tuple[float, str]] = {
 }
 
 
+MOST_LEVEL = 1e9
+"""In any unit: beyond it arithmetic overflows, not blocks."""
+
+
 def named_measure(value: str) -> str:
     """The name of an intensity measure, one with parameters written as its label is."""
-    if "(" not in value:
-        return checked(value, INTENSITY_MEASURES, f", {', '.join(f'{name}(…)' for name in PARAMETRISED)}")
-    measure = intensity_measure(value)
-    assert measure is not None  # only plain factors have none, and they have no parameters
-    return measure.label
+    word, bracket, rest = value.partition("(")
+    if value in INTENSITY_MEASURES or (bracket and word in PARAMETRISED):
+        measure = intensity_measure(value)
+        return value if measure is None else measure.label
+    near = nearest(word.strip() or value, (*INTENSITY_MEASURES, *PARAMETRISED))
+    meant = f"{near}{bracket}{rest}" if near in PARAMETRISED and bracket else near
+    meant = f"{near}(1.0)" if near in PARAMETRISED and not bracket else meant
+    hint = f"; did you mean {shown(meant)}?" if near else ""
+    known = (*INTENSITY_MEASURES, *(f"{name}(…)" for name in PARAMETRISED))
+    raise ValueError(f"must be one of {', '.join(known)}, got {shown(value)}{hint}")
+
+
+def refuse_unordered(name: str, values: Sequence[float], unit: str) -> None:
+    """ValueError, in the unit that the file has, unless levels are > 0 and increase."""
+    of = "" if unit == "1" else f" {unit}"
+    for before, value in zip((0.0, *values), values, strict=False):
+        if not 0.0 < value <= MOST_LEVEL:
+            raise ValueError(f"{name} must be > 0 and at most {MOST_LEVEL:g}, got {value:g}{of}")
+        if not value > before:
+            raise ValueError(f"{name} must be strictly increasing, got {value:g}{of} after {before:g}{of}")
 
 
 class LevelsTable(Table):
     """Levels of the intensity measure: a list of values, or from, to, number and spacing."""
 
-    values: Annotated[list[float] | None, Field(description="The levels, increasing.")] = None
-    from_: Annotated[float | None, Field(alias="from", description="First level.")] = None
-    to: Annotated[float | None, Field(description="Last level.")] = None
+    values: Annotated[
+        list[float] | None,
+        Said(unit="as `unit` says"),
+        Field(min_length=1, max_length=100_000, description="The levels, increasing."),
+    ] = None
+    from_: Annotated[
+        float | None,
+        Said(unit="as `unit` says"),
+        Field(alias="from", ge=0.0, le=MOST_LEVEL, description="First level."),
+    ] = None
+    to: Annotated[
+        float | None, Said(unit="as `unit` says"), Field(ge=0.0, le=MOST_LEVEL, description="Last level.")
+    ] = None
     number: Annotated[int | None, Field(ge=1, le=100_000, description="Number of levels.")] = None
     spacing: Annotated[Literal["linear", "log"], Field(description="Spacing of the levels.")] = "linear"
     unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
@@ -73,6 +104,7 @@ class LevelsTable(Table):
             fitting = [unit for unit, (_, of) in LEVEL_UNITS.items() if of == needed]
             raise ValueError(f"unit of levels of {im} must be one of {', '.join(fitting)}, got {self.unit!r}")
         if self.values is not None:
+            refuse_unordered("levels", self.values, self.unit)
             return np.array(self.values) * factor
         assert self.from_ is not None  # checked above
         assert self.to is not None
@@ -80,39 +112,61 @@ class LevelsTable(Table):
         if self.spacing == "log":
             if not self.to > 0.0:
                 raise ValueError(f"levels with log spacing need to > 0, got {self.to}")
-            return np.exp(np.linspace(math.log(self.from_), math.log(self.to), self.number)) * factor
-        return np.linspace(self.from_, self.to, self.number) * factor
+            found = np.exp(np.linspace(math.log(self.from_), math.log(self.to), self.number))
+        else:
+            found = np.linspace(self.from_, self.to, self.number)
+        refuse_unordered("levels", found.tolist(), self.unit)
+        return found * factor
 
 
-Named = Annotated[str, AfterValidator(named_measure)]
+Named = Annotated[
+    str,
+    AfterValidator(named_measure),
+    WithJsonSchema(
+        {
+            "type": "string",
+            "anyOf": [{"enum": list(INTENSITY_MEASURES)}, {"pattern": rf"^({'|'.join(PARAMETRISED)})\(.+\)$"}],
+        }
+    ),
+]
 Where = Annotated[str | None, one_of(("floor", "ground"))]
 
 
 class IdaTable(Table):
     """Incremental dynamic analysis: every motion at every level of a measure."""
 
-    im: Annotated[Named, Field(description="Intensity measure.")] = "pga"
-    im_at: Annotated[Where, Field(description="Where a building's motions are measured (floor).")] = None
+    im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
+    im_at: Annotated[Where, Said("floor"), Field(description="Where the motions of a building are measured.")] = None
     levels: Annotated[LevelsTable, Field(description="Levels of the measure.")]
 
 
 class StripeTable(Table):
     """One stripe: its level, and what its motions have that [motions] has not."""
 
-    level: Annotated[float, Field(description="Level of the measure.")]
+    level: Annotated[float, Said(unit="as `unit` of [stripes] says"), Field(description="Level of the measure.")]
     motions: Annotated[
-        dict[str, Any] | None, Field(description="Keys of [motions] that are others at this level (none).")
+        dict[str, Any] | None,
+        KeysOf(MotionsTable),
+        Said("none"),
+        Field(description="Keys of [motions] that are others at this level."),
     ] = None
 
 
 class StripesTable(Table):
     """Multiple stripes: motions that differ from level to level."""
 
-    im: Annotated[Named, Field(description="Intensity measure.")] = "pga"
-    im_at: Annotated[Where, Field(description="Where a building's motions are measured (floor).")] = None
+    im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
+    im_at: Annotated[Where, Said("floor"), Field(description="Where the motions of a building are measured.")] = None
     unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
-    scale: Annotated[bool, Field(description="Scale motions to their level, or take them as they are (true).")] = True
-    at: Annotated[list[StripeTable], Field(min_length=1, description="The stripes, with increasing levels.")]
+    scale: Annotated[bool, Field(description="Whether motions are scaled to their level, or taken as they are.")] = True
+    at: Annotated[
+        list[StripeTable], Field(min_length=1, max_length=1000, description="The stripes, with increasing levels.")
+    ]
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        refuse_unordered("the levels of stripes", [stripe.level for stripe in self.at], self.unit)
+        return self
 
     def levels(self) -> NDArray[np.float64]:
         """Levels in SI; ValueError where the unit is not one of the measure's."""
@@ -122,22 +176,27 @@ class StripesTable(Table):
 class CloudTable(Table):
     """Cloud: every motion once, as it is."""
 
-    im: Annotated[Named, Field(description="Intensity measure.")] = "pga"
-    im_at: Annotated[Where, Field(description="Where a building's motions are measured (floor).")] = None
+    im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
+    im_at: Annotated[Where, Said("floor"), Field(description="Where the motions of a building are measured.")] = None
 
 
 class ScreenTable(Table):
     """Validity screen: the friction there is, and how many flags are tested."""
 
     friction: Annotated[
-        float | None, Field(gt=0.0, description="Coefficient of friction between block and floor, or its median.")
+        float | None,
+        Said("not known: a need above 1 counts as sliding"),
+        Field(ge=0.05, le=2.0, description="Coefficient of friction between block and floor, or its median."),
     ] = None
     friction_dispersion: Annotated[
-        float | None, Field(gt=0.0, description="Dispersion of a lognormal coefficient of friction (known).")
+        float | None,
+        Said("the coefficient is known"),
+        Field(gt=0.0, description="Dispersion of a lognormal coefficient of friction."),
     ] = None
     undecided: Annotated[
         float | None,
-        Field(ge=0.0, le=1.0, description="Share of the motions run again under perturbations of a millionth (0.08)."),
+        Said(0.08),
+        Field(ge=0.0, le=1.0, description="Share of the motions run again under perturbations of a millionth."),
     ] = None
 
     @model_validator(mode="after")
@@ -158,12 +217,20 @@ class ScreenTable(Table):
 class VariabilityTable(Table):
     """How pieces of one line of an inventory differ."""
 
-    restitution_sd: Annotated[float | None, Field(description="Standard deviation of the restitution (0).")] = None
-    slenderness_dispersion: Annotated[float | None, Field(description="Dispersion of the slenderness (0).")] = None
-    pieces: Annotated[str | None, one_of(PIECES), Field(description="Each its own draw, or one for all.")] = None
-    variants: Annotated[int | None, Field(description="Variants of each block that are run (16).")] = None
-    realisations: Annotated[int | None, Field(description="Fillings of the building (20).")] = None
-    seed: Annotated[int | None, Field(ge=0, description="Seed of the draws (0).")] = None
+    restitution_sd: Annotated[
+        float | None, Said(0.0, at_least=0.0), Field(description="Standard deviation of the restitution.")
+    ] = None
+    slenderness_dispersion: Annotated[
+        float | None, Said(0.0, at_least=0.0), Field(description="Dispersion of the slenderness.")
+    ] = None
+    pieces: Annotated[
+        str | None, one_of(PIECES), Said("independent"), Field(description="Each its own draw, or one for all.")
+    ] = None
+    variants: Annotated[int | None, Said(16, at_least=1), Field(description="Variants of each block that are run.")] = (
+        None
+    )
+    realisations: Annotated[int | None, Said(20, at_least=1), Field(description="Fillings of the building.")] = None
+    seed: Annotated[int | None, Said(0), Field(ge=0, description="Seed of the draws.")] = None
 
     def build(self) -> Variability:
         """The variability; ValueError where a value is out of range."""
@@ -173,34 +240,54 @@ class VariabilityTable(Table):
 class PerformanceTable(Table):
     """Performance assessment: an inventory, shaken jointly."""
 
-    inventory: Annotated[str, Field(description="CSV of what stands where, relative to the study file.")]
-    im: Annotated[Named, Field(description="Intensity measure of the ground motion.")] = "pga"
+    inventory: Annotated[str, Located(), Field(description="CSV of what stands where, relative to the study file.")]
+    im: Annotated[
+        Named,
+        Field(description="Intensity measure of the ground motion: by name, or with its period in s, as Sa(1.0)."),
+    ] = "pga"
     levels: Annotated[
-        LevelsTable | None, Field(description="Its levels (none: the motions as they are, a scenario).")
+        LevelsTable | None, Said("the motions as they are, a scenario"), Field(description="Its levels.")
     ] = None
-    variability: Annotated[VariabilityTable | None, Field(description="How pieces of one line differ (not).")] = None
-    objective: Annotated[str | None, Field(description="What anchoring saves: loss, number, any, a consequence.")] = (
-        None
-    )
-    at_level: Annotated[float | None, Field(description="Level of the table and the ranking without a hazard.")] = None
-    replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Resamples of the motions (1000).")] = 1000
-    seed: Annotated[int, Field(ge=0, description="Seed of the resamples (0).")] = 0
+    variability: Annotated[
+        VariabilityTable | None, Said("alike: they fall together"), Field(description="How pieces of one line differ.")
+    ] = None
+    objective: Annotated[
+        str | None,
+        Said("`loss`, or `number` where nothing has a value"),
+        Field(description="What anchoring saves: loss, number, any, or a consequence in the inventory."),
+    ] = None
+    at_level: Annotated[
+        float | None,
+        Said("the middle one", unit="as `levels.unit` says", above=0.0),
+        Field(description="Level of the table and the ranking without a hazard."),
+    ] = None
+    replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Resamples of the motions.")] = 1000
+    seed: Annotated[int, Field(ge=0, description="Seed of the resamples.")] = 0
 
 
 class FitTable(Table):
     """How curves are fitted to the runs."""
 
-    form: Annotated[str, one_of(FORMS), Field(description="Shape of the curves (lognormal).")] = "lognormal"
-    method: Annotated[str, one_of(METHODS), Field(description="What they are fitted to (binomial).")] = "binomial"
-    intervals: Annotated[str | None, one_of(INTERVALS), Field(description="Kind of intervals (as the design).")] = None
-    fractiles: Annotated[list[float] | None, Field(description="Probabilities whose levels are wanted (none).")] = None
-    penalty: Annotated[str, one_of(PENALTIES), Field(description="Penalised likelihood (auto).")] = "auto"
-    replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Bootstrap replicates (1000).")] = 1000
-    seed: Annotated[int, Field(ge=0, description="Their seed (0).")] = 0
+    form: Annotated[str, one_of(FORMS), Field(description="Shape of the curves.")] = "lognormal"
+    method: Annotated[str, one_of(METHODS), Field(description="What they are fitted to.")] = "binomial"
+    intervals: Annotated[
+        str | None,
+        one_of(INTERVALS),
+        Said("`bootstrap` for ida, else `profile`"),
+        Field(description="Kind of intervals."),
+    ] = None
+    fractiles: Annotated[
+        list[float] | None,
+        Said("none", above=0.0, below=1.0),
+        Field(description="Probabilities whose levels are wanted."),
+    ] = None
+    penalty: Annotated[str, one_of(PENALTIES), Field(description="Penalised likelihood.")] = "auto"
+    replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Bootstrap replicates.")] = 1000
+    seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
     state: Annotated[
-        str | float, Field(description="overturned, uplifted, or a threshold of |theta|/alpha (overturned).")
+        str | float, Field(description="What counts: overturned, uplifted, or a number, |θ|/α beyond it.")
     ] = "overturned"
-    confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals (0.95).")] = 0.95
+    confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")] = 0.95
 
     def build(self) -> Fit:
         """The options; ValueError where the state is none."""
@@ -211,4 +298,8 @@ class FitTable(Table):
 class MeasuresTable(Table):
     """Which measure serves best: every plain one, and others."""
 
-    also: Annotated[list[Named] | None, Field(description="Measures with parameters, such as Sa(1.0) (none).")] = None
+    also: Annotated[
+        list[Named] | None,
+        Said("none"),
+        Field(description="Measures with parameters, such as Sa(1.0), beside all plain ones."),
+    ] = None

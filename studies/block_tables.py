@@ -2,26 +2,41 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
 from ..models import LAWS, Block, Law, catalogue
 from ..models.laws import GEOMETRIES, LEVERS, RESTS
-from .tables import Table, one_of
+from .tables import Said, Table, one_of
 
 
 class BlockTable(Table):
     """One block: a catalogue name, or outer sizes, or slenderness and size."""
 
     catalogue: Annotated[str | None, Field(description="Name of a catalogue item (see `toppling catalogue`).")] = None
-    name: Annotated[str | None, Field(description="Label in results.")] = None
-    width_m: Annotated[float | None, Field(description="Full width in the direction of shaking, m.")] = None
-    height_m: Annotated[float | None, Field(description="Full height, m.")] = None
-    cm_height_m: Annotated[float | None, Field(description="Height of the centre of mass, m (mid-height).")] = None
-    inertia_factor: Annotated[float | None, Field(description="I_O/(m R²), above 1 to 2 (4/3).")] = None
-    alpha_rad: Annotated[float | None, Field(description="Slenderness, rad, instead of sizes.")] = None
-    R_m: Annotated[float | None, Field(description="Size R, m, instead of sizes.")] = None
+    name: Annotated[
+        str | None, Said("what it is"), Field(min_length=1, max_length=200, description="Label in results.")
+    ] = None
+    width_m: Annotated[
+        float | None, Said(above=0.0), Field(description="Full width in the direction of shaking, m.")
+    ] = None
+    height_m: Annotated[float | None, Said(above=0.0), Field(description="Full height, m.")] = None
+    cm_height_m: Annotated[
+        float | None,
+        Said("mid-height", above=0.0),
+        Field(description="Height of the centre of mass, m; inertia_factor must come with it."),
+    ] = None
+    inertia_factor: Annotated[
+        float | None, Said("4/3", above=1.0, at_most=2.0), Field(description="I_O/(m R²), above 1 to 2.")
+    ] = None
+    alpha_rad: Annotated[
+        float | None,
+        Said(above=0.0, below=0.5 * math.pi),
+        Field(description="Slenderness, rad, instead of sizes."),
+    ] = None
+    R_m: Annotated[float | None, Said(above=0.0), Field(description="Size R, m, instead of sizes.")] = None
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -63,14 +78,28 @@ class ModelTable(Table):
     """One damping law and its options."""
 
     law: Annotated[str, one_of(LAWS), Field(description="Short name of the damping law.")]
-    e: Annotated[float | None, Field(description="Restitution, above 0 to 1 (the block's own e_R).")] = None
-    restitution_factor: Annotated[float | None, Field(description="Factor on e_R where e is not given.")] = None
-    delta: Annotated[float | None, Field(description="Half width of the elastic zone over alpha, 0 to 1.")] = None
-    zeta: Annotated[float | None, Field(description="Damping ratio of the viscous law.")] = None
-    coefficient: Annotated[float | None, Field(description="Coefficient of the law of Vassiliou et al. (0.02).")] = None
-    lever: Annotated[str | None, one_of(LEVERS), Field(description="Lever arm of the shaking.")] = None
-    rest: Annotated[str | None, one_of(RESTS), Field(description="Kind of rest.")] = None
-    geometry: Annotated[str | None, one_of(GEOMETRIES), Field(description="Housner's geometry.")] = None
+    e: Annotated[
+        float | None,
+        Said("the block's own, e_R = 1 - (2/λ) sin²α", above=0.0, at_most=1.0),
+        Field(description="Restitution, above 0 to 1."),
+    ] = None
+    restitution_factor: Annotated[
+        float | None, Said(1.0, above=0.0), Field(description="Factor on e_R where e is not given.")
+    ] = None
+    delta: Annotated[
+        float | None,
+        Said(0.05, above=0.0, below=1.0),
+        Field(description="Half width of the elastic zone over α, 0 to 1."),
+    ] = None
+    zeta: Annotated[float | None, Said(at_least=0.0), Field(description="Damping ratio of the viscous law.")] = None
+    coefficient: Annotated[
+        float | None, Said(0.02, at_least=0.0), Field(description="Coefficient of the law of Vassiliou et al.")
+    ] = None
+    lever: Annotated[str | None, one_of(LEVERS), Said("h"), Field(description="Lever arm of the shaking.")] = None
+    rest: Annotated[
+        str | None, one_of(RESTS), Said("elastic; rigid for `energy-consistent`"), Field(description="Kind of rest.")
+    ] = None
+    geometry: Annotated[str | None, one_of(GEOMETRIES), Said("exact"), Field(description="Housner's geometry.")] = None
 
     def build(self) -> Law:
         """The law; ValueError where an option does not belong to it or is out of range."""

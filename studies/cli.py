@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 EXIT_FAILED = 1
 EXIT_INPUT = 2
 EXIT_INTERRUPTED = 130
-COMMANDS = ("run", "status", "motions", "catalogue", "bench", "export")
+COMMANDS = ("run", "status", "motions", "catalogue", "bench", "export", "schema")
 
 app = App(
     name="toppling",
@@ -250,6 +250,21 @@ def export(
     lines += [f"no estimate ({reason}): {name}" for name, reason in written.missing.items()]
     lines += [f"written: {path}" for path in written.paths]
     console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
+
+
+@app.command
+def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed where not given.")] = None) -> None:
+    """Print the JSON schema of study files (draft 2020-12): every key with its unit, default and meaning."""
+    from .json_schema import study_schema  # noqa: PLC0415 - not for every command
+
+    text = dumps(study_schema(), ensure_ascii=False, indent=2) + "\n"
+    if out is None:
+        sys.stdout.write(text)
+        return
+    try:
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise StudyError(f"{out}: cannot be written ({error.strerror or error})") from None
 
 
 def say(console: Console, *lines: str) -> None:

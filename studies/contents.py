@@ -11,6 +11,7 @@ from typing import Any
 
 from .. import checks
 from ..models import Block
+from .tables import shown
 
 MAX_ROWS = 10_000
 MAX_COUNT = 1_000_000
@@ -153,9 +154,3 @@ class Inventory:
 def _text(name: str, value: Any) -> None:
     if not isinstance(value, str) or not value.strip() or len(value) > MAX_TEXT or not value.isprintable():
         raise ValueError(f"{name} must be 1 to {MAX_TEXT} printable characters, got {shown(value)}")
-
-
-def shown(value: Any) -> str:
-    """A value for a message."""
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."

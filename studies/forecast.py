@@ -12,7 +12,6 @@ from dask.system import CPU_COUNT
 from ..fragility.plan import (
     CHUNK_SECONDS,
     MOST_CHUNKS,
-    OUTPUT_TYPES,
     SECONDS_PER_EXACT_SAMPLE,
     SECONDS_PER_SAMPLE,
 )
@@ -58,8 +57,7 @@ def forecast(study: Study) -> Forecast:
     per_sample = float(exact * SECONDS_PER_EXACT_SAMPLE + (1.0 - exact) * SECONDS_PER_SAMPLE)
     work = study.work * samples * per_sample
     chunks = min(max(1, math.ceil(work / CHUNK_SECONDS)), MOST_CHUNKS)
-    of_a_run = sum(np.dtype(OUTPUT_TYPES.get(name, np.float64)).itemsize for name in study.kept_outputs)
-    kept = float(of_a_run * study.work)
+    kept = float(study.bytes_a_run * study.work)
     motions = float(sum(record.acceleration.nbytes for record in plain))
     return Forecast(
         study.work,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Self
 
@@ -11,8 +12,8 @@ from pydantic import Field, model_validator
 from ..fragility import HazardCurve, read_hazard
 from ..fragility.hazard_pieces import ABOVE_RULES, BELOW_RULES
 from ..fragility.scaling import BLOCK_MEASURES, SCALE
-from .analysis_tables import LEVEL_UNITS
-from .tables import Table, one_of
+from .analysis_tables import LEVEL_UNITS, refuse_unordered
+from .tables import Located, Said, Table, one_of
 from .yearly import Risk
 
 ALONG = ("alpha", "R", "width", "height")
@@ -29,33 +30,52 @@ COMMON = {"years", "probability", "along", "below", "above", "at"}
 class HazardTable(Table):
     """Hazard curve of the measure of the levels, and the questions asked with it."""
 
-    file: Annotated[str | None, Field(description="CSV or JSON of a hazard curve, relative to the study file.")] = None
-    site: Annotated[
-        int | str | tuple[float, float] | None, Field(description="Which site of the file: number, name, [lon, lat].")
+    file: Annotated[
+        str | None, Located(), Field(description="CSV or JSON of a hazard curve, relative to the study file.")
     ] = None
-    component: Annotated[str | None, Field(description="Which curve of a USGS response (Total).")] = None
-    file_years: Annotated[float | None, Field(description="Years of the file's probabilities, if it is silent.")] = None
-    k0: Annotated[float | None, Field(description="Annual rate at a level of 1 unit, of a power law.")] = None
+    site: Annotated[
+        int | str | Annotated[tuple[float, float], Field(strict=False)] | None,
+        Field(description="Which site of the file: number, name, [lon, lat]."),
+    ] = None
+    component: Annotated[str | None, Said("Total"), Field(description="Which curve of a USGS response.")] = None
+    file_years: Annotated[
+        float | None,
+        Said(unit="years", above=0.0),
+        Field(description="Years of the file's probabilities, if it is silent."),
+    ] = None
+    k0: Annotated[
+        float | None,
+        Said(unit="1/yr", above=0.0),
+        Field(description="Annual rate at a level of 1 unit, of a power law."),
+    ] = None
     k: Annotated[float | None, Field(description="Exponent of the power law k0 x^-k.")] = None
     k1: Annotated[float | None, Field(description="Of the second-order law k0 exp(-k2 ln²x - k1 ln x).")] = None
     k2: Annotated[float | None, Field(description="Its curvature.")] = None
-    levels: Annotated[list[float] | None, Field(description="Levels of a curve given here.")] = None
-    rates: Annotated[list[float] | None, Field(description="Their annual rates of exceedance.")] = None
-    unit: Annotated[str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")] = None
+    levels: Annotated[
+        list[float] | None, Said(unit="as `unit` says", above=0.0), Field(description="Levels of a curve given here.")
+    ] = None
+    rates: Annotated[
+        list[float] | None, Said(unit="1/yr", at_least=0.0), Field(description="Their annual rates of exceedance.")
+    ] = None
+    unit: Annotated[
+        str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels; of a file only where it states none.")
+    ] = None
     at: Annotated[
-        str, one_of(("ground", "floor")), Field(description="What the curve is of: the site, or one floor (ground).")
+        str, one_of(("ground", "floor")), Field(description="What the curve is of: the site, or one floor.")
     ] = "ground"
     below: Annotated[
-        str, one_of(BELOW_RULES), Field(description="Shaking below the curve's lowest level (extend).")
+        str,
+        one_of(BELOW_RULES),
+        Field(description="Shaking below the curve's lowest level: extended with its slope, or none."),
     ] = "extend"
     above: Annotated[
         str,
         one_of(ABOVE_RULES),
-        Field(description="Shaking above its highest level; hold: as if it just reached it (extend)."),
+        Field(description="Shaking above the highest level: extended with its slope, held there, or none."),
     ] = "extend"
-    years: Annotated[float, Field(gt=0.0, description="Time of the probabilities, years (50).")] = 50.0
+    years: Annotated[float, Said(unit="years"), Field(gt=0.0, description="Time of the probabilities.")] = 50.0
     probability: Annotated[
-        float | None, Field(gt=0.0, lt=1.0, description="Target in that time: which size meets it? (not asked)")
+        float | None, Said("not asked"), Field(gt=0.0, lt=1.0, description="Target in that time: which size meets it?")
     ] = None
     along: Annotated[str | None, one_of(ALONG), Field(description="Which size of the blocks is asked for.")] = None
 
@@ -89,6 +109,15 @@ class HazardTable(Table):
             )
             return replace(curve, at=self.at)
         if self.levels is not None and self.rates is not None:
+            assert self.unit is not None  # of every curve that is no file
+            refuse_unordered("hazard.levels", self.levels, self.unit)
+            pairs = list(zip(self.levels, self.rates, strict=False))
+            for (low, often), (high, rare) in pairwise(pairs):
+                if rare > often:
+                    raise ValueError(
+                        f"hazard.rates must never rise, got {often:g} per year at {low:g} {self.unit} and {rare:g} at "
+                        f"{high:g} {self.unit}"
+                    )
             return HazardCurve.from_points(self.levels, self.rates, name, self.unit, "study file", at=self.at)
         assert self.k0 is not None  # one of four ways, checked above
         if self.k is not None:

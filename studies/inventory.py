@@ -14,8 +14,8 @@ from typing import NoReturn, TypeVar
 
 from .. import checks
 from ..models import Block, catalogue
-from .contents import MAX_COUNT, MAX_ROWS, MAX_TEXT, MAX_VALUE, Contents, Inventory, shown
-from .tables import StudyError
+from .contents import MAX_COUNT, MAX_ROWS, MAX_TEXT, MAX_VALUE, Contents, Inventory
+from .tables import StudyError, shown
 
 MAX_BYTES = 16 * 2**20
 
@@ -45,13 +45,15 @@ class InventoryError(StudyError):
     """An inventory that cannot be used; one sentence that names file, line, column, value and what is allowed."""
 
 
-def read_inventory(path: str | os.PathLike[str]) -> Inventory:
+def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = None) -> Inventory:
     """An inventory from a CSV file.
 
     Parameters
     ----------
     path : path
         A table in UTF-8 separated by commas, semicolons or tabs, one line a kind of thing on a floor.
+    floors : sequence of str, optional
+        The floors that there are; any where not given.
 
     Returns
     -------
@@ -103,6 +105,10 @@ def read_inventory(path: str | os.PathLike[str]) -> Inventory:
     currency = ""
     for line in table:
         found.append((line, line.contents()))
+        if floors is not None and str(found[-1][1].floor) not in floors:
+            known = ", ".join(floors if len(floors) <= 12 else [*floors[:5], "…", floors[-1]])
+            hint = "; give a building, or floor motions" if list(floors) == ["0"] else ""
+            line.refuse("floor", f"must be one of {known}, got {shown(line.text('floor'))}{hint}")
         stated = line.text("currency")
         if stated and currency and stated != currency:
             line.refuse("currency", f"must be {currency!r} as in the lines above, got {stated!r}")

@@ -2,32 +2,47 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import xarray as xr
 from pydantic import Field, model_validator
 
 from .. import motions as shaking
+from ..motions import RecordError
 from ..motions.filters import BASELINES
 from ..motions.nearfault import WITH_PULSE
 from ..motions.scenario import FAULTINGS
 from ..motions.seismological import SITES
 from ..motions.targets import EDITIONS
-from .tables import Table, bare, construct, expand, one_of, refuse_foreign
+from .size import refuse_samples
+from .tables import Located, Said, Table, bare, construct, expand, one_of, refuse_foreign
 
 
 class EnvelopeTable(Table):
     """Intensity envelope of a simulated motion."""
 
-    kind: Annotated[str, one_of(shaking.ENVELOPES), Field(description="Its shape.")]
-    rise_s: Annotated[float | None, Field(description="End of the quadratic rise, s.")] = None
-    strong_end_s: Annotated[float | None, Field(description="End of the strong phase, s.")] = None
-    decay_per_s: Annotated[float | None, Field(description="Rate of decay, 1/s.")] = None
-    shape: Annotated[float | None, Field(description="Shape of the gamma envelope, above 1.")] = None
-    rate_per_s: Annotated[float | None, Field(description="Rate of the gamma envelope, 1/s.")] = None
-    slow_per_s: Annotated[float | None, Field(description="Slow rate of the double exponential, 1/s.")] = None
-    fast_per_s: Annotated[float | None, Field(description="Fast rate of the double exponential, 1/s.")] = None
+    kind: Annotated[
+        str, one_of(shaking.ENVELOPES), Field(description="Its shape; the keys that follow belong to one each.")
+    ]
+    rise_s: Annotated[float | None, Said(4.0, above=0.0), Field(description="End of the quadratic rise, s.")] = None
+    strong_end_s: Annotated[float | None, Said(15.0, above=0.0), Field(description="End of the strong phase, s.")] = (
+        None
+    )
+    decay_per_s: Annotated[float | None, Said(0.0992, above=0.0), Field(description="Rate of decay, 1/s.")] = None
+    shape: Annotated[float | None, Said(3.0, above=1.0), Field(description="Shape of the gamma envelope, above 1.")] = (
+        None
+    )
+    rate_per_s: Annotated[float | None, Said(0.4, above=0.0), Field(description="Rate of the gamma envelope, 1/s.")] = (
+        None
+    )
+    slow_per_s: Annotated[
+        float | None, Said(0.15, above=0.0), Field(description="Slow rate of the double exponential, 1/s.")
+    ] = None
+    fast_per_s: Annotated[
+        float | None, Said(0.6, above=0.0), Field(description="Fast rate of the double exponential, 1/s.")
+    ] = None
 
     def build(self) -> shaking.Envelope:
         """The envelope; ValueError where a parameter does not belong to it or is out of range."""
@@ -46,17 +61,44 @@ BUILDINGS: dict[str, tuple[set[str], set[str]]] = {
 class BuildingTable(Table):
     """An elastic building between the motions and the blocks."""
 
-    name: Annotated[str | None, Field(min_length=1, description="Its name, where there are several.")] = None
+    name: Annotated[
+        str | None,
+        Field(
+            min_length=1,
+            max_length=200,
+            description="Its name, where there are several: its floors are called after it.",
+        ),
+    ] = None
     kind: Annotated[str, one_of(BUILDINGS), Field(description="A uniform cantilever, masses on springs, or none.")]
-    period_s: Annotated[float | None, Field(description="Fundamental period, s.")] = None
-    alpha0: Annotated[float | None, Field(description="Flexural-shear parameter (5).")] = None
-    storeys: Annotated[int | None, Field(description="Number of storeys (5).")] = None
-    masses_kg: Annotated[list[float] | None, Field(description="Mass of each floor from the lowest up, kg.")] = None
-    stiffnesses_n_m: Annotated[list[float] | None, Field(description="Stiffness of each storey, N/m.")] = None
-    damping: Annotated[float | list[float] | None, Field(description="Damping ratio, of all or each mode.")] = None
-    storey_height_m: Annotated[float | list[float] | None, Field(description="Height of all or each storey, m.")] = None
-    modes: Annotated[int | None, Field(description="Number of modes.")] = None
-    floors: Annotated[list[int] | None, Field(description="Floors with blocks, 0 is the ground (all).")] = None
+    period_s: Annotated[
+        float | None, Said(at_least=1e-3, at_most=100.0), Field(description="Fundamental period, s.")
+    ] = None
+    alpha0: Annotated[
+        float | None,
+        Said(5.0, at_least=0.0, at_most=1e4),
+        Field(description="Flexural-shear parameter: 0 bends, 10 000 shears."),
+    ] = None
+    storeys: Annotated[int | None, Said(5, at_least=1, at_most=500), Field(description="Number of storeys.")] = None
+    masses_kg: Annotated[
+        list[float] | None, Said(above=0.0), Field(description="Mass of each floor from the lowest up, kg.")
+    ] = None
+    stiffnesses_n_m: Annotated[
+        list[float] | None, Said(above=0.0), Field(description="Stiffness of each storey, N/m.")
+    ] = None
+    damping: Annotated[
+        float | list[float] | None,
+        Said(0.05, at_least=0.0, below=1.0),
+        Field(description="Damping ratio of all modes, or of each."),
+    ] = None
+    storey_height_m: Annotated[
+        float | list[float] | None, Said(3.0, above=0.0), Field(description="Height of all storeys, or of each, m.")
+    ] = None
+    modes: Annotated[int | None, Said("6, or all of `storeys`", at_least=1), Field(description="Number of modes.")] = (
+        None
+    )
+    floors: Annotated[
+        list[int] | None, Said("all", at_least=0), Field(description="Floors with blocks; 0 is the ground.")
+    ] = None
 
     def build(self) -> shaking.Building:
         """The building; ValueError where a key does not belong to it or is out of range."""
@@ -72,6 +114,20 @@ class BuildingTable(Table):
         make = shaking.Building.flexural_shear if self.kind == "flexural-shear" else shaking.Building.from_storeys
         return make(**options)
 
+    def made(self) -> shaking.Building:
+        """The one building; as `build`, but an error says whose it is."""
+        try:
+            return self.build()
+        except ValueError as error:
+            raise ValueError(f"building: {error}") from None
+
+    @property
+    def floor_count(self) -> int:
+        """Number of floors whose motions it makes; ValueError as `build`."""
+        if self.kind == "ground":
+            return 1
+        return len(self.floors) if self.floors is not None else len(self.build().floors)
+
     def shake(self, ground: list[xr.DataArray]) -> list[xr.DataArray]:
         """Its floors' motions; floors of a building with a name carry it (``tower 10``)."""
         if self.kind == "ground":
@@ -85,6 +141,9 @@ class BuildingTable(Table):
         ]
 
 
+RECORD_UNITS = ("g", "m/s2", "cm/s2", "mm/s2", "gal")
+
+
 class MotionsTable(Table):
     """What shakes the blocks: a generator, a pulse, records, or floor histories."""
 
@@ -94,70 +153,182 @@ class MotionsTable(Table):
     pulse: Annotated[str | None, one_of(shaking.PULSES), Field(description="Name of a textbook pulse.")] = None
     records: Annotated[
         str | list[str] | None,
+        Located(pattern=True),
         Field(description="Record files: paths or patterns (* and **), relative to the study file."),
     ] = None
     floors_file: Annotated[
         str | list[str] | None,
+        Located(pattern=True),
         Field(description="Floor histories (CSV, netCDF) of another program: paths or patterns, as for records."),
     ] = None
     number: Annotated[int | None, Field(ge=1, description="Number of simulated motions.")] = None
-    seed: Annotated[int | None, Field(ge=0, description="Seed of the simulated motions (0).")] = None
-    duration_s: Annotated[float | None, Field(description="Length of a simulated motion, s.")] = None
-    dt_s: Annotated[float | None, Field(description="Time step, s (of records: where a table states none).")] = None
+    seed: Annotated[int | None, Said(0), Field(ge=0, description="Seed of the simulated motions.")] = None
+    duration_s: Annotated[
+        float | None,
+        Said("30; 20 for `spectrum-compatible`; else what the motions need", above=0.0),
+        Field(description="Length of a simulated motion, s."),
+    ] = None
+    dt_s: Annotated[
+        float | None,
+        Said("0.005; 0.001 for pulses", above=0.0),
+        Field(description="Time step, s; of records only where a table states none."),
+    ] = None
+    unit: Annotated[
+        str | None,
+        one_of(RECORD_UNITS),
+        Said("the file's own"),
+        Field(description="Unit of accelerations in records, for tables that state none."),
+    ] = None
     omega_g_rad_s: Annotated[
-        float | list[float] | None, Field(description="Circular frequency of the ground filter, or its drift, rad/s.")
+        float | list[float] | None,
+        Said("5π; from 8π to 3π where it drifts", above=0.0),
+        Field(description="Circular frequency of the ground filter, or its drift, rad/s."),
     ] = None
-    omega_g_times_s: Annotated[list[float] | None, Field(description="Times of the drift, s (evenly).")] = None
-    xi_g: Annotated[float | None, Field(description="Damping ratio of the ground filter.")] = None
-    omega_f_rad_s: Annotated[float | None, Field(description="Circular frequency of the high-pass, rad/s.")] = None
-    xi_f: Annotated[float | None, Field(description="Damping ratio of the high-pass.")] = None
-    s0_m2_s3: Annotated[float | None, Field(description="Spectral density of the white noise, m²/s³.")] = None
-    baseline: Annotated[str | None, one_of(BASELINES), Field(description="Baseline correction.")] = None
+    omega_g_times_s: Annotated[list[float] | None, Said("evenly"), Field(description="Times of the drift, s.")] = None
+    xi_g: Annotated[float | None, Said(0.6, above=0.0), Field(description="Damping ratio of the ground filter.")] = None
+    omega_f_rad_s: Annotated[
+        float | None, Said("π/4", above=0.0), Field(description="Circular frequency of the high-pass, rad/s.")
+    ] = None
+    xi_f: Annotated[float | None, Said(0.6, above=0.0), Field(description="Damping ratio of the high-pass.")] = None
+    s0_m2_s3: Annotated[
+        float | None, Said(0.01, above=0.0), Field(description="Spectral density of the white noise, m²/s³.")
+    ] = None
+    baseline: Annotated[
+        str | None,
+        one_of(BASELINES),
+        Said("`parabolic` for `kanai-tajimi`, `none` for `clough-penzien`"),
+        Field(description="Baseline correction."),
+    ] = None
     target: Annotated[
-        str | None, Field(description="CSV of the spectrum to be matched, relative to the study file.")
+        str | None, Located(), Field(description="CSV of the spectrum to be matched, relative to the study file.")
     ] = None
-    s_ds: Annotated[float | None, Field(description="S_DS of ASCE 7, in g.")] = None
-    z_over_h: Annotated[float | None, Field(description="Height of attachment over that of the roof (0).")] = None
-    edition: Annotated[str | None, one_of(EDITIONS), Field(description="Edition of ASCE 7 (7-16).")] = None
-    vertical: Annotated[bool | None, Field(description="The vertical spectrum (false).")] = None
-    lowest_frequency_hz: Annotated[float | None, Field(description="Where matching starts, Hz (0.1).")] = None
-    f_lowest_hz: Annotated[float | None, Field(description="Lowest natural frequency of the component, Hz.")] = None
-    pgv_bound: Annotated[float | None, Field(description="Greatest relative distance of PGV (0.15).")] = None
-    pgd_bound: Annotated[float | None, Field(description="Greatest relative distance of PGD (0.5).")] = None
-    envelope: Annotated[EnvelopeTable | None, Field(description="Intensity envelope.")] = None
-    magnitude: Annotated[float | None, Field(description="Moment magnitude of the scenario.")] = None
-    distance_m: Annotated[float | None, Field(description="Distance of the scenario, m.")] = None
-    vs30_m_s: Annotated[float | None, Field(description="Shear-wave velocity of the uppermost 30 m, m/s.")] = None
-    faulting: Annotated[str | None, one_of(FAULTINGS), Field(description="Style of faulting.")] = None
-    f_c_hz: Annotated[float | None, Field(description="Corner of the high-pass, Hz.")] = None
-    arias_m_s: Annotated[float | None, Field(description="Expected Arias intensity, m/s.")] = None
-    d5_95_s: Annotated[float | None, Field(description="Time from 5 to 95 % of the Arias intensity, s.")] = None
-    t_mid_s: Annotated[float | None, Field(description="Time to 45 % of the Arias intensity, s.")] = None
-    omega_mid_rad_s: Annotated[float | None, Field(description="Filter frequency at that time, rad/s.")] = None
-    omega_slope_rad_s2: Annotated[float | None, Field(description="Slope of the filter frequency, rad/s².")] = None
-    zeta: Annotated[float | None, Field(description="Damping ratio of the filter.")] = None
-    depth_m: Annotated[float | None, Field(description="Depth of the top of the rupture, m.")] = None
-    along_m: Annotated[float | None, Field(description="Length of rupture towards the site, m.")] = None
-    angle_rad: Annotated[float | None, Field(description="Angle between rupture and site, rad.")] = None
+    s_ds: Annotated[float | None, Said(unit="g", above=0.0), Field(description="S_DS of ASCE 7.")] = None
+    z_over_h: Annotated[
+        float | None,
+        Said(0.0, at_least=0.0, at_most=1.0),
+        Field(description="Height of attachment over that of the roof."),
+    ] = None
+    edition: Annotated[str | None, one_of(EDITIONS), Said("7-16"), Field(description="Edition of ASCE 7.")] = None
+    vertical: Annotated[bool | None, Said(False), Field(description="The vertical spectrum.")] = None
+    lowest_frequency_hz: Annotated[float | None, Said(0.1), Field(description="Where matching starts, Hz.")] = None
+    f_lowest_hz: Annotated[
+        float | None,
+        Said("not checked", above=0.0),
+        Field(description="Lowest natural frequency of the component, Hz, from which acceptance is checked."),
+    ] = None
+    pgv_bound: Annotated[
+        float | None,
+        Said(0.15, above=0.0),
+        Field(description="Greatest relative distance of PGV from what the spectrum implies."),
+    ] = None
+    pgd_bound: Annotated[
+        float | None,
+        Said(0.5, above=0.0),
+        Field(description="Greatest relative distance of PGD from what the spectrum implies."),
+    ] = None
+    envelope: Annotated[
+        EnvelopeTable | None, Said("that of the generator"), Field(description="Intensity envelope.")
+    ] = None
+    magnitude: Annotated[
+        float | None,
+        Said("6.5; 7 for `near-fault`", at_least=3.0, at_most=8.5),
+        Field(description="Moment magnitude of the scenario."),
+    ] = None
+    distance_m: Annotated[
+        float | None,
+        Said("20 000; 5000 for `near-fault`", at_least=0.0, at_most=1e6),
+        Field(description="Distance of the scenario, m."),
+    ] = None
+    vs30_m_s: Annotated[
+        float | None,
+        Said("760; 500 for `near-fault`", at_least=100.0, at_most=3000.0),
+        Field(description="Shear-wave velocity of the uppermost 30 m, m/s."),
+    ] = None
+    faulting: Annotated[str | None, one_of(FAULTINGS), Said("strike-slip"), Field(description="Style of faulting.")] = (
+        None
+    )
+    f_c_hz: Annotated[
+        float | None,
+        Said("0.15 for `site-based`; else from the magnitude", above=0.0),
+        Field(description="Corner of the high-pass, Hz: it rules the peak velocity."),
+    ] = None
+    arias_m_s: Annotated[float | None, Said(0.5, above=0.0), Field(description="Expected Arias intensity, m/s.")] = None
+    d5_95_s: Annotated[
+        float | None, Said(12.0, above=0.0), Field(description="Time from 5 to 95 % of the Arias intensity, s.")
+    ] = None
+    t_mid_s: Annotated[
+        float | None, Said(7.0, above=0.0), Field(description="Time to 45 % of the Arias intensity, s.")
+    ] = None
+    omega_mid_rad_s: Annotated[
+        float | None, Said("10π", above=0.0), Field(description="Filter frequency at that time, rad/s.")
+    ] = None
+    omega_slope_rad_s2: Annotated[
+        float | None, Said("-0.2π"), Field(description="Slope of the filter frequency, rad/s².")
+    ] = None
+    zeta: Annotated[
+        float | None, Said(0.2, at_least=0.005, at_most=0.99), Field(description="Damping ratio of the filter.")
+    ] = None
+    depth_m: Annotated[
+        float | None, Said(0.0, at_least=0.0, at_most=3e4), Field(description="Depth of the top of the rupture, m.")
+    ] = None
+    along_m: Annotated[
+        float | None,
+        Said(20000.0, at_least=0.0, at_most=5e5),
+        Field(description="Length of rupture towards the site, m."),
+    ] = None
+    angle_rad: Annotated[
+        float | None,
+        Said(0.0, at_least=0.0, at_most=0.5 * math.pi),
+        Field(description="Angle between rupture and site, rad."),
+    ] = None
     with_pulse: Annotated[
-        str | None, one_of(WITH_PULSE), Field(description="Whether near-fault motions have a pulse.")
+        str | None,
+        one_of(WITH_PULSE),
+        Said("always"),
+        Field(description="Whether near-fault motions have a pulse; `probability` is the scenario's own."),
     ] = None
-    stress_drop_pa: Annotated[float | None, Field(description="Stress drop of the source, Pa.")] = None
-    kappa_s: Annotated[float | None, Field(description="Attenuation near the site, s.")] = None
-    q0: Annotated[float | None, Field(description="Quality factor of the path at 1 Hz.")] = None
-    q_exponent: Annotated[float | None, Field(description="Its growth with frequency.")] = None
-    beta_m_s: Annotated[float | None, Field(description="Shear-wave velocity at the source, m/s.")] = None
-    density_kg_m3: Annotated[float | None, Field(description="Density at the source, kg/m³.")] = None
-    site: Annotated[str | None, one_of(SITES), Field(description="Site amplification.")] = None
+    stress_drop_pa: Annotated[
+        float | None, Said(8e6, at_least=1e4, at_most=1e9), Field(description="Stress drop of the source, Pa.")
+    ] = None
+    kappa_s: Annotated[
+        float | None, Said(0.04, at_least=0.0, at_most=1.0), Field(description="Attenuation near the site, s.")
+    ] = None
+    q0: Annotated[float | None, Said(180.0, above=0.0), Field(description="Quality factor of the path at 1 Hz.")] = None
+    q_exponent: Annotated[
+        float | None, Said(0.45, at_least=0.0, at_most=1.0), Field(description="Its growth with frequency.")
+    ] = None
+    beta_m_s: Annotated[
+        float | None,
+        Said(3500.0, at_least=100.0, at_most=1e4),
+        Field(description="Shear-wave velocity at the source, m/s."),
+    ] = None
+    density_kg_m3: Annotated[
+        float | None, Said(2800.0, at_least=100.0, at_most=1e4), Field(description="Density at the source, kg/m³.")
+    ] = None
+    site: Annotated[str | None, one_of(SITES), Said("generic-rock"), Field(description="Site amplification.")] = None
     amplification: Annotated[
-        list[tuple[float, float]] | None, Field(description="Own amplification: pairs of frequency (Hz) and factor.")
+        list[Annotated[tuple[float, float], Field(strict=False)]] | None,
+        Said("that of the site"),
+        Field(description="Own amplification instead: pairs of frequency (Hz) and factor."),
     ] = None
-    gamma: Annotated[float | None, Field(description="Half cycles of the near-fault pulse.")] = None
-    nu_rad: Annotated[float | None, Field(description="Phase of the near-fault pulse, rad.")] = None
-    zero_residual: Annotated[bool | None, Field(description="Whether the near-fault pulse leaves nothing.")] = None
-    amplitude_m_s2: Annotated[float | None, Field(description="Amplitude of the pulse, m/s² (1).")] = None
-    omega_rad_s: Annotated[float | None, Field(description="Circular frequency of the pulse, rad/s.")] = None
-    tail_s: Annotated[float | None, Field(description="Quiet after the pulse, s.")] = None
+    gamma: Annotated[
+        float | None, Said(2.0, at_least=1.0, at_most=10.0), Field(description="Half cycles of the near-fault pulse.")
+    ] = None
+    nu_rad: Annotated[
+        float | None,
+        Said(0.0, at_least=-100.0, at_most=100.0),
+        Field(description="Phase of the near-fault pulse, rad."),
+    ] = None
+    zero_residual: Annotated[
+        bool | None, Said(False), Field(description="Whether the near-fault pulse leaves nothing.")
+    ] = None
+    amplitude_m_s2: Annotated[
+        float | None, Said(1.0, above=0.0), Field(description="Amplitude of the pulse, m/s².")
+    ] = None
+    omega_rad_s: Annotated[
+        float | None, Said(above=0.0), Field(description="Circular frequency of the pulse, rad/s.")
+    ] = None
+    tail_s: Annotated[float | None, Said(1.0, at_least=0.0), Field(description="Quiet after the pulse, s.")] = None
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -169,22 +340,53 @@ class MotionsTable(Table):
             raise ValueError("motions from a generator need number (how many)")
         return self
 
+    def samples(self, folder: Path) -> float:
+        """Samples of all motions that are made here, 0 of those that are read; ValueError as `build`."""
+        made = self._made(folder)
+        if made is None:
+            return 0.0
+        if isinstance(made, shaking.Pulse):
+            return (made.duration + made.tail) / made.dt
+        length = getattr(made, "length", None) or made.duration
+        return (self.number or 1) * float(length / made.dt)
+
     def build(self, folder: Path) -> list[xr.DataArray]:
         """The motions; ValueError where a parameter does not belong or is out of range, or no record is found."""
+        made = self._made(folder)
+        if made is not None:
+            refuse_samples(self.samples(folder), "motions")
+            return [made.sample(self.number or 1, seed=self.seed or 0)]
+        found: list[xr.DataArray] = []
         if self.records is not None:
-            refuse_foreign(self, {"records", "dt_s"}, "motions from records")
-            return [shaking.read(path, self.dt_s) for path in expand(self.records, folder)]
+            refuse_foreign(self, {"records", "dt_s", "unit"}, "motions from records")
+            for path in expand(self.records, folder):
+                found.append(shaking.read(path, self.dt_s, self.unit))
+                refuse_samples(sum(array.size for array in found), "records")
         if self.floors_file is not None:
             refuse_foreign(self, {"floors_file"}, "motions from a floors_file")
-            return [shaking.read_floors(path) for path in expand(self.floors_file, folder, "floors_file")]
+            for path in expand(self.floors_file, folder, "floors_file"):
+                found.append(shaking.read_floors(path))
+                refuse_samples(sum(array.size for array in found), "floors_file")
+        return found
+
+    def _made(self, folder: Path) -> Any:
+        """The generator or pulse that makes the motions, None where they are read."""
+        try:
+            return self._source(folder)
+        except RecordError:
+            raise
+        except ValueError as error:
+            raise ValueError(f"motions: {error}") from None
+
+    def _source(self, folder: Path) -> Any:
         if self.pulse is not None:
             if self.omega_rad_s is None:
                 raise ValueError(f"pulse {self.pulse!r} needs omega_rad_s (its circular frequency)")
             amplitude = 1.0 if self.amplitude_m_s2 is None else self.amplitude_m_s2
             values = self.model_copy(update={"amplitude_m_s2": amplitude})
-            return [construct(shaking.PULSES[self.pulse], values, {"pulse"}, f"pulse {self.pulse!r}").sample(1)]
-        assert self.generator is not None  # exactly one of four, checked above
-        assert self.number is not None
+            return construct(shaking.PULSES[self.pulse], values, {"pulse"}, f"pulse {self.pulse!r}")
+        if self.generator is None:
+            return None
         apart = {"generator", "number", "seed"}
         kind, what = shaking.GENERATORS[self.generator], f"generator {self.generator!r}"
         for need in ("s_ds", "target"):
@@ -194,5 +396,4 @@ class MotionsTable(Table):
         if self.target is not None:
             spectrum = shaking.TargetSpectrum.from_csv(folder / self.target)
             values = self.model_copy(update={"target": spectrum})
-        generator = construct(kind, values, apart, what)
-        return [generator.sample(self.number, seed=self.seed or 0)]
+        return construct(kind, values, apart, what)

@@ -26,6 +26,7 @@ from .contents import Inventory
 from .designs import count
 from .inventory import read_inventory
 from .schema import StudyFile
+from .shaking import Shaking
 from .study import Progress, Study, each, plain
 from .words import level_text
 
@@ -62,7 +63,10 @@ class PerformanceStudy(Study):
     def of(cls, content: StudyFile, folder: Path) -> Self:
         asked = content.performance
         assert asked is not None  # which makes it this kind
-        inventory = read_inventory(folder / asked.inventory)
+        building = None if content.building is None else content.building.made()
+        if content.motions.floors_file is None:  # what is wrong with it is said before motions are made
+            known = ["0"] if building is None else [str(floor) for floor in building.floors]
+            inventory = read_inventory(folder / asked.inventory, known)
         if asked.levels is None:
             if "im" in asked.model_fields_set:
                 raise ValueError("performance.im needs performance.levels: without them the motions are as they are")
@@ -75,13 +79,17 @@ class PerformanceStudy(Study):
             at = float(levels[levels.size // 2]) if asked.at_level is None else _level_of(levels, asked, im)
         elif asked.at_level is not None:
             raise ValueError("performance.at_level does not go with a hazard: the ranking is of a year")
+        motions = tuple(content.motions.build(folder))
+        if content.motions.floors_file is not None:
+            known = Shaking.of(building, motions, None, im == SCALE).known
+            inventory = read_inventory(folder / asked.inventory, known)
         study = cls(
             content.title,
             plain(content),
             inventory,
             each("models", content.models),
-            None if content.building is None else content.building.build(),
-            tuple(content.motions.build(folder)),
+            building,
+            motions,
             im,
             levels,
             hazard,

@@ -5,14 +5,13 @@ Units stand in key names (``width_m``, ``dt_s``) or beside the values (``unit = 
 
 from __future__ import annotations
 
-import difflib
-import tomllib
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Self, get_args
+from typing import Annotated, NamedTuple, Self
 
+import numpy as np
 import xarray as xr
-from pydantic import Field, ValidationError, model_validator
+from numpy.typing import NDArray
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from ..fragility.curves import LINKED
 from ..fragility.execution import OUTPUTS
@@ -20,9 +19,12 @@ from .analysis_tables import CloudTable, FitTable, IdaTable, MeasuresTable, Perf
 from .block_tables import BlockTable, ModelTable
 from .designs import Cloud, Design, Incremental, Stripes
 from .hazard_tables import HazardTable
+from .include import read_content
 from .motion_tables import BuildingTable, MotionsTable
+from .refusals import said
 from .sensitivity_tables import SensitivityTable
-from .tables import StudyError, Table, one_of
+from .size import refuse_samples
+from .tables import Located, Said, StudyError, Table, one_of
 from .uncertainty_tables import UncertaintyTable
 
 
@@ -39,14 +41,34 @@ ANALYSES = ("ida", "stripes", "cloud", "performance")
 class StudyFile(Table):
     """A study: blocks x damping laws x motions, as one kind of analysis."""
 
-    title: Annotated[str, Field(min_length=1, max_length=200, description="Title of the study.")]
-    blocks: Annotated[list[BlockTable] | None, Field(min_length=1, description="The blocks.")] = None
-    models: Annotated[list[ModelTable], Field(min_length=1, description="The damping laws.")]
+    include: Annotated[
+        list[str] | None,
+        Said("none"),
+        Located(),
+        Field(description="Files whose tables become this file's, relative to it; its own keys come before theirs."),
+    ] = None
+    title: Annotated[str, Field(min_length=1, max_length=200, description="Title of the study; it must be given.")]
+    blocks: Annotated[
+        list[BlockTable] | None,
+        Field(
+            min_length=1,
+            max_length=2000,
+            description="The blocks, one table each; a performance study has an inventory instead.",
+        ),
+    ] = None
+    models: Annotated[
+        list[ModelTable], Field(min_length=1, max_length=100, description="The damping laws, one table each.")
+    ]
     motions: Annotated[MotionsTable, Field(description="What shakes them.")]
-    building: Annotated[BuildingTable | None, Field(description="What stands between the motions and them.")] = None
+    building: Annotated[
+        BuildingTable | None,
+        Said("none: they stand on the ground"),
+        Field(description="What stands between the motions and them."),
+    ] = None
     buildings: Annotated[
         list[BuildingTable] | None,
-        Field(min_length=1, description="Several, side by side, each with a name."),
+        Said("none"),
+        Field(min_length=1, max_length=100, description="Several, side by side, each with a name."),
     ] = None
     ida: Annotated[IdaTable | None, Field(description="Every motion at every level.")] = None
     stripes: Annotated[StripesTable | None, Field(description="Motions that differ from level to level.")] = None
@@ -55,7 +77,8 @@ class StudyFile(Table):
 
     outputs: Annotated[
         list[Annotated[str, one_of(OUTPUTS)]] | None,
-        Field(description="Results kept of every run (overturned, peak_rotation)."),
+        Said("overturned, peak_rotation"),
+        Field(description="Results kept of every run."),
     ] = None
     fit: Annotated[FitTable | None, Field(description="How curves are fitted.")] = None
     measures: Annotated[MeasuresTable | None, Field(description="Which measure serves best.")] = None
@@ -67,6 +90,13 @@ class StudyFile(Table):
     hazard: Annotated[HazardTable | None, Field(description="How often the ground shakes, for what a year brings.")] = (
         None
     )
+
+    @field_validator("title")
+    @classmethod
+    def _seen(cls, title: str) -> str:
+        if not title.strip():
+            raise ValueError(f"must hold something that can be seen, got {title!r}")
+        return title
 
     @model_validator(mode="after")
     def _one_analysis(self) -> Self:
@@ -133,97 +163,91 @@ class StudyFile(Table):
         """The motions through the buildings: one set for all levels, or for stripes one each; ValueError as theirs."""
         if self.stripes is None:
             return [self._shaking(self.motions, folder)]
-        common = self.motions.model_dump(by_alias=True, exclude_unset=True)
-        found = []
-        for i, stripe in enumerate(self.stripes.at, start=1):
+        tables = self._stripes_motions(self.stripes)
+        samples = 0.0
+        for i, table in enumerate(tables, start=1):
             try:
-                found.append(self._shaking(MotionsTable.model_validate({**common, **(stripe.motions or {})}), folder))
-            except ValidationError as error:
-                raise ValueError(f"stripes.at[{i}].motions: {sentence(error, MotionsTable)}") from None
+                samples += table.samples(folder)
+            except ValueError as error:
+                raise ValueError(f"stripes.at[{i}]: {error}") from None
+        refuse_samples(samples * (1 + sum(self._floor_counts())), "the motions of all stripes")
+        found: list[Shaking] = []
+        held = 0
+        for i, table in enumerate(tables, start=1):
+            try:
+                found.append(self._shaking(table, folder))
+                held += sum(array.size for array in found[-1].motions)
+                refuse_samples(held, "the motions of all stripes")  # records are only known once they are read
             except ValueError as error:
                 raise ValueError(f"stripes.at[{i}]: {error}") from None
         return found
 
+    def _stripes_motions(self, stripes: StripesTable) -> list[MotionsTable]:
+        """What shakes the blocks at each level: [motions] with the keys that are others there."""
+        common = self.motions.model_dump(by_alias=True, exclude_unset=True)
+        found = []
+        for i, stripe in enumerate(stripes.at, start=1):
+            together = {**common, **(stripe.motions or {})}
+            try:
+                found.append(MotionsTable.model_validate(together))
+            except ValidationError as error:
+                raise ValueError(f"stripes.at[{i}].motions: {said(error, together, MotionsTable)[0]}") from None
+        return found
+
     def _shaking(self, motions: MotionsTable, folder: Path) -> Shaking:
+        counts = self._floor_counts()
+        refuse_samples(motions.samples(folder) * (1 + sum(counts)), "motions on all floors")
         ground = motions.build(folder)
         if not self._stand:
             return Shaking(tuple(ground), ())
+        refuse_samples(sum(array.size for array in ground) * (1 + sum(counts)), "motions on all floors")
         floors: list[xr.DataArray] = []
         for i, building in enumerate(self._stand, start=1):
             try:
                 floors.extend(building.shake(ground))
             except ValueError as error:
-                raise ValueError(f"building{'' if self.buildings is None else f's[{i}]'}: {error}") from None
+                raise ValueError(f"{self._called(i)}: {error}") from None
         at_ground = self.performance is None and self.analysis.im_at == "ground"
         return Shaking(tuple(floors), tuple(ground) if at_ground else ())
 
+    def _floor_counts(self) -> list[int]:
+        """Number of floors of each building whose motions are wanted; ValueError where one is none."""
+        found = []
+        for i, building in enumerate(self._stand, start=1):
+            try:
+                found.append(building.floor_count)
+            except ValueError as error:
+                raise ValueError(f"{self._called(i)}: {error}") from None
+        return found
+
+    def _called(self, number: int) -> str:
+        return "building" if self.buildings is None else f"buildings[{number}]"
+
     def design(self, folder: Path) -> Design:
         """The analysis with its motions; ValueError where they do not go together."""
+        levels = self._levels()  # what is wrong with them is said before motions are made
         sets = self.shaking(folder)
         if self.stripes is not None:
-            return Stripes(
-                tuple(one.motions for one in sets),
-                tuple(one.ground for one in sets) if self.stripes.im_at == "ground" else (),
-                self.stripes.im,
-                self.stripes.levels(),
-                self.stripes.scale,
-            )
+            ground = tuple(one.ground for one in sets) if self.stripes.im_at == "ground" else ()
+            return Stripes(tuple(one.motions for one in sets), ground, self.stripes.im, levels, self.stripes.scale)
         if self.ida is not None:
-            return Incremental(*sets[0], self.ida.im, self.ida.levels.build(self.ida.im))
+            return Incremental(*sets[0], self.ida.im, levels)
         return Cloud(*sets[0], self.analysis.im)
+
+    def _levels(self) -> NDArray[np.float64]:
+        """Levels in SI, none of a cloud; ValueError where their unit is not the measure's."""
+        if self.stripes is not None:
+            return self.stripes.levels()
+        return np.empty(0) if self.ida is None else self.ida.levels.build(self.ida.im)
 
 
 def read_study_file(path: Path) -> StudyFile:
     """The study file, checked against the schema; StudyError with one sentence where it does not hold."""
+    merged = read_content(path, StudyFile)
     try:
-        text = path.read_bytes().decode("utf-8")
-        content = tomllib.loads(text)
-    except FileNotFoundError:
-        raise StudyError(f"{path}: no such file") from None
-    except OSError as error:
-        raise StudyError(f"{path}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
-        raise StudyError(f"{path}: not a text file in UTF-8") from None
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise StudyError(f"{path}: not valid TOML: {str(error) or 'nested too deeply'}") from None
-    try:
-        return StudyFile.model_validate(content)
+        return StudyFile.model_validate(merged.content)
     except ValidationError as error:
-        raise StudyError(f"{path}: {sentence(error)}") from None
-
-
-def sentence(errors: ValidationError, table: type[Table] | None = None) -> str:
-    """What a table (the whole study) does not hold, as one sentence: the key, the value and what is allowed."""
-    # an unknown key is likely the cause of one that is missing: say it first
-    error = min(errors.errors(), key=lambda one: one["type"] != "extra_forbidden")
-    key = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in error["loc"]).lstrip(".")
-    if error["type"] == "extra_forbidden":
-        known = _known_keys(table or StudyFile, error["loc"][:-1])
-        near = difflib.get_close_matches(str(error["loc"][-1]), known, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]!r}?" if near else f", allowed are {', '.join(known)}"
-        return f"unknown key {key!r}{hint}"
-    if error["type"] == "missing":
-        return f"key {key!r} is missing"
-    message = error["msg"].removeprefix("Value error, ")
-    if error["type"] == "value_error":
-        return f"{key}: {message}" if key else message
-    shown = repr(error["input"])
-    message = message[0].lower() + message[1:]
-    return f"{key}: {message}, got {shown if len(shown) <= 60 else shown[:57] + '...'}"
-
-
-def _known_keys(table: type[Table], location: tuple[int | str, ...]) -> list[str]:
-    """The keys allowed at `location` in a table."""
-    for part in location:
-        fields = {field.alias or name: field for name, field in table.model_fields.items()}
-        if isinstance(part, str) and part in fields:
-            table = next(_tables_of(fields[part].annotation), table)
-    return [field.alias or name for name, field in table.model_fields.items()]
-
-
-def _tables_of(annotation: Any) -> Iterator[type[Table]]:
-    """The kinds of tables that a type stands for."""
-    if isinstance(annotation, type) and issubclass(annotation, Table):
-        yield annotation
-    for part in get_args(annotation):
-        yield from _tables_of(part)
+        message, key = said(error, merged.content, StudyFile)
+        origin = merged.origin.get(key[:2]) or merged.origin.get(key[:1]) or path
+        where = "" if origin == path else f" (in {origin})"
+        raise StudyError(f"{path}: {message}{where}") from None

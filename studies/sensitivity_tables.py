@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from ..fragility import RandomInputs
 from ..models.laws import MIN_DELTA
-from .tables import Table, bare
+from .tables import Said, Table, bare
 from .uncertainty_tables import InputTable
 
 RIGID, OWN, GIVEN, PREVIOUS = "rigid", "own", "given", "previous"
@@ -42,25 +42,27 @@ class SensitivityTable(Table):
     values: Annotated[list[float], Field(min_length=2, max_length=200, description="Its values, increasing.")]
     reference: Annotated[
         str | float | None,
-        Field(description="What values are held against: rigid, own (e_R), or a value (delta: rigid; e: own)."),
+        Said("rigid over delta, own over e"),
+        Field(description="What values are held against: rigid (Housner's impact), own (the block's e_R), or a value."),
     ] = None
     release: Annotated[
-        float, Field(gt=0.0, lt=1.0, description="Rotation over alpha from which blocks rock freely (0.5).")
+        float, Field(gt=0.0, lt=1.0, description="Rotation over alpha from which blocks rock freely.")
     ] = 0.5
-    friction: Annotated[
-        float, Field(gt=0.0, description="Friction there is: an e that needs more is unphysical (1).")
-    ] = 1.0
-    replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Bootstrap replicates (1000).")] = 1000
-    seed: Annotated[int, Field(ge=0, description="Their seed (0).")] = 0
-    confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals (0.95).")] = 0.95
+    friction: Annotated[float, Field(gt=0.0, description="Friction there is: an e that needs more is unphysical.")] = (
+        1.0
+    )
+    replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Bootstrap replicates.")] = 1000
+    seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
+    confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")] = 0.95
     inputs: Annotated[
         dict[str, InputTable] | None,
-        Field(
-            min_length=1, description="Inputs of the tornado and of Sobol' indices, the parameter among them (none)."
-        ),
+        Said("none"),
+        Field(min_length=1, description="Inputs of the tornado and of Sobol' indices, the parameter among them."),
     ] = None
     sobol: Annotated[
-        int | None, Field(ge=8, le=1_000_000, description="Base samples of Sobol' indices, a power of 2 (no indices).")
+        int | None,
+        Said("no indices"),
+        Field(ge=8, le=1_000_000, description="Base samples of Sobol' indices, a power of 2."),
     ] = None
 
     @model_validator(mode="after")

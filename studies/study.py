@@ -16,8 +16,10 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+import numpy as np
 import xarray as xr
 
+from ..fragility.plan import OUTPUT_TYPES
 from ..fragility.runners import Runner, Threads, never
 from ..models.oscillator import Oscillator
 from ..models.runs import engine_identity
@@ -26,6 +28,7 @@ from ..motions.arrays import digest
 from .remake import cluster
 from .schema import StudyFile, read_study_file
 from .shards import Shards, open_shards, remove_shards
+from .size import refuse_results
 from .store import RESULT_NAME, finished, folder_of_one, save
 from .tables import StudyError
 from .watch import Stop, Watch, run_log
@@ -68,11 +71,13 @@ class Study(ABC):
         file = Path(path)
         content = read_study_file(file)
         try:
-            return Study._kinds[content.kind].of(content, file.parent)
+            study = Study._kinds[content.kind].of(content, file.parent)
+            refuse_results(study.runs, study.bytes_a_run)
         except StudyError:
             raise
         except (ValueError, ArithmeticError) as error:
             raise StudyError(f"{file}: {error}") from None
+        return study
 
     @classmethod
     @abstractmethod
@@ -98,6 +103,11 @@ class Study(ABC):
     def kept_outputs(self) -> tuple[str, ...]:
         """What is kept of every run."""
         return ("overturned",)
+
+    @property
+    def bytes_a_run(self) -> int:
+        """What that takes."""
+        return sum(np.dtype(OUTPUT_TYPES.get(name, np.float64)).itemsize for name in self.kept_outputs)
 
     @property
     @abstractmethod

@@ -8,7 +8,9 @@ from pydantic import Field
 
 from ..fragility import Beta, Categorical, Lognormal, Normal, RandomInputs, Uniform
 from ..fragility.distributions import Distribution
-from .tables import Table, bare, one_of, refuse_foreign
+from ..fragility.realised_inputs import KNOWN
+from ..units import METRE, RADIAN
+from .tables import Said, Table, bare, checked, one_of, refuse_foreign
 
 # Each distribution and the keys that must be given; lower and upper of the first two are truncations.
 DISTRIBUTIONS: dict[str, tuple[type[Distribution], tuple[str, ...], tuple[str, ...]]] = {
@@ -20,20 +22,32 @@ DISTRIBUTIONS: dict[str, tuple[type[Distribution], tuple[str, ...], tuple[str, .
 }
 
 
+INPUTS = tuple(name + {METRE: "_m", RADIAN: "_rad"}.get(known.units, "") for name, known in KNOWN.items())
+"""Names of what can be uncertain, each with its unit."""
+
+
 class InputTable(Table):
     """One uncertain input: its distribution."""
 
-    distribution: Annotated[str, one_of(DISTRIBUTIONS), Field(description="Its kind.")]
-    mean: Annotated[float | None, Field(description="Mean of the normal distribution, before truncation.")] = None
-    std: Annotated[float | None, Field(description="Its standard deviation.")] = None
-    median: Annotated[float | None, Field(description="Median of the lognormal distribution.")] = None
+    distribution: Annotated[
+        str, one_of(DISTRIBUTIONS), Field(description="Its kind; the keys that follow belong to one each.")
+    ]
+    mean: Annotated[
+        float | None,
+        Said(unit="of the input"),
+        Field(description="Mean of the normal distribution, before truncation."),
+    ] = None
+    std: Annotated[float | None, Said(unit="of the input"), Field(description="Its standard deviation.")] = None
+    median: Annotated[
+        float | None, Said(unit="of the input"), Field(description="Median of the lognormal distribution.")
+    ] = None
     dispersion: Annotated[float | None, Field(description="Its logarithmic standard deviation.")] = None
     a: Annotated[float | None, Field(description="First shape of the beta distribution.")] = None
     b: Annotated[float | None, Field(description="Second shape of the beta distribution.")] = None
-    lower: Annotated[float | None, Field(description="Lower end of the support.")] = None
-    upper: Annotated[float | None, Field(description="Upper end of the support.")] = None
+    lower: Annotated[float | None, Said(unit="of the input"), Field(description="Lower end of the support.")] = None
+    upper: Annotated[float | None, Said(unit="of the input"), Field(description="Upper end of the support.")] = None
     values: Annotated[list[str] | None, Field(description="What is chosen from: laws.")] = None
-    weights: Annotated[list[float] | None, Field(description="Their weights (equal).")] = None
+    weights: Annotated[list[float] | None, Said("equal", at_least=0.0), Field(description="Their weights.")] = None
 
     def build(self) -> Distribution:
         """The distribution; ValueError where a key does not belong to it, or is missing or out of range."""
@@ -54,29 +68,32 @@ class InputTable(Table):
 class CorrelationTable(Table):
     """Rank correlation of two inputs."""
 
-    of: Annotated[tuple[str, str], Field(description="The two inputs.")]
-    rank: Annotated[float, Field(description="Spearman's correlation, -1 to 1.")]
+    of: Annotated[tuple[str, str], Field(strict=False, description="The two inputs.")]
+    rank: Annotated[float, Said(at_least=-1.0, at_most=1.0), Field(description="Spearman's correlation, -1 to 1.")]
 
 
 class UncertaintyTable(Table):
     """What is uncertain, and which indices are wanted."""
 
     inputs: Annotated[dict[str, InputTable], Field(min_length=1, description="Uncertain inputs by name.")]
-    correlations: Annotated[list[CorrelationTable] | None, Field(description="Rank correlations (none).")] = None
-    samples: Annotated[int, Field(ge=2, le=1_000_000, description="Number of samples (64).")] = 64
-    seed: Annotated[int, Field(ge=0, description="Seed of the samples (0).")] = 0
+    correlations: Annotated[list[CorrelationTable] | None, Said("none"), Field(description="Rank correlations.")] = None
+    samples: Annotated[int, Field(ge=2, le=1_000_000, description="Number of Latin hypercube samples.")] = 64
+    seed: Annotated[int, Field(ge=0, description="Seed of the samples.")] = 0
     sobol: Annotated[
-        int | None, Field(ge=8, le=1_000_000, description="Base samples of Sobol' indices, a power of 2 (no indices).")
+        int | None,
+        Said("no indices"),
+        Field(ge=8, le=1_000_000, description="Base samples of Sobol' indices, a power of 2."),
     ] = None
     morris: Annotated[
-        int | None, Field(ge=2, le=100_000, description="Trajectories of Morris' screening (no screening).")
+        int | None, Said("no screening"), Field(ge=2, le=100_000, description="Trajectories of Morris' screening.")
     ] = None
 
     def build(self) -> RandomInputs:
-        """The inputs; ValueError where a distribution or a correlation is none."""
+        """The inputs; ValueError where a distribution or a correlation is none, or a name has not its unit."""
         found = {}
         for name, table in self.inputs.items():
             try:
+                checked(name, INPUTS)
                 found[bare(name)] = table.build()
             except (TypeError, ValueError) as error:
                 raise ValueError(f"uncertainty.inputs.{name}: {error}") from None

@@ -241,7 +241,7 @@ class TestP58:
 class TestFiles:
     TABLE = (
         "# floors of a model\n"
-        "time, El Centro/1 [g], El Centro/roof [g], Kobe/1, Kobe/roof [cm/s²]\n"
+        "time, El Centro/1 [g], El Centro/roof [g], Kobe/1 [m/s2], Kobe/roof [cm/s²]\n"
         "0.00, 0.0, 0.1, 1.0, 10\n0.01, 0.2, 0.3, 2.0, 20\n\n0.02, -0.1, 0.0, 3.0, 30\n"
     )
 
@@ -261,7 +261,7 @@ class TestFiles:
         assert mo.records(found)[1].label == "El Centro floor roof"
 
     def test_numbered_floors_semicolons_and_any_order(self, tmp_path):
-        found = self.read(tmp_path, "Time [s];b/2;a/1;a/2;b/1\n0;1;2;3;4\n1;5;6;7;8\n")
+        found = self.read(tmp_path, "Time [s];b/2 [m/s2];a/1 [m/s2];a/2 [m/s2];b/1 [m/s2]\n0;1;2;3;4\n1;5;6;7;8\n")
         assert found.floor.values.tolist() == [2, 1]
         assert found.values[:, :, 0].tolist() == [[1.0, 4.0], [3.0, 2.0]]
 
@@ -280,16 +280,17 @@ class TestFiles:
             ("a/1,a/2\n0,1\n1,2\n", "its header must be 'time'"),
             ("time\n0\n1\n", "its header must be 'time'"),
             ("time,a\n0,1\n1,2\n", "column 2 must be named 'motion/floor', got 'a'"),
+            ("time,a/1\n0,1\n1,2\n", r"column 2 states no unit: write it as 'a/1 \[g\]'"),
             ("time,a/1 [furlong]\n0,1\n1,2\n", "unknown unit 'furlong' of column 2"),
-            ("time,a/1,a/1\n0,1,1\n1,2,2\n", "'a/1' stands twice"),
-            ("time,a/1,b/2\n0,1,1\n1,2,2\n", "motion 'a' has no column for floor '2'"),
-            ("time,a/1\n0,1\n1\n", "line 3 must have 2 numbers"),
-            ("time,a/1,a/2\n0,1,\n1,2,3\n", "line 2 gives a sample as ''"),
-            ("time,a/1\n0,1\n1,x\n", "line 3 gives a sample as 'x'"),
-            ("time,a/1\n0,1\n1,nan\n", "must be a finite number"),
-            ("time,a/1\n0,1\n", "at least 2 samples, found 1"),
-            ("time,a/1\n0,1\n1,1\n3,1\n", "must be uniform"),
-            ("time,a/1\n0,1\n1,1e12\n", "at most 1e.09"),
+            ("time,a/1 [g],a/1 [g]\n0,1,1\n1,2,2\n", "'a/1' stands twice"),
+            ("time,a/1 [g],b/2 [g]\n0,1,1\n1,2,2\n", "motion 'a' has no column for floor '2'"),
+            ("time,a/1 [g]\n0,1\n1\n", "line 3 must have 2 numbers"),
+            ("time,a/1 [g],a/2 [g]\n0,1,\n1,2,3\n", "line 2 gives a sample as ''"),
+            ("time,a/1 [g]\n0,1\n1,x\n", "line 3 gives a sample as 'x'"),
+            ("time,a/1 [g]\n0,1\n1,nan\n", "must be a finite number"),
+            ("time,a/1 [g]\n0,1\n", "at least 2 samples, found 1"),
+            ("time,a/1 [g]\n0,1\n1,1\n3,1\n", "must be uniform"),
+            ("time,a/1 [g]\n0,1\n1,1e12\n", "at most 1e.09"),
         ],
     )
     def test_wrong_tables(self, tmp_path, text, message):

@@ -288,10 +288,10 @@ class TestGeonet:
 
 class TestTables:
     def test_named_columns(self, tmp_path):
-        text = "# a record\ntime (s),north (g),east (cm/s2),up\n0.00,1,2,3\n0.01,4,5,6\n"
+        text = "# a record\ntime (s),north (g),east (cm/s2),up (m/s2)\n0.00,1,2,3\n0.01,4,5,6\n"
         motion = mo.read(saved(tmp_path, text, "site.csv"))
         np.testing.assert_allclose(motion.values, [[G, 4 * G], [0.02, 0.05], [3.0, 6.0]], rtol=1e-15)
-        assert motion.motion.values.tolist() == ["site north (g)", "site east (cm/s2)", "site up"]
+        assert motion.motion.values.tolist() == ["site north (g)", "site east (cm/s2)", "site up (m/s2)"]
 
     def test_unit_given(self, tmp_path):
         path = saved(tmp_path, "0.00 1\n0.01 2\n")

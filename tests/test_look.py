@@ -263,7 +263,7 @@ class TestCommand:
 
     def test_nothing_shakes(self, tmp_path, capsys):
         """A record of zeros has no durations: null, not NaN, and figures without a line."""
-        (tmp_path / "quiet.csv").write_text("time,a\n" + "\n".join(f"{0.01 * i:.2f},0" for i in range(50)))
+        (tmp_path / "quiet.csv").write_text("time,a (g)\n" + "\n".join(f"{0.01 * i:.2f},0" for i in range(50)))
         assert main(["motions", str(tmp_path / "quiet.csv"), "--json", "--out", str(tmp_path)]) == 0
         content = json.loads(capsys.readouterr().out)
         assert content["measures"]["d5_95"]["values"] == [None]

@@ -113,7 +113,7 @@ class TestAt2:
 
 class TestCsv:
     def test_time_and_acceleration(self, tmp_path):
-        motion = mo.read(csv(tmp_path, "time,acceleration\n0.00,0.1\n0.01,0.2\n0.02,-0.3\n"))
+        motion = mo.read(csv(tmp_path, "time,acceleration (m/s2)\n0.00,0.1\n0.01,0.2\n0.02,-0.3\n"))
         assert motion.values[0].tolist() == [0.1, 0.2, -0.3]
         assert float(motion.dt[0]) == pytest.approx(0.01)
 
@@ -127,7 +127,6 @@ class TestCsv:
             ("time_s,acceleration_m_s2", 1.0),
             ("time_s,acceleration_cm_s2", 0.01),
             ("acceleration in g", G),
-            ("", 1.0),
         ],
     )
     def test_units_in_the_heading(self, tmp_path, heading, factor):
@@ -136,7 +135,9 @@ class TestCsv:
 
     def test_one_column_and_dt(self, tmp_path):
         path = csv(tmp_path, "1.0\n2.0\n3.0\n")
-        assert float(mo.read(path, dt=0.02).dt[0]) == 0.02
+        assert float(mo.read(path, dt=0.02, unit="g").dt[0]) == 0.02
+        with pytest.raises(RecordError, match=r"states no unit of its accelerations: write it .* or give unit"):
+            mo.read(path, dt=0.02)
         stated = csv(tmp_path, "# dt = 0.004, acceleration in g\n1.0\n2.0\n")
         assert float(mo.read(stated).dt[0]) == 0.004
         assert mo.read(stated).values[0, 0] == G

@@ -638,7 +638,7 @@ class TestStudy:
         assert result.slides.dtype == np.float32
         assert self.study(tmp_path, STUDY + "[screen]\nfriction = 0.4\nundecided = 1\n").friction == FixedFriction(0.4)
         for text, message in (
-            ("friction = 0", "screen.friction: input should be greater than 0, got 0"),
+            ("friction = 0", "screen.friction: input should be greater than or equal to 0.05, got 0"),
             ("friction_dispersion = 0.2", "screen: friction_dispersion needs friction"),
             ("undecided = 2", "screen.undecided: input should be less than or equal to 1, got 2"),
             ("frictoin = 0.4", "unknown key 'screen.frictoin'; did you mean 'friction'"),

@@ -1,0 +1,196 @@
+"""What a study file holds, with the files that it includes: TOML in, plain values out, nothing of their meaning.
+
+The file that includes another refines it: a key of a table takes the place of the included one, anything else may stand
+in one file only.  Relative paths are those of the file that names them.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+import tomllib
+import unicodedata
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, get_args
+
+from .size import MOST_BYTES
+from .tables import KeysOf, Located, StudyError, Table, shown
+
+MOST_FILES = 32
+MOST_LEVELS = 8
+MOST_NESTING = 16
+MOST_ENTRIES = 100_000
+MOST_TEXT = 4096
+INCLUDE = "include"
+_DIRECTING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+
+
+@dataclass(frozen=True)
+class Merged:
+    """The content of a study file, and which file each key of it comes from, by (table,) and (table, key)."""
+
+    content: dict[str, Any]
+    origin: dict[tuple[str, ...], Path] = field(default_factory=dict)
+
+
+def read_content(path: Path, table: type[Table]) -> Merged:
+    """The study file merged with what it includes, paths relative to it; `table` says which of its keys are paths.
+
+    Raises
+    ------
+    StudyError
+        A file that cannot be read, is too large, is no TOML or nested too deeply; text that holds control characters,
+        integers of more than 64 bits; files that include each other, more than 32 of them, deeper than 8, or that give
+        the same key.
+    """
+    return _merged(path, table, [], [])
+
+
+def _merged(path: Path, table: type[Table], above: list[Path], seen: list[Path]) -> Merged:
+    own = _parsed(path)
+    seen.append(path)
+    here = [*above, path.resolve()]
+    found: dict[str, Any] = {}
+    origin: dict[tuple[str, ...], Path] = {}
+    for name in _included(path, own):
+        file = path.parent / name
+        if not _is_file(file):
+            raise StudyError(f"{path}: include: no file {shown(name)} (looked in {path.parent.resolve()})")
+        if file.resolve() in here:
+            raise StudyError(f"{path}: include: {shown(name)} includes this file again")
+        if len(here) > MOST_LEVELS or len(seen) >= MOST_FILES:
+            raise StudyError(
+                f"{path}: include: at most {MOST_FILES} files, {MOST_LEVELS} deep, got more with {shown(name)}"
+            )
+        part = _merged(file, table, here, seen)
+        for key, value in rebased(part.content, table, os.path.dirname(name)).items():
+            if key in found:
+                raise StudyError(f"{path}: include: {shown(key)} is given by {origin[key,]} and by {file}")
+            found[key] = value
+        origin |= part.origin
+    for key, value in own.items():
+        before = found.get(key, {})
+        if isinstance(before, dict) and isinstance(value, dict):
+            found[key] = {**before, **value}
+            origin |= {(key, inner): path for inner in value}
+        elif key in found:
+            raise StudyError(
+                f"{path}: {shown(key)} is given here and by {origin[key,]}: only keys of tables can be given anew"
+            )
+        else:
+            found[key] = value
+        origin[key,] = path
+    return Merged(found, origin)
+
+
+def _included(path: Path, own: dict[str, Any]) -> list[str]:
+    """The files that a file includes, taken out of its content."""
+    names = own.pop(INCLUDE, [])
+    if not isinstance(names, list) or not all(isinstance(name, str) and name for name in names):
+        raise StudyError(f'{path}: include must be a list of files, as include = ["common.toml"], got {shown(names)}')
+    return names
+
+
+def _parsed(path: Path) -> dict[str, Any]:
+    """The file's own content; StudyError where it is none that a study can be."""
+    try:
+        if path.is_dir():
+            raise StudyError(f"{path}: cannot be read (Is a directory)")
+        if not path.is_file():
+            raise StudyError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
+        with path.open("rb") as stream:
+            data = stream.read(MOST_BYTES + 1)
+    except StudyError:
+        raise
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    if len(data) > MOST_BYTES:
+        raise StudyError(f"{path}: larger than {MOST_BYTES // 2**20} MiB, no study file is")
+    try:
+        content = tomllib.loads(data.decode("utf-8"))
+    except UnicodeDecodeError:
+        raise StudyError(f"{path}: not a text file in UTF-8") from None
+    except (ValueError, RecursionError) as error:  # an integer of thousands of digits is no TOMLDecodeError
+        raise StudyError(f"{path}: not valid TOML: {_reason(error)}") from None
+    _refuse_strange(path, content)
+    return content
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, RecursionError):
+        return "nested too deeply"
+    return str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number that is none"
+
+
+def _refuse_strange(path: Path, content: dict[str, Any]) -> None:
+    """StudyError for what TOML allows and no study has: it would only confuse those who print, count or store it."""
+    left: list[tuple[str, Any, int]] = [("", content, 0)]
+    while left:
+        key, value, depth = left.pop()
+        where = f"{path}: {shown(key)}" if key else str(path)
+        if isinstance(value, dict | list):
+            if depth >= MOST_NESTING:
+                raise StudyError(f"{where} is nested too deeply")
+            if len(value) > MOST_ENTRIES:
+                raise StudyError(f"{where} holds {len(value):,} entries, allowed are {MOST_ENTRIES:,}")
+            pairs = value.items() if isinstance(value, dict) else ((f"[{i + 1}]", one) for i, one in enumerate(value))
+            for name, one in pairs:
+                if isinstance(value, dict):
+                    _refuse_text(f"{where}: a key", name)
+                dot = "." if key and isinstance(value, dict) else ""
+                left.append((f"{key}{dot}{name}", one, depth + 1))
+        elif isinstance(value, str):
+            _refuse_text(where, value)
+        elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise StudyError(f"{where} is an integer of more than 64 bits")
+
+
+def _refuse_text(where: str, text: str) -> None:
+    if len(text) > MOST_TEXT:
+        raise StudyError(f"{where} holds {len(text):,} characters, allowed are {MOST_TEXT:,}")
+    for one in text:
+        if one in _DIRECTING or unicodedata.category(one) in {"Cc", "Cs", "Zl", "Zp"}:
+            raise StudyError(f"{where} holds the control character U+{ord(one):04X}: {shown(text)}")
+
+
+def _is_file(file: Path) -> bool:
+    try:
+        return file.is_file()
+    except OSError:  # a name too long
+        return False
+
+
+def rebased(content: Mapping[str, Any], table: type[Table], folder: str) -> dict[str, Any]:
+    """The content with its relative paths put into `folder`; what is not of the table's types is left as it is."""
+    if not folder:
+        return dict(content)
+    fields = {one.alias or name: one for name, one in table.model_fields.items()}
+    found = dict(content)
+    for key, value in content.items():
+        if key not in fields:
+            continue
+        located = next((one for one in fields[key].metadata if isinstance(one, Located)), None)
+        inner = next((one.table for one in fields[key].metadata if isinstance(one, KeysOf)), None)
+        inner = inner or next(tables_of(fields[key].annotation), None)
+        if located is not None:
+            before = glob.escape(folder) if located.pattern else folder
+            found[key] = [_in(before, one) for one in value] if isinstance(value, list) else _in(before, value)
+        elif inner is not None and isinstance(value, dict):
+            found[key] = rebased(value, inner, folder)
+        elif inner is not None and isinstance(value, list):
+            found[key] = [rebased(one, inner, folder) if isinstance(one, dict) else one for one in value]
+    return found
+
+
+def _in(folder: str, value: Any) -> Any:
+    return os.path.join(folder, value) if isinstance(value, str) and value else value
+
+
+def tables_of(annotation: Any) -> Iterator[type[Table]]:
+    """The kinds of tables that a type stands for."""
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        yield annotation
+    for part in get_args(annotation):
+        yield from tables_of(part)

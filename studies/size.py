@@ -1,0 +1,32 @@
+"""How large a study may be: judged from its tables, before anything of that size is made."""
+
+from __future__ import annotations
+
+MOST_NUMBERS = 500_000_000
+"""Samples of all motions together: 4 GB of eight bytes each."""
+MOST_RESULTS = 8_000_000_000
+"""Bytes of what is kept of all runs, which is put together in memory."""
+MOST_BYTES = 2**20
+"""Of a study file, those that it includes each for themselves."""
+
+
+def refuse_samples(samples: float, what: str) -> None:
+    """ValueError where motions hold more samples than a computer's memory."""
+    if not samples <= MOST_NUMBERS:
+        raise ValueError(
+            f"{what} would hold {samples:,.3g} samples, allowed are {MOST_NUMBERS:,} (4 GB): "
+            "fewer or shorter motions, a longer time step, or fewer floors"
+        )
+
+
+def refuse_results(runs: int, each: int) -> None:
+    """ValueError where a study asks for more runs, of so many bytes each, than results can hold."""
+    if runs * each > MOST_RESULTS:
+        raise ValueError(
+            f"the study asks for {_shown(runs)} runs of {each} bytes each, allowed are {MOST_RESULTS:,} bytes: "
+            "fewer motions, levels, blocks, laws or samples, or several studies"
+        )
+
+
+def _shown(number: int) -> str:
+    return f"{number:,}" if number < 10**15 else "over 10^15"
