@@ -33,8 +33,7 @@ from .models import (
 )
 
 if TYPE_CHECKING:
-    from .studies import Study
-    from .studies import plots as plot
+    from .studies import Study, plot
 
 __version__ = metadata.version("toppling")
 
@@ -64,7 +63,7 @@ __all__ = [
 ]
 
 # Study files and figures load slow libraries (pydantic, matplotlib): only when asked for.
-_LAZY = {"Study": (".studies", "Study"), "plot": (".studies.plots", None)}
+_LAZY = {"Study": (".studies", "Study"), "plot": (".studies.plot", None)}
 
 
 def __getattr__(name: str) -> Any:

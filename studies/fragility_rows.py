@@ -13,10 +13,8 @@ from rich.table import Table
 from ..fragility.states import OVERTURNED, state_name
 from .curve_notes import reached_of, verb_of
 from .estimates import ranking_of_measures
-from .plots import axis_of, in_years
-from .plots_efficiency import measure_name
 from .rows import Rows
-from .words import display_unit, floor_name, fractile_text
+from .words import axis_of, display_unit, floor_name, fractile_text, in_years, measure_name
 
 OVERTURNING = state_name(OVERTURNED)
 
@@ -163,9 +161,8 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
                 beta, low, high = (float(one[f"amplitude_dispersion{end}"]) for end in ("", "_lower", "_upper"))
                 near = "" if bool(one["distinguishable"]) else "≈ "
                 cells.append(f"{near}{beta:.3f} ({low:.3f}–{high:.3f})")
-            name = measure_name(str(here["measure"].values[i]))
-            # (as the figure has it: the dispersion is of what grows with the amplitude)
-            rows.append((f"√({name})" if float(here["power"].values[i]) == 2.0 else name, *cells))
+            # (the dispersion is of what grows with the amplitude)
+            rows.append((measure_name(str(here["measure"].values[i]), float(here["power"].values[i])), *cells))
         shown = f"the best {most} of {len(there)} measures, " if len(there) > most else ""
         title = f"Dispersion by measure: {block}{where} ({shown}≈: not told apart from the best)"
         tables.append(Rows(title, ("", *map(str, here["model"].values)), rows))

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -28,7 +27,7 @@ from ..motions.peaks import velocity
 from ..motions.spectra import damping_of
 from ..motions.targets import TargetSpectrum
 from ..units import STANDARD_GRAVITY
-from .plots import COLOURS
+from .plots import COLOURS, grid
 from .schema import read_study_file
 from .tables import StudyError, expand
 from .words import floor_name
@@ -130,7 +129,6 @@ def draw_motions(
     motions: Sequence[xr.DataArray], folder: Path, damping: float = 0.05, target: TargetSpectrum | None = None
 ) -> list[Path]:
     """Write histories.png, spectra.png and husid.png; StudyError where the folder cannot be written."""
-    mpl.use("Agg")
     plain = records(list(motions))
     figures = {
         "histories.png": histories_figure(plain),
@@ -157,7 +155,7 @@ def histories_figure(plain: Sequence[Record]) -> Figure:
         right.plot(time, velocity(record.acceleration, record.dt), lw=0.8, color=colour)
         left.set_title(record.label, fontsize=9, loc="left")
         for ax in (left, right):
-            _bare(ax)
+            grid(ax)
     for ax, name in zip(axes[0], ("acceleration (g)", "velocity (m/s)"), strict=True):
         ax.set_title(name, fontsize=10, loc="right")
     for ax in axes[-1]:
@@ -231,7 +229,7 @@ def draw_spectra(
     ax.set_xlabel("period (s)")
     ax.set_ylabel(f"Sa (g), {100.0 * damping:g} % damping")
     ax.legend(fontsize=8, frameon=False)
-    _bare(ax)
+    grid(ax)
     return ax
 
 
@@ -269,13 +267,8 @@ def husid_figure(plain: Sequence[Record]) -> Figure:
     ax.set_xlabel("time (s)")
     ax.set_ylabel("share of the Arias intensity (%)")
     ax.legend(fontsize=8, frameon=False, loc="center right")
-    _bare(ax)
+    grid(ax)
     return figure
-
-
-def _bare(ax: Axes) -> None:
-    ax.grid(alpha=0.25, lw=0.6)
-    ax.spines[["top", "right"]].set_visible(False)
 
 
 def _by_floor(values: xr.Dataset) -> dict[str | None, np.ndarray[tuple[int], np.dtype[np.bool_]]]:

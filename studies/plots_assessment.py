@@ -1,272 +1,331 @@
-"""Figures of a performance assessment: what overturns by floor and level, how often, and what to anchor first."""
+"""Figures of a performance assessment: what overturns by floor and level, and how often a year.  Axes in, axes out."""
 
 from __future__ import annotations
 
 import math
-import textwrap
-from typing import Any, Literal
+from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+from numpy.typing import NDArray
 
 from .. import checks
-from .assessment_rows import figure_text, objective_unit, of_model, pieces_at, place_name
-from .plots import COLOURS, PANEL_COLUMNS, model_name, plain_log
-from .plots_efficiency import measure_name
-from .words import display_unit
+from .assessment_rows import figure_text, pieces_at, place_name
+from .plots import (
+    COLOURS,
+    LINES,
+    PANEL_COLUMNS,
+    Drawn,
+    grid,
+    heading,
+    labels_of,
+    laws_of,
+    legend_below,
+    level_axis,
+    log_spaced,
+    lowest_panels,
+    new_axes,
+    plain_log,
+    width_of,
+    wrapped,
+)
+from .plots_anchoring import bars, ranking_in, remainder
+from .words import display_unit, measure_name, percent
 
-MEAN, BAND = "#000000", COLOURS[0]
-MOST_BARS = 20
+ALONE = "#000000"
+BUILDING = "building"
+QUANTITIES = ("number", "loss")
+VIEWS = ("levels", "exceedance", "anchoring", "left")
+MOST_BANDS = 3
+"""Laws whose spread over motions is drawn in one panel."""
 
 
-def levels_figure(assessment: xr.Dataset, quantity: str = "number", model: str | None = None) -> Figure:
-    """What overturns against the level: mean with its interval, median, and a band between the outer quantiles.
+def inventory(
+    results: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    view: str = "levels",
+    quantity: str | None = None,
+    place: str | None = None,
+    model: str | None = None,
+    color: str | None = None,
+) -> Axes:
+    """What of an inventory overturns: by level, how often a year, and what anchoring saves.
 
     Parameters
     ----------
-    assessment : xarray.Dataset
-        As `assess` returns it.
-    quantity : {"number", "loss"}
-        Pieces, or value.
+    results : xarray.Dataset
+        A performance study's results, or as `toppling.studies.assess` returns it; for the last two views also as
+        `toppling.studies.anchoring` does.
+    ax : matplotlib Axes, optional
+        Where to draw; axes of a new figure where not given.
+    view : {"levels", "exceedance", "anchoring", "left"}
+        Mean and quantiles against the level; annual rates of exceedance; what anchoring each item saves; what is left
+        as item after item is anchored.
+    quantity : {"number", "loss"}, optional
+        Pieces or value, of the first two views; where not given pieces by level, and value (if there is any) a year.
+    place : str, optional
+        ``building``, or a floor as the results call it (``floor 2``).  Where not given the building; of exceedance
+        under one law the building and every floor.
     model : str, optional
-        Label of the damping law; the first where not given.
+        Label of one damping law; all where not given.
+    color : str, optional
+        Of one law: matplotlib's colour.
 
     Returns
     -------
-    matplotlib Figure
-        A panel for the building and for each floor.
+    matplotlib Axes
 
     Raises
     ------
     ValueError
-        No such model, a loss where nothing has a value.
+        Results that do not hold what the view shows: no levels, a loss where nothing has a value, no hazard curve, no
+        ranking; no such view, quantity, place or law.
+
+    Notes
+    -----
+    Exceedance is drawn as the steps that it is.  Between two thresholds of value it is at most the rate at the lower,
+    which is what is drawn.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shaking = tp.motions.CloughPenzien(duration=6, dt=0.02).sample(10)
+    >>> from toppling.studies import Contents, Inventory, assess
+    >>> shelves = Contents("shelves", tp.catalogue["bookcase-5-shelf"], 0, count=4, value=200.0)
+    >>> found = assess(
+    ...     Inventory([shelves]), building=None, motions=shaking, levels=[1, 2, 4], im="pga", models=tp.HousnerImpact()
+    ... )
+    >>> tp.plot.inventory(found).get_ylabel()
+    'pieces overturned'
     """
-    _known(assessment, quantity)
-    here = of_model(assessment, model)
-    places = [str(place) for place in here["place"].values]
+    checks.choice("view", view, VIEWS)
+    if view in ("anchoring", "left"):
+        ranking = ranking_in(results)
+        laws = laws_of(ranking, model, color)
+        if ax is None:
+            ax = new_axes(6.4, max(3.0, 0.3 * ranking.sizes["item"] + 1.4) if view == "anchoring" else 4.0)
+        return bars(ranking, laws, ax) if view == "anchoring" else remainder(ranking, laws, ax)
+    have = [name for name in QUANTITIES if f"{name}_mean" in results]
+    if not have:
+        raise ValueError("a figure of an inventory needs an assessment: a performance study, or what assess returns")
+    chosen = checks.choice("quantity", quantity or have[0 if view == "levels" else -1], have)
+    places = [str(one) for one in results["place"].values]
+    if place is not None:
+        checks.choice("place", place, places)
+    laws = laws_of(results, model, color)
+    if ax is None:
+        ax = new_axes(6.4, 4.4)
+    if view == "levels":
+        _levels(results, laws, chosen, place or BUILDING, ax)
+    else:
+        _exceedance(results, laws, chosen, place, ax)
+    return ax
+
+
+def _levels(results: xr.Dataset, laws: list[Drawn], quantity: str, place: str, ax: Axes) -> None:
+    """One place: means with their intervals, and the spread over motions."""
+    if results.sizes["level"] < 2:
+        raise ValueError("a figure by level needs several levels, got one")
+    scale, unit = display_unit(results["level"])
+    x = results["level"].values / scale
+    shares = results["quantile"].values
+    sure = percent(float(results.attrs["confidence"]))
+    single = labels_of(results, "model") == [laws[0].label] or results.sizes.get("model", 1) == 1
+    for law in laws:
+        one = law.results.sel(place=place)
+        colour = ALONE if single else law.colour
+        band = COLOURS[0] if single else law.colour
+        quantile = one[f"{quantity}_quantile"].values
+        if shares.size > 1 and len(laws) <= MOST_BANDS:
+            ends = f"{100 * shares[0]:g}–{100 * shares[-1]:g} % of motions"
+            low, high = quantile[:, 0], quantile[:, -1]
+            text = ends if single else None
+            ax.fill_between(x, low, high, color=band, alpha=0.18 if len(laws) == 1 else 0.08, lw=0.0, label=text)
+            if len(laws) > 1:
+                for end in (low, high):
+                    ax.plot(x, end, color=band, lw=0.7, ls=law.line)
+        for i in np.flatnonzero(np.isclose(shares, 0.5)) if len(laws) == 1 else ():
+            ax.plot(x, quantile[:, i], color=band, lw=1.4, ls=(0, (4, 2)), label="median")
+        mean, lower, upper = (one[f"{quantity}_mean{end}"].values for end in ("", "_lower", "_upper"))
+        errors = np.nan_to_num(np.maximum(np.stack([mean - lower, upper - mean]), 0.0))
+        label = f"mean, with its {sure} interval" if single else law.label
+        line = "solid" if single else law.line
+        style: dict[str, Any] = {"ms": 3.5, "lw": 1.5, "elinewidth": 0.9, "ls": line, "color": colour}
+        ax.errorbar(x, mean, yerr=errors, marker=law.marker, label=label, **style)
+    pieces = pieces_at(results, place)
+    free = f"{pieces} piece{'s' if pieces != 1 else ''}"
+    top = float(pieces)
+    if quantity == "number":
+        ax.set_ylabel("pieces overturned")
+        ax.yaxis.set_major_locator(_locator(5, whole=True))
+    else:
+        ax.set_ylabel(f"value overturned{_in_money(results)}")
+        ax.yaxis.set_major_locator(_locator(5))
+        ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: figure_text(value)))
+        top = _value(results, place)
+        free = f"{figure_text(top)} {_money(results)}".strip()
+    ax.set_ylim(-0.03 * top, 1.06 * top if top > 0.0 else 1.0)
+    log = log_spaced(x)
+    name = f"{measure_name(str(results['level'].attrs['im']))}{f' ({unit})' if unit else ''} of the ground motion"
+    level_axis(ax, float(x[0]) / 1.06, float(x[-1]) * 1.06, log, name)
+    ax.set_title(wrapped(f"{place_name(place)}: {free} free to fall", width_of(ax) + 0.5), fontsize=10)
+    grid(ax)
+
+
+def _exceedance(results: xr.Dataset, laws: list[Drawn], quantity: str, place: str | None, ax: Axes) -> None:
+    """Annual rates of exceedance: of one law by place, or of one place by law."""
+    if f"{quantity}_rate" not in results:
+        raise ValueError("a curve of annual rates needs an assessment with a hazard curve, got one without")
+    places = [str(one) for one in results["place"].values]
+    if len(laws) > 1 or place is not None:
+        lines = [(place or BUILDING, law.label, law.results, law.colour, law.line, True) for law in laws]
+    else:
+        here = laws[0].results
+        # (one floor is the building)
+        lines = [(BUILDING, BUILDING, here, ALONE, "solid", True)]
+        for i, floor in enumerate(places[1:] if len(places) > 2 else []):
+            colour, line = COLOURS[i % len(COLOURS)], LINES[i // len(COLOURS) % len(LINES)]
+            lines.append((floor, place_name(floor), here, colour, line, False))
+    x = results[f"{quantity}_threshold"].values
+    sure = percent(float(results.attrs["confidence"]))
+    ends: list[float] = []
+    for where, label, here, colour, line, band in lines:
+        one = here.sel(place=where)
+        rate, low, high = (one[f"{quantity}_rate{end}"].values for end in ("", "_lower", "_upper"))
+        seen = (x > 0.0) & (rate > 0.0)
+        if not seen.any():
+            continue
+        at, rate, low, high = _steps(x[seen], quantity, rate[seen], low[seen], high[seen])
+        ends += [float(rate.min()), float(np.fmax(rate, high).max())]
+        if band:
+            # an end at zero lies below any axis of logarithms
+            bottom = np.where(low > 0.0, low, 1e-12)
+            text = f"{sure} interval over motions" if band and colour == ALONE else None
+            ax.fill_between(at, bottom, high, color=colour, alpha=0.18, lw=0.0, label=text)
+        ax.plot(at, rate, label=label, color=colour, ls=line, lw=2.0 if band else 1.3)
+    ax.set_yscale("log")
+    if ends:  # whole decades: few curves span more than two
+        ax.set_ylim(10.0 ** math.floor(math.log10(0.9 * min(ends))), 10.0 ** math.ceil(math.log10(1.1 * max(ends))))
+    else:
+        ax.annotate("nothing overturns", (0.5, 0.5), xycoords="axes fraction", ha="center", fontsize=9, color="0.4")
+    if quantity == "loss":
+        ax.set_xscale("log")
+        plain_log(ax)
+        ax.set_xlabel(wrapped(f"value overturned, more than{_in_money(results)}", width_of(ax)))
+    else:
+        ax.xaxis.set_major_locator(_locator(8, whole=True))
+        ax.set_xlabel(wrapped("pieces overturned, at least", width_of(ax)))
+    ax.set_ylabel("annual rate (1/year)")
+    grid(ax)
+    if len(laws) == 1:
+        expected = float(laws[0].results[f"annual_{quantity}"].sel(place=place or BUILDING))
+        amount = (
+            f"{figure_text(expected)} {_money(results)}".strip() if quantity == "loss" else f"{expected:.3g} pieces"
+        )
+        of = f"{laws[0].label}\n" if results.sizes.get("model", 1) > 1 else ""
+        ax.set_title(wrapped(f"{of}{amount} a year expected", width_of(ax)), fontsize=10)
+
+
+def _steps(x: NDArray[np.float64], quantity: str, *values: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    """A curve of steps as points: "n or more" holds from n - 1 on, "more than x" until the next threshold."""
+    at = np.repeat(x, 2)
+    if quantity == "number":
+        at = np.concatenate([[max(x[0] - 1.0, 0.0)], at[:-1]])
+        return at, *(np.repeat(one, 2) for one in values)
+    return at[1:], *(np.repeat(one, 2)[:-1] for one in values)
+
+
+def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
+    """What overturns against the level, under every law: a panel for the building and for each floor.
+
+    Raises
+    ------
+    ValueError
+        As `inventory`.
+    """
+    places = [str(place) for place in results["place"].values]
     if len(places) == 2:  # one floor is the building
         places = places[1:]
     columns = min(PANEL_COLUMNS, len(places))
     rows = math.ceil(len(places) / columns)
-    figure = plt.figure(figsize=(max(4.0 * columns, 6.0), 3.2 * rows + 1.1), layout="constrained")
+    figure = Figure(figsize=(max(2.8 * columns, 6.0), 2.7 * rows + 1.3), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)
-    for ax, place in zip(axes.flat, places, strict=False):
-        _levels(here, quantity, place, ax)
+    lowest = lowest_panels(axes, len(places))
+    for i, (ax, place) in enumerate(zip(axes.flat, places, strict=False)):
+        inventory(results, ax, quantity=quantity, place=place)
+        if i % columns:
+            ax.set_ylabel("")
+        if i not in lowest:
+            ax.set_xlabel("")
     for ax in list(axes.flat)[len(places) :]:
         ax.remove()
-    handles, labels = axes.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=9)
-    what = "Pieces overturned" if quantity == "number" else "Value overturned"
-    motions = here.sizes["motion"]
-    figure.suptitle(f"{what} under {motions} motions, {model_name(str(here['model'].item()))}", fontsize=11)
+    legend_below(figure, *axes.flat[0].get_legend_handles_labels())
+    what = "pieces overturned" if quantity == "number" else "value overturned"
+    laws = laws_of(results)
+    text = f"{what} under {results.sizes['motion']} motions"
+    if len(laws) == 1:
+        text += f", {laws[0].label}" if laws[0].label else ""
+    else:
+        text += f"; thick: means with {percent(float(results.attrs['confidence']))} intervals"
+        shares = results["quantile"].values
+        if shares.size > 1 and len(laws) <= MOST_BANDS:
+            text += f", thin: {100 * shares[0]:g} and {100 * shares[-1]:g} % of motions"
+    heading(figure, str(results.attrs.get("title", "Assessment")), text)
     return figure
 
 
-def _levels(here: xr.Dataset, quantity: str, place: str, ax: Axes) -> None:
-    """One place's panel."""
-    one = here.sel(place=place)
-    scale, unit = display_unit(here["level"])
-    x = here["level"].values / scale
-    name = f"{quantity}_quantile"
-    probabilities = here["quantile"].values
-    if probabilities.size > 1:
-        ends = f"{100 * probabilities[0]:g}–{100 * probabilities[-1]:g} % of motions"
-        low, high = one[name].values[:, 0], one[name].values[:, -1]
-        ax.fill_between(x, low, high, color=BAND, alpha=0.18, lw=0.0, label=ends)
-    for i in np.flatnonzero(np.isclose(probabilities, 0.5)):
-        ax.plot(x, one[name].values[:, i], color=BAND, lw=1.4, ls=(0, (4, 2)), label="median")
-    mean = one[f"{quantity}_mean"].values
-    errors = np.stack([mean - one[f"{quantity}_mean_lower"].values, one[f"{quantity}_mean_upper"].values - mean])
-    percent = f"{100.0 * float(here.attrs['confidence']):g} %"
-    ax.errorbar(
-        x,
-        mean,
-        yerr=np.maximum(errors, 0.0),
-        fmt="o-",
-        ms=3.0,
-        lw=1.4,
-        elinewidth=0.9,
-        color=MEAN,
-        label=f"mean, with its {percent} interval",
-    )
-    pieces = pieces_at(here, place)
-    free = f"{pieces} piece{'s' if pieces != 1 else ''}"
-    if quantity == "number":
-        ax.set_ylabel("pieces overturned")
-        ax.yaxis.set_major_locator(_locator(5, whole=True))
-        top = float(pieces)
-    else:
-        ax.set_ylabel(f"value overturned{_in_money(here)}")
-        ax.yaxis.set_major_locator(_locator(5))
-        ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: figure_text(value)))
-        top = _value(here, place)
-        free = f"{figure_text(top)} {_money(here)}".strip()
-    ax.set_ylim(-0.03 * top, 1.06 * top if top > 0.0 else 1.0)
-    ax.set_xscale("log")
-    plain_log(ax)
-    ax.set_xlabel(f"{measure_name(str(here['level'].attrs['im']))}{f' ({unit})' if unit else ''} of the ground motion")
-    ax.set_title(f"{place_name(place)}: {free} free to fall", fontsize=10)
-    _tidy(ax)
-
-
-def loss_curve_figure(assessment: xr.Dataset, quantity: str = "loss", model: str | None = None) -> Figure:
-    """Annual rate at which a loss (or a number of pieces) is exceeded, for the building and each floor.
-
-    Parameters
-    ----------
-    assessment, quantity, model
-        As for `levels_figure`; the assessment needs a hazard curve.
-
-    Returns
-    -------
-    matplotlib Figure
+def exceedance_figure(results: xr.Dataset, quantity: str = "loss") -> Figure:
+    """Annual rate at which a loss (or a number of pieces) is exceeded, a panel for each law.
 
     Raises
     ------
     ValueError
-        An assessment without a hazard curve; as `levels_figure`.
+        As `inventory`.
     """
-    _known(assessment, quantity)
-    if f"{quantity}_rate" not in assessment:
-        raise ValueError("a curve of annual rates needs an assessment with a hazard curve, got one without")
-    here = of_model(assessment, model)
-    x = here[f"{quantity}_threshold"].values
-    figure = plt.figure(figsize=(6.6, 4.6), layout="constrained")
-    ax = figure.add_subplot()
-    places = [str(place) for place in here["place"].values]
-    shown = x > 0.0
-    percent = f"{100.0 * float(here.attrs['confidence']):g} %"
-    smallest, largest = np.inf, 0.0
-    # the rate of n pieces or more holds from n - 1 on
-    step: Literal["pre"] | None = "pre" if quantity == "number" else None
-    for i, place in enumerate(places[:1] if len(places) == 2 else places):
-        one = here.sel(place=place)
-        rate, low, high = (one[f"{quantity}_rate{end}"].values for end in ("", "_lower", "_upper"))
-        seen = shown & (rate > 0.0)
-        if not seen.any():
-            continue
-        smallest = min(smallest, float(rate[seen].min()))
-        largest = max(largest, float(np.fmax(rate, high)[seen].max()))
-        style: dict[str, Any] = {"lw": 2.0, "color": MEAN}
-        if i == 0:
-            # an end at zero lies below any axis of logarithms
-            bottom = np.where(low > 0.0, low, 1e-12)
-            label = f"{percent} interval, {place_name(place)}"
-            ax.fill_between(x[seen], bottom[seen], high[seen], color="0.5", alpha=0.25, lw=0.0, step=step, label=label)
-        else:
-            line = ("-", "--", ":")[(i - 1) // len(COLOURS) % 3]
-            style = {"lw": 1.3, "ls": line, "color": COLOURS[(i - 1) % len(COLOURS)]}
-        drawn = "default" if step is None else "steps-pre"
-        ax.plot(x[seen], rate[seen], label=place_name(place), drawstyle=drawn, **style)
-    ax.set_yscale("log")
-    if largest > 0.0:  # whole decades: few curves span more than two
-        ax.set_ylim(10.0 ** math.floor(math.log10(0.9 * smallest)), 10.0 ** math.ceil(math.log10(1.1 * largest)))
-    if quantity == "loss":
-        ax.set_xscale("log")
-        plain_log(ax)
-        ax.set_xlabel(f"value overturned, more than{_in_money(here)}")
-    else:
-        ax.xaxis.set_major_locator(_locator(8, whole=True))
-        ax.set_xlabel("pieces overturned, at least")
-    ax.set_ylabel("annual rate")
-    years = ax.secondary_yaxis("right", functions=(_inverse, _inverse))
-    years.set_ylabel("return period (years)")
-    years.yaxis.set_minor_formatter(NullFormatter())
-    years.yaxis.set_major_formatter(FuncFormatter(lambda value, _: figure_text(value)))
-    _tidy(ax)
-    ax.spines["right"].set_visible(True)
-    ax.legend(frameon=False, fontsize=9)
-    expected = here[f"annual_{quantity}"].sel(place="building")
-    amount = (
-        f"{figure_text(float(expected))} {_money(here)}".strip()
-        if quantity == "loss"
-        else f"{float(expected):.3g} pieces"
+    laws = labels_of(results, "model")
+    columns = min(PANEL_COLUMNS if len(laws) != 4 else 2, len(laws))
+    rows = math.ceil(len(laws) / columns)
+    width = 6.6 if columns == 1 else 2.7 * columns + 0.6
+    figure = Figure(figsize=(width, (3.6 if columns == 1 else 3.2) * rows + 1.2), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    lowest = lowest_panels(axes, len(laws))
+    bottoms, tops = [], []
+    for i, (ax, law) in enumerate(zip(axes.flat, laws, strict=False)):
+        inventory(results, ax, view="exceedance", quantity=quantity, model=law or None)
+        bottoms.append(ax.get_ylim()[0])
+        tops.append(ax.get_ylim()[1])
+        ax.tick_params(labelbottom=i in lowest)
+        if i % columns:
+            ax.set_ylabel("")
+        if i not in lowest:
+            ax.set_xlabel("")
+    axes[0, 0].set_ylim(min(bottoms), max(tops))
+    for i, ax in enumerate(list(axes.flat)[: len(laws)]):
+        if i % columns == columns - 1 or i == len(laws) - 1:
+            years = ax.secondary_yaxis("right", functions=(_inverse, _inverse))
+            years.set_ylabel("return period (years)")
+            years.yaxis.set_minor_formatter(NullFormatter())
+            years.yaxis.set_major_formatter(FuncFormatter(lambda value, _: figure_text(value)))
+    for ax in list(axes.flat)[len(laws) :]:
+        ax.remove()
+    legend_below(figure, *axes.flat[0].get_legend_handles_labels())
+    what = "value overturned" if quantity == "loss" else "pieces overturned"
+    text = f"how often a year {what} exceeds an amount, {results.sizes['motion']} motions"
+    heading(
+        figure,
+        str(results.attrs.get("title", "Assessment")),
+        text + (f"; {laws_of(results)[0].label}" if len(laws) == 1 else ""),
     )
-    ax.set_title(f"{amount} a year expected, {model_name(str(here['model'].item()))}", fontsize=10)
-    return figure
-
-
-def ranking_figure(ranking: xr.Dataset, model: str | None = None) -> Figure:
-    """What anchoring each item saves, and what is left when they are anchored one after the other.
-
-    Parameters
-    ----------
-    ranking : xarray.Dataset
-        As `anchoring` returns it.
-    model : str, optional
-        Label of the damping law; the first where not given.
-
-    Returns
-    -------
-    matplotlib Figure
-        Bars with intervals, the first 20 of them; a curve of what is left.
-
-    Raises
-    ------
-    ValueError
-        No such model.
-    """
-    here = of_model(ranking, model)
-    order = np.argsort(here["rank"].values)[:MOST_BARS]
-    n = order.size
-    figure = plt.figure(figsize=(9.6, max(3.4, 0.32 * n + 1.6)), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
-    scale, unit = objective_unit(ranking)
-    unit = f" ({unit})" if unit else ""
-    saving = here["saving"].values[order] * scale
-    errors = np.stack(
-        [saving - here["saving_lower"].values[order] * scale, here["saving_upper"].values[order] * scale - saving]
-    )
-    y = np.arange(n)
-    left.barh(y, saving, color=COLOURS[0], alpha=0.85, height=0.7, label="saved by anchoring it alone")
-    alone = here["alone"].values[order] * scale
-    if not np.allclose(alone, saving, rtol=1e-6, atol=0.0):
-        left.barh(y, alone, fc="none", ec="0.45", lw=0.9, height=0.7, label="if it stood alone", zorder=0)
-        left.legend(frameon=False, fontsize=9, loc="lower right")
-    known = np.isfinite(errors).all(axis=0)
-    left.errorbar(saving[known], y[known], xerr=np.maximum(errors[:, known], 0.0), fmt="none", color="0.15", lw=1.0)
-    names = [f"{here['item'].values[i]} ({place_name('floor ' + str(here['floor'].values[i]))})" for i in order]
-    left.set_yticks(y, [textwrap.fill(name, 36) for name in names], fontsize=9)
-    left.invert_yaxis()
-    left.set_xlim(left=0.0)
-    left.set_xlabel(f"saved{unit}" if unit else "saved")
-    left.xaxis.set_major_locator(_locator(5))
-    _tidy(left)
-    left.grid(axis="y", visible=False)
-    amount = here["left"].values * scale
-    paid = bool(ranking.attrs["per_cost"])
-    step = here["total_cost" if paid else "step"].values
-    ends = np.stack([here["left_lower"].values, here["left_upper"].values]) * scale
-    ends = np.where(np.isfinite(ends), ends, amount)
-    right.fill_between(step, ends[0], ends[1], color=COLOURS[0], alpha=0.18, lw=0.0)
-    right.plot(step, amount, "o-", color=COLOURS[0], ms=3.5, lw=1.5)
-    right.set_ylim(bottom=0.0)
-    right.set_xlim(-0.015 * step[-1], 1.015 * step[-1])
-    right.xaxis.set_major_locator(_locator(5 if paid else 8, whole=not paid))
-    if paid:
-        right.xaxis.set_major_formatter(FuncFormatter(lambda value, _: figure_text(value)))
-    right.yaxis.set_major_locator(_locator(5))
-    right.set_xlabel(f"spent on anchoring, best first{_in_money(here)}" if paid else "items anchored, best first")
-    right.set_ylabel(f"left{unit}")
-    _tidy(right)
-    percent = f"{100.0 * float(ranking.attrs['confidence']):g} %"
-    text = str(ranking.attrs["objective_text"])
-    per = ", ranked by saving over cost" if ranking.attrs["per_cost"] else ""
-    figure.suptitle(f"{text[0].upper()}{text[1:]}{per}\n{percent} intervals over motions", fontsize=11)
     return figure
 
 
 def _inverse(value: Any) -> Any:
     with np.errstate(divide="ignore"):
         return 1.0 / np.asarray(value, dtype=float)
-
-
-def _known(assessment: xr.Dataset, quantity: str) -> None:
-    checks.choice("quantity", quantity, [name for name in ("number", "loss") if f"{name}_mean" in assessment])
 
 
 def _value(here: xr.Dataset, place: str) -> float:
@@ -287,8 +346,3 @@ def _in_money(here: xr.Dataset) -> str:
 
 def _locator(most: int, whole: bool = False) -> MaxNLocator:
     return MaxNLocator(most, integer=whole, steps=[1, 2, 5, 10])
-
-
-def _tidy(ax: Axes) -> None:
-    ax.grid(alpha=0.25, lw=0.6)
-    ax.spines[["top", "right"]].set_visible(False)

@@ -4,38 +4,81 @@ from __future__ import annotations
 
 import math
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.special import stdtrit
 
-from .plots import COLOURS, PANEL_COLUMNS, model_name
-from .words import floor_name
+from .estimates import RANK, ranking_of_measures
+from .plots import COLOURS, PANEL_COLUMNS, grid, heading, labels_of, model_name, new_axes, one_of, wrapped
+from .words import floor_name, measure_name, percent
 
 TOLD_APART = "0.55"
-NAMES = {
-    "pga": "PGA",
-    "pgv": "PGV",
-    "pgd": "PGD",
-    "arias": "Arias intensity",
-    "cav": "CAV",
-    "housner_intensity": "Housner intensity",
-    "pga_normalised": "PGA/(g tan α)",
-    "pgv_normalised": "p·PGV/(g tan α)",
-    "scale": "scale factor",
-}
 
 
-def measure_name(label: str) -> str:
-    """A measure as people write it."""
-    if label.startswith("ground_"):
-        return f"{measure_name(label.removeprefix('ground_'))}, ground"
-    return NAMES.get(label, label)
+def measures(
+    results: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    block: str | None = None,
+    model: str | None = None,
+    floor: int | str | None = None,
+    color: str | None = None,
+) -> Axes:
+    """Intensity measures ranked by the scatter of the capacity that each leaves, the best on top.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        Of a study with ``[measures]``, or as `toppling.fragility.rank_measures` returns it.
+    ax : matplotlib Axes, optional
+        Where to draw; axes of a new figure where not given.
+    block, model : str, optional
+        Labels of a block and a damping law; each needed where there are several.
+    floor : int or str, optional
+        Which floor, where the results are of several.
+    color : str, optional
+        Of measures that are not told from the best, matplotlib's.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        No ranking; several blocks, laws or floors, and none is said; none called so.
+
+    Notes
+    -----
+    Dots are dispersions of the capacity, each measure to the power in which it grows with the motion (the root of Arias
+    intensity), with bootstrap intervals.  Full: not told from the best by paired differences; hollow and grey: worse.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shaking = tp.motions.CloughPenzien(duration=6, dt=0.02).sample(12)
+    >>> runs = tp.ida(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shaking, [1.0, 2.0, 4.0, 8.0])
+    >>> found = tp.fragility.rank_measures(runs, shaking, replicates=50)
+    >>> tp.plot.measures(found).get_xlabel()
+    'dispersion of the capacity'
+    """
+    if f"{RANK}rank" in results:
+        found = ranking_of_measures(results)
+    elif "amplitude_dispersion" in results and "measure" in results.dims:
+        found = results
+    else:
+        raise ValueError(
+            "a figure of measures needs their ranking: a study with measures, or what rank_measures returns"
+        )
+    here = one_of(one_of(one_of(found, "block", block), "floor", floor), "model", model)
+    return ranking(here, ax, color=color)
 
 
-def ranking(found: xr.Dataset, ax: Axes | None = None, order: list[str] | None = None) -> Axes:
+def ranking(
+    found: xr.Dataset, ax: Axes | None = None, order: list[str] | None = None, color: str | None = None
+) -> Axes:
     """Dispersion of the capacity in every measure (over its power) with its interval, the best on top.
 
     Full dots: not told from the best by the paired differences; hollow ones: worse.
@@ -48,6 +91,8 @@ def ranking(found: xr.Dataset, ax: Axes | None = None, order: list[str] | None =
         Where to draw; new axes where not given.
     order : list of str, optional
         The measures from top to bottom; by rank where not given.
+    color : str, optional
+        Of measures that are not told from the best.
 
     Returns
     -------
@@ -60,7 +105,7 @@ def ranking(found: xr.Dataset, ax: Axes | None = None, order: list[str] | None =
     """
     _single(found, "dispersion")
     if ax is None:
-        ax = plt.figure(figsize=(6.0, 0.28 * found.sizes["measure"] + 1.3), layout="constrained").add_subplot()
+        ax = new_axes(6.0, 0.28 * found.sizes["measure"] + 1.3)
     here = found.sel(measure=order or by_rank(found))
     y = np.arange(here.sizes["measure"])
     best = np.nanmin(here["amplitude_dispersion"].values, initial=math.inf)
@@ -74,22 +119,18 @@ def ranking(found: xr.Dataset, ax: Axes | None = None, order: list[str] | None =
             )
             continue
         worse = bool(one["distinguishable"])
-        colour = TOLD_APART if worse else COLOURS[0]
+        colour = TOLD_APART if worse else color or COLOURS[0]
         low, high = (one[f"amplitude_dispersion_{end}"].item() for end in ("lower", "upper"))
         ax.plot([low, high], [at, at], color=colour, lw=1.6, solid_capstyle="butt")
         ax.plot(value, at, "o", ms=6.0, color=colour, mfc="white" if worse else colour, mew=1.4)
-    ax.set_yticks(y, [_root(one) for one in (here.isel(measure=i) for i in range(y.size))])
+    powers = here["power"].values
+    names = [measure_name(str(one), float(power)) for one, power in zip(here["measure"].values, powers, strict=True)]
+    ax.set_yticks(y, names)
     ax.set_ylim(y[-1] + 0.6, -0.6)
     ax.set_xlim(0.0, _largest(here))
     ax.set_xlabel("dispersion of the capacity")
-    _bare(ax)
+    grid(ax, "x")
     return ax
-
-
-def _root(one: xr.Dataset) -> str:
-    """A measure in the form in which it grows with the motion."""
-    name = measure_name(str(one["measure"].item()))
-    return f"√({name})" if float(one["power"]) == 2.0 else name
 
 
 def _largest(found: xr.Dataset) -> float:
@@ -113,19 +154,15 @@ def ranking_figure(found: xr.Dataset, block: str | None = None, floor: int | str
     ValueError
         Results of several floors, and none is said.
     """
-    label = str(found["block"].values[0]) if block is None else block
-    here = found.sel(block=label)
-    where = label
-    if "floor" in here.dims:
-        if floor is None:
-            raise ValueError(f"results are of several floors, say which: {', '.join(map(str, here['floor'].values))}")
-        here = here.sel(floor=floor)
-        where = f"{label}, {floor_name(floor)}"
+    label = labels_of(found, "block")[0] if block is None else block
+    here = one_of(one_of(found, "block", label), "floor", floor)
+    where = label if floor is None else f"{label}, {floor_name(floor)}"
     laws = here.sizes["model"]
     columns = 2 if laws == 4 else min(PANEL_COLUMNS, laws)
     rows = math.ceil(laws / columns)
     height = 0.24 * here.sizes["measure"] + 0.75
-    figure = plt.figure(figsize=(3.2 * columns + 1.6, height * rows + 1.0), layout="constrained")
+    width = max(2.6 * columns + 1.8, 6.0)
+    figure = Figure(figsize=(width, height * rows + 1.2), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, sharey=True, sharex=True)
     order = by_rank(here)
     for i, ax in enumerate(axes.flat):
@@ -135,17 +172,15 @@ def ranking_figure(found: xr.Dataset, block: str | None = None, floor: int | str
         one = here.isel(model=i)
         ranking(one, ax, order)
         ax.set_xlim(0.0, _largest(here))
-        ax.set_title(model_name(str(one["model"].item())), fontsize=10)
-        ax.label_outer(remove_inner_ticks=False)
+        ax.set_title(wrapped(model_name(str(one["model"].item())), 2.5), fontsize=10)
         ax.set_xlabel("dispersion of the capacity" if i + columns >= laws else "")
-        ax.tick_params(labelbottom=True)
-    percent = f"{100.0 * float(found.attrs['confidence']):g} %"
-    figure.suptitle(
-        f"{where}: scatter of the capacity in each intensity measure\n"
-        f"{found.attrs['motions']} motions, {percent} bootstrap intervals; "
-        "full dots: not told from the best by paired differences",
-        fontsize=10,
+        ax.tick_params(labelbottom=True, labelleft=i % columns == 0)
+    text = (
+        f"{where}: scatter of the capacity in each intensity measure; {found.attrs['motions']} motions, "
+        f"{percent(float(found.attrs['confidence']))} bootstrap intervals; "
+        "full dots: not told from the best by paired differences"
     )
+    heading(figure, str(found.attrs.get("title", "Intensity measures")), text)
     return figure
 
 
@@ -168,7 +203,7 @@ def sufficiency(found: xr.Dataset, covariate: str, ax: Axes | None = None, order
     _single(found, "dispersion")
     here = found.sel(measure=order or by_rank(found), covariate=covariate)
     if ax is None:
-        ax = plt.figure(figsize=(6.0, 0.28 * found.sizes["measure"] + 1.3), layout="constrained").add_subplot()
+        ax = new_axes(6.0, 0.28 * found.sizes["measure"] + 1.3)
     level = float(found.attrs["confidence"])
     n = int(here["covariate_motions"])
     half = stdtrit(max(n - 2, 1), 0.5 + 0.5 * level) * here["slope_se"].values
@@ -183,16 +218,10 @@ def sufficiency(found: xr.Dataset, covariate: str, ax: Axes | None = None, order
     ax.set_yticks(y, [measure_name(str(one)) for one in here["measure"].values])
     ax.set_ylim(y[-1] + 0.6, -0.6)
     ax.set_xlabel(f"slope of ln capacity on {here['covariate_long_name'].item()}")
-    _bare(ax)
+    grid(ax, "x")
     return ax
 
 
 def _single(found: xr.Dataset, name: str) -> None:
     if found[name].dims != ("measure",):
         raise ValueError(f"one block and one law are drawn, got {dict(found[name].sizes)}: select them")
-
-
-def _bare(ax: Axes) -> None:
-    ax.grid(axis="x", alpha=0.25, lw=0.6)
-    ax.tick_params(axis="y", length=0.0)
-    ax.spines[["top", "right", "left"]].set_visible(False)

@@ -2,125 +2,248 @@
 
 from __future__ import annotations
 
-import matplotlib.pyplot as plt
+import math
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
+from numpy.typing import NDArray
 
-from .plots import in_years, model_name, plain_log, styles
-from .words import display_unit, floor_name
+from .. import checks
+from .plots import (
+    floors_of,
+    grid,
+    heading,
+    laws_of,
+    legend_below,
+    level_axis,
+    new_axes,
+    one_of,
+    plain_log,
+    width_of,
+    wrapped,
+)
+from .words import axis_name, display_unit, floor_name, in_years, percent
+from .yearly import BEYOND, risk_of
 
 MOST_ROWS = 12
 NOTHING = 5e-4
-"""Share of a rate below which a bin is not drawn."""
+"""Share of a rate below which a bin at an end is not drawn."""
+NOTABLE = 5e-3
+"""Share of a rate from beyond the hazard curve's levels that is drawn."""
+HATCHES = ("////", "\\\\\\\\", "....", "xxxx", "||||", "----")
+RATE, SHARE = "rate", "share"
 
 
-def deaggregation(risk: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Share of the annual rate by intensity, a line for each law.
+def risk(
+    results: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    quantity: str = RATE,
+    block: str | None = None,
+    model: str | None = None,
+    floor: int | str | None = None,
+    color: str | None = None,
+) -> Axes:
+    """Annual rates of one block under every law, or the shaking that they come from.
 
     Parameters
     ----------
-    risk : xarray.Dataset
-        As `toppling.annual_rate` returns it, of one block (and floor): share on (model, bin).
+    results : xarray.Dataset
+        Of a study with a hazard, or as `toppling.annual_rate` returns it.
     ax : matplotlib Axes, optional
-        Where to draw; new axes where not given.
+        Where to draw; axes of a new figure where not given.
+    quantity : {"rate", "share"}
+        The rates with their intervals, or the share of each rate by intensity.
+    block, model : str, optional
+        Labels: which block (needed where there are several), and which law alone (all where not given).
+    floor : int or str, optional
+        Which floor, where the results are of several.
+    color : str, optional
+        Of one law: matplotlib's colour.
 
     Returns
     -------
     matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        Results without annual rates; several blocks or floors, and none is said; no such block, law or floor.
+
+    Notes
+    -----
+    Shares are a histogram on a logarithmic axis.  What comes from beyond the hazard curve's levels is hatched: over
+    so many bins' width that its area is its share, since nothing says how it lies there.  Bins outside the levels at
+    which blocks were shaken are shaded: the curve is extrapolated there.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.fragility.published import fema_p58
+    >>> curves = fema_p58().isel(block=slice(0, 1))
+    >>> rates = tp.annual_rate(curves, tp.HazardCurve([0.05, 0.2, 0.8], [1e-2, 1e-3, 5e-5], "pgv"))
+    >>> tp.plot.risk(rates).get_xlabel()
+    'annual rate of overturning (1/year)'
+    >>> tp.plot.risk(rates, quantity="share").get_ylabel()
+    'share of the rate per bin'
     """
+    checks.choice("quantity", quantity, (RATE, SHARE))
+    found = risk_of(results) if "rate_share" in results else results
+    if "rate" not in found or "share" not in found:
+        raise ValueError("a figure of risk needs annual rates: a study with a hazard, or what annual_rate returns")
+    here = one_of(one_of(found, "block", block), "floor", floor)
+    return _rates(here, ax, model, color) if quantity == RATE else _shares(here, found, ax, model, color)
+
+
+def _rates(here: xr.Dataset, ax: Axes | None, model: str | None, color: str | None) -> Axes:
+    laws = laws_of(here, model, color)
     if ax is None:
-        ax = plt.figure(figsize=(6.0, 3.8), layout="constrained").add_subplot()
-    scale, unit = display_unit(risk["bin"])
-    x = risk["bin"].values / scale
-    for i, (colour, _, line) in enumerate(styles(risk)):
-        one = risk.isel(model=i)
-        ax.step(x, one["share"], where="mid", color=colour, ls=line, lw=1.6, label=model_name(str(one["model"].item())))
-    ax.set_xscale("log")
-    plain_log(ax)
-    ax.set_ylim(bottom=0.0)
-    ax.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
-    name = str(risk["bin"].attrs.get("long_name", "intensity")).rsplit(" of ", 1)[-1]
-    ax.set_xlabel(f"{name}{f' ({unit})' if unit else ''}")
-    ax.set_ylabel("share of the annual rate")
-    ax.grid(alpha=0.25, lw=0.6)
-    ax.spines[["top", "right"]].set_visible(False)
-    return ax
-
-
-def annual_rates(risk: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Annual rates of one block (and floor) under every law, with their intervals and the years between events.
-
-    Parameters
-    ----------
-    risk : xarray.Dataset
-        As `toppling.annual_rate` returns it: rate on model, and where there are rate_lower and rate_upper.
-    ax : matplotlib Axes, optional
-        Where to draw; new axes where not given.
-
-    Returns
-    -------
-    matplotlib Axes
-    """
-    if ax is None:
-        ax = plt.figure(figsize=(6.0, 0.4 * risk.sizes["model"] + 1.2), layout="constrained").add_subplot()
-    names = []
-    for i, (colour, marker, _) in enumerate(styles(risk)):
-        one = risk.isel(model=i)
-        names.append(model_name(str(one["model"].item())))
+        ax = new_axes(6.0, 0.45 * len(laws) + 1.2)
+    state = here.attrs.get("state", "overturning")
+    for i, law in enumerate(laws):
+        one = law.results
         rate = one["rate"].item()
         if not rate > 0.0:
+            text = "no curve" if math.isnan(rate) else "never"
+            ax.annotate(text, (0.03, i), xycoords=("axes fraction", "data"), va="center", fontsize=9, color="0.4")
             continue
         ends = [[rate - one["rate_lower"].item()], [one["rate_upper"].item() - rate]] if "rate_lower" in one else None
-        ax.errorbar(
-            rate, i, xerr=None if ends is None else np.maximum(ends, 0.0), fmt=marker, ms=6.0, color=colour, lw=1.4
-        )
-        ax.annotate(
-            f"once in {in_years(rate)} years",
-            (rate, i),
-            xytext=(0, 7),
-            textcoords="offset points",
-            ha="center",
-            fontsize=8,
-        )
+        error = None if ends is None else np.nan_to_num(np.maximum(ends, 0.0))
+        ax.errorbar(rate, i, xerr=error, fmt=law.marker, ms=6.0, color=law.colour, lw=1.4)
+        text = f"once in {in_years(rate)} years"
+        ax.annotate(text, (rate, i), xytext=(0, 6), textcoords="offset points", ha="center", fontsize=9)
     ax.set_xscale("log")
+    ax.set_yticks(np.arange(len(laws)), [wrapped(law.label, 0.4 * width_of(ax)) for law in laws])
+    ax.set_ylim(len(laws) - 0.5, -0.8)
+    ax.margins(x=0.45)
     plain_log(ax)
-    ax.set_yticks(np.arange(len(names)), names)
-    ax.set_ylim(len(names) - 0.4, -0.7)
-    ax.margins(x=0.18)
-    ax.set_xlabel("annual rate of overturning (1/year)")
-    ax.grid(axis="x", alpha=0.25, lw=0.6)
-    ax.spines[["top", "right"]].set_visible(False)
+    ax.set_xlabel(f"annual rate of {state} (1/year)")
+    grid(ax, "x")
     return ax
+
+
+def _shares(here: xr.Dataset, every: xr.Dataset, ax: Axes | None, model: str | None, color: str | None) -> Axes:
+    alone = ax is None
+    if ax is None:
+        ax = new_axes(6.2, 3.8)
+    laws = laws_of(here, model, color)
+    scale, unit = display_unit(here["bin"])
+    edges = _edges(here) / scale
+    wide = math.log(edges[-1] / edges[0]) / (edges.size - 1)
+    first, last, tails = _window(every, edges)
+    said: dict[str, list[float]] = {}
+    for i, law in enumerate(laws):
+        # (bins of equal width in ln x: heights compare)
+        share = np.nan_to_num(law.results["share"].values)
+        ax.stairs(share, edges, color=law.colour, ls=law.line, lw=1.6, label=law.label or None)
+        for side, bins in tails.items():
+            part = float(law.results[f"share_{side}"])
+            if not part >= NOTABLE:
+                continue
+            at = edges[-1] if side == "above" else edges[0]
+            to = at * math.exp(wide * bins * (1.0 if side == "above" else -1.0))
+            style: dict[str, Any] = {"fill": True, "facecolor": "none", "edgecolor": law.colour, "lw": 1.0}
+            ax.stairs([part / bins], sorted((at, to)), hatch=HATCHES[i % len(HATCHES)], **style)
+            said.setdefault(f"from {side} {at:.3g} {unit}".strip(), []).append(part)
+    ends = _outside_levels(here, scale)
+    if ends is not None:
+        for low, high in ((first, min(ends[0], last)), (max(ends[1], first), last)):
+            if high > low:
+                ax.axvspan(low, high, color="0.5", alpha=0.12, lw=0.0, zorder=0)
+    level_axis(ax, first, last, True, axis_name(here["bin"]).removeprefix("geometric middle of a bin of "))
+    ax.margins(y=0.12)
+    ax.set_ylim(bottom=0.0)
+    # few numbers: the highest bin's share says little by itself
+    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.set_ylabel("share of the rate per bin")
+    grid(ax)
+    hatched = bool(said)
+    if BEYOND in here:
+        far = [float(law.results[BEYOND]) for law in laws]
+        if max(far) >= NOTABLE:
+            said["from above the levels run"] = far
+    if said:
+        text = "; ".join(f"{_range(parts)} {where}" for where, parts in said.items())
+        ax.set_title(wrapped(f"hatched: {text}" if hatched else text, width_of(ax), 9.0), fontsize=9)
+    if alone and len(laws) > 1:
+        ax.legend(frameon=False, fontsize=9)
+    return ax
+
+
+def _range(parts: list[float]) -> str:
+    """Shares of several laws, short."""
+    ends = [f"{100.0 * one:.2g}" for one in (min(parts), max(parts))]
+    return f"{ends[0] if ends[0] == ends[1] else '–'.join(ends)} %"
+
+
+def _edges(here: xr.Dataset) -> NDArray[np.float64]:
+    return np.append(here["bin_lower"].values, here["bin_upper"].values[-1])
+
+
+def _window(every: xr.Dataset, edges: NDArray[np.float64]) -> tuple[float, float, dict[str, int]]:
+    """Where the axis starts and ends, one for all rows; how many bins' width each hatched tail is given."""
+    whole = np.nan_to_num(every["share"].values).reshape(-1, edges.size - 1)
+    most = max(float(whole.max()), 1e-9)
+    held = np.flatnonzero((whole > NOTHING).any(axis=0))
+    low, high = (max(held[0] - 1, 0), min(held[-1] + 2, edges.size - 1)) if held.size else (0, edges.size - 1)
+    wide = math.log(edges[-1] / edges[0]) / (edges.size - 1)
+    first, last = float(edges[low]), float(edges[high])
+    tails = {}
+    for side in ("below", "above"):
+        part = float(np.nanmax(np.nan_to_num(every[f"share_{side}"].values), initial=0.0))
+        if part >= NOTABLE:
+            # no higher than the highest bin, where half of the axis is enough for it
+            tails[side] = int(np.clip(math.ceil(part / most), 3, 0.6 * (edges.size - 1)))
+            if side == "above":
+                last = float(edges[-1]) * math.exp(wide * (tails[side] + 0.5))
+            else:
+                first = float(edges[0]) * math.exp(-wide * (tails[side] + 0.5))
+    return first, last, tails
+
+
+def _outside_levels(here: xr.Dataset, scale: float) -> tuple[float, float] | None:
+    """The lowest and the highest level at which blocks were shaken, where these are of the hazard's measure."""
+    if "level" not in here.coords or here["level"].ndim != 1:
+        return None
+    level, bins = here["level"], here["bin"]
+    if level.attrs.get("im") != bins.attrs.get("im") or level.attrs.get("units") != bins.attrs.get("units"):
+        return None
+    return float(level[0]) / scale, float(level[-1]) / scale
 
 
 def risk_figure(results: xr.Dataset) -> Figure:
     """A row for each block (and floor): rates of every law, and the shaking that they come from."""
-    floors = list(results["floor"].values.tolist()) if "floor" in results["rate"].dims else [None]
-    every = [(str(block), floor) for block in results["block"].values for floor in floors]
+    found = risk_of(results) if "rate_share" in results else results
+    every = [(str(block), floor) for block in found["block"].values for floor in floors_of(found[["rate"]])]
     rows = every[:MOST_ROWS]
-    figure = plt.figure(
-        figsize=(10.4, max(2.6, 0.42 * results.sizes["model"] + 1.4) * len(rows) + 0.5), layout="constrained"
-    )
+    laws = found.sizes["model"]
+    figure = Figure(figsize=(8.2, max(2.7, 0.45 * laws + 1.5) * len(rows) + 0.9), layout="constrained")
     axes = figure.subplots(len(rows), 2, squeeze=False, sharex="col")
     for (left, right), (block, floor) in zip(axes, rows, strict=True):
-        here = results.sel(block=block) if floor is None else results.sel(block=block, floor=floor)
-        annual_rates(here, left)
-        deaggregation(here, right)
+        risk(found, left, block=block, floor=floor)
+        risk(found, right, quantity=SHARE, block=block, floor=floor)
+        name = block if floor is None else f"{block}, {floor_name(floor)}"
+        left.set_title(wrapped(name, width_of(left)), fontsize=10)
+        hatched = right.get_title()
+        right.set_title(f"where its rate comes from\n{hatched}".strip(), fontsize=10)
         for ax in (left, right):
             ax.tick_params(labelbottom=True)
-            ax.set_xlabel(ax.get_xlabel() if block == rows[-1][0] and floor == rows[-1][1] else "")
-        left.set_title(block if floor is None else f"{block}, {floor_name(floor)}", fontsize=10)
-    whole = results["share"].values
-    held = np.flatnonzero((whole > NOTHING).any(axis=tuple(range(whole.ndim - 1))))
-    if held.size:
-        x = results["bin"].values / display_unit(results["bin"])[0]
-        axes[0, 1].set_xlim(x[max(held[0] - 1, 0)], x[min(held[-1] + 1, x.size - 1)])
-    percent = f"{100.0 * float(results.attrs.get('confidence', 0.95)):g} %"
-    title = str(results.attrs.get("title", "Risk"))
+            if (block, floor) != rows[-1]:
+                ax.set_xlabel("")
+    legend_below(figure, *axes[0, 1].get_legend_handles_labels())
+    parts = [f"annual rates with {percent(float(results.attrs.get('confidence', 0.95)))} intervals over motions"]
     if len(every) > len(rows):
-        title += f": the first {len(rows)} of {len(every)}"
-    figure.suptitle(f"{title}\nannual rates with {percent} intervals over motions", fontsize=11)
+        parts.insert(0, f"the first {len(rows)} of {len(every)}")
+    outside = [side for side in ("above", "below") if float(found[f"share_{side}"].max()) >= NOTABLE]
+    if outside:
+        parts.append("hatched: from shaking beyond the hazard curve's levels, drawn with an area that is its share")
+    ends = _outside_levels(found, 1.0)
+    first, last, _ = _window(found, _edges(found))
+    if ends is not None and (ends[0] > first or ends[1] < last):
+        parts.append("shaded: outside the levels that were run")
+    heading(figure, str(results.attrs.get("title", "Risk")), "; ".join(parts))
     return figure

@@ -15,10 +15,9 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentF
 from numpy.typing import NDArray
 
 from .plots import REFERENCE, model_name, plain_log, styles
-from .plots_uncertainty import input_name
 from .sensitivity_rows import GREEK, level_between, level_text, reference_name, reference_of
 from .sensitivity_tables import RIGID
-from .words import display_unit
+from .words import display_unit, input_name
 
 EQUAL = 1e-9
 """A distance from the rigid block that is no more than rounding."""

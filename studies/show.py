@@ -33,22 +33,20 @@ def hints(results: xr.Dataset) -> list[str]:
     return of_curves(results) if "status" in results else []
 
 
+def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
+    """The figures of a study's results, each with the name of its file."""
+    return _FIGURES[str(results.attrs["kind"])](results)
+
+
 def draw(results: xr.Dataset, folder: Path) -> list[Path]:
     """Write the figures of a study's results; StudyError where that cannot be."""
-    import matplotlib as mpl  # noqa: PLC0415
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt  # noqa: PLC0415
-
     written = []
-    for name, figure in _FIGURES[str(results.attrs["kind"])](results):
+    for name, figure in figures(results):
         path = folder / f"{name}.png"
         try:
             figure.savefig(path, dpi=150)
         except OSError as error:
             raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None
-        finally:
-            plt.close(figure)
         written.append(path)
     return written
 
@@ -69,14 +67,13 @@ def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
 
 def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .estimates import ranking_of_measures  # noqa: PLC0415
-    from .plots import fragility_figure  # noqa: PLC0415
     from .plots_efficiency import ranking_figure  # noqa: PLC0415
+    from .plots_fragility import fragility_figure  # noqa: PLC0415
     from .plots_risk import risk_figure  # noqa: PLC0415
-    from .yearly import risk_of  # noqa: PLC0415
 
     yield "fragility", fragility_figure(results)
     if "rate" in results:
-        yield "risk", risk_figure(risk_of(results))
+        yield "risk", risk_figure(results)
     if "measure_rank" in results:
         ranking = ranking_of_measures(results)
         floors = ranking["floor"].values.tolist() if "floor" in ranking.dims else [None]
@@ -100,7 +97,8 @@ def _uncertainty_tables(results: xr.Dataset) -> Iterator[Table]:
 
 
 def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    from .plots_uncertainty import index_figure, uncertainty_figure  # noqa: PLC0415
+    from .plots_indices import index_figure  # noqa: PLC0415
+    from .plots_uncertainty import uncertainty_figure  # noqa: PLC0415
 
     yield "uncertainty", uncertainty_figure(results)
     for name in ("sobol", "morris"):
@@ -124,16 +122,16 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
 
 
 def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    from .performance_study import ranking_of  # noqa: PLC0415
-    from .plots_assessment import levels_figure, loss_curve_figure, ranking_figure  # noqa: PLC0415
+    from .plots_anchoring import anchoring_figure  # noqa: PLC0415
+    from .plots_assessment import exceedance_figure, levels_figure  # noqa: PLC0415
 
     quantities = ["number", *(["loss"] if "loss_mean" in results else [])]
     if results.sizes["level"] > 1:
         for quantity in quantities:
             yield quantity, levels_figure(results, quantity)
     if "annual_number" in results:
-        yield "exceedance", loss_curve_figure(results, quantities[-1])
-    yield "anchoring", ranking_figure(ranking_of(results))
+        yield "exceedance", exceedance_figure(results, quantities[-1])
+    yield "anchoring", anchoring_figure(results)
 
 
 def _sensitivity_tables(results: xr.Dataset) -> Iterator[Table]:

@@ -6,10 +6,8 @@ import numpy as np
 import xarray as xr
 
 from .estimates import middle_level
-from .plots import in_years
-from .plots_uncertainty import input_name
 from .rows import Rows
-from .words import display_unit, fractile_text
+from .words import display_unit, fractile_text, in_years, input_name
 
 
 def median_rows(results: xr.Dataset) -> Rows:

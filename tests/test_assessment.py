@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import distributed
 import matplotlib as mpl
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
@@ -24,7 +23,8 @@ from toppling.studies.assessment_notes import notes
 from toppling.studies.assessment_rows import annual_rows, consequence_rows, figure_text, level_rows, ranking_rows
 from toppling.studies.contents import Contents, Inventory
 from toppling.studies.inventory import example_path, read_inventory
-from toppling.studies.plots_assessment import levels_figure, loss_curve_figure, ranking_figure
+from toppling.studies.plots_anchoring import anchoring_figure
+from toppling.studies.plots_assessment import exceedance_figure, levels_figure
 
 mpl.use("Agg")
 
@@ -616,17 +616,16 @@ class TestTablesAndFigures:
             (
                 levels_figure(found),
                 levels_figure(drawn, "loss"),
-                loss_curve_figure(found),
-                loss_curve_figure(drawn, "number"),
-                ranking_figure(anchoring(found, per_cost=True)),
-                ranking_figure(ranked),
+                exceedance_figure(found),
+                exceedance_figure(drawn, "number"),
+                anchoring_figure(anchoring(found, per_cost=True)),
+                anchoring_figure(ranked),
             )
         ):
             figure.savefig(tmp_path / f"{i}.png")
             for ax in figure.axes:
                 assert ax.get_xlabel() or ax.get_ylabel()
-            plt.close(figure)
         with pytest.raises(ValueError, match="quantity must be one of 'number', 'loss'"):
             levels_figure(found, "value")
         with pytest.raises(ValueError, match="needs an assessment with a hazard curve"):
-            loss_curve_figure(found.drop_vars("loss_rate"))
+            exceedance_figure(found.drop_vars("loss_rate"))

@@ -216,8 +216,8 @@ class TestFloors:
     def test_a_plot_needs_to_know_the_floor(self, tmp_path):
         result = tp.Study.from_toml(write(tmp_path, building=TOWER)).run()
         with pytest.raises(ValueError, match="several floors, say which: 0, 2, 4"):
-            tp.plot.fragility(result, "bookcase-5-shelf")
-        assert "floor 4" in tp.plot.fragility(result, "bookcase-5-shelf", floor=4).get_title()
+            tp.plot.fragility(result, block="bookcase-5-shelf")
+        assert "floor\u00a04" in tp.plot.fragility(result, block="bookcase-5-shelf", floor=4).get_title()
 
 
 class TestCommand:

@@ -625,6 +625,7 @@ class TestFigures:
     def test_axes_in_axes_out(self):
         import matplotlib.pyplot as plt
 
+        from toppling.studies import plots_indices
         from toppling.studies import plots_uncertainty as plots
 
         flags = np.random.default_rng(2).random((20, 3, 4)) < np.array([0.0, 0.1, 0.4, 0.8])
@@ -642,14 +643,14 @@ class TestFigures:
         assert whole.get_ylabel() == "share of the variance"
         inputs = RandomInputs({"alpha": Uniform(0.1, 0.2), "e": Uniform(0.8, 1.0)})
         indices = sobol_indices(inputs, lambda one: one["alpha"] + one["e"], n=16)
-        assert [tick.get_text() for tick in plots.sobol_bars(indices).get_yticklabels()] == ["e", "α"]
+        assert [tick.get_text() for tick in plots_indices.sobol_bars(indices).get_yticklabels()] == ["e", "α"]
         screened = morris_indices(inputs, lambda one: one["alpha"] + one["e"])
-        assert "µ*" in plots.morris_scatter(screened).get_xlabel()
+        assert "µ*" in plots_indices.morris_scatter(screened).get_xlabel()
         swings = tornado(inputs, lambda one: one["alpha"] + one["e"])
-        assert [tick.get_text() for tick in plots.tornado_bars(swings).get_yticklabels()] == ["e", "α"]
+        assert [tick.get_text() for tick in plots_indices.tornado_bars(swings).get_yticklabels()] == ["e", "α"]
         two = sobol_indices(inputs, lambda one: xr.concat([one["e"], one["alpha"]], "k"), n=16)
         with pytest.raises(ValueError, match="one output is drawn"):
-            plots.sobol_bars(two)
+            plots_indices.sobol_bars(two)
         with pytest.raises(ValueError, match="along one dimension"):
             plots.variance_bars(variance_shares(values, ("motion",)))
         plt.close("all")

@@ -1,0 +1,305 @@
+"""Figures of fragility curves: fitted lines, what was observed, and every motion of a cloud.  Axes in, axes out."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import PercentFormatter
+from numpy.typing import NDArray
+
+from ..fragility import curve_probability
+from ..fragility.curves import TABULATED
+from ..fragility.intervals import wilson_interval
+from .plots import (
+    PANEL_COLUMNS,
+    Drawn,
+    floors_of,
+    grid,
+    heading,
+    labels_of,
+    laws_of,
+    legend_below,
+    level_axis,
+    log_spaced,
+    lowest_panels,
+    new_axes,
+    one_of,
+    width_of,
+    wrapped,
+)
+from .words import axis_name, axis_of, display_unit, floor_name, percent
+
+MOST_PANELS = 36
+"""Panels of one figure: what more there is stands in the results."""
+FAR = 3.0
+"""Dispersions above the median at which a curve has nothing more to show."""
+APART, MOST_APART = 0.005, 0.02
+"""Share of the axis that lies between two laws' points, and that none is further than from its level."""
+FULL_BIN, MOST_BINS = 30, 8
+"""Motions of a cloud that make a bin, and bins at the most."""
+
+
+class Span(NamedTuple):
+    """Where an axis of levels starts and ends, in the unit shown, and whether it is logarithmic."""
+
+    low: float
+    high: float
+    log: bool
+
+    def points(self, n: int = 400) -> NDArray[np.float64]:
+        """Levels along it at which a curve is drawn."""
+        return np.geomspace(self.low, self.high, n) if self.log else np.linspace(0.0, self.high, n + 1)[1:]
+
+    def moved(self, x: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+        """Levels moved along the axis by a share of it."""
+        return x * (self.high / self.low) ** share if self.log else x + share * self.high
+
+
+def fragility(
+    results: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    block: str | None = None,
+    model: str | None = None,
+    floor: int | str | None = None,
+    observed: bool = True,
+    color: str | None = None,
+    label: str | None = None,
+) -> Axes:
+    """Fragility curves of one block: a fitted line for each law, observed fractions with their intervals.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A study's results; or curves, as `toppling.fit_fragility` returns them; or observed fractions, as
+        `toppling.overturning_probability` does.
+    ax : matplotlib Axes, optional
+        Where to draw; axes of a new figure, with a legend, where not given.
+    block, model : str, optional
+        Labels: which block (needed where there are several), and which law alone (all where not given).
+    floor : int or str, optional
+        Which floor, where the results are of several.
+    observed : bool
+        Whether the fractions (of a cloud: every motion, and fractions in bins) are drawn beside the curves.
+    color, label : str, optional
+        Of one law: matplotlib's colour, and the text in the legend.
+
+    Returns
+    -------
+    matplotlib Axes
+        Its legend is left to the caller where `ax` was given (``ax.legend()``).
+
+    Raises
+    ------
+    ValueError
+        Neither curves nor fractions; several blocks or floors, and none is said; no such block, law or floor; a colour
+        or label for several laws.
+
+    Notes
+    -----
+    Levels that are spaced logarithmically are drawn on a logarithmic axis, others from zero.  Points of several laws
+    stand side by side, none further than 2 % of the axis from its level.  A cloud's motions are ticks, below where the
+    block stands and above where it falls; points are fractions in bins of equally many motions with Wilson intervals,
+    at the bin's geometric mean.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.fragility.published import fema_p58
+    >>> ax = tp.plot.fragility(fema_p58(), block="bookcase-5-shelf", label="FEMA P-58")
+    >>> ax.get_ylabel(), len(ax.lines)
+    ('probability of overturning', 2)
+    """
+    curves = "median" in results or "curve_probability" in results or _tabulated(results)
+    if not curves and not _observed(results) and "intensity" not in results.coords:
+        raise ValueError("fragility needs curves (median and dispersion) or probability, lower and upper on level")
+    here = one_of(one_of(results, "block", block), "floor", floor)
+    laws = laws_of(here, model, color)
+    if label is not None and len(laws) > 1:
+        raise ValueError(f"label must be of one law, got {len(laws)} laws: say which model")
+    alone = ax is None
+    if ax is None:
+        ax = new_axes(6.0, 4.2)
+    axis = _axis(results)
+    scale, _ = display_unit(axis)
+    span = _span(results, axis, scale)
+    cloud = "level" not in results.coords and "intensity" in results.coords
+    for i, law in enumerate(laws):
+        # together no wider than 2 % of the axis on either side
+        step = min(APART, 2.0 * MOST_APART / max(len(laws) - 1, 1))
+        share = step * (i - 0.5 * (len(laws) - 1))
+        if observed and cloud and "overturned" in law.results:
+            _motions(law, ax, scale, i, span, share, floor)
+        elif observed and _observed(law.results):
+            _fractions(law, ax, scale, span, share)
+        drawn = _curve(law.results, span.points() * scale) if curves else None
+        if drawn is not None:
+            ax.plot(span.points(), drawn, color=law.colour, lw=1.8, ls=law.line)
+        style = "none" if drawn is None else law.line
+        marker = law.marker if observed and (cloud or _observed(law.results)) else "none"
+        text = label or law.label or "curve"
+        ax.plot([], [], color=law.colour, marker=marker, ms=5.0, mew=0.0, lw=1.8, ls=style, label=text)
+    level_axis(ax, span.low, span.high, span.log, axis_name(axis))
+    ax.set_ylim(-0.02 if not cloud else -0.06, 1.02 if not cloud else 1.06)
+    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.set_yticks(np.linspace(0.0, 1.0, 6))
+    ax.set_ylabel(f"probability of {results.attrs.get('state', 'overturning')}")
+    grid(ax)
+    where = "" if floor is None else f", {floor_name(floor)}".replace("r ", "r\u00a0")
+    # (a title may reach over the numbers beside the axis)
+    ax.set_title(_title(here, where, width_of(ax) + 0.5), fontsize=10)
+    if alone and (len(laws) > 1 or label is not None):
+        ax.legend(frameon=False, fontsize=9)
+    return ax
+
+
+def _axis(results: xr.Dataset) -> xr.DataArray:
+    if "level" in results.coords or "intensity" in results.coords:
+        return axis_of(results)
+    # (curves without levels know their unit and the name of their measure)
+    name = str(results.attrs.get("im", "")).upper() or "level"
+    return results["median"].assign_attrs(long_name=name)
+
+
+def _tabulated(results: xr.Dataset) -> bool:
+    return results.attrs.get("form") in TABULATED and "probability" in results
+
+
+def _observed(results: xr.Dataset) -> bool:
+    return "level" in results.coords and {"probability", "lower", "upper"} <= {*results.data_vars}
+
+
+def _span(results: xr.Dataset, axis: xr.DataArray, scale: float) -> Span:
+    """The same axis for all blocks of some results, which are compared."""
+    far = math.inf
+    if "median" in results:
+        top = (results["median"] * np.exp(FAR * results.get("dispersion", xr.DataArray(0.0)))).values / scale
+        far = float(np.nanmax(top, initial=0.0, where=np.isfinite(top))) or math.inf
+    if "level" in results.coords:
+        x = axis.values / scale
+        high = float(x[-1])
+        if _observed(results):
+            # no further than the first level at which nearly everything falls
+            rest = [dim for dim in results["probability"].dims if dim != "level"]
+            done = np.flatnonzero((results["probability"] > 0.995).all(rest).values)
+            high = float(x[done[0]] if done.size else high)
+        log = log_spaced(x)
+        return Span(float(x[0]) / 1.06, 1.06 * high, log) if log else Span(0.0, 1.03 * high, log)
+    if "intensity" in results.coords:
+        x = axis.values / scale
+        # (a few strong motions must not press all curves against the axis)
+        return Span(0.0, 1.02 * min(float(x.max()), far), False)
+    return Span(0.0, far if math.isfinite(far) else 1.0, False)
+
+
+def _fractions(law: Drawn, ax: Axes, scale: float, span: Span, share: float) -> None:
+    """Observed fractions with their intervals."""
+    one = law.results
+    _points(
+        ax,
+        law,
+        span.moved(one["level"].values / scale, share),
+        one["probability"].values,
+        (one["lower"].values, one["upper"].values),
+    )
+
+
+def _points(
+    ax: Axes, law: Drawn, x: NDArray[np.float64], p: NDArray[np.float64], ends: tuple[NDArray[np.float64], ...]
+) -> None:
+    errors = np.maximum(np.stack([p - ends[0], ends[1] - p]), 0.0)
+    ax.errorbar(x, p, yerr=errors, fmt=law.marker, ms=3.5, mew=0.0, lw=0.8, color=law.colour, alpha=0.7)
+
+
+def _motions(law: Drawn, ax: Axes, scale: float, i: int, span: Span, share: float, floor: int | str | None) -> None:
+    """Every motion of a cloud at its own intensity, and fractions in bins of equally many."""
+    one = law.results
+    if floor is not None and "motion_floor" in one.coords:
+        one = one.isel(motion=np.flatnonzero(one["motion_floor"].values.astype(str) == str(floor)))
+    at, fell = one["intensity"].values / scale, one["overturned"].values.astype(bool)
+    ax.plot(at, np.where(fell, 1.02 + 0.022 * i, -0.02 - 0.022 * i), "|", ms=5.0, mew=0.7, color=law.colour, alpha=0.4)
+    bins = min(MOST_BINS, at.size // FULL_BIN)
+    if bins < 2:
+        return
+    parts = np.array_split(np.argsort(at, kind="stable"), bins)
+    falls = np.array([int(fell[part].sum()) for part in parts])
+    runs = np.array([part.size for part in parts])
+    ends = wilson_interval(falls, runs, float(one.attrs.get("confidence", 0.95)))
+    middle = np.array([math.exp(float(np.log(at[part]).mean())) for part in parts])
+    _points(ax, law, span.moved(middle, share), falls / runs, (np.asarray(ends[0]), np.asarray(ends[1])))
+
+
+def _curve(one: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """The fitted curve of one block and law at x; None where there is none."""
+    fit = one.assign_attrs(form=one.attrs.get("form", "lognormal"))
+    if "curve_probability" in one:
+        fit = fit.drop_vars(["probability", "lower", "upper"], errors="ignore").rename(curve_probability="probability")
+    elif not _tabulated(one) and not np.isfinite(one["median"].item()):
+        return None
+    return np.asarray(curve_probability(fit, x, outside="most").values)
+
+
+def _title(here: xr.Dataset, where: str, inches: float) -> str:
+    """The block, and its sizes where they are known."""
+    lines = [wrapped("".join([*labels_of(here, "block"), where]), inches)]
+    if {"width", "height", "alpha"} <= {*here.coords} and all(here[n].ndim == 0 for n in ("width", "height", "alpha")):
+        width, height, alpha = (here[name].item() for name in ("width", "height", "alpha"))
+        sizes = f"{width:.2f} m × {height:.2f} m, " + f"α = {alpha:.3f} rad".replace(" ", "\u00a0")
+        lines.append(wrapped(sizes, inches, 9.0))
+    return "\n".join(line for line in lines if line)
+
+
+def fragility_figure(results: xr.Dataset) -> Figure:
+    """One panel of fragility curves for each block (and floor), with one legend for all."""
+    floors = floors_of(results)
+    every = [(str(block), floor) for block in results["block"].values for floor in floors]
+    panels = every[:MOST_PANELS]
+    # a row for each block where its floors fit into one
+    columns = min(PANEL_COLUMNS, len(panels) if floors == [None] or len(floors) > PANEL_COLUMNS else len(floors))
+    if len(panels) == 4 and columns == PANEL_COLUMNS:
+        columns = 2
+    rows = math.ceil(len(panels) / columns)
+    laws = results.sizes["model"]
+    width = max(3.0 * columns, 6.4)
+    figure = Figure(figsize=(width, 3.1 * rows + 0.3 * math.ceil(laws / columns) + 0.7), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
+    lowest = lowest_panels(axes, len(panels))
+    for i, (ax, (block, floor)) in enumerate(zip(axes.flat, panels, strict=False)):
+        fragility(results, ax, block=block, floor=floor)
+        if i % columns:
+            ax.set_ylabel("")
+            ax.tick_params(labelleft=False)
+        if i not in lowest:
+            ax.set_xlabel("")
+            ax.tick_params(labelbottom=False)
+    for ax in list(axes.flat)[len(panels) :]:
+        ax.remove()
+    legend_below(figure, *axes.flat[0].get_legend_handles_labels())
+    heading(figure, str(results.attrs.get("title", "Fragility")), _said(results, len(floors), len(panels), len(every)))
+    return figure
+
+
+def _said(results: xr.Dataset, floors: int, panels: int, every: int) -> str:
+    """What must be known to read the panels."""
+    motions = results.sizes["motion"] // floors
+    confidence = percent(float(results.attrs.get("confidence", 0.95)))
+    parts = [f"{motions} motion{'s' if motions != 1 else ''}{' a floor' if floors > 1 else ''}"]
+    if panels < every:
+        parts.insert(0, f"the first {panels} of {every} panels")
+    if "level" in results.coords:
+        parts.append(f"points: observed, with {confidence} Wilson intervals")
+    else:
+        parts.append("ticks: every motion, stood below, fell above")
+        if motions >= 2 * FULL_BIN:
+            bins = min(MOST_BINS, motions // FULL_BIN)
+            parts.append(f"points: fractions in {bins} bins of equally many motions, {confidence} Wilson intervals")
+    if results.sizes["model"] > 1:
+        parts[-1] += ", laws side by side"
+    if bool(results["converged"].any()):
+        parts.append(f"lines: {results.attrs.get('form', 'lognormal')} fits")
+    return "; ".join(parts)

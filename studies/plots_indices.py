@@ -1,0 +1,291 @@
+"""Figures of sensitivity indices: Sobol', Morris, and a tornado.  Axes in, axes out."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from .. import checks
+from .estimates import middle_level
+from .plots import (
+    COLOURS,
+    MARKERS,
+    PANEL_COLUMNS,
+    grid,
+    heading,
+    labels_of,
+    legend_below,
+    model_name,
+    new_axes,
+    one_of,
+    wrapped,
+)
+from .words import display_unit, input_name, percent
+
+OWN = {"sobol": "total", "morris": "mu_star", "tornado": "swing"}
+"""A variable that each method has and the others have not."""
+
+
+def indices(
+    results: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    method: str | None = None,
+    block: str | None = None,
+    model: str | None = None,
+    level: float | None = None,
+) -> Axes:
+    """Which uncertain input matters: Sobol' indices, Morris' effects, or a tornado.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        An uncertainty study's results, or as `toppling.fragility`'s `sobol_indices`, `morris_indices` or `tornado`
+        return it, of one output (``isel(output=0)``).
+    ax : matplotlib Axes, optional
+        Where to draw; axes of a new figure, with a legend, where not given.
+    method : {"sobol", "morris", "tornado"}, optional
+        Which, where a study's results hold several.
+    block, model : str, optional
+        Labels of a block and a damping law; each needed where there are several.
+    level : float, optional
+        Of a study: the level (SI), one of its own; where not given the one at which the probability of overturning is
+        nearest to one half.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        No such indices; several methods, blocks, laws or outputs, and none is said; none called so, no such level.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.fragility import RandomInputs, Uniform, sobol_indices
+    >>> inputs = RandomInputs({"alpha": Uniform(0.1, 0.2), "e": Uniform(0.8, 1.0)})
+    >>> found = sobol_indices(inputs, lambda one: one["alpha"] + one["e"], n=16)
+    >>> [tick.get_text() for tick in tp.plot.indices(found).get_yticklabels()]
+    ['e', 'α']
+    """
+    draw = {"sobol": sobol_bars, "morris": morris_scatter, "tornado": tornado_bars}
+    held = [name for name, own in OWN.items() if f"{name}_{own}" in results]
+    plain = [name for name, own in OWN.items() if own in results]
+    if not held and not plain:
+        raise ValueError("a figure of indices needs Sobol' or Morris' indices, or a tornado, got none")
+    if method is not None:
+        checks.choice("method", method, held or plain)
+    elif len(held) > 1:
+        raise ValueError(f"results hold indices of several methods, say which: {', '.join(held)}")
+    name = method or (held or plain)[0]
+    if not held:
+        return draw[name](one_of(one_of(results, "block", block), "model", model), ax)
+    here = one_of(one_of(results, "block", block), "model", model)
+    at = middle_level(here["probability"])
+    if level is not None:
+        levels = here["level"].values
+        close = np.flatnonzero(np.isclose(levels, checks.number("level", level), rtol=1e-6, atol=0.0))
+        if not close.size:
+            raise ValueError(f"level must be one of {', '.join(f'{one:.6g}' for one in levels)}, got {level:g}")
+        at = int(close[0])
+    own = [str(one) for one in here.data_vars if str(one).startswith(f"{name}_")]
+    ax = draw[name](here[own].rename({one: one.removeprefix(f"{name}_") for one in own}).isel(output=at), ax)
+    scale, unit = display_unit(here["level"])
+    said = f"{float(here['level'][at]) / scale:.3g} {unit}".strip()
+    ax.set_title(f"probability of overturning at {said}", fontsize=10)
+    return ax
+
+
+def _ends(here: xr.Dataset, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """How far the interval of an index reaches below and above it; None where there is none."""
+    value = here[name].values
+    if f"{name}_lower" in here:
+        return np.maximum(value - here[f"{name}_lower"].values, 0.0), np.maximum(
+            here[f"{name}_upper"].values - value, 0.0
+        )
+    return None
+
+
+def sobol_bars(indices: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """First- and total-order Sobol' indices with their intervals, the largest total on top.
+
+    Parameters
+    ----------
+    indices : xarray.Dataset
+        As `fragility.sobol_indices` returns it, of one output (``isel(output=0)``).
+    ax : matplotlib Axes, optional
+        Where to draw; new axes where not given.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        Several outputs.
+    """
+    here = _one_output(indices, "total")
+    order = np.argsort(-np.nan_to_num(here["total"].values), kind="stable")
+    here = here.isel(input=order)
+    y = np.arange(order.size)
+    alone = ax is None
+    if ax is None:
+        ax = new_axes(6.0, 0.55 * y.size + 1.5)
+    for name, shift, colour, label in (
+        ("total", 0.19, COLOURS[5], "total: with all others"),
+        ("first", -0.19, COLOURS[0], "first order: alone"),
+    ):
+        error = {"ecolor": "0.25", "elinewidth": 1.1, "capsize": 2.5}
+        ax.barh(y + shift, here[name].values, 0.36, color=colour, label=label, xerr=_ends(here, name), error_kw=error)
+    ax.axvline(0.0, color="0.25", lw=0.8)
+    ax.set_yticks(y, [input_name(str(one)) for one in here["input"].values])
+    ax.set_ylim(y[-1] + 0.6, -0.6)
+    ax.set_xlabel("share of the variance")
+    grid(ax, "x")
+    _title(ax, here)
+    if alone:
+        handles, labels = ax.get_legend_handles_labels()
+        ax.legend(
+            handles[::-1], labels[::-1], frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.08), fontsize=9
+        )
+    return ax
+
+
+def morris_scatter(indices: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Morris' mean absolute effect of every input against the scatter of its effects.
+
+    Parameters
+    ----------
+    indices : xarray.Dataset
+        As `fragility.morris_indices` returns it, of one output.
+    ax : matplotlib Axes, optional
+        Where to draw; new axes where not given.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        Several outputs.
+    """
+    here = _one_output(indices, "mu_star")
+    alone = ax is None
+    if ax is None:
+        ax = new_axes(6.0, 4.4)
+    x, y = here["mu_star"].values, here["sigma"].values
+    ends = _ends(here, "mu_star")
+    low, high = (np.zeros(x.size), np.zeros(x.size)) if ends is None else ends
+    for i, name in enumerate(here["input"].values):
+        colour, marker = COLOURS[i % len(COLOURS)], MARKERS[i % len(MARKERS)]
+        ax.errorbar(
+            x[i],
+            y[i],
+            xerr=[[low[i]], [high[i]]],
+            fmt=marker,
+            ms=7.0,
+            color=colour,
+            lw=1.1,
+            label=input_name(str(name)),
+        )
+    largest = 1.08 * max(float((x + high).max()), float(y.max()), 1e-12)
+    ax.plot([0.0, largest], [0.0, largest], color="0.7", lw=0.8, ls=(0, (4, 2)), zorder=0)
+    ax.annotate("σ = µ*", (0.93 * largest, 0.95 * largest), ha="right", fontsize=8, color="0.45")
+    ax.set_xlim(0.0, largest)
+    ax.set_ylim(-0.02 * largest, largest)
+    ax.set_xlabel("µ*: mean absolute effect of the input")
+    ax.set_ylabel("σ: scatter of the effect")
+    grid(ax)
+    if alone:
+        ax.legend(frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9)
+    _title(ax, here)
+    return ax
+
+
+def tornado_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """The output with one input at a time at its low and high quantile, the widest on top.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        As `fragility.tornado` returns it, of one output.
+    ax : matplotlib Axes, optional
+        Where to draw; new axes where not given.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        Several outputs.
+    """
+    here = _one_output(found, "swing")
+    here = here.isel(input=np.argsort(-here["swing"].values, kind="stable"))
+    y = np.arange(here.sizes["input"])
+    alone = ax is None
+    if ax is None:
+        ax = new_axes(6.0, 0.42 * y.size + 1.6)
+    base = here["base"].item()
+    first, last = (percent(float(one)) for one in found.attrs["quantiles"])
+    ax.axvline(base, color="0.25", lw=0.9, zorder=0)
+    # ends and not bars from the base: both may lie on one side of it, where one bar would hide the other
+    ax.hlines(y, here["low"].values, here["high"].values, color="0.75", lw=5.0, zorder=1)
+    for name, colour, marker, label in (
+        ("low", COLOURS[0], "o", f"input at its {first} quantile, or its least choice"),
+        ("high", COLOURS[1], "s", f"input at its {last} quantile, or its greatest choice"),
+    ):
+        ax.plot(here[name].values, y, marker, ms=8.0, color=colour, label=label, zorder=2)
+    ax.set_yticks(y, [input_name(str(one)) for one in here["input"].values])
+    ax.set_ylim(y[-1] + 0.6, -0.6)
+    ax.set_xlabel(str(here["output"].item()) if "output" in here.coords else "value")
+    grid(ax, "x")
+    if alone:
+        ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=9)
+    return ax
+
+
+def _one_output(indices: xr.Dataset, name: str) -> xr.Dataset:
+    if indices[name].dims != ("input",):
+        raise ValueError(f"one output is drawn, got {dict(indices[name].sizes)}: select it")
+    return indices
+
+
+def _title(ax: Axes, here: xr.Dataset) -> None:
+    if "output" in here.coords:
+        ax.set_title(str(here["output"].item()), fontsize=10)
+
+
+def index_figure(results: xr.Dataset, name: str) -> Figure:
+    """Sobol' or Morris' indices of an uncertainty study where the probability is nearest to one half: a panel a law."""
+    blocks, models = labels_of(results, "block"), labels_of(results, "model")
+    panels = [(block, model) for block in blocks for model in models]
+    columns = min(PANEL_COLUMNS if len(models) != 4 else 2, len(models))
+    rows = -(-len(panels) // columns)
+    inputs = results.sizes["input"]
+    height = {"sobol": 0.5 * inputs + 1.3, "morris": 3.2}[name]
+    figure = Figure(figsize=(max(2.7 * columns + 0.4, 6.0), height * rows + 1.2), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False)
+    for ax, (block, model) in zip(axes.flat, panels, strict=False):
+        indices(results, ax, method=name, block=block or None, model=model or None)
+        width = 0.72 * figure.get_figwidth() / columns
+        at = ax.get_title().rpartition(" at ")[2]
+        ax.set_title(wrapped(f"{block}\n{model_name(model)}\nat {at}", width, 9.0), fontsize=9)
+        ax.set_xlabel(wrapped(ax.get_xlabel(), width))
+    for ax in list(axes.flat)[len(panels) :]:
+        ax.remove()
+    legend_below(figure, *axes.flat[0].get_legend_handles_labels())
+    text = {
+        "sobol": "Sobol' indices of the probability of overturning, with intervals, where it is nearest to one half",
+        "morris": "Morris' effects on the probability of overturning, with intervals, where it is nearest to one half",
+    }[name]
+    heading(figure, str(results.attrs.get("title", "Indices")), text)
+    return figure
