@@ -5,7 +5,8 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: study gallery p58 paper sensitivity scaling examples test test-slow test-all test-exchange benchmark lint clean
+.PHONY: study docs validation drawing gallery film p58 paper sensitivity scaling examples lint test test-slow test-all \
+        test-exchange benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
 $(BIN)/python:
@@ -26,12 +27,33 @@ $(VENV)/installed-dev: pyproject.toml | $(BIN)/python
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@ $(VENV)/installed
 
+$(VENV)/installed-docs: pyproject.toml | $(BIN)/python
+	@echo "installing with the tools for the documentation (a minute, once)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	@touch $@ $(VENV)/installed
+
 study: $(VENV)/installed
 	$(BIN)/toppling run studies/examples/office.toml --out $(OUT) $(if $(FRESH),--fresh)
+
+# the documentation, docs/_build/html/index.html; a warning is an error
+docs: $(VENV)/installed-docs
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+
+# docs/validation.md: every published number beside ours
+validation: $(VENV)/installed
+	$(BIN)/python docs/validation.py
+
+# docs/architecture.svg, from the imports as they are
+drawing: $(VENV)/installed
+	$(BIN)/python docs/drawing.py
 
 # docs/motions.md and its figures
 gallery: $(VENV)/installed
 	$(BIN)/python docs/gallery.py
+
+# docs/rocking.gif, the README's film
+film: $(VENV)/installed
+	$(BIN)/python docs/film.py
 
 # docs/p58.md and its figures: FEMA P-58's contents recomputed (some minutes)
 p58: $(VENV)/installed

@@ -34,6 +34,7 @@ from .models import (
 
 if TYPE_CHECKING:
     from .studies import Study, plot
+    from .studies.animate import animate
 
 __version__ = metadata.version("toppling")
 
@@ -48,6 +49,7 @@ __all__ = [
     "Study",
     "Vassiliou",
     "ViscousDamping",
+    "animate",
     "annual_rate",
     "catalogue",
     "cloud",
@@ -63,7 +65,7 @@ __all__ = [
 ]
 
 # Study files and figures load slow libraries (pydantic, matplotlib): only when asked for.
-_LAZY = {"Study": (".studies", "Study"), "plot": (".studies.plot", None)}
+_LAZY = {"Study": (".studies", "Study"), "animate": (".studies.animate", "animate"), "plot": (".studies.plot", None)}
 
 
 def __getattr__(name: str) -> Any:

@@ -350,12 +350,15 @@ class MotionsTable(Table):
         length = getattr(made, "length", None) or made.duration
         return (self.number or 1) * float(length / made.dt)
 
-    def build(self, folder: Path) -> list[xr.DataArray]:
-        """The motions; ValueError where a parameter does not belong or is out of range, or no record is found."""
+    def build(self, folder: Path, first: int = 0) -> list[xr.DataArray]:
+        """The motions; ValueError where a parameter does not belong or is out of range, or no record is found.
+
+        `first` is the number of a generator's first motion among those of its seed.
+        """
         made = self._made(folder)
         if made is not None:
             refuse_samples(self.samples(folder), "motions")
-            return [made.sample(self.number or 1, seed=self.seed or 0)]
+            return [made.sample(self.number or 1, seed=self.seed or 0, first=first)]
         found: list[xr.DataArray] = []
         if self.records is not None:
             refuse_foreign(self, {"records", "dt_s", "unit"}, "motions from records")

@@ -8,7 +8,6 @@ import inspect
 import json
 import os
 import pkgutil
-import re
 import shutil
 import subprocess
 import sys
@@ -158,23 +157,13 @@ def test_docstring_examples(name):
     assert found.failed == 0
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/decisions.md"])
-def test_readme_example(page, tmp_path, monkeypatch):
-    """The Python on a page runs as printed."""
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), re.DOTALL)
-    assert blocks
-    monkeypatch.chdir(tmp_path)
-    for code in blocks:
-        exec(compile(code, page, "exec"), {})
-
-
 def test_public_names():
     """The contract's names and signatures."""
     names = {
         "Block", "catalogue", "DiscreteDamping", "GianniniMasiani", "MakrisKonstantinidis", "Vassiliou",
         "ViscousDamping", "EnergyConsistent", "HousnerImpact", "simulate", "free_rocking", "motions", "ida",
         "stripes", "cloud", "overturning_probability", "fit_fragility", "annual_rate", "HazardCurve", "read_hazard",
-        "Study", "plot",
+        "Study", "plot", "animate",
     }  # fmt: skip
     assert set(tp.__all__) == names
     for name in names:

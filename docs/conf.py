@@ -1,0 +1,95 @@
+"""How Sphinx builds the documentation; pages that are made from the code come from `made_pages`."""
+
+from __future__ import annotations
+
+import re
+import sys
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+
+import made_pages  # noqa: E402
+
+project = "toppling"
+author = copyright = "The toppling developers"
+release = version = metadata.version("toppling")
+
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "numpydoc",
+    "myst_parser",
+    "sphinx_design",
+    "sphinx-mathjax-offline",
+    "sphinx_gallery.gen_gallery",
+]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+exclude_patterns = ["_build", "gallery_examples", "**/*.md.in", "_made/gallery/*.ipynb", "_made/gallery/*.py"]
+templates_path = ["_templates"]
+default_role = "py:obj"
+language = "en"
+
+myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
+myst_heading_anchors = 4
+myst_dmath_double_inline = True
+
+autosummary_generate = True
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery_examples",
+    "gallery_dirs": "_made/gallery",
+    "filename_pattern": r"plot_",
+    "download_all_examples": False,
+    "show_memory": False,
+    "show_signature": False,
+    "write_computation_times": False,
+    "abort_on_example_error": True,
+    "image_scrapers": ("matplotlib",),
+    "reset_modules": ("matplotlib",),
+    "within_subsection_order": "FileNameSortKey",
+}
+
+html_theme = "pydata_sphinx_theme"
+html_title = "toppling"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sourcelink = False
+html_theme_options: dict[str, Any] = {
+    "navbar_align": "left",
+    "header_links_before_dropdown": 6,
+    "show_toc_level": 2,
+    "navigation_with_keys": False,
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "secondary_sidebar_items": ["page-toc"],
+}
+html_sidebars = {"index": []}
+
+# a bar in |theta| is no substitution, a star of *args no emphasis
+BAR = re.compile(r"(?<!\\)\|")
+
+
+def _plain_bars(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    """Docstrings are written to be read as text: their |theta| stays one."""
+    lines[:] = [line if line.lstrip().startswith((">>>", "...")) else BAR.sub(r"\\|", line) for line in lines]
+
+
+def _without_missing(app: Any, name: str, source: list[str]) -> None:
+    """Pages that are measured on a machine at rest may not be there yet: no line in the table of contents then."""
+    if name == "use" and not (HERE / "scaling.md").is_file():
+        source[0] = source[0].replace("\nscaling\n", "\n")
+
+
+def setup(app: Any) -> None:
+    """Write the made pages before anything is read, and keep docstrings as they are."""
+    made_pages.write(HERE)
+    app.connect("autodoc-process-docstring", _plain_bars, priority=900)
+    app.connect("source-read", _without_missing)

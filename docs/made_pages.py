@@ -1,0 +1,97 @@
+"""Pages of the documentation that are made from the code as it is: the API's lists and the reference of study files.
+
+They go into docs/_made, which git does not keep.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import inspect
+from pathlib import Path
+
+PACKAGES = {
+    "toppling": "What most scripts need: `import toppling as tp`.",
+    "toppling.models": "Blocks, the catalogue, damping laws, single histories.",
+    "toppling.motions": "Generators, pulses, records, spectra, floors, intensity measures.",
+    "toppling.fragility": "Analyses, estimators, measures compared, uncertain inputs, hazard, risk, exchange.",
+    "toppling.studies": "Study files, inventories, assessments.",
+}
+"""The public packages and what each is for."""
+ELSEWHERE = {"toppling": {"motions", "plot"}}
+"""Names that are packages or modules with pages of their own."""
+MODULES = {
+    "toppling.models.friction": "The friction that a block needs so that it does not slide, and what a floor may have.",
+    "toppling.fragility.published": "Published overturning criteria as curves.",
+    "toppling.studies.plot": "Figures of results: `tp.plot`.",
+}
+"""Modules beside the packages that pages of this site refer to."""
+
+
+def names_of(package: str) -> list[str]:
+    """The public names of a package or module that get a page."""
+    module = importlib.import_module(package)
+    if hasattr(module, "__all__"):
+        public = set(module.__all__)
+    else:
+        public = {n for n, one in vars(module).items() if n[0] != "_" and getattr(one, "__module__", "") == package}
+    return sorted(public - ELSEWHERE.get(package, set()), key=str.lower)
+
+
+def home_of(name: str) -> str | None:
+    """The package whose page describes a name of `toppling`; None of one that is none of theirs."""
+    one = getattr(importlib.import_module("toppling"), name)
+    return next(
+        (p for p in PACKAGES if p != "toppling" and getattr(importlib.import_module(p), name, None) is one), None
+    )
+
+
+def api_page(package: str, about: str) -> str:
+    """The page of one package: tables of its classes, functions and tables of names."""
+    module = importlib.import_module(package)
+    kinds: dict[str, list[str]] = {"Classes": [], "Functions": [], "Values": []}
+    for name in names_of(package):
+        one = getattr(module, name)
+        kinds["Classes" if inspect.isclass(one) else "Functions" if callable(one) else "Values"].append(name)
+    # a page that lists names described elsewhere has no module of its own to look in
+    current = "" if package == "toppling" else f".. currentmodule:: {package}\n"
+    parts = [f"{package}\n{'=' * len(package)}\n\n{about.replace('`', '``')}\n\n{current}"]
+    for title, names in kinds.items():
+        if not names:
+            continue
+        if package == "toppling":  # described where they are made
+            rows = "".join(f"   ~{home_of(name)}.{name}\n" for name in names if home_of(name))
+            parts.append(f"{title}\n{'-' * len(title)}\n\n.. autosummary::\n\n{rows}" if rows else "")
+            continue
+        rows = "".join(f"   {name}\n" for name in names)
+        if title == "Values":
+            parts.append(
+                f"{title}\n{'-' * len(title)}\n\n" + "".join(f".. autodata:: {n}\n   :no-value:\n\n" for n in names)
+            )
+        else:
+            parts.append(f"{title}\n{'-' * len(title)}\n\n.. autosummary::\n   :toctree: objects\n\n{rows}")
+    return "\n".join(parts)
+
+
+def study_file_page() -> str:
+    """Every key of a study file: from the schema."""
+    if importlib.util.find_spec("toppling.studies.reference") is None:
+        return "# Study files: every key\n\n[Study files](../study.md) lists them.\n"
+    key_reference = importlib.import_module("toppling.studies.reference").key_reference
+    head = (
+        "# Study files: every key\n\nMade from the schema that reads study files, so that page and program cannot "
+        "differ. [Study files](../study.md) explains them with examples.\n\n"
+    )
+    return head + key_reference().replace("\n### ", "\n## ").replace("### Top", "## Top", 1)
+
+
+def write(docs: Path) -> None:
+    """Write every made page under `docs`/_made, where it is new or another."""
+    pages = {"study-file.md": study_file_page()}
+    for package, about in {**PACKAGES, **MODULES}.items():
+        pages[f"api/{package}.rst"] = api_page(package, about)
+    for name, text in pages.items():
+        path = docs / "_made" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")

@@ -1,0 +1,248 @@
+"""What a frame of a film shows: the block on its floor, to scale, above its rotation over time.
+
+Everything that stays is drawn once; a frame draws what moves on top of it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import textwrap
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon, Rectangle
+
+from ..models import Block
+from ..units import STANDARD_GRAVITY
+from .frames import FLAT, Frames, Values, corners, placed
+from .movies import Pixels
+from .plots import COLOURS, model_name
+from .plots_response import HIGHEST
+
+INK, STRONG, FALLING = "#000000", COLOURS[0], COLOURS[1]
+FACE, FALLING_FACE, FLOOR, PAPER = "#CCE3F0", "#F7DFCC", "#B5B5B5", "#FFFFFF"
+INCHES = 4.8
+"""Side of the figure: at 480 pixels letters of 11 points are 15 pixels high, 12 on a telephone."""
+FAR = 1.0
+"""Floor displacements over the block's larger size beyond which the view goes with the floor."""
+WIDTH = 56  # letters of a line
+BELOW, ABOVE = 0.20, 0.17  # of the view: floor and ruler, words
+
+
+def _blend(one: str, other: str, steps: int) -> list[str]:
+    """Colours from one to another, as the edges of what is drawn have them."""
+    first, last = np.array(to_rgb(one)), np.array(to_rgb(other))
+    return [to_hex(first + (last - first) * i / (steps - 1)).upper() for i in range(steps)]
+
+
+PALETTE = tuple(
+    dict.fromkeys(
+        [
+            *_blend(INK, PAPER, 24),
+            *_blend(STRONG, PAPER, 10),
+            *_blend(FALLING, PAPER, 10),
+            *_blend(STRONG, FALLING, 6),
+            *_blend(STRONG, INK, 5),
+            *_blend(FALLING, INK, 5),
+            *_blend(STRONG, FACE, 5),
+            *_blend(FALLING, FALLING_FACE, 5),
+            *_blend(INK, FACE, 5),
+            *_blend(INK, FALLING_FACE, 5),
+            *_blend(STRONG, FLOOR, 3),
+            *_blend(FALLING, FLOOR, 3),
+            FLOOR,
+        ]
+    )
+)
+"""All colours of a frame and what lies between two that meet: for films that have few."""
+
+
+class Scene:
+    """The frames of one film, `pixels` wide and high."""
+
+    def __init__(self, response: xr.Dataset, block: Block, frames: Frames, pixels: int) -> None:
+        self._block, self._frames = block, frames
+        self._alpha = block.alpha
+        options = json.loads(response.attrs["configuration"])["model"]
+        # in its elastic zone a block stands; without one it is upright or not
+        self._zone = float(options.get("delta") or 1e-9) * block.alpha
+        moved = frames.displacement
+        self._follows = float(np.ptp(moved)) > FAR * max(block.width, block.height)
+        self._figure = Figure(figsize=(INCHES, INCHES), dpi=pixels / INCHES, facecolor=PAPER)
+        self._canvas = FigureCanvasAgg(self._figure)
+        self._figure.text(0.5, 0.985, _heading(response, block), ha="center", va="top", fontsize=9.5, linespacing=1.25)
+        self._moving: list[tuple[Any, Artist]] = []
+        self._stage()
+        self._history(response)
+        self._canvas.draw()  # type: ignore[no-untyped-call]
+        self._still = self._canvas.copy_from_bbox(self._figure.bbox)  # type: ignore[no-untyped-call]
+
+    def close(self) -> None:
+        """Let the figure go."""
+        self._figure.clear()
+
+    def frame(self, i: int) -> Pixels:
+        """Frame `i` as RGB, shape (pixels, pixels, 3)."""
+        self._place(i)
+        self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
+        for ax, artist in self._moving:
+            ax.draw_artist(artist)
+        pixels = self._canvas.buffer_rgba()  # type: ignore[no-untyped-call]
+        return np.asarray(pixels)[..., :3].copy()
+
+    def _stage(self) -> None:
+        """The upper part: floor, block, words."""
+        ax = self._figure.add_axes((0.02, 0.385, 0.96, 0.495))
+        left, right, top = self._view()
+        # as large as the widest and the highest moment allow
+        box = ax.get_window_extent()
+        scale = min(box.width / (right - left), box.height * (1.0 - BELOW - ABOVE) / top)
+        half, high = 0.5 * box.width / scale, box.height / scale
+        middle = 0.5 * (left + right)
+        ax.set_xlim(middle - half, middle + half)
+        ax.set_ylim(-BELOW * high, (1.0 - BELOW) * high)
+        ax.set_axis_off()
+        self._stage_ax, self._middle, self._half = ax, middle, half
+        step = _round_step(2.0 * half)
+        self._step, self._depth = step, 0.045 * high
+        ax.add_patch(Rectangle((middle - half, -self._depth), 2.0 * half, self._depth, facecolor=FLOOR, lw=0.0))
+        ax.plot([middle - half, middle + half], [0.0, 0.0], color=INK, lw=1.0)
+
+        # marks on the floor move with it, those below stay with the earth
+        self._marks = self._add(ax, ax.plot([], [], color=INK, lw=1.0)[0])
+        self._earth = self._add(ax, ax.plot([], [], color="#6F6F6F", lw=1.0)[0])
+        # a scale bar, one step long
+        bar, at = -0.105 * high, middle + half * 0.94
+        ax.plot([at - step, at], [bar, bar], color=INK, lw=2.0, solid_capstyle="butt")
+        ax.text(at - 0.5 * step, bar - 0.02 * high, _length(step), ha="center", va="top", fontsize=9.0)
+        self._moved = self._add(ax, ax.text(middle - half * 0.96, -0.09 * high, "", va="top", fontsize=9.0))
+
+        self._ghost = self._add(ax, Polygon([[0.0, 0.0]] * 4, fill=False, edgecolor="#9A9A9A", lw=1.0, ls="dotted"))
+        self._body = self._add(ax, Polygon([[0.0, 0.0]] * 4, facecolor=FACE, edgecolor=STRONG, lw=1.8))
+        for patch in (self._ghost, self._body):
+            ax.add_patch(patch)
+        self._centre = self._add(ax, ax.plot([], [], "o", color=INK, ms=4.0)[0])
+        self._corner = self._add(ax, ax.plot([], [], "o", color=FALLING, ms=6.0, mew=0.0)[0])
+        words: dict[str, Any] = {"transform": ax.transAxes, "va": "top", "fontsize": 11.0}
+        self._clock = self._add(ax, ax.text(0.02, 0.985, "", **words))
+        self._state = self._add(ax, ax.text(0.98, 0.985, "", ha="right", **words))
+
+    def _history(self, response: xr.Dataset) -> None:
+        """The lower part: rotation over slenderness, with a marker that moves."""
+        ax = self._figure.add_axes((0.145, 0.105, 0.825, 0.255))
+        self._x = self._frames.rotation / self._alpha
+        time = response["time"].values
+        shown = np.abs(response["rotation"].values) < FLAT
+        share = response["rotation"].values / self._alpha
+        most = float(np.abs(np.concatenate([share[shown], self._x])).max(initial=0.0))
+        self._limit = min(max(1.15 * most, 0.02), HIGHEST)
+        first, last = float(self._frames.time[0]), float(self._frames.time[-1])
+        ax.set_xlim(first, max(last, first + 1e-3))
+        ax.set_ylim(-self._limit, self._limit)
+        ax.plot(time[shown], share[shown], color="#9A9A9A", lw=0.8)
+        self._past = self._add(ax, ax.plot([], [], color=STRONG, lw=1.4)[0])
+        self._point = self._add(ax, ax.plot([], [], "o", color=FALLING, ms=7.0, mew=0.0, clip_on=False)[0])
+        self._curve = (time[shown], share[shown])
+        if self._limit > 1.0:
+            for side in (-1.0, 1.0):
+                ax.axhline(side, color=INK, lw=0.8, ls=(0, (4, 3)))
+            ax.text(0.995, 1.03, "balance", transform=ax.get_yaxis_transform(), ha="right", va="bottom", fontsize=9.0)
+        ax.set_xlabel("time (s)", fontsize=10.0, labelpad=1.0)
+        ax.set_ylabel("rotation θ/α", fontsize=10.0, labelpad=1.0)
+        ax.tick_params(labelsize=9.0)
+        ax.locator_params(axis="y", nbins=5)
+        ax.grid(alpha=0.25, lw=0.6)
+        ax.spines[["top", "right"]].set_visible(False)
+
+    def _add(self, ax: Any, artist: Any) -> Any:
+        artist.set_animated(True)
+        self._moving.append((ax, artist))
+        return artist
+
+    def _view(self) -> tuple[float, float, float]:
+        """Left, right and top of all that the block ever covers, in the frame that the view is fixed to, m."""
+        floor = np.zeros_like(self._frames.displacement) if self._follows else self._frames.displacement
+        moments = np.unique(np.column_stack([self._frames.rotation, floor]), axis=0)
+        every = np.concatenate([corners(self._block, theta, u) for theta, u in moments.tolist()])
+        # (upright at both ends of the floor's way too: the ghost is seen)
+        ends = np.array([floor.min() - self._block.b, floor.max() + self._block.b])
+        x = np.concatenate([every[:, 0], ends])
+        room = 0.06 * max(self._block.width, self._block.height)
+        return float(x.min()) - room, float(x.max()) + room, max(float(every[:, 1].max()), self._block.height)
+
+    def _place(self, i: int) -> None:
+        """Move what moves to where it is in frame `i`."""
+        frames, block = self._frames, self._block
+        theta, time, moved = float(frames.rotation[i]), float(frames.time[i]), float(frames.displacement[i])
+        floor = 0.0 if self._follows else moved
+        earth = -moved if self._follows else 0.0
+        self._ghost.set_xy(corners(block, 0.0, floor))
+        self._body.set_xy(corners(block, theta, floor))
+        past = abs(theta) > self._alpha
+        self._body.set_facecolor(FALLING_FACE if past else FACE)
+        self._body.set_edgecolor(FALLING if past else STRONG)
+        self._centre.set_data(*placed(block, theta, floor, np.array([[0.0, block.h]])).T)
+        turns = abs(theta) > self._zone
+        self._corner.set_data([floor + math.copysign(block.b, theta)] if turns else [], [0.0] if turns else [])
+        self._marks.set_data(*self._ticks(floor, -0.15 * self._depth, -0.85 * self._depth))
+        self._earth.set_data(*self._ticks(earth, -self._depth, -1.6 * self._depth))
+        speed = "" if frames.speed == 1.0 else f"  (speed {frames.speed:g})"
+        self._clock.set_text(f"{time:.2f} s{speed}")
+        self._state.set_text(self._words(i))
+        self._moved.set_text(f"floor {_signed(moved)}{', view moves with it' if self._follows else ''}")
+        curve, share = self._curve
+        seen = curve <= time
+        self._past.set_data(curve[seen], share[seen])
+        self._point.set_data([time], [min(max(float(self._x[i]), -self._limit), self._limit)])
+
+    def _words(self, i: int) -> str:
+        """What the block does in frame `i`."""
+        theta = abs(float(self._frames.rotation[i]))
+        if theta >= FLAT:
+            return "overturned: the model ends here"
+        if self._frames.drawn[i]:
+            return "record over: a drawn fall"
+        if theta > self._alpha:
+            return "past its balance"
+        return "rocks" if theta > self._zone else "stands"
+
+    def _ticks(self, origin: float, upper: float, lower: float) -> tuple[Values, Values]:
+        """Short upright lines every step from an origin, as far as the view goes."""
+        left, right = self._middle - self._half, self._middle + self._half
+        at = np.arange(math.ceil((left - origin) / self._step), math.floor((right - origin) / self._step) + 1)
+        x = origin + self._step * at
+        return np.repeat(x, 3), np.tile([upper, lower, np.nan], x.size)
+
+
+def _heading(response: xr.Dataset, block: Block) -> str:
+    """Block, law and motion in three lines."""
+    pga = float(np.abs(response["floor_acceleration"].values).max()) / STANDARD_GRAVITY
+    name = str(response.attrs["block"])
+    sizes = f"{block.width:.3g} m × {block.height:.3g} m, α = {block.alpha:.3g} rad"
+    lines = (
+        sizes if name.startswith("alpha=") else f"{name}: {sizes}",  # (without a name a block is called by its sizes)
+        model_name(str(response.attrs["model"])),
+        f"{response.attrs.get('motion', 'no shaking')}, PGA {pga:.2f} g",
+    )
+    return "\n".join(textwrap.shorten(line, WIDTH, placeholder=" …") for line in lines)
+
+
+def _round_step(span: float) -> float:
+    """A length of 1, 2 or 5 times a power of ten, some six in the view."""
+    power = 10.0 ** math.floor(math.log10(span / 6.0))
+    return next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= span / 6.0)
+
+
+def _length(metres: float) -> str:
+    return f"{metres:g} m" if metres >= 1.0 else f"{100.0 * metres:g} cm"
+
+
+def _signed(metres: float) -> str:
+    text = f"{metres:+.2f} m" if abs(metres) >= 1.0 else f"{100.0 * metres:+.1f} cm"
+    return text.replace("-", "−")
