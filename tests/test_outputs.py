@@ -19,7 +19,8 @@ SMALLER = (
 )
 """What makes an example small: the kinds of its results stay."""
 EVERY_OUTPUT = (
-    'outputs = ["uplifted", "impacts", "overturning_time", "impact_velocity", "direction", "top_displacement"]\n'
+    'outputs = ["peak_rotation", "uplifted", "impacts", "overturning_time", "impact_velocity", "direction", '
+    '"top_displacement"]\n'
 )
 FIT = "[fit]\nfractiles = [0.1]\nreplicates = 100\n"
 YEAR = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "m/s"\n'
@@ -32,6 +33,7 @@ STUDIES = {
     "isotonic": ("stripes", "", '[fit]\nform = "isotonic"\nreplicates = 100\n'),
     "uncertainty": ("uncertainty", "", YEAR + FIT),
     "clinic": ("clinic", "", ""),
+    "sensitivity": ("sensitivity_delta", "", ""),
 }
 """Examples by name, with what is put before and after their text."""
 
@@ -46,6 +48,8 @@ def results(tmp_path_factory):
         text = (EXAMPLES / f"{example}.toml").read_text(encoding="utf-8")
         for pattern, smaller in SMALLER:
             text = re.sub(pattern, smaller, text)
+        if name == "sensitivity":  # has no Morris screening, and many laws at many values
+            text = re.sub(r"values = \[1e-4.*\]", "values = [1e-3, 0.05]", text.replace("\nmorris = 2", ""))
         (folder / f"{name}.toml").write_text(f"{before}{text}{after}", encoding="utf-8")
         study = tp.Study.from_toml(folder / f"{name}.toml")
         data = study.run()
@@ -55,11 +59,12 @@ def results(tmp_path_factory):
     return found
 
 
-TABLES = ("runs", "curves", "year", "measures", "samples", "given", "annual", "ranking", "standing", "screen")
+TABLES = ("runs", "curves", "year", "measures", "samples", "varied", "given", "annual", "ranking", "standing", "screen")
 """The page's tables in their order."""
 OF_KIND = {
     "fragility": ("runs", "curves", "year", "measures", "standing", "screen"),
     "uncertainty": ("samples", "curves", "year", "standing"),
+    "sensitivity": ("varied",),
     "performance": ("given", "annual", "ranking", "standing"),
 }
 UNITS = {
