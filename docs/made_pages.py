@@ -24,6 +24,7 @@ MODULES = {
     "toppling.models.friction": "The friction that a block needs so that it does not slide, and what a floor may have.",
     "toppling.fragility.published": "Published overturning criteria as curves.",
     "toppling.studies.plot": "Figures of results: `tp.plot`.",
+    "toppling.studies.animate": "The film of one block: `tp.animate`.",
 }
 """Modules beside the packages that pages of this site refer to."""
 
@@ -39,11 +40,10 @@ def names_of(package: str) -> list[str]:
 
 
 def home_of(name: str) -> str | None:
-    """The package whose page describes a name of `toppling`; None of one that is none of theirs."""
+    """The package or module whose page describes a name of `toppling`; None of one that is none of theirs."""
     one = getattr(importlib.import_module("toppling"), name)
-    return next(
-        (p for p in PACKAGES if p != "toppling" and getattr(importlib.import_module(p), name, None) is one), None
-    )
+    places = [place for place in (*PACKAGES, *MODULES) if place != "toppling"]
+    return next((place for place in places if getattr(importlib.import_module(place), name, None) is one), None)
 
 
 def api_page(package: str, about: str) -> str:

@@ -23,7 +23,7 @@ from .include import read_content
 from .motion_tables import BuildingTable, MotionsTable
 from .refusals import said
 from .sensitivity_tables import SensitivityTable
-from .size import refuse_samples
+from .size import refuse_factors, refuse_samples
 from .tables import Located, Said, StudyError, Table, one_of
 from .uncertainty_tables import UncertaintyTable
 
@@ -227,6 +227,8 @@ class StudyFile(Table):
         """The analysis with its motions; ValueError where they do not go together."""
         levels = self._levels()  # what is wrong with them is said before motions are made
         sets = self.shaking(folder)
+        if self.ida is not None:
+            refuse_factors(levels.size * sum(array.size // array.sizes["time"] for array in sets[0].motions))
         if self.stripes is not None:
             ground = tuple(one.ground for one in sets) if self.stripes.im_at == "ground" else ()
             return Stripes(tuple(one.motions for one in sets), ground, self.stripes.im, levels, self.stripes.scale)

@@ -19,6 +19,15 @@ def refuse_samples(samples: float, what: str) -> None:
         )
 
 
+def refuse_factors(factors: int) -> None:
+    """ValueError where motions at levels are too many to be planned."""
+    if factors > MOST_NUMBERS:
+        raise ValueError(
+            f"motions at levels are {_shown(factors)}, allowed are {MOST_NUMBERS:,}: fewer motions or levels, or "
+            "several studies"
+        )
+
+
 def refuse_results(runs: int, each: int) -> None:
     """ValueError where a study asks for more runs, of so many bytes each, than results can hold."""
     if runs * each > MOST_RESULTS:

@@ -84,6 +84,7 @@ def expected(tmp_path_factory):
     return (folder / "results.nc").read_bytes()
 
 
+@pytest.mark.slow
 def test_two_workers_give_the_same_bytes(machines, study, tmp_path, expected):
     machines.add_worker()
     machines.add_worker()
@@ -92,6 +93,7 @@ def test_two_workers_give_the_same_bytes(machines, study, tmp_path, expected):
     assert (tmp_path / "out" / "results.nc").read_bytes() == expected
 
 
+@pytest.mark.slow
 def test_a_killed_worker_changes_nothing(machines, study, tmp_path, expected):
     machines.add_worker()
     machines.add_worker()
@@ -102,6 +104,7 @@ def test_a_killed_worker_changes_nothing(machines, study, tmp_path, expected):
     assert (tmp_path / "out" / "results.nc").read_bytes() == expected
 
 
+@pytest.mark.slow
 def test_a_killed_scheduler_is_said_and_a_rerun_goes_on(machines, study, tmp_path, expected):
     machines.add_worker()
     with begun(study, tmp_path / "out", "--scheduler", machines.address) as process:
@@ -120,6 +123,7 @@ def test_a_killed_scheduler_is_said_and_a_rerun_goes_on(machines, study, tmp_pat
     assert (tmp_path / "out" / "results.nc").read_bytes() == expected
 
 
+@pytest.mark.slow
 def test_interrupt_on_a_cluster(machines, study, tmp_path):
     machines.add_worker()
     with begun(study, tmp_path / "out", "--scheduler", machines.address) as process:
@@ -129,6 +133,7 @@ def test_interrupt_on_a_cluster(machines, study, tmp_path):
     assert "runs kept in" in error
 
 
+@pytest.mark.slow
 def test_a_worker_of_another_version_is_refused(machines, study, tmp_path):
     (tmp_path / "other.py").write_text(OTHER)
     machines.add_worker()

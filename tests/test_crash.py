@@ -38,7 +38,8 @@ def uninterrupted(tmp_path_factory):
     return (folder / "out" / "results.nc").read_bytes(), time.monotonic() - started
 
 
-@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3, 4))])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_killed_at_random_moments(study, tmp_path, uninterrupted, seed):
     """SIGKILL, five times in a row at random moments of the computing; then the same command gives the same bytes."""
     expected, seconds = uninterrupted
@@ -82,6 +83,7 @@ def test_interrupted_by_a_person(study, tmp_path, uninterrupted):
     assert (tmp_path / "out" / "results.nc").read_bytes() == uninterrupted[0]
 
 
+@pytest.mark.slow
 def test_full_disk(study, tmp_path, uninterrupted):
     """A limit on the size of files stands for a full disk: one sentence, exit code 2; with room again it goes on."""
     resource = pytest.importorskip("resource")

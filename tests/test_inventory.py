@@ -231,7 +231,7 @@ def test_any_mutation_is_an_inventory_or_an_inventory_error(tmp_path):
             assert found.pieces >= len(found)
         slowest = max(slowest, time.perf_counter() - before)
     assert 500 < refused < 1990
-    assert slowest < 1.0
+    assert slowest < 10.0  # (a hang takes longer)
     assert time.perf_counter() - start < 60.0
 
 

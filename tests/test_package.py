@@ -75,6 +75,7 @@ class TestWheel:
         assert names == modules | data | examples
         assert any(n.endswith("licenses/LICENSE") for n in zipfile.ZipFile(wheel).namelist())
 
+    @pytest.mark.slow
     def test_imports_and_runs_elsewhere(self, built):
         """Every module imports from the installed wheel, and a study runs there, far from the sources."""
         folder, wheel, _ = built

@@ -263,7 +263,7 @@ MESSAGES = [
         SMALL.replace("values = [0.1, 0.2]", "from = 0.1, to = 1.0, number = 100000").replace(
             "number = 2", "number = 9001"
         ),
-        "the study asks for 900,100,000 runs of 9 bytes each, allowed are 8,000,000,000 bytes",
+        "motions at levels are 900,100,000, allowed are 500,000,000",
     ),
 ]
 
