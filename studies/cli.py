@@ -10,7 +10,7 @@ import logging
 import sys
 from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 from cyclopts.exceptions import CycloptsError
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 EXIT_FAILED = 1
 EXIT_INPUT = 2
 EXIT_INTERRUPTED = 130
-COMMANDS = ("run", "status", "simulate", "motions", "catalogue", "bench", "export", "schema")
+COMMANDS = ("run", "status", "simulate", "motions", "catalogue", "bench", "export", "report", "schema")
 
 app = App(
     name="toppling",
@@ -359,6 +359,33 @@ def export(
     lines += [f"no estimate ({reason}): {name}" for name, reason in written.missing.items()]
     lines += [f"written: {path}" for path in written.paths]
     console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
+
+
+@app.command
+def report(
+    result: Path,
+    *,
+    format_: Annotated[
+        Literal["html", "pdf", "md"],
+        Parameter(name="--format", help="html (one file that holds everything), pdf (needs Chromium), md (and PNGs)."),
+    ] = "html",
+    out: Annotated[
+        Path | None, Parameter(help="The file, or a folder for it; report.html beside the results where not given.")
+    ] = None,
+) -> None:
+    """Write a report of a study's results: the answer, figures, tables, method, assumptions, validity, provenance.
+
+    Parameters
+    ----------
+    result
+        The results (results.nc).
+    """
+    from .report import write_report  # noqa: PLC0415 - jinja2 and matplotlib
+
+    console = _console()
+    with console.status("drawing the figures"):
+        written = write_report(result, out, format_)
+    say(console, *(f"written: {path}" for path in written))
 
 
 @app.command

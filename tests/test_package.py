@@ -72,7 +72,9 @@ class TestWheel:
         data = {"toppling/models/catalogue.csv", "toppling/motions/example.AT2", "toppling/benchmarks/truth.nc"}
         data |= {"toppling/fragility/published.csv"}
         examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.*")}
-        assert names == modules | data | examples
+        templates = {f"toppling/studies/templates/{p.name}" for p in (ROOT / "studies/templates").glob("*.j2")}
+        assert names == modules | data | examples | templates
+        assert templates
         assert any(n.endswith("licenses/LICENSE") for n in zipfile.ZipFile(wheel).namelist())
 
     @pytest.mark.slow

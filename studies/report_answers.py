@@ -1,0 +1,338 @@
+"""What a report says first: the question of a study, and its answer in sentences made from the results.
+
+No sentence without its interval: where there is none it says so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..fragility.states import OVERTURNED, state_name
+from .assessment_rows import annual_rows, level_rows, objective_unit, ranking_rows
+from .curve_notes import verb_of
+from .estimates import middle_level
+from .performance_study import ranking_of
+from .rows import Rows
+from .sensitivity_claims import FAILS, HOLDS, OPEN
+from .sensitivity_rows import GREEK, claims_of
+from .words import axis_of, display_unit, floor_name, in_years, input_name
+
+MOST_SAID = 12
+"""Blocks that the answer speaks of: of more it names the weakest."""
+REFERENCE_LAW = "housner"
+VERDICTS = {HOLDS: ("holds", "hold"), FAILS: ("does not hold", "do not hold"), OPEN: ("is open", "are open")}
+
+
+class Answer(NamedTuple):
+    """A study's question, and what it found: the most important sentence first."""
+
+    question: str
+    sentences: list[str]
+
+
+def answer(results: xr.Dataset) -> Answer:
+    """What a study was asked, and what it found."""
+    return _ANSWERS[str(results.attrs["kind"])](results)
+
+
+def reference_law(results: xr.Dataset) -> tuple[int, bool]:
+    """Which law the answer is of, and whether it is the field's reference (else the first)."""
+    law = results.coords.get("law")
+    if law is not None and law.dims == ("model",):
+        found = np.flatnonzero(law.values == REFERENCE_LAW)
+        if found.size:
+            return int(found[0]), True
+    return 0, False
+
+
+def _fragility(results: xr.Dataset) -> Answer:
+    verb = verb_of(str(results.attrs.get("state", state_name(OVERTURNED))))
+    cases = list(product(range(results.sizes["block"]), _floors(results)))
+    question = f"How strong must shaking be until each of these {_blocks(results)} {verb}"
+    if results.sizes["block"] == 1:
+        question = f"How strong must shaking be until this block {verb}"
+    question += ", and how often is that?" if "rate" in results else "?"
+    at, _ = reference_law(results)
+    said = []
+    if len(cases) > MOST_SAID:
+        medians = [_at(results, i, k)["median"].isel(model=at).item() for i, (k, _) in cases]
+        cases = [cases[i] for i in np.argsort(medians, kind="stable")[:MOST_SAID]]
+        said = [f"The {MOST_SAID} that fall first of {len(medians)}; the tables hold all."]
+    for i, (k, floor) in cases:
+        here = _at(results, i, k)
+        where = "" if floor is None else f", {floor_name(floor)},"
+        text = f"{results['block'].values[i]}{where} {curve_sentence(here, verb, axis_of(results))}"
+        if "rate" in here:
+            text += f" {_rate_sentence(here, float(results.attrs['years']))}"
+        said.append(text)
+    if "size_along" in results.attrs:
+        said.extend(_size_sentences(results))
+    return Answer(question, said)
+
+
+def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
+    """What the curves of one block say: the median under the reference law with its interval, and those of the others.
+
+    Parameters
+    ----------
+    here : xarray.Dataset
+        Curves on model alone.
+    verb : str
+        What the block does.
+    axis : xarray.DataArray
+        The measure of the levels.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> curves = xr.Dataset(
+    ...     {"median": ("model", [4.0, 2.0]), "median_lower": ("model", [3.6, 1.9]),
+    ...      "median_upper": ("model", [4.4, 2.2]), "status": ("model", ["ok", "ok"])},
+    ...     {"model": ["rigid", "soft"], "law": ("model", ["housner", "discrete"])},
+    ...     {"confidence": 0.95},
+    ... )
+    >>> level = xr.DataArray([0.5, 8.0], attrs={"units": "m s-1", "long_name": "peak ground velocity"})
+    >>> curve_sentence(curves, "overturns", level)  # doctest: +NORMALIZE_WHITESPACE
+    'overturns with a probability of 50 % at a peak ground velocity of 4.00 m/s (95 % interval 3.60–4.40) under rigid,
+    the reference law. The other law puts it at 2.00 m/s: a factor of 2 between laws.'
+    """
+    at, known = reference_law(here)
+    law = f"under {here['model'].values[at]}" + (", the reference law" if known else "")
+    one = here.isel(model=at)
+    median = float(one["median"])
+    scale, unit = display_unit(axis)
+    unit = f" {unit}" if unit else ""
+    if not np.isfinite(median):
+        text = f"has no median {law}: {one['status'].item()}."
+    else:
+        lower, upper = (float(one[f"median_{end}"]) / scale for end in ("lower", "upper"))
+        percent = f"{100.0 * float(here.attrs['confidence']):g} %"
+        interval = (
+            f"({percent} interval {three(lower)}–{three(upper)})" if not np.isnan(lower + upper) else "(no interval)"
+        )
+        measure = axis.attrs.get("long_name", "level")
+        article = "an" if measure[:1].lower() in "aeiou" else "a"
+        once = " once it has uplifted" if here.attrs.get("form") == "uplift-lognormal" else ""
+        text = (
+            f"{verb} with a probability of 50 %{once} at {article} {measure} of {three(median / scale)}{unit} "
+            f"{interval} {law}."
+        )
+        outside = "above the highest" if median > float(axis.max()) else "below the lowest"
+        if not float(axis.min()) <= median <= float(axis.max()):
+            text += f" That is {outside} shaking that was run: an extrapolation."
+    others = np.delete(here["median"].values.astype(float), at) / scale
+    found = others[np.isfinite(others)]
+    if found.size:
+        low, high = found.min(), found.max()
+        ends = three(high) if three(low) == three(high) else f"{three(low)} to {three(high)}"
+        them = "law puts" if others.size == 1 else f"{others.size} laws put"
+        every = [*found, median / scale] if np.isfinite(median) else [*found]
+        ratio = f"{max(every) / min(every):.2g}"
+        apart = f": a factor of {ratio} between laws" if ratio != "1" else ""
+        text += f" The other {them} it at {ends}{unit}{apart}."
+        if found.size < others.size:
+            text += f" ({others.size - found.size} of them have no median.)"
+    elif others.size:
+        text += " No other law has a median."
+    return text
+
+
+def _rate_sentence(here: xr.Dataset, years: float) -> str:
+    """How often a year, by the reference law and by the others."""
+    at, _ = reference_law(here)
+    one = here.isel(model=at)
+    rate = float(one["rate"])
+    if not np.isfinite(rate):
+        return "Without a curve there is no annual rate."
+    lower, upper = (float(one[f"rate_{end}"]) for end in ("lower", "upper"))
+    interval = (
+        "whose interval has no width (see the notes)"
+        if lower == upper
+        else f"{in_years(upper)}–{in_years(lower)}"
+        if np.isfinite(lower + upper)
+        else "no interval"
+    )
+    chance = f"{100.0 * float(one['risk_probability']):.2g} % in {years:g} years"
+    text = f"With the hazard curve given that is once in {in_years(rate)} years ({interval}), {chance}"
+    others = np.delete(here["rate"].values.astype(float), at)
+    others = others[np.isfinite(others)]
+    if others.size:
+        often, seldom = in_years(others.max()), in_years(others.min())
+        text += (
+            f"; by the other law{'s' if others.size > 1 else ''} once in {often}"
+            + (f" to {seldom}" if seldom != often else "")
+            + " years"
+        )
+    return f"{text}."
+
+
+def _size_sentences(results: xr.Dataset) -> Iterator[str]:
+    along = str(results.attrs["size_along"])
+    name = f"size_{along}"
+    units = results[name].attrs["units"].replace("1", "")
+    at, _ = reference_law(results)
+    target = f"{100.0 * float(results.attrs['size_probability']):.3g} % in {float(results.attrs['years']):g} years"
+    floors = list(enumerate(results["floor"].values)) if "floor" in results[name].dims else [(0, None)]
+    for k, floor in floors:
+        one = results.isel(model=at) if floor is None else results.isel(model=at, floor=k)
+        where = "" if floor is None else f" on {floor_name(floor)}"
+        found = float(one[name])
+        if np.isfinite(found):
+            low, high = (float(one[f"{name}_{end}"]) for end in ("lower", "upper"))
+            interval = f"{three(low)}–{three(high)}" if not np.isnan(low + high) else "no interval"
+            yield f"A {along} of {three(found)} {units} ({interval}) meets {target}{where} under {one['model'].item()}."
+        else:
+            yield f"No {along} was found that meets {target}{where}: {one['size_status'].item()}."
+
+
+def _uncertainty(results: xr.Dataset) -> Answer:
+    question = (
+        "How strong must shaking be until this block overturns"
+        if results.sizes["block"] == 1
+        else f"How strong must shaking be until each of these {_blocks(results)} overturns"
+    )
+    question += " when its size, restitution and law are not known exactly, and what matters most?"
+    at, _ = reference_law(results)
+    scale, unit = display_unit(results["level"])
+    said = []
+    for i in range(min(results.sizes["block"], MOST_SAID)):
+        here = results.isel(block=i)
+        text = f"{results['block'].values[i]} {curve_sentence(here, 'overturns', results['level'])}"
+        own = here["sample_median"].isel(model=at).values / scale
+        if np.isfinite(own).any():
+            low, high = np.nanquantile(own, [0.05, 0.95])
+            text += (
+                f" Of the blocks that it may be, 90 % have a median between {three(low)} and {three(high)}"
+                f"{f' {unit}' if unit else ''}."
+            )
+        if "rate" in here:
+            text += f" {_rate_sentence(here, float(results.attrs['years']))}"
+        text += f" {_largest_share(here)}"
+        said.append(text)
+    return Answer(question, said)
+
+
+def _largest_share(here: xr.Dataset) -> str:
+    known = "capacity_share" in here
+    share = here["capacity_share"] if known else here["flag_share"].isel(level=middle_level(here["probability"]))
+    if not np.isfinite(share.values).any():
+        return "Where the scatter comes from could not be told."
+    first = int(np.nanargmax(share.values))
+    name = " × ".join(input_name(part) for part in str(here["component"].values[first]).split(" × "))
+    together = ", what they do together," if " × " in name else ""
+    what = "the logarithm of its capacity" if known else "its verdict where that is least certain"
+    return f"The largest part of the variance of {what}, {100.0 * float(share[first]):.0f} %, is {name}{together}."
+
+
+def _performance(results: xr.Dataset) -> Answer:
+    yearly = "annual_number" in results
+    question = "What falls in this building " + ("in a year" if yearly else "at this shaking")
+    question += ", what does that mean, and what should be anchored first?"
+    at, known = reference_law(results)
+    labels = [str(one) for one in results["model"].values]
+    said = []
+    for model in (labels[at], *(one for i, one in enumerate(labels) if i != at))[:MOST_SAID]:
+        level = None if yearly else float(results.attrs["at_level"])
+        rows = annual_rows(results, model) if level is None else level_rows(results, level, model)
+        law = f"under {model}" + (", the reference law" if known and model == labels[at] else "")
+        said.append(_whole_building(rows, law, results))
+        if model == labels[at]:
+            said.extend(_first_to_anchor(results, model))
+    return Answer(question, said)
+
+
+def _whole_building(rows: Rows, law: str, results: xr.Dataset) -> str:
+    """The first row of a table, the whole building, as a sentence; no figure is written anew."""
+    if not rows.rows:
+        return f"Nothing is known {law}."
+    found = dict(zip(rows.headings, rows.rows[0], strict=True))
+    percent = f"{100.0 * float(results.attrs['confidence']):g} % intervals in brackets"
+    currency = str(results.attrs.get("currency", ""))
+    money = f" {currency}" if currency else ""
+    if "overturned a year" in found:
+        text = f"Of {found['pieces']} pieces that can fall {found['overturned a year']} overturn in a mean year"
+        if "lost a year" in found:
+            text += f", a loss of {found['lost a year']}{money}"
+        often = found["anything falls, once in"]
+        text += f"; nothing ever falls {law}" if often == "–" else f"; something falls once in {often} {law}"
+    else:
+        text = (
+            f"{rows.title.partition(',')[0]}, of {found['pieces']} pieces that can fall {found['overturned']} overturn"
+        )
+        if "lost" in found:
+            text += f", a loss of {found['lost']}{money}"
+        chance = "0 %" if found["anything falls"] == "–" else found["anything falls"]
+        text += f"; the probability that anything falls is {chance} {law}"
+    return f"{text} ({percent})."
+
+
+def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
+    ranking = ranking_of(results)
+    rows = ranking_rows(ranking, model, most=1)
+    _, unit = objective_unit(ranking)
+    for row in rows.rows:
+        found = dict(zip((heading.partition(",")[0] for heading in rows.headings), row, strict=True))
+        share = "" if found["share"] == "–" else f" ({found['share']} of all there is to save)"
+        place = found["rank"].partition(" ")[2].strip("()")
+        sure = f"; its place in the ranking may be {place}" if place else "; no resample puts it elsewhere"
+        yield (
+            f"Anchor {found['item']} on {floor_name(found['floor'])} first: of the {ranking.attrs['objective_text']} "
+            f"that saves {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."
+        )
+
+
+def _sensitivity(results: xr.Dataset) -> Answer:
+    symbol = GREEK[str(results.attrs["parameter"])]
+    claims = claims_of(results)
+    verdicts = [one.verdict for one in claims]
+    counts = [(verdicts.count(one), *words) for one, words in VERDICTS.items() if one in verdicts]
+    parts = [f"{n} {alone if n == 1 else several}" for n, alone, several in counts]
+    said = [f"Of {len(claims)} claims about {symbol}: {', '.join(parts)}."] if claims else ["No claim could be judged."]
+    said += [f"{one.claim[:1].upper()}{one.claim[1:]}: {one.verdict}. {one.text}." for one in claims[:MOST_SAID]]
+    return Answer(f"How much do results depend on {symbol}, and does what is said of it hold?", said)
+
+
+def three(value: float) -> str:
+    """A number to three figures, the zeros among them, so that the ends of an interval look as exact as they are.
+
+    Examples
+    --------
+    >>> three(0.35), three(1234.5), three(2.0e-7)
+    ('0.350', '1,234', '2e-07')
+    """
+    if math.isinf(value):
+        return "∞"
+    if not 1e-4 <= abs(value) < 1e9:
+        return f"{value:.3g}"
+    return f"{value:,.{max(0, 2 - math.floor(math.log10(abs(value))))}f}"
+
+
+def _blocks(results: xr.Dataset) -> str:
+    return f"{results.sizes['block']} blocks"
+
+
+def _floors(results: xr.Dataset) -> list[tuple[int, str | None]]:
+    return [(k, str(one)) for k, one in enumerate(results["floor"].values)] if "floor" in results.dims else [(0, None)]
+
+
+def _at(results: xr.Dataset, block: int, floor: int) -> xr.Dataset:
+    small = results[[name for name, one in results.data_vars.items() if "motion" not in one.dims]]
+    here = small.isel(block=block)
+    return here.isel(floor=floor) if "floor" in here.dims else here
+
+
+_ANSWERS = {
+    "fragility": _fragility,
+    "uncertainty": _uncertainty,
+    "performance": _performance,
+    "sensitivity": _sensitivity,
+}

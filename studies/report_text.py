@@ -1,0 +1,107 @@
+"""Text from files made fit for a page: what cannot be shown, or would turn lines round, is replaced; tables as text."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from rich.table import Table
+from rich.text import Text
+
+REPLACEMENT = "\ufffd"
+# Marks that change the direction of what follows, beyond the name that holds them.
+_TURNING = {*range(0x202A, 0x202F), *range(0x2066, 0x206A)}
+_FIGURE = re.compile(r"[-−+≈–∞]?\s*[\d∞]|–$|no fall|no width")
+_NUMBERS = re.compile(r"(?:[-−+≈]\s*)?(?:[\d.,()%\s–±]|inf|nan)+")
+_MARKDOWN = re.compile(r"([\\`*_{}\[\]()#+!|~$<>&])")
+
+
+class Line(NamedTuple):
+    """A row of a table on a page: its cells, and whether it only names the rows below."""
+
+    cells: list[str]
+    heads: bool
+
+
+class PageTable(NamedTuple):
+    """A table on a page; `numeric` says which columns hold figures (the first never does)."""
+
+    title: str
+    headings: list[str]
+    numeric: list[bool]
+    groups: list[list[Line]]
+
+
+def clean(text: str) -> str:
+    r"""Text without control characters, lone surrogates and marks that turn its direction.
+
+    Examples
+    --------
+    >>> clean("a\x00b\u202ec") == "a\ufffdb\ufffdc"
+    True
+    """
+    return "".join(
+        REPLACEMENT
+        if (unicodedata.category(one) in ("Cc", "Cs") and one not in "\n\t") or ord(one) in _TURNING
+        else one
+        for one in text
+    )
+
+
+def page_table(table: Table, words: bool = False) -> PageTable:
+    """A table for a terminal as one for a page: the same cells, without the terminal's markup; `words`: no figures."""
+    columns = [[_cell(cell) for cell in column.cells] for column in table.columns]
+    lines = []
+    for row in zip(*columns, strict=True):
+        texts = [text for text, _ in row]
+        lines.append(Line(texts, row[0][1] and not any(texts[1:])))
+    numeric = [i > 0 and not words and _figures([text for text, _ in column]) for i, column in enumerate(columns)]
+    headings = [clean(str(column.header)) for column in table.columns]
+    return PageTable(clean(str(table.title or "")), headings, numeric, list(_groups(lines)))
+
+
+def _cell(cell: object) -> tuple[str, bool]:
+    """The text of a cell, and whether all of it is bold: so tables name the rows that follow."""
+    text = Text.from_markup(str(cell))
+    bold = bool(text.plain) and any(span.style == "bold" and span.end - span.start == len(text) for span in text.spans)
+    plain = clean(text.plain.strip())
+    if _NUMBERS.fullmatch(plain):
+        plain = plain.replace("inf", "∞").replace("nan", "not known")
+    return plain, bold
+
+
+def _figures(cells: list[str]) -> bool:
+    """Whether a column is one of figures: most of its cells start as one does."""
+    filled = [cell for cell in cells if cell]
+    return 2 * sum(_FIGURE.match(cell) is not None for cell in filled) > len(filled)
+
+
+def _groups(lines: list[Line]) -> Iterator[list[Line]]:
+    group: list[Line] = []
+    for line in lines:
+        if line.heads and group:
+            yield group
+            group = []
+        group.append(line)
+    if group:
+        yield group
+
+
+def longest_word(text: str) -> int:
+    """Letters of the longest word: what a narrow column must break."""
+    return max(map(len, text.split()), default=0)
+
+
+def markdown(text: object) -> str:
+    r"""Text as it is in Markdown, in one line: nothing in it is markup or HTML.
+
+    Examples
+    --------
+    >>> print(markdown("<b>a|b</b>"))
+    &lt;b&gt;a\|b&lt;/b&gt;
+    """
+    entities = {"<": "&lt;", ">": "&gt;", "&": "&amp;"}
+    plain = " ".join(clean(str(text)).split())
+    return _MARKDOWN.sub(lambda found: entities.get(found[1], f"\\{found[1]}"), plain)
