@@ -92,6 +92,16 @@ def run(
         say(console, "results of this study were there already (--fresh computes them again)")
     elif display.watch.kept:
         say(console, f"went on from {display.watch.kept:,} runs that were kept")
+    try:
+        _show(console, plan, results, folder)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"interrupted: the results are written ({folder / RESULT_NAME}), not all of the figures"
+        ) from None
+
+
+def _show(console: Console, plan: Study, results: Dataset, folder: Path) -> None:
+    """Print a study's tables and write its figures."""
     for table in show.tables(results):
         console.print(table)
     said_before = plan.notes

@@ -86,7 +86,9 @@ class Standing(NamedTuple):
         share = 100.0 * self.runs / max(self.runs_total, 1)
         said = f"{self.title}: {self.state}, about {self.runs:,} of {self.runs_total:,} runs kept ({share:.0f} %)"
         said += f", {self.chunks:,} of {self.chunks_known:,} chunks of the parts that were begun"
-        return [said] if self.state == "running" else [said, "the same command goes on where it stopped"]
+        if self.state == "running":
+            return [said]
+        return [said, "the same command goes on where it stopped (without --fresh, which starts over)"]
 
 
 def standing(folder: Path) -> Standing:
@@ -108,14 +110,15 @@ def standing(folder: Path) -> Standing:
             return Standing("running", "a study that is being read", 0, 0, 0, 0)
         raise StudyError(f"{folder}: holds no study")
     calls: list[dict[str, Any]] = manifest["calls"]
-    kept = count_shards(folder)
-    runs = sum(one["runs"] * kept.get(i, 0) / max(one["chunks"], 1) for i, one in enumerate(calls))
+    found = count_shards(folder)
+    kept = [min(found.get(i, 0), one["chunks"]) for i, one in enumerate(calls)]
+    runs = sum(one["runs"] * n // max(one["chunks"], 1) for n, one in zip(kept, calls, strict=True))
     return Standing(
         "running" if running else "interrupted",
-        str(manifest.get("title", "")),
-        sum(kept.values()),
+        _printable(manifest.get("title", "")),
+        sum(kept),
         sum(one["chunks"] for one in calls),
-        int(runs),
+        runs,
         manifest["work"],
     )
 
@@ -125,9 +128,13 @@ def _title(path: Path) -> str:
 
     try:
         with xr.open_dataset(path) as stored:
-            return str(stored.attrs["title"])
+            return _printable(stored.attrs["title"])
     except (OSError, ValueError, KeyError, RuntimeError):
         raise StudyError(f"{path}: is no result file of this program") from None
+
+
+def _printable(title: object) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in str(title))
 
 
 def size_text(size: float) -> str:

@@ -31,8 +31,11 @@ FOLDER = "shards"
 MANIFEST = "manifest.json"
 LAYOUT = 1
 """Number of the layout of manifest and shards."""
+MOST = 10**18
+"""Runs that a manifest can speak of."""
 DIMS = ("oscillator", "level", "motion")
-_NAME = re.compile(r"(\d{3,})-(\d{6,})-([0-9a-f]{16})\.nc")
+_NAME = re.compile(r"([0-9]{3,})-([0-9]{6,})-([0-9a-f]{16})\.nc")
+_PART = re.compile(rf"({_NAME.pattern}|{re.escape(MANIFEST)})\.part")
 
 
 class Shards(Runner):
@@ -49,8 +52,9 @@ class Shards(Runner):
             name = _NAME.fullmatch(path.name)
             if name is not None:
                 self._known.setdefault((int(name[1]), int(name[2])), []).append(path)
-            elif path.name.endswith(".part"):
-                path.unlink()
+            elif _PART.fullmatch(path.name):
+                with suppress(OSError):
+                    _remove(path)
 
     def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, Done]]:
         """Every chunk with its results; StudyError where one cannot be kept."""
@@ -63,6 +67,8 @@ class Shards(Runner):
         try:
             missing = []
             for chunk, number in numbers.items():
+                if self._stop():
+                    raise KeyboardInterrupt
                 done = self._kept(call, number, _key(whole, chunk), work, chunk)
                 if done is None:
                     missing.append(chunk)
@@ -81,10 +87,10 @@ class Shards(Runner):
         for path in self._known.get((call, number), []):
             try:
                 return _read(path, key, work, chunk)
-            except (OSError, ValueError, KeyError, IndexError, RuntimeError) as error:
+            except (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as error:  # (netCDF4's)
                 self._watch.log.warning("%s is damaged (%s): its chunk is computed again", path.name, error)
                 with suppress(OSError):
-                    path.unlink()
+                    _remove(path)
         return None
 
     def _keep(self, call: int, number: int, key: str, work: Work, done: Done) -> None:
@@ -107,6 +113,7 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[P
     """
     shards = folder / FOLDER
     manifest = {"layout": LAYOUT, "engine": engine_identity(), **pinned, "calls": []}
+    _refuse_link(shards)
     if shards.exists() and not fresh:
         before = read_manifest(folder)
         if before is not None:
@@ -120,7 +127,7 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[P
             raise StudyError(f"{shards}: holds parts of a study without a manifest; use --fresh to start over")
     remove_shards(folder)
     try:
-        shards.mkdir()
+        shards.mkdir(exist_ok=True)
     except OSError as error:
         raise StudyError(f"{shards}: cannot be made a folder ({error.strerror})") from None
     write_whole(shards / MANIFEST, _json(manifest))
@@ -130,6 +137,7 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[P
 def read_manifest(folder: Path) -> dict[str, Any] | None:
     """The manifest in a study's folder, None where there is none; StudyError where it is none of ours."""
     path = folder / FOLDER / MANIFEST
+    _refuse_link(folder / FOLDER)
     try:
         found = json.loads(path.read_bytes().decode("utf-8"))
     except FileNotFoundError:
@@ -143,12 +151,31 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
         raise StudyError(
             f"{path}: has layout {found['layout']}, this version reads {LAYOUT}; use --fresh to start over"
         )
+    counts = [found["work"], *(_count_of(one, name) for one in found["calls"] for name in ("chunks", "runs"))]
+    if any(type(value) is not int or not 0 <= value <= MOST for value in counts):
+        raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
     return found
+
+
+def _count_of(one: Any, name: str) -> Any:
+    return one.get(name) if isinstance(one, dict) else None
+
+
+def belongs(folder: Path, identity: str) -> bool:
+    """Whether the folder holds parts of the study of this identity, made by this engine."""
+    try:
+        found = read_manifest(folder)
+    except StudyError:
+        return False
+    return found is not None and found["identity"] == identity and found["engine"] == engine_identity()
 
 
 def count_shards(folder: Path) -> dict[int, int]:
     """Number of chunks that are kept, by call."""
-    chunks = {_NAME.fullmatch(path.name) for path in (folder / FOLDER).iterdir()}
+    try:
+        chunks = {_NAME.fullmatch(path.name) for path in (folder / FOLDER).iterdir()}
+    except FileNotFoundError:  # the study has just been finished
+        return {}
     found: dict[int, set[int]] = {}
     for name in chunks:
         if name is not None:
@@ -157,17 +184,33 @@ def count_shards(folder: Path) -> dict[int, int]:
 
 
 def remove_shards(folder: Path) -> None:
-    """Remove what is ours of the folder of shards; StudyError where that cannot be."""
+    """Remove what is ours of the folder of shards, the manifest last; StudyError where that cannot be."""
     shards = folder / FOLDER
+    _refuse_link(shards)
     if not shards.exists():
         return
     try:
-        for path in shards.iterdir():
-            if _NAME.fullmatch(path.name) or path.name == MANIFEST or path.name.endswith(".part"):
-                path.unlink()
-        shards.rmdir()
+        ours = [path for path in shards.iterdir() if _NAME.fullmatch(path.name) or _PART.fullmatch(path.name)]
+        for path in (*ours, shards / MANIFEST):
+            _remove(path)
+        if not any(shards.iterdir()):  # (what is left was put there by somebody else)
+            shards.rmdir()
     except OSError as error:
         raise StudyError(f"{shards}: cannot be removed ({error.strerror})") from None
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, or an empty folder that has its name."""
+    if path.is_dir() and not path.is_symlink():
+        path.rmdir()
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _refuse_link(shards: Path) -> None:
+    """StudyError where the folder of shards is another one's: what is in it is not ours to remove."""
+    if shards.is_symlink():
+        raise StudyError(f"{shards}: is a link to another folder; remove the link, or use another folder")
 
 
 def _add_call(folder: Path, call: int, chunks: int, runs: int) -> None:
@@ -255,9 +298,9 @@ def _read(path: Path, key: str, work: Work, chunk: Chunk) -> Done:
         if file.getncattr("key") != key:
             raise ValueError("it is of another chunk")
         file.set_auto_mask(False)
+        shape = (chunk.row_stop - chunk.row, work.levels, chunk.stop - chunk.first)
+        if any(file[name].shape != shape for name in work.outputs) or file["tally"].shape != (len(TALLY),):
+            raise ValueError("its arrays have another shape")
         results = tuple(file[name][:].astype(OUTPUT_TYPES[name]) for name in work.outputs)
         tally = np.asarray(file["tally"][:], np.int64)
-    shape = (chunk.row_stop - chunk.row, work.levels, chunk.stop - chunk.first)
-    if any(values.shape != shape for values in results) or tally.shape != (len(TALLY),):
-        raise ValueError("its arrays have another shape")
     return Done(results, tally)

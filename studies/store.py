@@ -15,6 +15,8 @@ from .tables import StudyError
 
 RESULT_NAME = "results.nc"
 LOCK_NAME = ".lock"
+LOCK_SECONDS = 0.5
+"""Time to wait for a lock: who only looks whether somebody works in a folder holds it for a moment too."""
 
 
 @contextmanager
@@ -29,6 +31,7 @@ def folder_of_one(folder: Path) -> Iterator[None]:
     StudyError
         It cannot be made or written, or another process works in it.
     """
+    _refuse_name(folder)
     made = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -38,7 +41,7 @@ def folder_of_one(folder: Path) -> Iterator[None]:
         raise StudyError(f"{folder}: no permission to write")
     lock = FileLock(folder / LOCK_NAME)
     try:
-        lock.acquire(timeout=0)
+        lock.acquire(timeout=LOCK_SECONDS)
     except Timeout:
         raise StudyError(f"{folder}: another process runs a study there; wait for it, or use another folder") from None
     except OSError as error:
@@ -67,6 +70,23 @@ def is_locked(folder: Path) -> bool:
     return False
 
 
+def _refuse_name(folder: Path) -> None:
+    """StudyError for a folder whose name the netCDF library takes for another's."""
+    name = str(folder)
+    if os.sep != "\\" and "\\" in name:
+        raise StudyError(f"{name}: the folder's name must hold no backslash, which netCDF takes for a slash")
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        raise StudyError(f"{name!a}: the folder's name is no valid Unicode, which netCDF cannot write") from None
+
+
+def refuse_folder(target: Path) -> None:
+    """StudyError where a folder stands in the place of results."""
+    if target.is_dir():
+        raise StudyError(f"{target}: is a folder; move it away")
+
+
 def finished(target: Path, identity: str) -> xr.Dataset | None:
     """The finished results of the study of this identity, if they are there; StudyError where another's are."""
     try:
@@ -75,7 +95,7 @@ def finished(target: Path, identity: str) -> xr.Dataset | None:
         with xr.open_dataset(target) as stored:
             if stored.attrs.get("identity") == identity:
                 return stored.load()
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RuntimeError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
         if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
             raise StudyError(f"{target}: the name is too long") from None
         raise StudyError(f"{target}: exists and is no result file; move it away or use --fresh") from None
@@ -86,6 +106,7 @@ def save(results: xr.Dataset, target: Path) -> None:
     """Write a dataset whole or not at all: temporary file beside the target, fsync, rename."""
     temporary = target.with_name(f"{target.name}.part")
     try:
+        temporary.unlink(missing_ok=True)  # (a link would be written through)
         results.to_netcdf(temporary, engine="netcdf4")
         with temporary.open("rb") as file:
             os.fsync(file.fileno())

@@ -27,9 +27,9 @@ from ..motions import records
 from ..motions.arrays import digest
 from .remake import cluster
 from .schema import StudyFile, read_study_file
-from .shards import Shards, open_shards, remove_shards
+from .shards import Shards, belongs, open_shards, remove_shards
 from .size import refuse_results
-from .store import RESULT_NAME, finished, folder_of_one, save
+from .store import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from .tables import StudyError
 from .watch import Stop, Watch, run_log
 
@@ -181,15 +181,27 @@ class Study(ABC):
             return self._labelled(self._runner(client, never), progress)
         folder = Path(out)
         with folder_of_one(folder):
-            before = finished(folder / RESULT_NAME, self.identity) if resume else None
+            refuse_folder(folder / RESULT_NAME)
+            # (parts of this study are younger than any results beside them: begun with resume=False, or just finished)
+            whole = resume and not belongs(folder, self.identity)
+            before = finished(folder / RESULT_NAME, self.identity) if whole else None
             if before is not None and before.attrs.get("title") == self.title:
                 return before
             if before is not None:
                 results = before.assign_attrs(title=self.title)
             else:
                 results = self._kept(folder, client, not resume, progress, watching)
-            save(results, folder / RESULT_NAME)
-            remove_shards(folder)
+            try:
+                save(results, folder / RESULT_NAME)
+            except KeyboardInterrupt:
+                raise KeyboardInterrupt(
+                    f"interrupted while the results were written, all runs are kept in {folder}; the same command"
+                    f"{'' if resume else ' without --fresh'} goes on"
+                ) from None
+            try:
+                remove_shards(folder)
+            except StudyError as error:
+                raise StudyError(f"{folder / RESULT_NAME}: is written, but {error}; remove it yourself") from None
         return results
 
     def _kept(
@@ -214,7 +226,8 @@ class Study(ABC):
             except KeyboardInterrupt:
                 log.warning("interrupted: %s", watch.words)
                 kept = f"{watch.runs:,} of {watch.total:,} runs kept in {folder}"
-                raise KeyboardInterrupt(f"interrupted with {kept}; the same command goes on") from None
+                how = " without --fresh" if fresh else ""
+                raise KeyboardInterrupt(f"interrupted with {kept}; the same command{how} goes on") from None
             except BaseException as error:
                 log.error("ended by %s (%s): %s", type(error).__name__, error, watch.words)
                 raise

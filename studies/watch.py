@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
@@ -16,6 +16,7 @@ import numpy as np
 
 from ..fragility.plan import Done
 from ..models.runs import TALLY
+from .tables import StudyError
 
 LOG_NAME = "run.log"
 LOG_SECONDS = 10.0
@@ -112,13 +113,27 @@ class Watch:
         return f"{self.runs:,} of {self.total:,} runs ({share:.0f} %), {self.rate:,.0f}/s, {self.detail}"
 
 
+class _LogFile(logging.FileHandler):
+    """A log that gives up quietly: what fills the disk is said where it ends the study."""
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        pass
+
+    def close(self) -> None:
+        with suppress(OSError):
+            super().close()
+
+
 @contextmanager
 def run_log(folder: Path) -> Iterator[logging.Logger]:
-    """A log that goes to a file in the folder, behind what stands there."""
+    """A log that goes to a file in the folder, behind what stands there; StudyError where it cannot."""
     log = logging.getLogger(f"toppling.run.{folder.resolve()}")
     log.setLevel(logging.INFO)
     log.propagate = False
-    handler = logging.FileHandler(folder / LOG_NAME, encoding="utf-8")
+    try:
+        handler = _LogFile(folder / LOG_NAME, encoding="utf-8")
+    except OSError as error:
+        raise StudyError(f"{folder / LOG_NAME}: cannot be written ({error.strerror})") from None
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     log.addHandler(handler)
     try:
