@@ -271,6 +271,8 @@ def _gathered(futures: list[Future[Any]], client: Client) -> list[Done]:
         ) from None
     except CancelledError:
         raise _lost(client) from None
+    except ImportError as error:
+        raise ClusterError(f"{_address(client)}: a worker lacks what it needs ({error})") from None
     return found
 
 

@@ -77,6 +77,8 @@ def run(
     say(console, f"{plan.title}: {plan.words}", *(f"note: {note}" for note in plan.notes))
     if dry_run:
         say(console, *forecast(plan).lines())
+        if folder.is_dir() and any(folder.iterdir()):
+            say(console, f"in {folder}: {standing(folder).lines(folder)[0]}")
         return
     client = None if scheduler is None else _connect(scheduler)
     if client is None:
@@ -360,8 +362,9 @@ def export(
     Parameters
     ----------
     result
-        The results (results.nc).
+        The results (results.nc), or the folder that holds them.
     """
+    result = _result_file(result)
     folder = result.parent / "export" if out is None else out
     written = write_curves(read_curves(result, model), folder, format_)
     console = _console()
@@ -388,13 +391,13 @@ def report(
     Parameters
     ----------
     result
-        The results (results.nc).
+        The results (results.nc), or the folder that holds them.
     """
     from .report import write_report  # noqa: PLC0415 - jinja2 and matplotlib
 
     console = _console()
     with console.status("drawing the figures"):
-        written = write_report(result, out, format_)
+        written = write_report(_result_file(result), out, format_)
     say(console, *(f"written: {path}" for path in written))
 
 
@@ -413,6 +416,10 @@ def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed w
         raise StudyError(f"{out}: cannot be written ({error.strerror or error})") from None
 
 
+def _result_file(path: Path) -> Path:
+    return path / RESULT_NAME if path.is_dir() else path
+
+
 def say(console: Console, *lines: str) -> None:
     """Lines as they are: no markup, nothing coloured, none broken."""
     for line in lines:
@@ -428,13 +435,15 @@ def _console(least: int = 100) -> Console:
 def _connect(address: str) -> Client:
     from distributed import Client  # noqa: PLC0415 - the cluster code loads only where there is a cluster
 
+    if "://" not in address:
+        raise StudyError(f"--scheduler {address!r}: must be an address such as tcp://10.0.0.1:8786")
     # what the cluster has to say of its own troubles we say in one sentence
     for name in [*logging.root.manager.loggerDict]:
         if name.partition(".")[0] in ("distributed", "asyncio", "tornado"):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         return Client(address, timeout="10s", set_as_default=False)
-    except (OSError, TimeoutError, ValueError, ImportError) as error:
+    except (OSError, TimeoutError, ValueError, TypeError, ImportError) as error:
         raise StudyError(f"--scheduler {address}: cannot be reached ({error})") from None
 
 

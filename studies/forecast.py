@@ -85,7 +85,6 @@ class Standing(NamedTuple):
             return [f"{self.title}: finished, {folder / RESULT_NAME}"]
         share = 100.0 * self.runs / max(self.runs_total, 1)
         said = f"{self.title}: {self.state}, about {self.runs:,} of {self.runs_total:,} runs kept ({share:.0f} %)"
-        said += f", {self.chunks:,} of {self.chunks_known:,} chunks of the parts that were begun"
         if self.state == "running":
             return [said]
         return [said, "the same command goes on where it stopped (without --fresh, which starts over)"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import signal
 import threading
 import time
@@ -40,6 +41,8 @@ class Stop:
         if self.asked or not self.waiting:
             raise KeyboardInterrupt
         self.asked = True
+        # (not by print, which a signal may have interrupted)
+        os.write(2, b"toppling: finishing the chunks in flight (once more leaves them)\n")
 
     @contextmanager
     def graceful(self) -> Iterator[None]:
