@@ -82,14 +82,7 @@ def _plain_bars(app: Any, what: str, name: str, obj: Any, options: Any, lines: l
     lines[:] = [line if line.lstrip().startswith((">>>", "...")) else BAR.sub(r"\\|", line) for line in lines]
 
 
-def _without_missing(app: Any, name: str, source: list[str]) -> None:
-    """Pages that are measured on a machine at rest may not be there yet: no line in the table of contents then."""
-    if name == "use" and not (HERE / "scaling.md").is_file():
-        source[0] = source[0].replace("\nscaling\n", "\n")
-
-
 def setup(app: Any) -> None:
     """Write the made pages before anything is read, and keep docstrings as they are."""
     made_pages.write(HERE)
     app.connect("autodoc-process-docstring", _plain_bars, priority=900)
-    app.connect("source-read", _without_missing)

@@ -1,4 +1,4 @@
-"""docs/scaling.md: what large studies take, measured on this machine, and what that means for larger ones.
+"""docs/scaling_measured.md: what large studies take, measured on this machine, and what that means for larger ones.
 
 `make scaling` runs it (some minutes; nothing else should run).  Every number on the page is put there by this file.
 """
@@ -87,10 +87,10 @@ def main(out: Path = HERE) -> None:
         values |= _scheduler()
         values |= _shards(work)
     values |= _larger(values)
-    text = (HERE / "scaling.md.in").read_text()
+    text = (HERE / "scaling_measured.md.in").read_text()
     for name, value in values.items():
         text = text.replace(f"{{{name}}}", value)
-    (out / "scaling.md").write_text(text)
+    (out / "scaling_measured.md").write_text(text)
     print(text)
 
 
