@@ -155,7 +155,7 @@ class Lognormal(Continuous):
 
     def _score(self, value: ArrayLike) -> Values:
         """Standard normal score; what is not positive lies below all."""
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", over="ignore"):  # (a value too far above a tiny median lies above all)
             return np.asarray(np.log(np.maximum(np.asarray(value, dtype=float), 0.0) / self.median) / self.dispersion)
 
 

@@ -56,3 +56,13 @@ def test_friction_is_of_the_same_distributions():
     np.testing.assert_array_equal(UniformFriction(0.1, 0.6).below(need), Uniform(0.1, 0.6).below(need))
     cut = stats.truncnorm(-0.5 / 0.4, math.inf, 0.5, 0.4).cdf(need)
     np.testing.assert_allclose(NormalFriction(0.5, 0.4).below(need), cut, rtol=1e-12)
+
+
+def test_a_bound_too_far_above_a_tiny_median():
+    """1e308 over 1e-300 is no number: the bound bounds nothing."""
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        bounded = Lognormal(1e-300, 0.1, 0.0, 1e308).quantile(np.array([0.1, 0.5, 0.9]))
+    np.testing.assert_array_equal(bounded, Lognormal(1e-300, 0.1).quantile(np.array([0.1, 0.5, 0.9])))
