@@ -34,6 +34,8 @@ COMMANDS_NOT_RUN = {
     # what is not there: records, studies and results of the reader's own, a cluster
     "toppling run my_study.toml --out results/mine",
     "toppling motions records/*.AT2",
+    "toppling simulate --width 40cm --height 1.8m records/RSN1.AT2 --scale 1.5 --law discrete --e 0.9",
+    "toppling report results/risk/results.nc",
     "toppling run my_study.toml --dry-run",
     "toppling status results/mine",
     "toppling run my_study.toml --out results/mine --scheduler tcp://10.0.0.1:8786",
