@@ -59,7 +59,7 @@ film: $(VENV)/installed
 p58: $(VENV)/installed
 	$(BIN)/python docs/p58.py
 
-# docs/scaling.md: what large studies take on this machine (some minutes, with nothing else running)
+# docs/scaling_measured.md: what large studies take on this machine (a quarter of an hour, with nothing else running)
 scaling: $(VENV)/installed
 	$(BIN)/python docs/scaling.py
 

@@ -4,39 +4,38 @@ Blocks and damping laws (`toppling.models`), motions (`toppling.motions`), incre
 curves (`toppling.fragility`), studies and figures (`toppling.studies`).  SI units and radians throughout.
 """
 
-from importlib import import_module, metadata
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from . import motions
-from .fragility import (
-    HazardCurve,
-    annual_rate,
-    cloud,
-    fit_fragility,
-    ida,
-    overturning_probability,
-    read_hazard,
-    stripes,
-)
-from .models import (
-    Block,
-    DiscreteDamping,
-    EnergyConsistent,
-    GianniniMasiani,
-    HousnerImpact,
-    MakrisKonstantinidis,
-    Vassiliou,
-    ViscousDamping,
-    catalogue,
-    free_rocking,
-    simulate,
-)
-
 if TYPE_CHECKING:
+    from . import motions
+    from .fragility import (
+        HazardCurve,
+        annual_rate,
+        cloud,
+        fit_fragility,
+        overturning_probability,
+        read_hazard,
+        stripes,
+    )
+    from .fragility.ida import ida
+    from .models import (
+        Block,
+        DiscreteDamping,
+        EnergyConsistent,
+        GianniniMasiani,
+        HousnerImpact,
+        MakrisKonstantinidis,
+        Vassiliou,
+        ViscousDamping,
+        free_rocking,
+    )
+    from .models.catalogue import catalogue
+    from .models.simulate import simulate
     from .studies import Study, plot
     from .studies.animate import animate
 
-__version__ = metadata.version("toppling")
+    __version__: str
 
 __all__ = [
     "Block",
@@ -64,13 +63,34 @@ __all__ = [
     "stripes",
 ]
 
-# Study files and figures load slow libraries (pydantic, matplotlib): only when asked for.
-_LAZY = {"Study": (".studies", "Study"), "animate": (".studies.animate", "animate"), "plot": (".studies.plot", None)}
+# Everything loads when it is asked for: nobody waits for libraries that are not needed, and the command can be
+# interrupted from its first moment.
+_MODELS = (
+    "Block", "DiscreteDamping", "EnergyConsistent", "GianniniMasiani", "HousnerImpact", "MakrisKonstantinidis",
+    "Vassiliou", "ViscousDamping", "catalogue", "free_rocking", "simulate",
+)  # fmt: skip
+_FRAGILITY = (
+    "HazardCurve", "annual_rate", "cloud", "fit_fragility", "ida", "overturning_probability", "read_hazard", "stripes",
+)  # fmt: skip
+_HOME = (
+    dict.fromkeys(_MODELS, ".models")
+    | dict.fromkeys(_FRAGILITY, ".fragility")
+    | {"Study": ".studies", "animate": ".studies.animate"}
+)
+_MODULES = ("models", "motions", "fragility", "studies")
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _LAZY:
+    if name == "__version__":
+        return import_module("importlib.metadata").version("toppling")
+    if name == "plot":
+        return import_module(".studies.plot", __name__)
+    if name in _MODULES:
+        return import_module(f".{name}", __name__)
+    if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module, attribute = _LAZY[name]
-    loaded = import_module(module, __name__)
-    return loaded if attribute is None else getattr(loaded, attribute)
+    return getattr(import_module(_HOME[name], __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, *_MODULES})

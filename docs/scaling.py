@@ -1,10 +1,12 @@
 """docs/scaling_measured.md: what large studies take, measured on this machine, and what that means for larger ones.
 
-`make scaling` runs it (some minutes; nothing else should run).  Every number on the page is put there by this file.
+`make scaling` runs it (some fifteen minutes; nothing else should run).  Every number on the page is put there by this
+file; they are kept in docs/scaling_measured.json, so that `python docs/scaling.py page` can write the page again.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import platform
 import resource
@@ -18,13 +20,14 @@ from pathlib import Path
 from typing import Any
 
 import dask
+import jinja2
 import numpy as np
 from distributed import Client, LocalCluster
 
 import toppling as tp
 from toppling.fragility import Work
 from toppling.fragility.cluster import Cluster
-from toppling.fragility.plan import CHUNK_SECONDS, MOST_CHUNKS, Chunk, Done
+from toppling.fragility.plan import MOST_CHUNKS, Chunk, Done, seconds_of_a_chunk
 from toppling.fragility.runners import Runner
 from toppling.models.runs import TALLY
 from toppling.motions import records
@@ -33,106 +36,107 @@ from toppling.studies.progress import time_text
 from toppling.studies.watch import Stop, Watch, run_log
 
 HERE = Path(__file__).parent
-REPEATS = 3
+FIGURES = HERE / "scaling_measured.json"
+REPEATS = 5
 SCHEDULED = 100_000
 STORED = 10_000
+WORKERS = (1, 2, 4, 8, 16, 32)
+"""Of these, as many as there are cores."""
 
-# {number} motions: 5 x 2 x 10 runs each; the screen's reruns left out, so that runs are counted plainly
+SIZES = [(width, height) for height in (0.9, 1.2, 1.5, 1.8, 2.4) for width in (0.3, 0.4, 0.5, 0.6, 0.8)]
+LAWS = ("discrete", "giannini-masiani", "energy-consistent", "housner")
+LEVELS = 20
+RUNS_A_MOTION = len(SIZES) * len(LAWS) * LEVELS
+# (the screen's reruns left out, so that runs are counted plainly)
 STUDY = """
 title = "{number} motions"
 outputs = ["overturned"]
-[[blocks]]
-catalogue = "bookcase-5-shelf"
-[[blocks]]
-catalogue = "file-vertical-4-drawer"
-[[blocks]]
-catalogue = "server-rack-42u"
-[[blocks]]
-width_m = 0.5
-height_m = 1.2
-name = "crate"
-[[blocks]]
-width_m = 0.6
-height_m = 3.0
-name = "pedestal"
-[[models]]
-law = "discrete"
-[[models]]
-law = "energy-consistent"
+{blocks}
+{laws}
 [motions]
 generator = "clough-penzien"
 number = {number}
-duration_s = 10
-dt_s = 0.01
-envelope = {{ kind = "rise-strong-decay", rise_s = 2, strong_end_s = 6, decay_per_s = 0.5 }}
+duration_s = 30
+dt_s = 0.005
+envelope = {{ kind = "rise-strong-decay", rise_s = 3, strong_end_s = 15, decay_per_s = 0.3 }}
 [ida]
 im = "pga"
-levels = {{ from = 0.1, to = 1.0, number = 10, unit = "g" }}
+levels = {{ from = 0.05, to = 1.0, number = {levels}, unit = "g" }}
 [fit]
 replicates = 100
 [screen]
 undecided = 0.0
 """
-RUNS_A_MOTION = 5 * 2 * 10
 
 
-def main(out: Path = HERE) -> None:
-    """Write the page."""
+def main() -> None:
+    """Measure, and write the page."""
+    found: dict[str, Any] = {"machine": _machine()}
     with tempfile.TemporaryDirectory() as folder:
-        work = Path(folder)
-        values: dict[str, str] = {"machine": _machine()}
-        values |= _workers(work)
-        values |= _large(work)
-        values |= _figures(work)
-        values |= _scheduler()
-        values |= _shards(work)
-    values |= _larger(values)
-    text = (HERE / "scaling_measured.md.in").read_text()
-    for name, value in values.items():
-        text = text.replace(f"{{{name}}}", value)
-    (out / "scaling_measured.md").write_text(text)
-    print(text)
+        for part in (_workers, _figures, _large, _shards, _scheduler):
+            print(f"measuring: {(part.__doc__ or '').splitlines()[0]}", file=sys.stderr, flush=True)
+            found |= part(Path(folder))
+    FIGURES.write_text(json.dumps(found, indent=1) + "\n")
+    write_page()
+
+
+def write_page() -> None:
+    """The page, from the figures that are kept."""
+    found = json.loads(FIGURES.read_text())
+    page = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined, autoescape=False)
+    text = page.from_string((HERE / "scaling_measured.md.in").read_text()).render(
+        found,
+        study={"blocks": len(SIZES), "laws": len(LAWS), "levels": LEVELS, "repeats": REPEATS},
+        scheduled=SCHEDULED,
+        most=MOST_CHUNKS,
+        larger=[_larger(1e9, "10⁹", found), _larger(1e12, "10¹²", found)],
+    )
+    (HERE / "scaling_measured.md").write_text(text)
 
 
 def _study(folder: Path, runs: int) -> Path:
+    blocks = "\n".join(
+        f'[[blocks]]\nwidth_m = {width}\nheight_m = {height}\nname = "{width} by {height}"' for width, height in SIZES
+    )
+    laws = "\n".join(
+        f'[[models]]\nlaw = "{law}"' + ('\ngeometry = "linear"' if law == "housner" else "") for law in LAWS
+    )
     path = folder / f"study-{runs}.toml"
-    path.write_text(STUDY.format(number=runs // RUNS_A_MOTION))
+    path.write_text(STUDY.format(number=runs // RUNS_A_MOTION, blocks=blocks, laws=laws, levels=LEVELS))
     return path
 
 
-def _workers(folder: Path) -> dict[str, str]:
-    """100,000 runs with one and with two threads, and with one and two worker processes of a cluster."""
+def _workers(folder: Path) -> dict[str, Any]:
+    """100,000 runs by more and more threads, and by worker processes of a cluster."""
     plan = tp.Study.from_toml(_study(folder, 100_000))
     plan.run()
-    rates: dict[str, list[float]] = {}
+    counts = [n for n in WORKERS if n <= (os.cpu_count() or 1)]
+    threads: dict[int, list[float]] = {n: [] for n in counts}
     shares: list[float] = []
     storing: list[float] = []
     for repeat in range(REPEATS):
-        for threads in (1, 2):
-            with dask.config.set(num_workers=threads):
-                seconds, watch = _timed(plan, folder / f"threads-{threads}-{repeat}", None)
-            rates.setdefault(f"threads_{threads}", []).append(seconds)
-            if threads == 2:
-                shares.append(1.0 - watch.busy / (threads * seconds))
+        for n in counts:
+            with dask.config.set(num_workers=n):
+                seconds, watch = _timed(plan, folder / f"threads-{n}-{repeat}", None)
+            threads[n].append(seconds)
+            if n == 2:
+                shares.append(1.0 - watch.busy / (n * seconds))
                 storing.append(watch.storing / seconds)
-        for workers in (1, 2):
-            with (
-                LocalCluster(
-                    n_workers=workers, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
-                ) as cluster,
-                Client(cluster, set_as_default=False) as client,
-            ):
-                _timed(plan, folder / f"warm-{workers}-{repeat}", client)
-                seconds, _ = _timed(plan, folder / f"workers-{workers}-{repeat}", client)
-            rates.setdefault(f"workers_{workers}", []).append(seconds)
-    middle = {name: statistics.median(values) for name, values in rates.items()}
+    processes: dict[int, list[float]] = {n: [] for n in counts}
+    for n in counts:
+        with _cluster(n) as cluster, Client(cluster, set_as_default=False) as client:
+            _timed(plan, folder / f"warm-{n}", client)
+            processes[n] = [_timed(plan, folder / f"workers-{n}-{i}", client)[0] for i in range(REPEATS)]
     return {
-        **{name: f"{value:.2f}" for name, value in middle.items()},
-        "threads_ratio": f"{middle['threads_1'] / middle['threads_2']:.2f}",
-        "workers_ratio": f"{middle['workers_1'] / middle['workers_2']:.2f}",
-        "overhead": f"{100.0 * statistics.median(shares):.1f}",
-        "storing": f"{100.0 * statistics.median(storing):.1f}",
+        "threads": {str(n): statistics.median(values) for n, values in threads.items()},
+        "processes": {str(n): statistics.median(values) for n, values in processes.items()},
+        "overhead": statistics.median(shares),
+        "storing": statistics.median(storing),
     }
+
+
+def _cluster(workers: int) -> LocalCluster:
+    return LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", host="127.0.0.1")
 
 
 def _timed(plan: tp.Study, out: Path, client: Any) -> tuple[float, Watch]:
@@ -147,23 +151,23 @@ def _timed(plan: tp.Study, out: Path, client: Any) -> tuple[float, Watch]:
     return ends[0] - begun[0].started, begun[0]
 
 
-def _large(folder: Path) -> dict[str, str]:
-    """10⁷ runs by the command, flags only: wall time and the process's peak memory."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+def _large(folder: Path) -> dict[str, Any]:
+    """10,000,000 runs by the command, flags only."""
+    path = _study(folder, 10_000_000)
     started = time.monotonic()
-    command = [sys.executable, "-m", "toppling.studies.cli", "run", str(_study(folder, 10_000_000))]
-    subprocess.run([*command, "--out", str(folder / "large")], check=True, stdout=subprocess.DEVNULL)
+    command = [sys.executable, "-m", "toppling", "run", str(path), "--out", str(folder / "large")]
+    child = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    _, status, used = os.wait4(child.pid, 0)
+    assert status == 0, f"the study of 10,000,000 runs ended with status {status}"
     seconds = time.monotonic() - started
-    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-    assert peak > before  # of this child, not of an earlier one
     return {
-        "large_seconds": f"{seconds:.0f}",
-        "large_peak": f"{peak / 1e6:.2f}",
-        "run_seconds": f"{2.0 * seconds / 10_000_000:.3g}",
+        "large_seconds": seconds,
+        "large_gb": used.ru_maxrss * 1024 / 1e9,
+        "core_seconds_a_run": seconds * (os.cpu_count() or 1) / 1e7,
     }
 
 
-FIGURES = """
+DRAWING = """
 import sys, time
 started = time.perf_counter()
 from pathlib import Path
@@ -177,44 +181,36 @@ print(opened, time.perf_counter() - started)
 """
 
 
-def _figures(folder: Path) -> dict[str, str]:
-    """Results of 10⁶ runs with peaks, opened lazily and drawn by a new process."""
+def _figures(folder: Path) -> dict[str, Any]:
+    """Results of 1,000,000 runs with peaks, opened lazily and drawn by a new process."""
     path = _study(folder, 1_000_000)
     path.write_text(path.read_text().replace('outputs = ["overturned"]\n', ""))
     tp.Study.from_toml(path).run(folder / "million")
     found = []
     for _ in range(REPEATS):
         done = subprocess.run(
-            [sys.executable, "-c", FIGURES, str(folder / "million" / "results.nc")],
+            [sys.executable, "-c", DRAWING, str(folder / "million" / "results.nc")],
             check=True, capture_output=True, text=True,
         )  # fmt: skip
         found.append([float(value) for value in done.stdout.split()])
-    opened, drawn = np.median(found, axis=0)
+    opened, drawn = np.median(found, axis=0).tolist()
     size = (folder / "million" / "results.nc").stat().st_size
-    return {"million_opened": f"{opened:.1f}", "million_drawn": f"{drawn:.1f}", "million_size": f"{size / 1e6:.0f}"}
+    return {"million_opened": opened, "million_drawn": drawn, "million_mb": size / 1e6}
 
 
-def _scheduler() -> dict[str, str]:
-    """10⁵ chunks that hold next to nothing, through a real scheduler and two worker processes."""
+def _scheduler(folder: Path) -> dict[str, Any]:
+    """100,000 chunks that hold next to nothing, through a real scheduler and two worker processes."""
     work = _empty(SCHEDULED)
     chunks = [Chunk(0, 1, i, i + 1) for i in range(SCHEDULED)]
-    with (
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster,
-        Client(cluster, set_as_default=False) as client,
-    ):
+    with _cluster(2) as cluster, Client(cluster, set_as_default=False) as client:
         runner = Cluster(client)
-        list(runner.run(work, chunks[:200]))
+        assert sum(1 for _ in runner.run(work, chunks[:200])) == 200
         before = _resident()
         started = time.monotonic()
         done = sum(1 for _ in runner.run(work, chunks))
         seconds = time.monotonic() - started
     assert done == SCHEDULED
-    return {
-        "scheduled": f"{SCHEDULED:,}",
-        "scheduled_seconds": f"{seconds:.0f}",
-        "scheduled_rate": f"{SCHEDULED / seconds:,.0f}",
-        "scheduled_memory": f"{max(_resident() - before, 0.0):.0f}",
-    }
+    return {"scheduled_seconds": seconds, "scheduled_mb": max(_resident() - before, 0.0)}
 
 
 class _Nothing(Runner):
@@ -226,8 +222,8 @@ class _Nothing(Runner):
             yield chunk, Done((np.zeros((1, 1, 1), bool),), np.zeros(len(TALLY), np.int64))
 
 
-def _shards(folder: Path) -> dict[str, str]:
-    """Writing and reading back the files of 10⁴ chunks that hold next to nothing."""
+def _shards(folder: Path) -> dict[str, Any]:
+    """Writing and reading back the files of 10,000 chunks that hold next to nothing."""
     work = _empty(STORED)._replace(outputs=("overturned",))
     chunks = [Chunk(0, 1, i, i + 1) for i in range(STORED)]
     (folder / "store").mkdir()
@@ -239,11 +235,7 @@ def _shards(folder: Path) -> dict[str, str]:
             runner = store.Shards(place, _Nothing(), Watch(STORED, log), Stop())
             assert sum(1 for _ in runner.run(work, chunks)) == STORED
             seconds.append(time.monotonic() - started)
-    return {
-        "stored_rate": f"{STORED / seconds[0]:,.0f}",
-        "stored_ms": f"{1e3 * seconds[0] / STORED:.1f}",
-        "read_ms": f"{1e3 * seconds[1] / STORED:.1f}",
-    }
+    return {"write_ms": 1e3 * seconds[0] / STORED, "read_ms": 1e3 * seconds[1] / STORED}
 
 
 def _empty(n: int) -> Work:
@@ -253,31 +245,42 @@ def _empty(n: int) -> Work:
     return Work((one,), (motion,) * n, np.ones((1, 1, n)))
 
 
-def _larger(values: dict[str, str]) -> dict[str, str]:
-    """What 10⁹ and 10¹² runs take on 32 and 1,000 cores: the engine's time, or the files' where that is longer."""
-    a_run = float(values["run_seconds"])
-    a_file = float(values["stored_ms"]) / 1e3
-    found = {}
-    for name, runs in (("giga", 1e9), ("tera", 1e12)):
-        seconds = runs * a_run
-        files = min(seconds / CHUNK_SECONDS, MOST_CHUNKS)
-        found[f"{name}_chunks"] = f"{files:,.0f}"
-        found[f"{name}_chunk"] = f"{seconds / files:,.1f}"
-        for cores in (32, 1000):
-            found[f"{name}_{cores}"] = time_text(max(seconds / cores, files * a_file))
-        found[f"{name}_size"] = f"{runs / 1e9:,.0f} GB"
+def _larger(runs: float, name: str, one: dict[str, Any]) -> dict[str, str]:
+    """What so many runs take on 32 and 1,000 cores: whatever is slowest of the engine, the scheduler and the files."""
+    work = runs * one["core_seconds_a_run"]
+    chunk = seconds_of_a_chunk(work)
+    chunks = work / chunk
+    parts = {
+        "the scheduler": chunks * one["scheduled_seconds"] / SCHEDULED,
+        "the files": chunks * one["write_ms"] / 1e3,
+    }
+    found = {
+        "runs": name,
+        "chunks": f"{chunks:,.0f}",
+        "chunk": time_text(chunk),
+        "flags": f"{runs / 1e9:,.0f} GB",
+    }
+    for cores in (32, 1000):
+        limits = {"the engine": work / cores} | parts
+        slowest = max(limits, key=lambda part: limits[part])
+        found[f"on_{cores}"] = f"{time_text(limits[slowest])} ({slowest})"
     return found
 
 
 def _resident() -> float:
     """Peak memory of this process so far, MB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6
 
 
 def _machine() -> str:
-    versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "numba", "distributed"))
-    return f"{os.cpu_count()} cores ({platform.machine()}), Python {platform.python_version()}, {versions}"
+    name = platform.machine()
+    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []:
+        if line.startswith("model name"):
+            name = line.split(":", 1)[1].strip()
+            break
+    versions = ", ".join(f"{one} {metadata.version(one)}" for one in ("numpy", "numba", "distributed"))
+    return f"{os.cpu_count()} cores ({name}), Python {platform.python_version()}, {versions}"
 
 
 if __name__ == "__main__":
-    main()
+    write_page() if sys.argv[1:] == ["page"] else main()

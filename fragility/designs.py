@@ -19,6 +19,7 @@ from ..units import DIMENSIONLESS
 from .execution import Progress, execute, request
 from .labels import label_runs, measured
 from .scaling import SCALE, Scaling, ground_of, increasing, intensities, intensity_measure, of_the_ground, scaling
+from .screen import with_screen
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -38,6 +39,7 @@ def stripes(
     client: Client | Runner | None = None,
     skip: bool = True,
     *,
+    screen: bool = True,
     scale: bool = True,
     ground: Sequence[Motions] | None = None,
     progress: Progress | None = None,
@@ -54,7 +56,7 @@ def stripes(
         Level of each stripe, SI, > 0, strictly increasing.
     im : str or Measure
         The measure that the levels are of, as for `toppling.ida`.
-    outputs, client, skip, progress
+    outputs, client, skip, screen, progress
         As for `toppling.ida`.
     scale : bool
         Scale every motion of a stripe to its level (default), or take the motions as they are: they were chosen, or
@@ -93,7 +95,7 @@ def stripes(
     >>> runs["intensity"].values.tolist()
     [2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0, 4.0]
     """
-    asked = request(blocks, models, outputs, skip, client, progress)
+    asked = request(blocks, models, outputs, skip, client, progress, screen)
     if not isinstance(scale, bool):
         raise TypeError(f"scale must be True or False, got {scale!r:.40}")
     values = increasing(levels)
@@ -117,7 +119,7 @@ def stripes(
     )
     runs = execute(asked.oscillators, plain, together.factors, asked)
     attributes = {"units": together.units, "long_name": together.long_name, "im": together.name}
-    return label_runs(
+    labelled = label_runs(
         runs,
         asked,
         plain,
@@ -139,6 +141,7 @@ def stripes(
         },
         "Multiple-stripe analysis of freestanding blocks",
     )
+    return with_screen(labelled, plain) if asked.screen else labelled
 
 
 def cloud(
@@ -150,6 +153,7 @@ def cloud(
     client: Client | Runner | None = None,
     skip: bool = True,
     *,
+    screen: bool = True,
     ground: Motions | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
@@ -163,7 +167,7 @@ def cloud(
         Labelled motions (m s-2); nothing is scaled.
     im : str or Measure
         The measure against which the runs are looked at: any but ``scale``.
-    outputs, client, skip, progress
+    outputs, client, skip, screen, progress
         As for `toppling.ida`.
     ground : xarray.DataArray or a sequence of them, optional
         The ground motions of which `motions` are floor motions: the measure is then taken of them.
@@ -192,7 +196,7 @@ def cloud(
     >>> runs["intensity"].dims
     ('motion',)
     """
-    asked = request(blocks, models, outputs, skip, client, progress)
+    asked = request(blocks, models, outputs, skip, client, progress, screen)
     plain = records(motions)
     at = plain if ground is None else ground_of(plain, records(ground))
     one = intensity_measure(im)
@@ -204,7 +208,7 @@ def cloud(
     text = one.long_name if ground is None else of_the_ground(one.long_name)
     attributes = {"units": one.units, "long_name": text, "im": one.label}
     dims = ("motion",) if intensity.ndim == 1 else ("block", "motion")
-    return label_runs(
+    labelled = label_runs(
         runs,
         asked,
         plain,
@@ -213,6 +217,7 @@ def cloud(
         {"design": "cloud", "im": one.label, **({} if ground is None else {"im_at": "ground"})},
         "Cloud analysis of freestanding blocks",
     )
+    return with_screen(labelled, plain) if asked.screen else labelled
 
 
 def _sets(name: str, motions: Sequence[Motions], n: int) -> list[list[Record]]:

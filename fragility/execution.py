@@ -14,7 +14,7 @@ from ..models.oscillator import Oscillator
 from ..models.runs import TALLY
 from ..models.simulate import oscillator_of
 from ..motions.arrays import Record
-from .plan import CHUNK_SECONDS, OUTPUT_TYPES, Work, plan_chunks
+from .plan import OUTPUT_TYPES, Work, plan_chunks
 from .runners import Runner, runner_of
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ class Request(NamedTuple):
     skip: bool
     runner: Runner
     progress: Progress | None
+    screen: bool
 
     @property
     def oscillators(self) -> list[Oscillator]:
@@ -72,14 +73,16 @@ def request(
     skip: bool,
     client: Client | Runner | None,
     progress: Progress | None,
+    screen: bool = False,
 ) -> Request:
     """The arguments that all analyses share; TypeError or ValueError where one is wrong."""
     names = [outputs] if isinstance(outputs, str) else list(outputs)
     if not names:
         raise ValueError(f"outputs must name at least one of {', '.join(OUTPUTS)}, got none")
     wanted = list(dict.fromkeys(checks.choice("outputs", name, OUTPUTS) for name in names))
-    if not isinstance(skip, bool):
-        raise TypeError(f"skip must be True or False, got {skip!r:.40}")
+    for name, value in (("skip", skip), ("screen", screen)):
+        if not isinstance(value, bool):
+            raise TypeError(f"{name} must be True or False, got {value!r:.40}")
     return Request(
         labelled_sequence("blocks", blocks, Block),
         labelled_sequence("models", models, Law),  # type: ignore[type-abstract]
@@ -87,6 +90,7 @@ def request(
         skip,
         runner_of(client),
         progress,
+        screen,
     )
 
 
@@ -98,13 +102,13 @@ def execute(
     return collect(Work(tuple(oscillators), tuple(motions), factors, asked.skip, names), asked.runner, asked.progress)
 
 
-def collect(work: Work, runner: Runner, progress: Progress | None, seconds: float = CHUNK_SECONDS) -> Runs:
-    """Do the work in chunks of about `seconds` and put the results together."""
+def collect(work: Work, runner: Runner, progress: Progress | None) -> Runs:
+    """Do the work in chunks and put the results together."""
     shape = (len(work.oscillators), work.levels, len(work.motions))
     results = {name: np.empty(shape, OUTPUT_TYPES[name]) for name in work.outputs}
     tally = np.zeros(len(TALLY), np.int64)
     so_far = 0
-    for chunk, done in runner.run(work, plan_chunks(work, seconds)):
+    for chunk, done in runner.run(work, plan_chunks(work)):
         for array, part in zip(results.values(), done.results, strict=True):
             array[chunk.row : chunk.row_stop, :, chunk.first : chunk.stop] = part
         tally += done.tally

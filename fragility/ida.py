@@ -13,6 +13,7 @@ from ..motions.intensity import Measure
 from .execution import Progress, execute, request
 from .labels import label_runs, measured
 from .scaling import ground_of, scaling
+from .screen import with_screen
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -30,6 +31,7 @@ def ida(
     client: Client | Runner | None = None,
     skip: bool = True,
     *,
+    screen: bool = True,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
@@ -59,6 +61,10 @@ def ida(
         the record cannot overturn a block.  Flags do not change, peaks only by rounding.  The attribute ``skipped``
         (JSON) says how many samples all runs have, which share was left out and why (after overturning, too, which
         `skip` does not change), and how many events a run were solved.
+    screen : bool
+        Put the validity screen beside the outputs: friction needed, squat blocks, an elastic mode in the motion's band,
+        far scaling, few motions, and a ``verdict`` for every run, as `toppling.fragility.screen` returns them where it
+        knows no friction and runs nothing again.  False leaves them out.
     ground : xarray.DataArray or a sequence of them, optional
         The ground motions of which `motions` are floor motions, with the labels they had: levels are then of their
         measure, and each floor motion is scaled as the ground below it (the building is elastic).
@@ -68,7 +74,8 @@ def ida(
     Returns
     -------
     xarray.Dataset
-        The outputs on (block, model, level, motion), computed, with the numbers behind the labels as coordinates.
+        The outputs on (block, model, level, motion), computed, with the numbers behind the labels as coordinates, and
+        the variables of the validity screen.
         Bit-identical for any chunking and any number of workers.
 
     Raises
@@ -85,13 +92,13 @@ def ida(
     >>> dict(result.sizes)
     {'block': 1, 'model': 1, 'level': 2, 'motion': 4}
     """
-    asked = request(blocks, models, outputs, skip, client, progress)
+    asked = request(blocks, models, outputs, skip, client, progress, screen)
     plain = records(motions)
     below = None if ground is None else ground_of(plain, records(ground))
     scaled = scaling(levels, plain, im, asked.blocks, below)
     runs = execute(asked.oscillators, plain, scaled.factors, asked)
     attributes = {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
-    return label_runs(
+    labelled = label_runs(
         runs,
         asked,
         plain,
@@ -105,3 +112,4 @@ def ida(
         },
         "Incremental dynamic analysis of freestanding blocks",
     )
+    return with_screen(labelled, plain) if asked.screen else labelled

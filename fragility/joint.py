@@ -186,5 +186,5 @@ def overturning_flags(
 
     factors (1, level, motion), the same for all.  Bit-identical for any chunking and any number of workers.
     """
-    asked = Request([], [], ["overturned"], True, runner_of(client), progress)
+    asked = Request([], [], ["overturned"], True, runner_of(client), progress, screen=False)
     return np.asarray(execute(oscillators, motions, factors, asked).results["overturned"])

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 PERTURBATION = 1e-6
 NOT_TESTED = -1
 FLAGS = ("overturned",)
-CHUNK_SECONDS = 0.2
-"""Chunks small enough that few motions still keep several threads busy."""
 
 
 def flips(
@@ -91,7 +89,7 @@ def flips(
     for work in works:
         before = sum(flags.size for flags in done)
         told = None if progress is None else lambda n, _, before=before: progress(before + n, total)
-        done.append(collect(work, runner_of(client), told, CHUNK_SECONDS).results["overturned"])
+        done.append(collect(work, runner_of(client), told).results["overturned"])
 
     n_blocks, n_models, levels, n = nominal.shape
     # (oscillator, up and down x level, motion), and (block x law x up and down, level, motion)

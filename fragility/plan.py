@@ -22,6 +22,10 @@ from ..motions.arrays import Record
 SECONDS_PER_SAMPLE = 5e-9
 SECONDS_PER_EXACT_SAMPLE = 4.5e-8
 CHUNK_SECONDS = 1.0
+# A small analysis is cut finer, so that the last chunk leaves no thread waiting for long; not so fine that keeping a
+# chunk counts.
+FEWEST_CHUNKS = 64
+LEAST_SECONDS = 0.2
 MOST_CHUNKS = 100_000
 """Chunks grow rather than become more than that: what a scheduler and a folder hold."""
 # Runs of one motion that share its samples: enough for all lanes of the engine, few enough that a chunk of one second
@@ -87,13 +91,19 @@ class Work(NamedTuple):
         return np.ascontiguousarray(own[rows])
 
 
-def plan_chunks(work: Work, seconds: float = CHUNK_SECONDS) -> list[Chunk]:
-    """Chunks of about `seconds` each; more where there would be above 100,000 of them."""
+def seconds_of_a_chunk(total: float) -> float:
+    """How long a chunk of work of `total` seconds on one core takes, s: about 1, less of little work, more of a lot."""
+    return max(LEAST_SECONDS, min(CHUNK_SECONDS, total / FEWEST_CHUNKS), total / MOST_CHUNKS)
+
+
+def plan_chunks(work: Work, seconds: float | None = None) -> list[Chunk]:
+    """Chunks of about `seconds` each (None: `seconds_of_a_chunk`); never many more than 100,000 of them."""
     per_row = [
         work.levels * (SECONDS_PER_EXACT_SAMPLE if one.exact else SECONDS_PER_SAMPLE) for one in work.oscillators
     ]
     samples = [motion.acceleration.size for motion in work.motions]
-    target = max(seconds, sum(per_row) * sum(samples) / MOST_CHUNKS)
+    total = sum(per_row) * sum(samples)
+    target = seconds_of_a_chunk(total) if seconds is None else max(seconds, total / MOST_CHUNKS)
     chunks = []
     for row, row_stop in _groups(per_row, work.levels, max(samples), target):
         cost = sum(per_row[row:row_stop])

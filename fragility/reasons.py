@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from ..units import DIMENSIONLESS
 
@@ -31,41 +32,44 @@ SQUAT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SLIDES_AT_IMPACT, ELASTIC_MODE, S
 ANY = "any"
 
 
-def labelled(values: xr.DataArray, long_name: str, units: str = DIMENSIONLESS) -> xr.DataArray:
+def labelled(values: xr.DataArray | xr.Variable, long_name: str, units: str = DIMENSIONLESS) -> xr.Variable:
     """The values with no other attributes than these two."""
-    return values.drop_attrs().assign_attrs(units=units, long_name=long_name)
+    return xr.Variable(values.dims, values.data, {"units": units, "long_name": long_name})
 
 
 def verdict_of(
-    runs_like: xr.DataArray, holds: Mapping[Reason, xr.DataArray], undecided: xr.DataArray | None
-) -> tuple[xr.DataArray, xr.DataArray]:
-    """The bits of every run, and the share of runs for each reason; `runs_like` is zero on their dimensions."""
-    verdict = runs_like
-    shares = []
-    for reason in REASONS:
-        if reason in holds:
-            here = runs_like + holds[reason].astype(np.uint8)
-            verdict = verdict | here * np.uint8(reason.bit)
-            shares.append(_share(here))
-        else:
-            shares.append(_share(runs_like))
+    sizes: Mapping[str, int], holds: Mapping[Reason, xr.Variable], undecided: xr.Variable | None
+) -> tuple[xr.Variable, xr.Variable]:
+    """The bits of every run, and the share of runs for each reason; `sizes`: the dimensions of the runs, in order."""
+    verdict = np.zeros(tuple(sizes.values()), np.uint8)
+    for dims in {here.dims: None for here in holds.values()}:  # (what has the same dimensions first: the runs are many)
+        alike = [(reason, here) for reason, here in holds.items() if here.dims == dims]
+        bits = np.bitwise_or.reduce([np.where(here.values, np.uint8(one.bit), np.uint8(0)) for one, here in alike])
+        np.bitwise_or(verdict, _spread(xr.Variable(dims, bits), sizes), out=verdict)
+    found = xr.Variable(tuple(sizes), verdict)
+    each = {dim: size for dim, size in sizes.items() if dim in ("block", "model")}
+    never = np.zeros(tuple(each.values()))
+    shares = [_share(holds[reason], each) if reason in holds else never for reason in REASONS]
     if undecided is not None:
-        shares[REASONS.index(UNDECIDED)] = undecided
-    shares.append(_share(verdict > 0))
-    outside = xr.concat([one.drop_attrs() for one in shares], "reason")
-    masks = {
+        shares[REASONS.index(UNDECIDED)] = _spread(undecided, each)
+    outside = xr.Variable((*each, "reason"), np.stack([*shares, _share(found > 0, each)], axis=-1))
+    labelled_verdict = labelled(found, "what speaks against the run, 0 where nothing does")
+    labelled_verdict.attrs |= {
         "flag_masks": np.array([one.bit for one in REASONS], np.uint8),
         "flag_meanings": " ".join(one.name for one in REASONS),
     }
-    return (
-        labelled(verdict, "what speaks against the run, 0 where nothing does").assign_attrs(masks),
-        labelled(outside, "share of the runs for which the reason holds"),
-    )
+    return labelled_verdict, labelled(outside, "share of the runs for which the reason holds")
 
 
-def _share(here: xr.DataArray) -> xr.DataArray:
-    share: xr.DataArray = here.mean([dim for dim in here.dims if dim not in ("block", "model")])
-    return share
+def _share(here: xr.Variable, each: Mapping[str, int]) -> NDArray[np.float64]:
+    return _spread(here.mean([dim for dim in here.dims if dim not in each]), each)
+
+
+def _spread(values: xr.Variable, sizes: Mapping[str, int]) -> NDArray[Any]:
+    """On all of the dimensions, repeated along those that it lacks."""
+    there = [dim for dim in sizes if dim in values.dims]
+    lengths = [size if dim in there else 1 for dim, size in sizes.items()]
+    return np.broadcast_to(values.transpose(*there).values.reshape(lengths), tuple(sizes.values()))
 
 
 def reason_names() -> xr.Variable:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -144,7 +144,7 @@ def screen(
     lowest, highest = (checks.number("factors", one, above=0.0) for one in factors)
     if lowest >= highest:
         raise ValueError(f"factors must be a least and a greatest one, got {lowest:g} and {highest:g}")
-    widest = checks.number("half_width", half_width, above=0.0, below=0.5)
+    bounds = Bounds((lowest, highest), checks.number("half_width", half_width, above=0.0, below=0.5))
     if isinstance(undecided, bool):
         share = float(undecided)
     else:
@@ -154,11 +154,50 @@ def screen(
     if motions is not None and not isinstance(motions, xr.DataArray):
         motions = list(motions)
     plain = None if motions is None else records_of(runs, motions)
+    counts = flips(runs, motions, share, client, progress) if motions is not None and share > 0.0 else None
+    variables, settings = _screened(runs, dims, plain, friction, bounds, counts)
+    settings["tested"] = share
+    return xr.Dataset(
+        variables,
+        coords={dim: runs[dim].variable for dim in dims if dim in runs.coords} | {"reason": reason_names()},
+        attrs={
+            "title": "Validity screen",
+            **provenance_from("validity screen", settings, runs=runs),
+            "screen": json.dumps(settings, ensure_ascii=False),
+        },
+    )
 
-    block = {name: _bare(runs, name) for name in ("width", "cm_height", "alpha", "p", "inertia_factor")}
+
+def with_screen(runs: xr.Dataset, plain: list[Record]) -> xr.Dataset:
+    """The runs with what the screen says without knowing the friction, and without running any of them again."""
+    variables, settings = _screened(runs, _dims(runs), plain, None, Bounds(), None)
+    told = json.dumps(settings, ensure_ascii=False)
+    return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=told)
+
+
+class Bounds(NamedTuple):
+    """What passes: scale factors, and the half width of an interval."""
+
+    factors: tuple[float, float] = FACTORS
+    half_width: float = HALF_WIDTH
+
+
+def _screened(
+    runs: xr.Dataset,
+    dims: tuple[str, ...],
+    plain: list[Record] | None,
+    friction: float | Friction | Mapping[str, float | Friction] | None,
+    bounds: Bounds,
+    counts: xr.DataArray | None,
+) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
+    """All that `screen` finds, and what it was asked; `counts`: of flips, where runs were tested.
+
+    On plain variables: labelled arrays would look at their labels at every step, which costs more than the numbers.
+    """
+    block = {name: runs[name].variable for name in ("width", "cm_height", "alpha", "p", "inertia_factor")}
     slenderness = block["cm_height"] / (0.5 * block["width"])
-    factor = scale_factor(runs)
-    peak = factor * _bare(runs, "pga")
+    factor = scale_factor(runs).variable
+    peak = factor * runs["pga"].variable
     needs = needs_of(runs, slenderness, block["inertia_factor"], peak, plain)
     available = friction_by_block(friction, [str(label) for label in runs["block"].values])
     chances = chances_of(needs, available, peak * slenderness > STANDARD_GRAVITY)
@@ -170,10 +209,14 @@ def screen(
         **{NEEDS[reason][0]: labelled(compact(need), NEEDS[reason][1]) for reason, need in needs.items()},
         "elastic_frequency": labelled(frequency, "frequency of the law's elastic mode", HERTZ),
         "scale_factor": labelled(factor, "scale factor of the motion"),
-        "interval_half_width": labelled(xr.DataArray(half), "half width of the 95 % interval of a probability of 1/2"),
-        "few_motions": labelled(xr.DataArray(half > widest), f"whether that is above {widest:g}"),
+        "interval_half_width": labelled(
+            xr.Variable((), half), "half width of the 95 % interval of a probability of 1/2"
+        ),
+        "few_motions": labelled(
+            xr.Variable((), half > bounds.half_width), f"whether that is above {bounds.half_width:g}"
+        ),
     }
-    far = (factor < lowest) | (factor > highest)
+    far = (factor < bounds.factors[0]) | (factor > bounds.factors[1])
     holds = {
         SQUAT: variables["squat"],
         **{reason: chance > 0.5 for reason, chance in chances.items()},
@@ -185,43 +228,26 @@ def screen(
         low, high = _bands(plain)
         variables |= {"band_low": low, "band_high": high}
         holds[ELASTIC_MODE] = (frequency >= low) & (frequency <= high)
-    if motions is not None and share > 0.0:
-        counts = flips(runs, motions, share, client, progress)
-        holds[UNDECIDED] = counts > 0
+    if counts is not None:
+        holds[UNDECIDED] = counts.variable > 0
         variables |= _undecided(counts)
-    runs_like = xr.zeros_like(_bare(runs, next(_outputs(runs))), dtype=np.uint8)
-    variables["verdict"], variables["outside"] = verdict_of(runs_like, holds, variables.get("undecided"))
+    sizes = {dim: runs.sizes[dim] for dim in dims}
+    variables["verdict"], variables["outside"] = verdict_of(sizes, holds, variables.get("undecided"))
+    order = (*dims, "reason")
+    variables = {name: one.transpose(*[dim for dim in order if dim in one.dims]) for name, one in variables.items()}
 
     described = None
     if friction is not None:
         described = {str(label): one.description for label, one in zip(runs["block"].values, available, strict=True)}
-    settings = {
+    return variables, {
         "friction": described,
-        "factors": [lowest, highest],
-        "half_width": widest,
+        "factors": list(bounds.factors),
+        "half_width": bounds.half_width,
         "fewest_motions": _fewest(runs),
         "motions": plain is not None,
-        "tested": share,
+        "tested": 0.0,
         "perturbation": PERTURBATION,
     }
-    order = (*dims, "reason")
-    return xr.Dataset(
-        {
-            name: one.drop_vars(one.coords).transpose(*[dim for dim in order if dim in one.dims])
-            for name, one in variables.items()
-        },
-        coords={**{dim: runs[dim].variable for dim in dims if dim in runs.coords}, "reason": reason_names()},
-        attrs={
-            "title": "Validity screen",
-            **provenance_from("validity screen", settings, runs=runs),
-            "screen": json.dumps(settings, ensure_ascii=False),
-        },
-    )
-
-
-def _bare(runs: xr.Dataset, name: str) -> xr.DataArray:
-    """A variable or coordinate with the labels of its dimensions alone."""
-    return runs[name].reset_coords(drop=True)
 
 
 def _outputs(runs: xr.Dataset) -> Iterator[str]:
@@ -241,12 +267,12 @@ def _dims(runs: xr.Dataset) -> tuple[str, ...]:
     return tuple(dim for dim in ("block", "model", "level", "motion") if dim in dims)
 
 
-def _bands(plain: list[Record]) -> list[xr.DataArray]:
+def _bands(plain: list[Record]) -> list[xr.Variable]:
     """Both ends of the band of each motion, Hz."""
     bands = np.array([energy_band(record.acceleration, record.dt) for record in plain])
     return [
         labelled(
-            xr.DataArray(values, dims=("motion",)),
+            xr.Variable(("motion",), values),
             f"frequency below which {100.0 * share:g} % of the energy of the motion lie",
             HERTZ,
         )
@@ -254,20 +280,22 @@ def _bands(plain: list[Record]) -> list[xr.DataArray]:
     ]
 
 
-def _elastic_frequency(runs: xr.Dataset, block: Mapping[str, xr.DataArray]) -> xr.DataArray:
+def _elastic_frequency(runs: xr.Dataset, block: Mapping[str, xr.Variable]) -> xr.Variable:
     """Of laws that rest in an elastic zone: p sqrt((1/delta - 1) sin(alpha)/alpha)/(2 pi), Hz; NaN of others."""
-    delta = _bare(runs, "delta")
-    elastic = _bare(runs, "rest") != "rigid"
-    stiffness = (1.0 / delta - 1.0) * np.sin(block["alpha"]) / block["alpha"]
-    frequency: xr.DataArray = (block["p"] * np.sqrt(stiffness) / (2.0 * np.pi)).where(elastic)
-    return frequency.transpose("block", "model")
+    alpha = block["alpha"]
+    elastic = runs["rest"].variable != "rigid"
+    stiffness = (1.0 / runs["delta"].variable - 1.0) * (alpha.copy(data=np.sin(alpha.values)) / alpha)
+    frequency = block["p"] * stiffness.copy(data=np.sqrt(stiffness.values)) / (2.0 * np.pi)
+    found: xr.Variable = xr.apply_ufunc(np.where, elastic, frequency, np.nan)
+    return found.transpose("block", "model")
 
 
-def _own_amplitude(runs: xr.Dataset) -> xr.DataArray:
+def _own_amplitude(runs: xr.Dataset) -> xr.Variable:
     """Which motions have an amplitude that means something: (motion,), all where nothing is said."""
     if "own_amplitude" in runs.coords:
-        return _bare(runs, "own_amplitude").astype(bool)
-    return xr.DataArray(np.ones(runs.sizes["motion"], np.bool_), dims=("motion",))
+        found: xr.Variable = runs["own_amplitude"].variable.astype(bool)
+        return found
+    return xr.Variable(("motion",), np.ones(runs.sizes["motion"], np.bool_))
 
 
 def _fewest(runs: xr.Dataset) -> int:
@@ -276,7 +304,7 @@ def _fewest(runs: xr.Dataset) -> int:
     return min(Counter(zip(floor_of_each_motion(runs), stripes, strict=True)).values(), default=0)
 
 
-def _undecided(counts: xr.DataArray) -> dict[str, xr.DataArray]:
+def _undecided(counts: xr.DataArray) -> dict[str, xr.Variable]:
     """The share of flags that flip among those tested, and its interval as if runs were independent."""
     over = [dim for dim in counts.dims if dim not in ("block", "model")]
     was_tested = (counts >= 0).all([dim for dim in counts.dims if dim != "motion"])

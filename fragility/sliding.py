@@ -34,23 +34,24 @@ NEEDS: dict[Reason, tuple[str, str]] = {
 
 def needs_of(
     runs: xr.Dataset,
-    slenderness: xr.DataArray,
-    inertia: xr.DataArray,
-    peak: xr.DataArray,
+    slenderness: xr.Variable,
+    inertia: xr.Variable,
+    peak: xr.Variable,
     plain: list[Record] | None,
-) -> dict[Reason, xr.DataArray]:
+) -> dict[Reason, xr.Variable]:
     """The coefficient of friction that each way to stay in place needs; that at uplift asks for the motions."""
-    e = runs["e"].reset_coords(drop=True)
+    e = runs["e"].variable
     needs = {
         SLIDES_WHILE_ROCKING: xr.apply_ufunc(friction_at_uplift, slenderness, peak, inertia),
         SLIDES_AT_IMPACT: e.copy(data=friction_at_impact(slenderness.values[:, None], e.values)),
     }
     if plain is not None:
-        lifting = xr.DataArray(
-            _lifting_peaks(factors_of(runs), plain, slenderness.values), dims=("block", "level", "motion")
+        peaks = _lifting_peaks(factors_of(runs), plain, slenderness.values)
+        lifting = (
+            xr.Variable(("block", "level", "motion"), peaks)
+            if "level" in runs.dims
+            else xr.Variable(("block", "motion"), peaks[:, 0])
         )
-        if "level" not in runs.dims:
-            lifting = lifting.isel(level=0)
         needs[SLIDES_AT_UPLIFT] = xr.apply_ufunc(friction_at_uplift, slenderness, lifting, inertia)
     return needs
 
@@ -85,8 +86,8 @@ def friction_by_block(friction: Any, labels: list[str]) -> list[Friction]:
 
 
 def chances_of(
-    needs: Mapping[Reason, xr.DataArray], available: list[Friction], lifts: xr.DataArray
-) -> dict[Reason, xr.DataArray]:
+    needs: Mapping[Reason, xr.Variable], available: list[Friction], lifts: xr.Variable
+) -> dict[Reason, xr.Variable]:
     """Probability that each block has less friction than it needs; 0 where it needs none or nothing is known."""
     found = {}
     for reason, need in needs.items():
@@ -94,11 +95,11 @@ def chances_of(
         below = np.stack([one.below(by_block.values[i]) for i, one in enumerate(available)])
         chance = by_block.copy(data=np.nan_to_num(below, nan=0.0))
         # a block that never uplifts neither rocks nor comes down
-        found[reason] = chance if reason is SLIDES_AT_UPLIFT else chance.where(lifts, 0.0)
+        found[reason] = chance if reason is SLIDES_AT_UPLIFT else xr.apply_ufunc(np.where, lifts, chance, 0.0)
     return found
 
 
-def slides_of(chances: Mapping[Reason, xr.DataArray], known: bool) -> xr.DataArray:
+def slides_of(chances: Mapping[Reason, xr.Variable], known: bool) -> xr.Variable:
     """The probability that a block slides at all: one coefficient for all needs, so the greatest decides."""
     slides = chances[SLIDES_WHILE_ROCKING]
     for chance in chances.values():
@@ -108,6 +109,6 @@ def slides_of(chances: Mapping[Reason, xr.DataArray], known: bool) -> xr.DataArr
     return labelled(slides.astype(np.float32), "probability that the block slides")
 
 
-def compact(values: xr.DataArray) -> xr.DataArray:
+def compact(values: xr.Variable) -> xr.Variable:
     """Single precision where there is a value for every run: more than the numbers are good for, in half the file."""
     return values.astype(np.float32) if "motion" in values.dims else values

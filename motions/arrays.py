@@ -159,23 +159,38 @@ def _records_of(array: xr.DataArray) -> list[Record]:
         pieces = [(array.isel(floor=i), floors[i] if floors else str(i)) for i in range(array.sizes["floor"])]
     else:
         pieces = [(array.transpose("motion", "time"), "")]
+    n = array.sizes["motion"]
+    columns = [
+        {name: _of_each_motion(piece, name, n) for name in ("motion", "source", "dt", "own_amplitude", "time")}
+        for piece, _ in pieces
+    ]
+    waves = [piece.values for piece, _ in pieces]
     found = []
-    for i in range(array.sizes["motion"]):
-        for piece, floor in pieces:
-            one = piece.isel(motion=i)
-            label = str(one["motion"].item()) if "motion" in one.coords else f"motion {i + 1}"
-            values = checks.acceleration(f"motion {label!r}", one.values)
+    for i in range(n):
+        for (_, floor), column, wave in zip(pieces, columns, waves, strict=True):
+            one = {name: values[i] for name, values in column.items() if values is not None}
+            label = str(one.get("motion", f"motion {i + 1}"))
+            values = checks.acceleration(f"motion {label!r}", wave[i])
             if values.size < 2:
                 raise ValueError(f"motion {label!r} must have at least 2 samples, got {values.size}")
-            source = str(one["source"].item()) if "source" in one.coords else "array"
-            dt = checks.time_step(
-                f"motion {label!r}",
-                one["time"].values if "time" in one.coords else None,
-                float(one["dt"].item()) if "dt" in one.coords else None,
-            )
-            own = bool(one["own_amplitude"].item()) if "own_amplitude" in one.coords else True
+            step = float(one["dt"]) if "dt" in one else None
+            dt = checks.time_step(f"motion {label!r}", one.get("time"), step)
+            own = bool(one.get("own_amplitude", True))
+            source = str(one.get("source", "array"))
             found.append(Record(f"{label} floor {floor}" if floor else label, values, dt, source, floor, own))
     return found
+
+
+def _of_each_motion(piece: xr.DataArray, name: str, n: int) -> Sequence[Any] | None:
+    """A coordinate motion by motion: its value, or all of it where it is on time; None where there is none."""
+    if name not in piece.coords:
+        return None
+    coordinate = piece.coords[name]
+    if name != "time" and not {*coordinate.dims} <= {"motion"}:
+        raise ValueError(f"{name} of motions must be on motion alone, got dims {coordinate.dims}")
+    if "motion" not in coordinate.dims:
+        return [coordinate.values[()]] * n
+    return list(coordinate.transpose("motion", ...).values)
 
 
 def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:

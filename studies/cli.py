@@ -473,7 +473,3 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"toppling: {str(error) or 'interrupted, no results written'}", file=sys.stderr)
         return EXIT_INTERRUPTED
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

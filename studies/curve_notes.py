@@ -100,6 +100,78 @@ not, so the dispersion is a guess (penalised likelihood); take more motions or c
     return found
 
 
+def crossing_notes(curves: xr.Dataset, observed: xr.Dataset) -> list[str]:
+    """Whose fitted median lies where the runs say that it does not: one sentence.
+
+    Where half of the runs reach the state is known without any curve: from the level at which the upper end of the
+    observed probabilities' interval passes 1/2 to the one at which the lower end does (straight lines between levels,
+    on a logarithmic axis; neither end falls as the level rises).
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        As `fit_fragility` returns them; without ``median_lower`` nothing is said.
+    observed : xarray.Dataset
+        As `overturning_probability` returns them, on the dimensions of the curves and level.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> levels = ("level", [2.0, 4.0, 8.0], {"units": "m s-2"})
+    >>> ends = {"lower": ("level", [0.0, 0.45, 0.9]), "upper": ("level", [0.1, 0.55, 1.0])}
+    >>> curve = xr.Dataset({"median": 5.0, "median_lower": 4.9, "median_upper": 5.1})
+    >>> print(crossing_notes(curve, xr.Dataset(ends, {"level": levels}))[0][:73])
+    the median of the curve (the block: 0.51 g, observed 0.382 g to 0.426 g)
+    """
+    if "median_lower" not in curves:
+        return []
+    dims = curves["median"].dims
+    median, low, high = (curves[name].transpose(*dims).values for name in ("median", "median_lower", "median_upper"))
+    level = observed["level"]
+    ends = {name: observed[name].transpose(*dims, "level").values for name in ("lower", "upper")}
+    band = np.empty((*median.shape, 2))
+    for at in np.ndindex(median.shape):
+        # (below all levels, or above them, is all that is known there)
+        first, last = (_half_at(level.values, ends[name][at]) for name in ("upper", "lower"))
+        band[at] = min(first, level.values[-1]), max(last, level.values[0])
+    with np.errstate(invalid="ignore"):
+        outside = np.isfinite(median) & ((high < band[..., 0]) | (low > band[..., 1]))
+    if not outside.any():
+        return []
+    of = [
+        f"{level_text(one, level)}, observed {_span(a, b, level)}"
+        for one, (a, b) in zip(median[outside], band[outside], strict=True)
+    ]
+    return [
+        f"the median of {_how_many(outside)} ({_listed(curves['median'], outside, of)}) lies, with its interval, "
+        "outside what was observed: this form of curve does not follow the runs there; compare with form = "
+        '"isotonic", which follows any, before using it'
+    ]
+
+
+def _half_at(levels: NDArray[np.float64], probability: NDArray[np.float64]) -> float:
+    """Where a probability first is one half for good: -inf below the levels, inf above them."""
+    rising = np.maximum.accumulate(probability)
+    k = int(np.searchsorted(rising, 0.5))
+    if k == 0:
+        return -np.inf
+    if k == rising.size:
+        return np.inf
+    share = (0.5 - rising[k - 1]) / (rising[k] - rising[k - 1])
+    return float(levels[k - 1] * (levels[k] / levels[k - 1]) ** share)
+
+
+def _span(low: float, high: float, like: xr.DataArray) -> str:
+    if np.isinf(low):
+        return f"below {level_text(high, like)}"
+    if np.isinf(high):
+        return f"above {level_text(low, like)}"
+    return f"{level_text(low, like)} to {level_text(high, like)}"
+
+
 def rate_notes(rates: xr.Dataset, settled: xr.DataArray, hazard_end: float, levels_end: str, cure: str) -> list[str]:
     """Which rates come from shaking beyond the hazard curve or beyond the levels: one sentence each.
 

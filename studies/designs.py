@@ -135,7 +135,16 @@ class Incremental(Design):
     ) -> xr.Dataset:
         ground = self.ground or None
         return ida(
-            blocks, models, self.motions, self.at, self.im, outputs, client=client, ground=ground, progress=progress
+            blocks,
+            models,
+            self.motions,
+            self.at,
+            self.im,
+            outputs,
+            client=client,
+            screen=False,
+            ground=ground,
+            progress=progress,
         )
 
 
@@ -189,6 +198,7 @@ class Stripes(Design):
             outputs,
             client=client,
             scale=self.scale,
+            screen=False,
             ground=self.ground or None,
             progress=progress,
         )
@@ -227,7 +237,17 @@ class Cloud(Design):
         progress: Progress | None,
     ) -> xr.Dataset:
         ground = self.ground or None
-        return cloud(blocks, models, self.motions, self.im, outputs, client=client, ground=ground, progress=progress)
+        return cloud(
+            blocks,
+            models,
+            self.motions,
+            self.im,
+            outputs,
+            client=client,
+            screen=False,
+            ground=ground,
+            progress=progress,
+        )
 
 
 def count(n: int, noun: str) -> str:

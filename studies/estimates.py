@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 from ..fragility import fit_fragility, overturning_probability, rank_measures
-from ..fragility.provenance import motions_by_floor
+from ..fragility.provenance import motions_by_floor, scaled_to_levels
 from ..fragility.states import OVERTURNED, UPLIFTED, State, reached, state_name
-from .curve_notes import curve_notes
+from .curve_notes import crossing_notes, curve_notes
 
 RANK = "measure_"
 """What the ranking of measures is called after, beside the other variables."""
@@ -72,7 +72,8 @@ class Fit:
             for one, part in zip(counts, parts, strict=True)
         ]
         fell, tried = (one[0] if floor is None else xr.concat(one, floor) for one in (counts, sizes))
-        return curve_notes(curves, fell, tried, state_name(self.state))
+        said = curve_notes(curves, fell, tried, state_name(self.state))
+        return said + (crossing_notes(curves, self.probabilities(runs)) if scaled_to_levels(runs) else [])
 
 
 def ranked(runs: xr.Dataset, motions: Any, also: tuple[str, ...], state: State) -> xr.Dataset:

@@ -9,12 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from dask.system import CPU_COUNT
 
-from ..fragility.plan import (
-    CHUNK_SECONDS,
-    MOST_CHUNKS,
-    SECONDS_PER_EXACT_SAMPLE,
-    SECONDS_PER_SAMPLE,
-)
+from ..fragility.plan import SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE, seconds_of_a_chunk
 from ..motions import records
 from .progress import time_text
 from .shards import count_shards, read_manifest
@@ -56,7 +51,7 @@ def forecast(study: Study) -> Forecast:
     exact = np.mean([one.exact for one in study.of_each_law])
     per_sample = float(exact * SECONDS_PER_EXACT_SAMPLE + (1.0 - exact) * SECONDS_PER_SAMPLE)
     work = study.work * samples * per_sample
-    chunks = min(max(1, math.ceil(work / CHUNK_SECONDS)), MOST_CHUNKS)
+    chunks = max(1, math.ceil(work / seconds_of_a_chunk(work)))
     kept = float(study.bytes_a_run * study.work)
     motions = float(sum(record.acceleration.nbytes for record in plain))
     return Forecast(

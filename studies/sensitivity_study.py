@@ -198,6 +198,7 @@ class SensitivityStudy(Study):
                 PULSE_LEVELS * STANDARD_GRAVITY * block.b / block.h,
                 outputs="peak_rotation",
                 client=client,
+                screen=False,
                 progress=part_of(progress, self._shaken + i * each_block, self.runs),
             )
             found.append(runs["peak_rotation"].isel(block=0, motion=0))

@@ -82,7 +82,7 @@ class Simulation:
         if not bool(self.motion.any()):
             return None
         outputs = ("overturned", "peak_rotation", "uplifted")
-        runs = ida(self.block, self.model, self.motion, [self.factor], im="scale", outputs=outputs)
+        runs = ida(self.block, self.model, self.motion, [self.factor], im="scale", outputs=outputs, screen=False)
         return screen(runs, self.motion, undecided=1.0)
 
     @property

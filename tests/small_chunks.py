@@ -6,17 +6,16 @@ standard output when the first chunk is done.
 
 import sys
 
-from toppling.fragility import execution
+from toppling.fragility import plan
 from toppling.studies import cli, progress
 
-CHUNK_SECONDS = 0.02
-SECONDS = "seconds"
+LEAST_SECONDS = 0.02
 
 
 def main() -> int:
     """The command, with small chunks."""
-    assert execution.collect.__kwdefaults__ is None
-    execution.collect.__defaults__ = (CHUNK_SECONDS,)
+    assert plan.LEAST_SECONDS > LEAST_SECONDS
+    plan.LEAST_SECONDS = plan.CHUNK_SECONDS = LEAST_SECONDS
     update = progress.Display.update
 
     def told(self, done, total):

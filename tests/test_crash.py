@@ -13,7 +13,7 @@ import xarray as xr
 from real_processes import MANY, begun, finish
 
 import toppling as tp
-from toppling.fragility import execution
+from toppling.fragility import plan
 from toppling.studies import StudyError
 from toppling.studies.cli import main
 
@@ -81,6 +81,19 @@ def test_interrupted_by_a_person(study, tmp_path, uninterrupted):
     assert done.returncode == 0, done.stderr
     assert f"went on from {kept:,} runs" in done.stdout
     assert (tmp_path / "out" / "results.nc").read_bytes() == uninterrupted[0]
+
+
+@pytest.mark.parametrize("seconds", [0.1, 0.4, 0.8])
+def test_interrupted_while_it_loads(study, tmp_path, seconds):
+    """SIGINT before there is anything to stop: one line and the exit code, whatever is being imported."""
+    command = [sys.executable, "-m", "toppling", "run", str(study), "--out", str(tmp_path / "out")]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as process:
+        time.sleep(seconds)
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate(timeout=60)
+    assert process.returncode == 130, error
+    assert error.startswith("toppling: ")
+    assert len(error.splitlines()) == 1
 
 
 @pytest.mark.slow
@@ -152,16 +165,17 @@ class TestShards:
     @pytest.fixture
     def broken_off(self, study, tmp_path, monkeypatch):
         """A study that an error ended after some chunks."""
-        monkeypatch.setattr(execution.collect, "__defaults__", (0.02,))
-        plan = tp.Study.from_toml(study)
+        monkeypatch.setattr(plan, "LEAST_SECONDS", 0.02)
+        monkeypatch.setattr(plan, "CHUNK_SECONDS", 0.02)
+        whole = tp.Study.from_toml(study)
 
         def progress(done, total):
             if done > 0.4 * total:
                 raise RuntimeError("pulled the plug")
 
         with pytest.raises(RuntimeError, match="pulled the plug"):
-            plan.run(tmp_path / "out", progress=progress)
-        return plan, tmp_path / "out"
+            whole.run(tmp_path / "out", progress=progress)
+        return whole, tmp_path / "out"
 
     @pytest.mark.parametrize(
         "damage",

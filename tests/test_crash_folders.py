@@ -11,7 +11,7 @@ import pytest
 from filelock import FileLock
 
 import toppling as tp
-from toppling.fragility import execution
+from toppling.fragility import plan
 from toppling.studies import StudyError, show, store, watch
 from toppling.studies import study as running
 from toppling.studies.cli import main
@@ -46,7 +46,8 @@ def study(tmp_path):
 
 @pytest.fixture(autouse=True)
 def small_chunks(monkeypatch):
-    monkeypatch.setattr(execution.collect, "__defaults__", (0.002,))
+    monkeypatch.setattr(plan, "LEAST_SECONDS", 0.002)
+    monkeypatch.setattr(plan, "CHUNK_SECONDS", 0.002)
 
 
 @pytest.fixture(scope="module")

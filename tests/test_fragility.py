@@ -57,14 +57,15 @@ def in_chunks(work, seconds):
 
 class TestIda:
     def test_labels_and_numbers(self, result):
-        assert dict(result.sizes) == {"block": 2, "model": 4, "level": 4, "motion": 12}
+        assert dict(result.sizes) == {"block": 2, "model": 4, "level": 4, "motion": 12, "reason": 8}
         assert result.block.values.tolist() == ["bookcase-5-shelf", "crate"]
         assert result.model.values.tolist() == [m.label for m in MODELS]
         assert result.e.sel(block="crate").values[0] == BLOCKS[1].restitution
         assert np.isnan(result.e.values[:, 3]).all()
         assert result.dt.values.tolist() == [0.01] * 5 + [0.005] * 3 + [0.02] * 4
         assert result.duration.values[5] == pytest.approx(8.0)
-        assert set(result.data_vars) == set(OUTPUTS)
+        assert set(result.data_vars) >= set(OUTPUTS)
+        assert result.verdict.dims == result.overturned.dims
         for name in result.variables:
             assert result[name].attrs["units"], name
             assert result[name].attrs["long_name"], name
@@ -165,7 +166,7 @@ class TestIda:
             xr.testing.assert_identical(again.load(), result)
 
     def test_one_block_one_model_one_array(self):
-        small = tp.ida(BLOCKS[0], MODELS[0], motions()[0], 3.0)
+        small = tp.ida(BLOCKS[0], MODELS[0], motions()[0], 3.0, screen=False)
         assert dict(small.sizes) == {"block": 1, "model": 1, "level": 1, "motion": 5}
         assert set(small.data_vars) == {"overturned", "peak_rotation"}
 

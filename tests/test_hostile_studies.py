@@ -115,7 +115,7 @@ def test_twenty_through_the_command(tmp_path, capsys, monkeypatch):
 
 def test_one_as_a_process(tmp_path):
     (tmp_path / "study.toml").write_bytes(b'title = "\xff"')
-    command = [sys.executable, "-m", "toppling.studies.cli", "run", "study.toml", "--out", "out"]
+    command = [sys.executable, "-m", "toppling", "run", "study.toml", "--out", "out"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "toppling: study.toml: not a text file in UTF-8\n"

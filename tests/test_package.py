@@ -32,7 +32,7 @@ MODULES = sorted(
         *(f"toppling.{room}" for room in ROOMS),
     ]
 )
-ROOT_FILES = ("__init__.py", "py.typed", *(f"{name}.py" for name in sorted(BELOW_ALL)))
+ROOT_FILES = ("__init__.py", "__main__.py", "py.typed", *(f"{name}.py" for name in sorted(BELOW_ALL)))
 # (the maker of the benchmark's truth needs gmpy2, which nobody else does)
 TRUTH = {f"toppling.benchmarks.{name}" for name in ("truth", "exact_motion", "multiprecision")}
 MODULES = [name for name in MODULES if name not in TRUTH or importlib.util.find_spec("gmpy2")]

@@ -11,7 +11,7 @@ from scipy import stats
 from scipy.special import erfinv
 
 import toppling as tp
-from toppling.fragility import block_notes, flips, notes, perturbed, screen, standing, wilson_interval
+from toppling.fragility import block_notes, flips, notes, perturbed, plan, screen, standing, wilson_interval
 from toppling.fragility.intervals import runs_for_half_width, wilson_half_width
 from toppling.fragility.reasons import REASONS
 from toppling.models.friction import (
@@ -474,7 +474,8 @@ class TestUndecided:
         first = screen(whole, shakes, 0.3, undecided=True)
         done = []
         for seconds in (1e-9, 1e9):
-            monkeypatch.setattr(perturbed, "CHUNK_SECONDS", seconds)
+            monkeypatch.setattr(plan, "LEAST_SECONDS", seconds)
+            monkeypatch.setattr(plan, "CHUNK_SECONDS", seconds)
             again = screen(whole, shakes, 0.3, undecided=True, progress=lambda *count: done.append(count))
             xr.testing.assert_identical(again, first)
         n = perturbed.perturbed_runs(1, FOUR, 10, 8, 1.0)
@@ -519,7 +520,27 @@ class TestErrors:
         with pytest.raises(ValueError, match="share must be finite and > 0 and <= 1, got 0"):
             flips(whole, shakes, 0.0)
         with pytest.raises(TypeError, match=r"notes need a dataset as toppling\.fragility\.screen returns it"):
-            notes(whole)
+            notes(tp.ida(BLOCKS, MODELS[0], shakes, [1.0], screen=False))
+        with pytest.raises(TypeError, match="screen must be True or False, got 0"):
+            tp.ida(BLOCKS, MODELS[0], shakes, [1.0], screen=0)
+
+    def test_stands_in_every_dataset_of_runs(self):
+        shakes = noise(4)
+        weak, strong = shakes.isel(motion=[0, 1]), shakes.isel(motion=[2, 3])
+        for runs, sets in (
+            (tp.ida(BLOCKS, MODELS, shakes, [1.0, 4.0]), shakes),
+            (tp.stripes(BLOCKS, MODELS, [weak, strong], [1.0, 4.0]), [weak, strong]),
+            (tp.cloud(BLOCKS, MODELS, shakes), shakes),
+        ):
+            assert runs.verdict.dims == runs.overturned.dims
+            assert (runs.verdict > 0).any()
+            alone = screen(runs, sets)
+            xr.testing.assert_identical(
+                runs[list(alone.data_vars)].drop_vars(runs.coords),
+                alone.drop_vars(alone.coords).drop_attrs(deep=False).assign_attrs(runs.attrs),
+            )
+            assert runs.attrs["screen"] == alone.attrs["screen"]
+            assert notes(runs) == notes(alone)
 
     def test_runs_that_cannot_be_repeated(self):
         shakes = noise(2)

@@ -75,9 +75,11 @@ class TestFreeMotion:
         if run.results[OVERTURNED] == 1.0:
             energy = energy[np.abs(theta) < 0.5 * math.pi]
         lowest = np.minimum.accumulate(energy)
-        # a step's coefficients are rounded once for all samples: undamped, that adds up (0.2 ulp a sample are measured)
-        drift = 0.5 * np.finfo(float).eps * n
-        assert np.all(energy - lowest <= max(5e-14, drift) * energy[0])
+        bound = 5e-14
+        if energy[-1] > (1.0 - 1e-9) * energy[0]:
+            # nothing is lost: a step's coefficients are rounded once for all samples, by half an ulp, and that adds up
+            bound = max(bound, 0.5 * np.finfo(float).eps * n)
+        assert np.all(energy - lowest <= bound * energy[0])
         turns = np.abs(run.turning_points[1])
         if "rest" not in options or options["rest"] == "elastic":
             outside = energies(block, oscillator, turns[turns < alpha], 0.0)

@@ -128,7 +128,7 @@ class TestStudy:
         ).sample(12)
         blocks = [tp.catalogue["bookcase-5-shelf"], tp.Block(0.5, 1.2, name="crate")]
         models = [tp.DiscreteDamping(e=0.9), tp.HousnerImpact()]
-        direct = tp.ida(blocks, models, motions, np.linspace(0.1, 1.0, 6) * G)
+        direct = tp.ida(blocks, models, motions, np.linspace(0.1, 1.0, 6) * G, screen=False)
         xr.testing.assert_equal(result[["overturned", "peak_rotation"]], direct)
 
     def test_records_relative_to_the_file(self, tmp_path):

@@ -10,7 +10,7 @@ import toppling as tp
 from toppling.fragility import uncertain_ida
 from toppling.studies import StudyError, assess, read_inventory
 from toppling.studies.cli import main
-from toppling.studies.curve_notes import curve_notes, rate_notes
+from toppling.studies.curve_notes import crossing_notes, curve_notes, rate_notes
 from toppling.studies.fragility_rows import fragility_table, hints, measure_rows, risk_table, size_table
 
 BLOCKS = """
@@ -130,6 +130,21 @@ class TestCurves:
         notes = curve_notes(curves.assign(median=("block", [np.nan])), fell, runs, "overturning")
         assert len(notes) == 1
         assert "block 0: 0 of 40" in notes[0]
+
+    def test_a_median_beside_what_was_observed(self):
+        """The observed half is known to a span of its own: a fit whose interval misses it is named, others are not."""
+        curves, _, _ = fitted(["ok"] * 4, [1.9, 2.4, 3.4, 1.0], [2.1, 2.6, 3.6, 1.1], [20] * 4)
+        levels = xr.DataArray([1.0, 2.0, 4.0], dims="level", attrs={"units": "m s-1"})
+        lower = [[0.0, 0.45, 0.9], [0.0, 0.45, 0.9], [0.0, 0.2, 0.4], [0.6, 0.7, 0.8]]
+        upper = [[0.1, 0.55, 1.0], [0.1, 0.55, 1.0], [0.1, 0.3, 0.9], [0.7, 0.8, 0.9]]
+        ends = {"lower": (("block", "level"), lower), "upper": (("block", "level"), upper)}
+        observed = xr.Dataset(ends, {"block": curves.block, "level": levels})
+        (note,) = crossing_notes(curves, observed)
+        # between 1 and 2, where the upper end passes 1/2 at 2^(0.4/0.45), and between 2 and 4 at 2^(1 + 0.05/0.45)
+        assert f"(block 1: 2.5 m/s, observed {2 ** (0.4 / 0.45):.3g} m/s to {2 ** (1 + 0.05 / 0.45):.3g} m/s; " in note
+        assert "block 3: 1.05 m/s, observed below 1 m/s" not in note
+        assert note.startswith("the median of 1 of 4 curves")
+        assert crossing_notes(curves.drop_vars("median_lower"), observed) == []
 
     def test_separated_data_of_a_study(self, tmp_path):
         """A pulse overturns at one level and from there on: its curves are separated, and the study says so."""
