@@ -17,8 +17,8 @@ from matplotlib.ticker import PercentFormatter
 from paper_numbers import CONCRETE, DELTA, FIGURE_6, RIVALS, X0, E
 
 import toppling as tp
+from toppling.studies.plot import history, hysteresis, moment
 from toppling.studies.plots import COLOURS, plain_log
-from toppling.studies.plots_response import history, hysteresis, moment
 from toppling.units import STANDARD_GRAVITY
 
 _SIZED = ("font.size", "axes.labelsize", "axes.titlesize", "legend.fontsize", "figure.labelsize")
@@ -33,8 +33,8 @@ def moment_figure() -> Figure:
     figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
     ax = figure.add_subplot()
     exact = tp.HousnerImpact(e=E)
-    moment(FIGURE_6, exact, ax, label="rigid block: sin(α − θ)/sin α", colour="0.55")
-    moment(FIGURE_6, tp.DiscreteDamping(e=E, delta=DELTA), ax, label=f"bilinear, δ = {DELTA:g}", line="dashed")
+    moment(FIGURE_6, exact, ax, label="rigid block: sin(α − θ)/sin α", color="0.55")
+    moment(FIGURE_6, tp.DiscreteDamping(e=E, delta=DELTA), ax, label=f"bilinear, δ = {DELTA:g}", linestyle="dashed")
     ax.annotate("elastic zone\n±δα", (-DELTA, 0.5), xytext=(-0.66, 0.46), arrowprops={"arrowstyle": "-", "lw": 0.8})
     ax.annotate("balance", (1.0, 0.0), xytext=(0.72, -0.42), arrowprops={"arrowstyle": "-", "lw": 0.8})
     figure.legend(loc="outside upper center", ncols=2, frameon=False)
@@ -127,7 +127,7 @@ def hysteresis_figure() -> Figure:
     for column, (name, law, colour) in enumerate(laws):
         run = tp.free_rocking(FIGURE_6, law, X0 * FIGURE_6.alpha, 4.0, 2e-4)
         for row, part in enumerate(("total", "damping")):
-            ax = hysteresis(run, axes[row, column], moment=part, colour=colour)
+            ax = hysteresis(run, axes[row, column], moment=part, color=colour)
             ax.axvspan(-DELTA, DELTA, color="0.9", lw=0.0, zorder=0)
             ax.set_title(f"({'abcd'[2 * row + column]}) {part}, {name}")
             ax.set_xlabel("")
@@ -169,7 +169,7 @@ def delta_figure() -> Figure:
     deltas = (0.01, 0.05, 0.1)
     for ax, rival in zip(axes, RIVALS, strict=True):
         runs = [tp.free_rocking(CONCRETE, rival.make(E, delta), X0 * CONCRETE.alpha, 6.0) for delta in deltas]
-        history(runs, ax, colours=shades, labels=[f"δ = {delta:g}" for delta in deltas])
+        history(runs, ax, colors=shades, labels=[f"δ = {delta:g}" for delta in deltas])
         _bare(ax)
         ax.set_title(f"({rival.panel}) {rival.name}", loc="left")
         ax.set_xlim(0.0, 6.0)
@@ -215,7 +215,7 @@ def forced_figure(runs: Sequence[numbers.Forced], longest: float = 20.0) -> Figu
         axes[0, column].text(0.5, 1.3, heading, transform=axes[0, column].transAxes, ha="center", weight="bold")
         for row, rival in enumerate(RIVALS):
             ax = history(
-                [run.runs[row], run.reference], axes[row, column], colours=(rival.colour, "black"), labels=("", "")
+                [run.runs[row], run.reference], axes[row, column], colors=(rival.colour, "black"), labels=("", "")
             )
             ax.get_lines()[1 + int(bool(run.runs[row]["overturned"]))].set(lw=0.8, ls=(0, (3, 1.5)))
             _bare(ax)
@@ -229,7 +229,7 @@ def forced_figure(runs: Sequence[numbers.Forced], longest: float = 20.0) -> Figu
     cross: dict[str, Any] = {"marker": "X", "ms": 8.0, "ls": "none", "color": "0.4"}
     figure.legend(
         [Line2D([], [], color="black", lw=0.9, ls=(0, (3, 1.5))), Line2D([], [], **cross)],
-        ["Housner's block, exact geometry", "overturns"],
+        ["Housner's block, exact geometry", "falls from here on"],
         loc="outside upper center",
         ncols=2,
         frameon=False,
@@ -270,9 +270,6 @@ def verdict_figure(fell: xr.DataArray) -> Figure:
 
 
 def _bare(ax: Axes) -> None:
-    """No labels and no legend of its own: the figure has them."""
+    """No labels of its own: the figure has them."""
     ax.set_xlabel("")
     ax.set_ylabel("")
-    legend = ax.get_legend()
-    if legend is not None:
-        legend.remove()

@@ -28,9 +28,11 @@ from .export import ExportFormat, read_curves, write_curves
 from .forecast import forecast, standing
 from .progress import show_progress
 from .rows import plain_table
+from .simulation_command import simulate_one
 from .store import RESULT_NAME
 from .study import Study
 from .tables import StudyError
+from .terminal import say, terminal
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -71,7 +73,7 @@ def run(
     study
         The study file (TOML).
     """
-    console = _console()
+    console = terminal()
     folder = out if out is not None else Path("results") / study.stem
     plan = Study.from_toml(study)
     say(console, f"{plan.title}: {plan.words}", *(f"note: {note}" for note in plan.notes))
@@ -129,115 +131,10 @@ def status(
     if json:
         sys.stdout.write(dumps(found._asdict(), ensure_ascii=False) + "\n")
     else:
-        say(_console(), *found.lines(folder))
+        say(terminal(), *found.lines(folder))
 
 
-@app.command(name="simulate")
-def simulate_one(
-    block: str | None = None,
-    motion: str | None = None,
-    *,
-    width: Annotated[str | None, Parameter(help="Full width in the direction of shaking: 40cm, 0.4m or 0.4.")] = None,
-    height: Annotated[str | None, Parameter(help="Full height.")] = None,
-    cm_height: Annotated[
-        str | None, Parameter(help="Height of the centre of mass; mid-height where not given.")
-    ] = None,
-    inertia_factor: Annotated[float | None, Parameter(help="I_O/(m R²), above 1 to 2; 4/3 where not given.")] = None,
-    law: Annotated[str, Parameter(help="Damping law.")] = "housner",
-    e: Annotated[
-        float | None, Parameter(help="Restitution, above 0 to 1; the block's own e_R where not given.")
-    ] = None,
-    restitution_factor: Annotated[float | None, Parameter(help="Factor on e_R, instead of e.")] = None,
-    delta: Annotated[float | None, Parameter(help="Half width of the elastic zone over α; 0.05.")] = None,
-    zeta: Annotated[float | None, Parameter(help="Damping ratio of the viscous law.")] = None,
-    coefficient: Annotated[float | None, Parameter(help="Coefficient of the law of Vassiliou et al.; 0.02.")] = None,
-    lever: Annotated[str | None, Parameter(help="Lever arm of the shaking: h or R.")] = None,
-    rest: Annotated[str | None, Parameter(help="Kind of rest: elastic or rigid.")] = None,
-    geometry: Annotated[str | None, Parameter(help="Housner's geometry: exact, linear or bilinear.")] = None,
-    scale: Annotated[float | None, Parameter(help="Factor on the motion.")] = None,
-    pga: Annotated[str | None, Parameter(help="Or: its peak acceleration, 0.4g or 3.9m/s2.")] = None,
-    seed: Annotated[int | None, Parameter(help="Seed of a generator; 0.")] = None,
-    index: Annotated[int, Parameter(help="Which motion of the seed or the file, from 0.")] = 0,
-    period: Annotated[str | None, Parameter(help="Period of a pulse, 0.5s.")] = None,
-    set_: Annotated[
-        tuple[str, ...],
-        Parameter(name="--set", negative_iterable="", help="KEY=VALUE of [motions] in a study file: duration_s=20."),
-    ] = (),
-    out: Annotated[Path, Parameter(help="Folder for the history and its figures.")] = Path("results/simulate"),
-    animate: Annotated[
-        bool, Parameter(negative="", help="Write a film too: GIF, and MP4 where ffmpeg is there.")
-    ] = False,
-    speed: Annotated[float, Parameter(help="Of the film: 1 is real time, 0.25 four times slower.")] = 1.0,
-    json_: Annotated[bool, Parameter(name="--json", negative="", help="Print it as JSON.")] = False,
-) -> None:
-    """Simulate one block under one motion: what it does, history.csv, history.png and, with --animate, a film.
-
-    toppling simulate bookcase-5-shelf clough-penzien --seed 1 --pga 0.4g --animate
-
-    Parameters
-    ----------
-    block
-        A name of `toppling catalogue`; left out where --width and --height are given.
-    motion
-        A record file, a generator or a pulse by its name, or a study file for one of its motions.
-    """
-    from .simulation import Simulation, as_json  # noqa: PLC0415 - not for every command
-    from .simulation_inputs import block_of, factor_of, law_of, motion_of  # noqa: PLC0415
-
-    sizes = {"--width": width, "--height": height, "--cm-height": cm_height}
-    if motion is None and any(sizes.values()):
-        block, motion = None, block  # the only word given is the motion
-    if motion is None:
-        raise StudyError("which MOTION? A record file, or the name of a generator such as clough-penzien")
-    options = {
-        "e": e,
-        "restitution_factor": restitution_factor,
-        "delta": delta,
-        "zeta": zeta,
-        "coefficient": coefficient,
-        "lever": lever,
-        "rest": rest,
-        "geometry": geometry,
-    }
-    stands, damped = block_of(block, sizes, inertia_factor), law_of(law, options)
-    shaking = motion_of(motion, seed, index, set_, period)
-    run = Simulation(stands, damped, shaking, factor_of(shaking, scale, pga))
-    console = _console()
-    log = Console(stderr=True)
-    with log.status("loading the engine (compiled once after installation, some 20 s)"):
-        written = run.write(out)
-    if not json_:
-        say(console, *run.lines(), *(f"note: {note}" for note in run.notes))
-    if animate:
-        written += _films(run.shown, out, speed, log)
-    if json_:
-        sys.stdout.write(as_json(run.content(written)) + "\n")
-    else:
-        say(console, *(f"written: {path}" for path in written))
-
-
-def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[Path]:
-    """Write the films of a run: GIF, and MP4 where ffmpeg is there."""
-    from .animate import animate  # noqa: PLC0415 - matplotlib
-    from .movies import ffmpeg  # noqa: PLC0415
-
-    names = ["animation.gif", *(["animation.mp4"] if ffmpeg() else [])]
-    if len(names) == 1:
-        say(log, "no ffmpeg on the PATH: the film is a GIF alone")
-    try:
-        with log.status("") as status:
-            found = []
-            for name in names:
-                status.update(f"drawing {name}")
-                # (twice the pixels: an MP4 is small, and can be looked at on a whole screen)
-                found.append(animate(response, folder / name, speed=speed, size=480 if name.endswith("gif") else 960))
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"interrupted: {name} is not written, the history is") from None
-    except OSError as error:
-        raise StudyError(f"{folder / name}: cannot be written ({error.strerror or error})") from None
-    except ValueError as error:
-        raise StudyError(f"--speed {speed:g}: {error}") from None
-    return found
+app.command(simulate_one, name="simulate")
 
 
 @app.command(name="motions")
@@ -274,7 +171,7 @@ def look_at_motions(
     if json_:
         print(measures_json(values, figures))
         return
-    console = _console()
+    console = terminal()
     console.print(measures_table(values))
     if spectrum is not None:
         misfit = matching_report(motions, spectrum).misfit_mean
@@ -307,7 +204,7 @@ def show_catalogue() -> None:
         block = item.block
         sizes = (f"{block.width:.3f}", f"{block.height:.3f}", f"{block.alpha:.3f}")
         table.add_row(name, *sizes, item.fema_p58 or "", item.quality)
-    _console().print(table)
+    terminal().print(table)
 
 
 @app.command
@@ -336,7 +233,7 @@ def bench(
     if json:
         sys.stdout.write(dumps(results, ensure_ascii=False, allow_nan=False) + "\n")
         return
-    console = _console(least=120)
+    console = terminal(least=120)
     for table in page.summary(results):
         console.print(plain_table(table.title, table.headings, table.rows))
     console.print("\n".join(f"written: {path}" for path in written), highlight=False, markup=False, soft_wrap=True)
@@ -367,7 +264,7 @@ def export(
     result = _result_file(result)
     folder = result.parent / "export" if out is None else out
     written = write_curves(read_curves(result, model), folder, format_)
-    console = _console()
+    console = terminal()
     lines = [f"{count(len(written.ids) - len(set(written.missing) & set(written.ids)), 'curve')} for {format_}"]
     lines += [f"no estimate ({reason}): {name}" for name, reason in written.missing.items()]
     lines += [f"written: {path}" for path in written.paths]
@@ -395,7 +292,7 @@ def report(
     """
     from .report import write_report  # noqa: PLC0415 - jinja2 and matplotlib
 
-    console = _console()
+    console = terminal()
     with console.status("drawing the figures"):
         written = write_report(_result_file(result), out, format_)
     say(console, *(f"written: {path}" for path in written))
@@ -418,18 +315,6 @@ def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed w
 
 def _result_file(path: Path) -> Path:
     return path / RESULT_NAME if path.is_dir() else path
-
-
-def say(console: Console, *lines: str) -> None:
-    """Lines as they are: no markup, nothing coloured, none broken."""
-    for line in lines:
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
-
-
-def _console(least: int = 100) -> Console:
-    """The terminal, or at least so many columns where the output goes elsewhere."""
-    console = Console()
-    return console if console.is_terminal else Console(width=max(least, console.width))
 
 
 def _connect(address: str) -> Client:

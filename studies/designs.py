@@ -29,19 +29,20 @@ class Design(ABC):
     """Motions and what is done with them; `im` is the measure, `ground` what it is taken of where not the motions."""
 
     motions: tuple[Any, ...]
+    ground: tuple[Any, ...]
     im: str
     name: ClassVar[str]
     """Its key in study files."""
 
     @property
-    @abstractmethod
     def arrays(self) -> Motions:
         """All motions that blocks stand on."""
+        return self.motions
 
     @property
-    @abstractmethod
     def below(self) -> Motions:
         """All ground motions whose measure counts instead; none where the motions' own does."""
+        return self.ground
 
     @property
     def levels(self) -> NDArray[np.float64]:
@@ -100,14 +101,6 @@ class Incremental(Design):
     im: str
     at: NDArray[np.float64]
     name: ClassVar[str] = "ida"
-
-    @property
-    def arrays(self) -> Motions:
-        return self.motions
-
-    @property
-    def below(self) -> Motions:
-        return self.ground
 
     @property
     def levels(self) -> NDArray[np.float64]:
@@ -212,14 +205,6 @@ class Cloud(Design):
     ground: Motions
     im: str
     name: ClassVar[str] = "cloud"
-
-    @property
-    def arrays(self) -> Motions:
-        return self.motions
-
-    @property
-    def below(self) -> Motions:
-        return self.ground
 
     def check(self, blocks: Sequence[Block]) -> None:
         plain = records(self.motions)

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import xarray as xr
 
-from ..fragility import block_notes, notes, screen
+from ..fragility import notes, screen
 from ..fragility.perturbed import perturbed_runs
 from ..fragility.states import state_name
 from ..models import Block, Law
 from ..models.friction import Friction
-from ..models.oscillator import Oscillator
 from .designs import Design, count
 from .estimates import Fit, ranked
 from .schema import StudyFile
-from .study import Progress, Study, each, part_of, plain
+from .study import OfBlocks, Progress, Study, each, part_of, plain
 from .yearly import Risk
 
 if TYPE_CHECKING:
@@ -34,7 +32,7 @@ SIZE = ("size_along", "size_probability")
 
 
 @dataclass(frozen=True)
-class FragilityStudy(Study):
+class FragilityStudy(OfBlocks, Study):
     """Blocks x damping laws x motions.
 
     `design` says what is done with which motions; `friction` and `undecided` (share of the motions) are for the
@@ -85,8 +83,8 @@ class FragilityStudy(Study):
     @property
     def words(self) -> str:
         of = f"{count(len(self.blocks), 'block')} × {count(len(self.models), 'law')} × {self.design.words}"
-        perturbed = f", and {self.perturbed_runs:,} perturbed" if self.perturbed_runs else ""
-        return f"{of} = {count(self.runs, 'run')}{perturbed}"
+        again = f", and {self.perturbed_runs:,} again, changed by a millionth: does the verdict stay?"
+        return f"{of} = {count(self.runs, 'run')}{again if self.perturbed_runs else ''}"
 
     @property
     def runs(self) -> int:
@@ -99,22 +97,6 @@ class FragilityStudy(Study):
     @property
     def kept_outputs(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys((*self.fit.outputs, *self.outputs)))
-
-    @property
-    def of_each_law(self) -> list[Oscillator]:
-        return [model.oscillator(self.blocks[0]) for model in self.models]
-
-    @property
-    def notes(self) -> list[str]:
-        return block_notes(self.blocks)
-
-    @property
-    def arrays(self) -> Iterable[xr.DataArray]:
-        return (*self.design.arrays, *self.design.below)
-
-    @property
-    def _read(self) -> list[Any]:
-        return [] if self.risk is None else [asdict(self.risk.hazard)]
 
     @property
     def perturbed_runs(self) -> int:

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from .. import checks
 from ..models import Block
 from ..motions.peaks import displacement, velocity
+from .histories import FLAT, checked
 from .movies import FRAME_RATES
 
 Values = NDArray[np.float64]
-FLAT = 0.5 * math.pi
-"""|θ| at which a block lies on its side, rad: there the model ends."""
 STAYS = 2.0
 """Time that a film goes on after that, s of the film."""
 MOST_FRAMES = 1500
@@ -29,6 +28,9 @@ LONGEST = 1200.0
 """Length of a film, s, beyond which nobody would look at it (and its file grows)."""
 FALL_STEP = 1e-3
 SLOWEST, FASTEST = 0.01, 100.0
+VARIABLES = ("angular_velocity", "floor_acceleration", "overturned")
+ATTRIBUTES = ("alpha", "p", "block", "model", "configuration")
+"""What a history holds beside its rotation, where it is to be seen."""
 
 
 class Frames(NamedTuple):
@@ -55,7 +57,7 @@ def frames_of(response: xr.Dataset, *, speed: float = 1.0, fps: int | None = Non
     TypeError, ValueError
         As `animate`.
     """
-    _checked(response)
+    checked(response, VARIABLES, ATTRIBUTES)
     rate = checks.number("speed", speed, at_least=SLOWEST, at_most=FASTEST)
     time, theta = response["time"].values, response["rotation"].values
     begin, end = float(time[0]), float(time[-1])
@@ -140,15 +142,3 @@ def placed(block: Block, rotation: float, floor: float, points: Values) -> Value
 def block_of(response: xr.Dataset) -> Block:
     """The block of a run, as its attributes describe it."""
     return Block(**json.loads(response.attrs["configuration"])["block"])
-
-
-def _checked(response: Any) -> None:
-    """TypeError where a response is no dataset, ValueError where it holds no history of one run."""
-    if not isinstance(response, xr.Dataset):
-        raise TypeError(f"a response must be a dataset as toppling.simulate returns it, got {checks.kind(response)}")
-    needed = {"rotation", "angular_velocity", "floor_acceleration", "overturned"}
-    lacks = sorted(needed - {str(name) for name in response.data_vars})
-    lacks += sorted({"alpha", "p", "block", "model", "configuration"} - {str(name) for name in response.attrs})
-    if lacks or response["rotation"].dims != ("time",):
-        why = f"without {', '.join(lacks)}" if lacks else f"with rotation on {response['rotation'].dims}"
-        raise ValueError(f"a response must hold one history as toppling.simulate returns it, got a dataset {why}")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -36,11 +36,13 @@ __all__ = [
     "laws_of",
     "legend_below",
     "level_axis",
+    "level_index",
     "log_spaced",
     "lowest_panels",
     "model_name",
     "new_axes",
     "one_of",
+    "own_legend",
     "plain_log",
     "styles",
     "wrapped",
@@ -84,6 +86,12 @@ def heading(figure: Figure, title: str, text: str = "") -> None:
     width = 0.94 * figure.get_figwidth()
     size = 11.0 if width > 7.0 else 10.0
     figure.suptitle("\n".join(wrapped(one, width, size) for one in (title, text) if one), fontsize=size)
+
+
+def own_legend(ax: Axes, place: Literal["best", "lower right"] = "best") -> None:
+    """The legend of axes in a figure of their own, where there is more than one thing to tell apart."""
+    if len(ax.get_legend_handles_labels()[1]) > 1:
+        ax.legend(frameon=False, fontsize=9, loc=place)
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], labels: Sequence[str]) -> None:
@@ -250,3 +258,12 @@ def one_of(results: xr.Dataset, dim: str, label: str | int | None) -> xr.Dataset
             raise ValueError(f"results are of several {dim}s, say which: {few}")
         return results.isel({dim: 0})
     return results.isel({dim: labels.index(checks.choice(dim, str(label), labels))})
+
+
+def level_index(results: xr.Dataset, level: float) -> int:
+    """Where a level (SI) stands among those of some results; ValueError where it is none of them."""
+    levels = results["level"].values
+    close = np.flatnonzero(np.isclose(levels, checks.number("level", level), rtol=1e-6, atol=0.0))
+    if not close.size:
+        raise ValueError(f"level must be one of {', '.join(f'{one:.6g}' for one in levels)}, got {level:g}")
+    return int(close[0])

@@ -28,6 +28,7 @@ from .plots import (
     log_spaced,
     lowest_panels,
     new_axes,
+    own_legend,
     plain_log,
     width_of,
     wrapped,
@@ -61,7 +62,7 @@ def inventory(
         A performance study's results, or as `toppling.studies.assess` returns it; for the last two views also as
         `toppling.studies.anchoring` does.
     ax : matplotlib Axes, optional
-        Where to draw; axes of a new figure where not given.
+        Where to draw; axes of a new figure, with a legend, where not given.
     view : {"levels", "exceedance", "anchoring", "left"}
         Mean and quantiles against the level; annual rates of exceedance; what anchoring each item saves; what is left
         as item after item is anchored.
@@ -103,12 +104,16 @@ def inventory(
     'pieces overturned'
     """
     checks.choice("view", view, VIEWS)
+    alone = ax is None
     if view in ("anchoring", "left"):
         ranking = ranking_in(results)
         laws = laws_of(ranking, model, color)
         if ax is None:
             ax = new_axes(6.4, max(3.0, 0.3 * ranking.sizes["item"] + 1.4) if view == "anchoring" else 4.0)
-        return bars(ranking, laws, ax) if view == "anchoring" else remainder(ranking, laws, ax)
+        (bars if view == "anchoring" else remainder)(ranking, laws, ax)
+        if alone:  # (the best on top: below it bars leave room)
+            own_legend(ax, "lower right" if view == "anchoring" else "best")
+        return ax
     have = [name for name in QUANTITIES if f"{name}_mean" in results]
     if not have:
         raise ValueError("a figure of an inventory needs an assessment: a performance study, or what assess returns")
@@ -123,6 +128,8 @@ def inventory(
         _levels(results, laws, chosen, place or BUILDING, ax)
     else:
         _exceedance(results, laws, chosen, place, ax)
+    if alone:
+        own_legend(ax)
     return ax
 
 

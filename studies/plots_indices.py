@@ -18,6 +18,7 @@ from .plots import (
     heading,
     labels_of,
     legend_below,
+    level_index,
     model_name,
     new_axes,
     one_of,
@@ -86,13 +87,7 @@ def indices(
     if not held:
         return draw[name](one_of(one_of(results, "block", block), "model", model), ax)
     here = one_of(one_of(results, "block", block), "model", model)
-    at = middle_level(here["probability"])
-    if level is not None:
-        levels = here["level"].values
-        close = np.flatnonzero(np.isclose(levels, checks.number("level", level), rtol=1e-6, atol=0.0))
-        if not close.size:
-            raise ValueError(f"level must be one of {', '.join(f'{one:.6g}' for one in levels)}, got {level:g}")
-        at = int(close[0])
+    at = middle_level(here["probability"]) if level is None else level_index(here, level)
     own = [str(one) for one in here.data_vars if str(one).startswith(f"{name}_")]
     ax = draw[name](here[own].rename({one: one.removeprefix(f"{name}_") for one in own}).isel(output=at), ax)
     scale, unit = display_unit(here["level"])
@@ -111,26 +106,12 @@ def _ends(here: xr.Dataset, name: str) -> tuple[NDArray[np.float64], NDArray[np.
     return None
 
 
-def sobol_bars(indices: xr.Dataset, ax: Axes | None = None) -> Axes:
+def sobol_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
     """First- and total-order Sobol' indices with their intervals, the largest total on top.
 
-    Parameters
-    ----------
-    indices : xarray.Dataset
-        As `fragility.sobol_indices` returns it, of one output (``isel(output=0)``).
-    ax : matplotlib Axes, optional
-        Where to draw; new axes where not given.
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    ValueError
-        Several outputs.
+    `found` as `fragility.sobol_indices` returns it, of one output; `ax` as of `indices`.
     """
-    here = _one_output(indices, "total")
+    here = _one_output(found, "total")
     order = np.argsort(-np.nan_to_num(here["total"].values), kind="stable")
     here = here.isel(input=order)
     y = np.arange(order.size)
@@ -144,10 +125,8 @@ def sobol_bars(indices: xr.Dataset, ax: Axes | None = None) -> Axes:
         error = {"ecolor": "0.25", "elinewidth": 1.1, "capsize": 2.5}
         ax.barh(y + shift, here[name].values, 0.36, color=colour, label=label, xerr=_ends(here, name), error_kw=error)
     ax.axvline(0.0, color="0.25", lw=0.8)
-    ax.set_yticks(y, [input_name(str(one)) for one in here["input"].values])
-    ax.set_ylim(y[-1] + 0.6, -0.6)
+    _rows(ax, here)
     ax.set_xlabel("share of the variance")
-    grid(ax, "x")
     _title(ax, here)
     if alone:
         handles, labels = ax.get_legend_handles_labels()
@@ -157,26 +136,12 @@ def sobol_bars(indices: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def morris_scatter(indices: xr.Dataset, ax: Axes | None = None) -> Axes:
+def morris_scatter(found: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Morris' mean absolute effect of every input against the scatter of its effects.
 
-    Parameters
-    ----------
-    indices : xarray.Dataset
-        As `fragility.morris_indices` returns it, of one output.
-    ax : matplotlib Axes, optional
-        Where to draw; new axes where not given.
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    ValueError
-        Several outputs.
+    `found` as `fragility.morris_indices` returns it, of one output; `ax` as of `indices`.
     """
-    here = _one_output(indices, "mu_star")
+    here = _one_output(found, "mu_star")
     alone = ax is None
     if ax is None:
         ax = new_axes(6.0, 4.4)
@@ -212,21 +177,7 @@ def morris_scatter(indices: xr.Dataset, ax: Axes | None = None) -> Axes:
 def tornado_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
     """The output with one input at a time at its low and high quantile, the widest on top.
 
-    Parameters
-    ----------
-    found : xarray.Dataset
-        As `fragility.tornado` returns it, of one output.
-    ax : matplotlib Axes, optional
-        Where to draw; new axes where not given.
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    ValueError
-        Several outputs.
+    `found` as `fragility.tornado` returns it, of one output; `ax` as of `indices`.
     """
     here = _one_output(found, "swing")
     here = here.isel(input=np.argsort(-here["swing"].values, kind="stable"))
@@ -244,10 +195,8 @@ def tornado_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
         ("high", COLOURS[1], "s", f"input at its {last} quantile, or its greatest choice"),
     ):
         ax.plot(here[name].values, y, marker, ms=8.0, color=colour, label=label, zorder=2)
-    ax.set_yticks(y, [input_name(str(one)) for one in here["input"].values])
-    ax.set_ylim(y[-1] + 0.6, -0.6)
+    _rows(ax, here)
     ax.set_xlabel(str(here["output"].item()) if "output" in here.coords else "value")
-    grid(ax, "x")
     if alone:
         ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=9)
     return ax
@@ -257,6 +206,14 @@ def _one_output(indices: xr.Dataset, name: str) -> xr.Dataset:
     if indices[name].dims != ("input",):
         raise ValueError(f"one output is drawn, got {dict(indices[name].sizes)}: select it")
     return indices
+
+
+def _rows(ax: Axes, here: xr.Dataset) -> None:
+    """A row for each input, the first on top."""
+    names = [input_name(str(one)) for one in here["input"].values]
+    ax.set_yticks(range(len(names)), names)
+    ax.set_ylim(len(names) - 0.4, -0.6)
+    grid(ax, "x")
 
 
 def _title(ax: Axes, here: xr.Dataset) -> None:

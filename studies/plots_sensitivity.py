@@ -1,9 +1,13 @@
-"""Figures of sensitivity to delta and e: axes in, axes out, one column of panels that a telephone shows, too."""
+"""Figures of sensitivity to delta and e: axes in, axes out, one column of panels that a telephone shows, too.
+
+Those of uncertain inputs stand in `plots_sensitivity_inputs`.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import matplotlib as mpl
@@ -14,16 +18,27 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentFormatter
 from numpy.typing import NDArray
 
-from .plots import REFERENCE, model_name, plain_log, styles
+from .. import checks
+from .plots import (
+    REFERENCE,
+    Drawn,
+    grid,
+    labels_of,
+    laws_of,
+    level_index,
+    model_name,
+    new_axes,
+    one_of,
+    own_legend,
+    plain_log,
+)
+from .plots_sensitivity_inputs import HEIGHT, TEXT, WIDTH, sobol_panel, tornado_panel
 from .sensitivity_rows import GREEK, level_between, level_text, reference_name, reference_of
 from .sensitivity_tables import RIGID
-from .words import display_unit, input_name
+from .words import display_unit
 
 EQUAL = 1e-9
 """A distance from the rigid block that is no more than rounding."""
-WIDTH = 5.2
-TEXT = 11.0
-"""Of figures (in) and their text (pt): 380 pixels across leave 8 pt."""
 SHOWN = 5
 """Values of which free rocking is shown."""
 SCALED = ("median", "median_ratio", "dispersion", "decay_error")
@@ -42,10 +57,13 @@ QUANTITIES = {
 
 def sensitivity(
     results: xr.Dataset,
-    quantity: str = "median",
     ax: Axes | None = None,
+    *,
+    quantity: str = "median",
     block: str | None = None,
-    level: int | None = None,
+    model: str | None = None,
+    level: float | None = None,
+    color: str | None = None,
 ) -> Axes:
     """A quantity of every law over the values of delta or e, with its interval as a band.
 
@@ -53,15 +71,17 @@ def sensitivity(
     ----------
     results : xarray.Dataset
         Of a sensitivity study.
+    ax : matplotlib Axes, optional
+        Where to draw; axes of a new figure, with a legend, where not given.
     quantity : {"median", "median_ratio", "dispersion", "probability", "excess", "flipped", "decay_error"}
         What is drawn; differences are those from the study's reference.
-    ax : matplotlib Axes, optional
-        Where to draw; axes of a new figure where not given.
-    block : str, optional
-        Label of the block; the first where not given.
-    level : int, optional
-        Number of the level, for what depends on it; that at which the rigid block is nearest to falling under half of
-        the motions where not given.
+    block, model : str, optional
+        Labels: which block (needed where there are several), and which law alone (all where not given).
+    level : float, optional
+        The level (SI), one of the study's, for what depends on it; that at which the rigid block is nearest to falling
+        under half of the motions where not given.
+    color : str, optional
+        Of one law: matplotlib's colour.
 
     Returns
     -------
@@ -70,7 +90,7 @@ def sensitivity(
     Raises
     ------
     ValueError
-        Another quantity, a block that the results do not have, results of another kind of study.
+        Results of another kind of study; no such quantity, block, law or level; several blocks, and none is said.
 
     Notes
     -----
@@ -79,27 +99,28 @@ def sensitivity(
     """
     if "parameter" not in results.attrs or "comparison" not in results.dims:
         raise ValueError("results must be of a sensitivity study, which have a parameter and comparisons, got others")
-    if quantity not in QUANTITIES:
-        raise ValueError(f"quantity must be one of {', '.join(QUANTITIES)}, got {quantity!r}")
-    here = _of_block(results, block)
-    ax = _axes(ax)
-    at = level_between(here) if level is None else level
+    checks.choice("quantity", quantity, tuple(QUANTITIES))
+    here = one_of(results, "block", block)
+    at = level_between(here) if level is None else level_index(here, level)
     drawn = here.isel(level=at) if "level" in here[quantity].dims else here
     if "comparison" in here[quantity].dims:
         drawn = drawn.sel(comparison=reference_of(results))
     scale, unit = display_unit(results["level"]) if quantity == "median" else (1.0, "")
     ends = ("lower", "upper") if quantity == "probability" else (f"{quantity}_lower", f"{quantity}_upper")
+    laws = laws_of(drawn, model, color)
+    alone = ax is None
+    if ax is None:
+        ax = new_axes(WIDTH, HEIGHT)
     x = results["value"].values
-    for i, (colour, marker, line) in enumerate(styles(results)):
-        one = drawn.isel(model=i)
+    for law in laws:
+        one = law.results
         y = _finite(one[quantity].values / scale)
         if quantity == "decay_error":
             y = 1.0 + y
         if ends[0] in one and ends[1] in one:
             low, high = (_finite(one[end].values / scale) for end in ends)
-            ax.fill_between(x, low, high, where=list(np.isfinite(y)), color=colour, alpha=0.15, lw=0.0)
-        label = model_name(str(one["model"].item()))
-        ax.plot(x, y, color=colour, ls=line, marker=marker, ms=4.5, mew=0.0, lw=1.6, label=label)
+            ax.fill_between(x, low, high, where=list(np.isfinite(y)), color=law.colour, alpha=0.15, lw=0.0)
+        ax.plot(x, y, **_look(law))
     named = reference_name(results).replace("e_R", "$e_R$")
     _rigid_line(drawn, quantity, ax, scale, named)
     _x_axis(results, ax)
@@ -114,16 +135,21 @@ def sensitivity(
         words = f"median {_short(results)}{f' ({unit})' if unit else ''}"
     ax.set_ylabel(words)
     ax.set_title(str(here["block"].item()), fontsize=TEXT)
+    if alone:
+        own_legend(ax)
     return ax
 
 
-def free_rocking_panel(results: xr.Dataset, model: str, ax: Axes | None = None, block: str | None = None) -> Axes:
-    """Free rocking under one law at some values, dark to bright, the closed form's peaks at the least as dots.
+def free_rocking_panel(
+    results: xr.Dataset, ax: Axes | None = None, *, block: str | None = None, model: str | None = None
+) -> Axes:
+    """Free rocking of a block under one law at some values, dark to bright; the rigid block's peaks over delta as dots.
 
-    Arguments as of `sensitivity`; `model` is the label of the law.
+    Arguments as of `sensitivity`; the law is needed where there are several.
     """
-    here = _of_block(results, block).sel(model=model)
-    ax = _axes(ax)
+    here = one_of(one_of(results, "block", block), "model", model)
+    if ax is None:
+        ax = new_axes(WIDTH, HEIGHT)
     colours = mpl.colormaps["viridis"]
     for k, place in enumerate(_shown(results)):
         one = here.isel(value=place)
@@ -136,12 +162,12 @@ def free_rocking_panel(results: xr.Dataset, model: str, ax: Axes | None = None, 
         ax.plot(times, signs, ".", color="black", ms=5.0, zorder=3, label="rigid block's peaks")
     ax.set_xlim(0.0, float(here["scaled_time"].max()))
     ax.set_ylim(-0.56, 0.56)
-    _bare(ax)
-    ax.set_title(model_name(model), fontsize=TEXT - 1.0)
+    grid(ax)
+    ax.set_title(model_name(str(here["model"].item())), fontsize=TEXT - 1.0)
     return ax
 
 
-def convergence(results: xr.Dataset, ax: Axes | None = None, block: str | None = None) -> Axes:
+def convergence(results: xr.Dataset, ax: Axes | None = None, *, block: str | None = None) -> Axes:
     """Distance from the rigid block under pulses over delta, both logarithmic, and the slope of first order.
 
     Arguments as of `sensitivity`.  Distances of rounding (below 1e-9) lie below the frame.
@@ -153,14 +179,13 @@ def convergence(results: xr.Dataset, ax: Axes | None = None, block: str | None =
     """
     if "pulse_error" not in results:
         raise ValueError("convergence is of delta: results hold no pulse_error")
-    here = _of_block(results, block)
-    ax = _axes(ax)
+    here = one_of(results, "block", block)
+    if ax is None:
+        ax = new_axes(WIDTH, HEIGHT)
     x = results["value"].values
-    for i, (colour, marker, line) in enumerate(styles(results)):
-        one = here.isel(model=i)
-        y = np.where(one["pulse_error"].values > 0.0, one["pulse_error"].values, np.nan)
-        label = model_name(str(one["model"].item()))
-        ax.plot(x, y, color=colour, ls=line, marker=marker, ms=4.5, mew=0.0, lw=1.6, label=label)
+    for law in laws_of(here):
+        error = law.results["pulse_error"].values
+        ax.plot(x, np.where(error > 0.0, error, np.nan), **_look(law))
     ax.set_yscale("log")
     apart = here["pulse_error"].values[here["pulse_error"].values > EQUAL]
     if apart.size:
@@ -172,74 +197,30 @@ def convergence(results: xr.Dataset, ax: Axes | None = None, block: str | None =
     return ax
 
 
-def tornado_panel(results: xr.Dataset, ax: Axes | None = None, block: str | None = None) -> Axes:
-    """P(overturn) with one input at a time at its 5 % and 95 % quantiles, every law of a block below another.
-
-    Arguments as of `sensitivity`.
-    """
-    _need(results, "tornado_low")
-    here = _of_block(results, block)
-    ax = _axes(ax)
-    y = _lanes(results)
-    for i, (colour, _, _) in enumerate(styles(results)):
-        one = here.isel(model=i)
-        low, high = one["tornado_low"].values, one["tornado_high"].values
-        ax.hlines(y[i], low, high, color=colour, lw=3.0)
-        ax.plot(low, y[i], "o", color=colour, ms=5.0, mfc="white", mew=1.3)
-        ax.plot(high, y[i], "o", color=colour, ms=5.0, label=model_name(str(one["model"].item())))
-    _inputs_axis(results, ax)
-    ax.set_xlim(-0.03, 1.03)
-    ax.xaxis.set_major_formatter(PercentFormatter(1.0))
-    ax.set_xlabel("P(overturn), input low (open) and high (full)")
-    ax.set_title(str(here["block"].item()), fontsize=TEXT)
-    return ax
-
-
-def sobol_panel(results: xr.Dataset, ax: Axes | None = None, block: str | None = None) -> Axes:
-    """Total Sobol' indices of P(overturn) with their intervals, every law of a block below another.
-
-    Arguments as of `sensitivity`.
-    """
-    _need(results, "sobol_total")
-    here = _of_block(results, block)
-    ax = _axes(ax)
-    y = _lanes(results)
-    for i, (colour, marker, _) in enumerate(styles(results)):
-        one = here.isel(model=i)
-        label = model_name(str(one["model"].item()))
-        total = one["sobol_total"].values
-        ends = [total - one["sobol_total_lower"].values, one["sobol_total_upper"].values - total]
-        ax.errorbar(total, y[i], xerr=ends, fmt=marker, color=colour, ms=5.0, lw=1.2, label=label)
-    ax.axvline(0.0, color="0.4", lw=0.8)
-    _inputs_axis(results, ax)
-    ax.set_xlabel("total Sobol' index of P(overturn)")
-    ax.set_title(str(here["block"].item()), fontsize=TEXT)
-    return ax
-
-
 def sensitivity_figure(results: xr.Dataset, quantity: str) -> Figure:
     """A quantity over the values: a panel for each block, one below the other."""
     said = f"{results.sizes['motion']} motions; bands: {_percent(results)} intervals"
     if quantity == "decay_error":
         said = f"released at {float(results.attrs['release']):g} α, mean of ten half cycles"
-    return _column(results, lambda ax, block: sensitivity(results, quantity, ax, block), said)
+    return _column(results, partial(sensitivity, quantity=quantity), said)
 
 
 def free_rocking_figure(results: xr.Dataset, block: str | None = None) -> Figure:
-    """Free rocking of one block: a panel for each law."""
-    labels = [str(one) for one in results["model"].values]
+    """Free rocking of one block (needed where there are several): a panel for each law."""
+    here = one_of(results, "block", block)
+    labels = labels_of(results, "model")
     rows = math.ceil(len(labels) / 2)
     with mpl.rc_context({"font.size": TEXT - 0.5}):
         figure = Figure(figsize=(WIDTH, 1.75 * rows + 1.3), layout="constrained")
         axes = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
         for ax, label in zip(axes.flat, labels, strict=False):
-            free_rocking_panel(results, label, ax, block)
+            free_rocking_panel(here, ax, model=label)
         for ax in list(axes.flat)[len(labels) :]:
             ax.set_axis_off()
         for ax in axes[-1]:
             ax.set_xlabel("time, p t")
         figure.supylabel("rotation θ/α", fontsize=TEXT)
-        name = _of_block(results, block)["block"].item()
+        name = here["block"].item()
         symbol = GREEK[str(results.attrs["parameter"])]
         figure.suptitle(f"{name}: colours are {symbol}", fontsize=TEXT)
         _legend(figure, axes.flat[0], 3)
@@ -247,43 +228,29 @@ def free_rocking_figure(results: xr.Dataset, block: str | None = None) -> Figure
 
 
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    """Every figure of a study's results, with its name."""
+    """Every figure of a study's results, with its name; free rocking, a figure a block, with the block's number."""
     for quantity in ("median", "median_ratio", "dispersion", "probability", "flipped", "decay_error"):
         yield quantity, sensitivity_figure(results, quantity)
-    yield "free_rocking", free_rocking_figure(results)
-    if "pulse_error" in results:
-        yield (
-            "convergence",
-            _column(
-                results,
-                lambda ax, block: convergence(results, ax, block),
-                "one-cycle sine pulses; below the frame: equal",
-            ),
-        )
-    if "tornado_low" in results:
-        yield (
-            "tornado",
-            _column(results, lambda ax, block: tornado_panel(results, ax, block), "one input at a time, 5 % to 95 %"),
-        )
-    if "sobol_total" in results:
-        yield (
-            "sobol",
-            _column(
-                results,
-                lambda ax, block: sobol_panel(results, ax, block),
-                f"all inputs at once; bars: {_percent(results)} intervals",
-            ),
-        )
+    for i, block in enumerate(labels_of(results, "block")):
+        yield f"free_rocking_{i + 1}" if i else "free_rocking", free_rocking_figure(results, block)
+    for needed, name, draw, said in (
+        ("pulse_error", "convergence", convergence, "one-cycle sine pulses; below the frame: equal"),
+        ("tornado_low", "tornado", tornado_panel, "one input at a time, 5 % to 95 %"),
+        ("sobol_total", "sobol", sobol_panel, f"all inputs at once; bars: {_percent(results)} intervals"),
+    ):
+        if needed in results:
+            yield name, _column(results, draw, said)
 
 
-def _column(results: xr.Dataset, draw: Callable[[Axes, str], Axes], said: str = "") -> Figure:
-    blocks = [str(one) for one in results["block"].values]
+def _column(results: xr.Dataset, draw: Callable[..., Axes], said: str) -> Figure:
+    """A panel for each block, one below the other."""
+    blocks = labels_of(results, "block")
     with mpl.rc_context({"font.size": TEXT}):
         laws = results.sizes["model"]
         figure = Figure(figsize=(WIDTH, 2.9 * len(blocks) + 0.22 * laws + 0.6), layout="constrained")
         axes = figure.subplots(len(blocks), 1, squeeze=False)[:, 0]
         for ax, block in zip(axes, blocks, strict=True):
-            draw(ax, block)
+            draw(results, ax, block=block)
         title = f"{results.attrs.get('title', '')}\n{said}"
         figure.suptitle(title, fontsize=TEXT)
         _legend(figure, axes[0], 1)
@@ -299,20 +266,10 @@ def _legend(figure: Figure, ax: Axes, columns: int) -> None:
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=TEXT - 0.5)
 
 
-def _axes(ax: Axes | None) -> Axes:
-    return Figure(figsize=(WIDTH, 3.4), layout="constrained").add_subplot() if ax is None else ax
-
-
-def _of_block(results: xr.Dataset, block: str | None) -> xr.Dataset:
-    known = [str(one) for one in results["block"].values]
-    if block is not None and block not in known:
-        raise ValueError(f"block must be one of {', '.join(known)}, got {block!r}")
-    return results.isel(block=0 if block is None else known.index(block))
-
-
-def _need(results: xr.Dataset, name: str) -> None:
-    if name not in results:
-        raise ValueError(f"results hold no {name}: the study asked for none (sensitivity.inputs, sensitivity.sobol)")
+def _look(law: Drawn) -> dict[str, Any]:
+    """A law's line."""
+    look = {"color": law.colour, "ls": law.line, "marker": law.marker, "label": law.label}
+    return {**look, "ms": 4.5, "mew": 0.0, "lw": 1.6}
 
 
 def _rigid_line(drawn: xr.Dataset, quantity: str, ax: Axes, scale: float, reference: str) -> None:
@@ -346,7 +303,7 @@ def _x_axis(results: xr.Dataset, ax: Axes) -> None:
         margin = 0.02 * (x[-1] - x[0])
         ax.set_xlim(x[0] - margin, x[-1] + margin)
         ax.set_xlabel("coefficient of restitution, e")
-    _bare(ax)
+    grid(ax)
 
 
 def _y_axis(quantity: str, ax: Axes) -> None:
@@ -386,24 +343,6 @@ def _closed_form(one: xr.Dataset) -> tuple[Any, Any]:
     return times, x * (-1.0) ** np.arange(x.size)
 
 
-def _lanes(results: xr.Dataset) -> NDArray[np.float64]:
-    """Where each law stands beside each input, (model, input)."""
-    laws, inputs = results.sizes["model"], results.sizes["input"]
-    shift = np.linspace(-0.3, 0.3, laws) if laws > 1 else np.zeros(1)
-    return np.asarray(shift[:, None] + np.arange(inputs)[None])
-
-
-def _inputs_axis(results: xr.Dataset, ax: Axes) -> None:
-    names = [input_name(str(one)) for one in results["input"].values]
-    ax.set_yticks(range(len(names)), names)
-    ax.set_ylim(len(names) - 0.5, -0.5)
-    for i in range(1, len(names)):
-        ax.axhline(i - 0.5, color="0.85", lw=0.8, zorder=0)
-    ax.grid(axis="x", alpha=0.25, lw=0.6)
-    ax.tick_params(axis="y", length=0.0)
-    ax.spines[["top", "right", "left"]].set_visible(False)
-
-
 def _short(results: xr.Dataset) -> str:
     im = str(results["level"].attrs.get("im", ""))
     return im.upper() if im in ("pga", "pgv", "pgd") else str(results["level"].attrs.get("long_name", "level"))
@@ -412,8 +351,3 @@ def _short(results: xr.Dataset) -> str:
 def _finite(values: Any) -> NDArray[np.float64]:
     found = np.asarray(values, dtype=float)
     return np.where(np.isfinite(found), found, np.nan)
-
-
-def _bare(ax: Axes) -> None:
-    ax.grid(alpha=0.25, lw=0.6)
-    ax.spines[["top", "right"]].set_visible(False)

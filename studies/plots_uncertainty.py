@@ -136,30 +136,16 @@ def open_levels(here: xr.Dataset) -> np.ndarray[Any, np.dtype[np.intp]]:
 
 
 def variance_bars(shares: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Shares of the total variance as stacked bars, one for each entry of the dimension left.
+    """Shares of the total variance as stacked bars, one for each entry of the dimension left; interactions hatched.
 
-    Main effects are plain, interactions hatched.
-
-    Parameters
-    ----------
-    shares : xarray.Dataset
-        As `fragility.variance_shares` returns it, on component and at most one dimension more (such as level).
-    ax : matplotlib Axes, optional
-        Where to draw; new axes where not given.
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    ValueError
-        More than one dimension beside component.
+    `shares` as `fragility.variance_shares` returns it, on component and at most one dimension more (such as level),
+    else ValueError; `ax` as of `uncertainty`.
     """
     share = shares["share"]
     rest = [str(dim) for dim in share.dims if dim != "component"]
     if len(rest) > 1:
         raise ValueError(f"shares are drawn along one dimension, got {', '.join(rest)}: select")
+    alone = ax is None
     if ax is None:
         ax = new_axes(8.4 if rest else 4.6, 4.0)
     values = np.atleast_2d(share.transpose(*rest, "component").values)
@@ -187,9 +173,10 @@ def variance_bars(shares: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.yaxis.set_major_formatter(PercentFormatter(1.0))
     ax.set_ylabel("share of the variance")
     ax.spines[["top", "right"]].set_visible(False)
-    handles, labels = ax.get_legend_handles_labels()
-    # top to bottom as the bars are
-    ax.legend(handles[::-1], labels[::-1], frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9)
+    if alone:
+        handles, labels = ax.get_legend_handles_labels()
+        # top to bottom as the bars are
+        ax.legend(handles[::-1], labels[::-1], frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9)
     return ax
 
 
@@ -241,10 +228,6 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
                 ax.tick_params(labelbottom=False)
         shares = uncertainty(here, figure.add_subplot(cells[top + rows, :]), view="variance")
         shares.set_title(f"{block}: where the variance of the verdict comes from", fontsize=10)
-        # (beside the bars it would narrow the panels above, too)
-        legend = shares.get_legend()
-        if legend is not None:
-            legend.remove()
     legend_below(figure, *shares.get_legend_handles_labels())
     samples, motions = results.sizes["sample"], results.sizes["motion"]
     text = f"{samples} samples under {motions} motions; bands hold {_held(results)} of the samples' own probabilities"

@@ -16,7 +16,7 @@ _WRITTEN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s
 _EXAMPLES = {ACCELERATION: "0.4g or 3.9m/s2", METRE: "0.4m or 40cm", SECOND: "0.5s", RADIAN: "0.2rad or 12deg"}
 
 
-def quantity(option: str, text: str, units: str, *, bare: bool = False) -> float:
+def quantity(option: str, text: str, units: str, *, bare: float = 0.0) -> float:
     """The SI value of a number and its unit, > 0.
 
     Parameters
@@ -27,17 +27,17 @@ def quantity(option: str, text: str, units: str, *, bare: bool = False) -> float
         The number and, with or without a blank between, its unit.
     units : str
         The SI unit that it must be of: ``m s-2``, ``m``, ``s`` or ``rad``.
-    bare : bool
-        Whether a number alone is in that unit.
+    bare : float
+        Up to which value a number alone is in that unit; 0 where the unit must always be said.
 
     Raises
     ------
     StudyError
-        No number, another unit or none, a value that is not finite and > 0.
+        No number, another unit or none, a value that is not finite and > 0, a number alone that is above `bare`.
 
     Examples
     --------
-    >>> quantity("--width", "40cm", "m"), quantity("--width", "0.4", "m", bare=True)
+    >>> quantity("--width", "40cm", "m"), quantity("--width", "0.4", "m", bare=10.0)
     (0.4, 0.4)
     """
     factors = {name: factor for name, (factor, si) in {**UNITS, **_MORE}.items() if si == units and " " not in name}
@@ -56,4 +56,9 @@ def quantity(option: str, text: str, units: str, *, bare: bool = False) -> float
     value = float(found[1]) * (factors[name] if name else 1.0)
     if not 0.0 < value < math.inf:
         raise StudyError(f"{option} {text[:40]}: must be finite and > 0")
+    if not name and value > bare:
+        fits = [unit for unit in ("cm", "mm") if float(found[1]) * factors.get(unit, math.inf) <= bare]
+        hint = f"; did you mean {float(found[1]) * factors[fits[0]]:g} ({found[1]}{fits[0]})?" if fits else ""
+        alone = f"a number alone is in {units}, up to {bare:g} (beyond that {found[1]}{units})"
+        raise StudyError(f"{option} {text[:40]}: {alone}{hint}")
     return value

@@ -20,7 +20,8 @@ from matplotlib.patches import Polygon, Rectangle
 
 from ..models import Block
 from ..units import STANDARD_GRAVITY
-from .frames import FLAT, Frames, Values, corners, placed
+from .frames import Frames, Values, corners, placed
+from .histories import FLAT
 from .movies import Pixels
 from .plots import COLOURS, model_name
 from .plots_response import HIGHEST

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +13,6 @@ import xarray as xr
 
 from ..fragility import (
     RandomInputs,
-    block_notes,
     ida,
     overturning_response,
     sobol_indices,
@@ -22,7 +20,6 @@ from ..fragility import (
     tornado,
 )
 from ..models import Block, HousnerImpact, Law
-from ..models.oscillator import Oscillator
 from ..motions import OneCycleSine
 from ..units import STANDARD_GRAVITY
 from .designs import Incremental, count
@@ -31,7 +28,7 @@ from .schema import StudyFile
 from .sensitivity import Grid, convergence, findings
 from .sensitivity_claims import claims
 from .sensitivity_tables import GIVEN, OWN, PREVIOUS, RIGID, Sweep
-from .study import Progress, Study, each, part_of, plain
+from .study import OfBlocks, Progress, Study, each, part_of, plain
 
 if TYPE_CHECKING:
     from ..fragility.runners import Runner
@@ -49,7 +46,7 @@ OUTPUTS = ("overturned", "peak_rotation", "uplifted")
 
 
 @dataclass(frozen=True)
-class SensitivityStudy(Study):
+class SensitivityStudy(OfBlocks, Study):
     """Blocks x laws x values x motions x levels; tornado of `inputs`, and Sobol' indices where `sobol` is a number."""
 
     blocks: tuple[Block, ...]
@@ -109,18 +106,6 @@ class SensitivityStudy(Study):
     @property
     def kept_outputs(self) -> tuple[str, ...]:
         return OUTPUTS
-
-    @property
-    def of_each_law(self) -> list[Oscillator]:
-        return [model.oscillator(self.blocks[0]) for model in self.models]
-
-    @property
-    def notes(self) -> list[str]:
-        return block_notes(self.blocks)
-
-    @property
-    def arrays(self) -> Iterable[xr.DataArray]:
-        return (*self.design.arrays, *self.design.below)
 
     @cached_property
     def grid(self) -> Grid:

@@ -1,6 +1,7 @@
 """One block under one motion, in full: what `toppling simulate` does.
 
-A run, its lines for people, its JSON for programs, its table and its figure; `simulation_inputs` reads what it is told.
+A run, its lines for people, its JSON for programs, its table and its figure (`simulation_figure`); `simulation_inputs`
+reads what it is told.
 """
 
 from __future__ import annotations
@@ -22,27 +23,32 @@ from ..fragility.notes import NOT_MODELLED, block_notes
 from ..fragility.reasons import (
     ELASTIC_MODE,
     REASONS,
+    SCALED_FAR,
     SLIDES_AT_IMPACT,
     SLIDES_AT_UPLIFT,
     SLIDES_WHILE_ROCKING,
     SQUAT,
     UNDECIDED,
 )
-from ..fragility.screen import screen
+from ..fragility.screen import FACTORS, screen
 from ..models import Block, Law, simulate
 from ..models.simulate import describe_law
 from ..motions.arrays import records
 from ..units import STANDARD_GRAVITY
+from .histories import last_balance
 from .simulation_inputs import built
 from .tables import StudyError
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 AFTER = 1.0
-"""Time that a history goes on after overturning, s, where that comes after the record."""
-HISTORY = "history.csv"
+"""Time that a history goes on after overturning or coming to rest, s, where that comes after the record."""
+QUIET, LONGEST_QUIET = 100.0, 60.0
+"""Time that a history goes on after the record until the block stands, at the most: over 1/p, and in s."""
+UPRIGHT = 0.01
+"""|θ|/α below which nobody sees a block rock: there it stands, as in its elastic zone."""
+HISTORY, FIGURE, FILMS = "history.csv", "history.png", ("animation.gif", "animation.mp4")
 _SLIDES = (SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SLIDES_AT_IMPACT)
 
 
@@ -65,16 +71,37 @@ class Simulation:
         """As `toppling.simulate` returns it; StudyError where the block needs an explicit e."""
         return built(self.block.label, lambda: simulate(self.block, self.model, self.shaken))
 
-    @cached_property
+    @property
     def shown(self) -> xr.Dataset:
-        """The history to look at: with quiet behind the record, as long as a block that falls then takes."""
-        run = self.response
+        """The history to look at: with quiet behind the record, until the block lies or stands, or is cut."""
+        return self._shown[0]
+
+    @property
+    def cut(self) -> bool:
+        """Whether the block still rocks where that ends."""
+        return self._shown[1]
+
+    @cached_property
+    def _shown(self) -> tuple[xr.Dataset, bool]:
+        run, falls = self.response, bool(self.response["overturned"])
+        # (NaN: it falls, at a time that rounding decides)
         late = float(run["overturning_time"]) - float(run["time"][-1])
-        if not bool(run["overturned"]) or not late > 0.0:  # (NaN: it falls, at a time that rounding decides)
-            return run
-        longer = simulate(self.block, self.model, shaking.pad(self.shaken, 0.0, late + AFTER))
+        if falls and not late > 0.0:
+            return run, False
+        quiet = late if falls else min(QUIET / self.block.p, LONGEST_QUIET)
+        longer = simulate(self.block, self.model, shaking.pad(self.shaken, 0.0, quiet + AFTER))
         # the ramp from the last sample to zero is more shaking: where it decides, the record's own run stands
-        return longer if bool(longer["overturned"]) else run
+        if bool(longer["overturned"]) != falls:
+            return run, not falls
+        if falls:
+            return longer, False
+        upright = max(UPRIGHT, self.model.options.get("delta") or 0.0) * self.block.alpha
+        rocks = np.flatnonzero(np.abs(longer["rotation"].values) > upright)
+        stands = int(rocks[-1]) + 1 if rocks.size else 0
+        if stands <= run.sizes["time"]:
+            return run, False
+        stop = stands + math.ceil(AFTER / records(self.motion)[0].dt)
+        return longer.isel(time=slice(0, stop)), stop > longer.sizes["time"]
 
     @cached_property
     def screened(self) -> xr.Dataset | None:
@@ -113,7 +140,16 @@ class Simulation:
             held = [reason for reason in REASONS if verdict & reason.bit and reason is not SQUAT]
             for reason in held:
                 if reason is UNDECIDED:
-                    found.append(f"undecided: {reason.text}; one motion tells little here, `toppling run` counts many")
+                    found.append(
+                        "undecided: a millionth more or less of the motion or of e decides whether it overturns; one "
+                        "motion tells little here, `toppling run` counts many"
+                    )
+                elif reason is SCALED_FAR:
+                    low, high = FACTORS
+                    found.append(
+                        f"the motion is scaled by {self.factor:.3g}: less than {low:g} or more than {high:g} times a "
+                        "record is no such earthquake any more"
+                    )
                 elif reason is ELASTIC_MODE:
                     found.append(f"{reason.text}: blocks uplift that should not")
                 else:
@@ -121,37 +157,57 @@ class Simulation:
                     found.append(f"{reason.text}{more}")
         return [*found, NOT_MODELLED]
 
+    @property
+    def _stands_where(self) -> str:
+        """The block in words."""
+        block = self.block
+        name = "" if block.name is None else f"{block.name}, "
+        return f"{name}{block.width:.3g} m × {block.height:.3g} m, α = {block.alpha:.4g} rad"
+
+    @property
+    def _shakes(self) -> str:
+        """The motion in words."""
+        by = "" if self.factor == 1.0 else f", scaled by {self.factor:.4g}"
+        return f"{records(self.motion)[0].label}{by}: PGA {_g(self.pga)}"
+
+    @property
+    def _end(self) -> str:
+        """What becomes of the block, in words."""
+        run, shown = self.response, self.shown
+        record, last = float(run["time"][-1]), float(shown["time"][-1])
+        if self.cut:
+            return f"does not overturn; still rocks where its history is cut, {last - record:.3g} s after the record"
+        if not bool(run["overturned"]):
+            quiet = last - record - AFTER
+            return f"stands, rocking until {quiet:.3g} s after the record" if quiet > 0.0 else "stands"
+        at, (balance, side) = float(run["overturning_time"]), last_balance(shown)
+        if not math.isfinite(at):
+            return "overturned after the record"
+        late = " (after the record)" if at > record else ""
+        past = f", past its balance for good at {balance:.2f} s" if abs(side) == 1.0 else ""
+        return f"overturned to the {'right' if side > 0.0 else 'left'} at {at:.2f} s{late}{past}"
+
     def lines(self) -> list[str]:
         """All that the run found, for people."""
         run, block, motion = self.response, self.block, records(self.motion)[0]
         restitution = self.model.restitution(block)
         e = "" if restitution is None or self.model.options["e"] is not None else f", e_R = {restitution:.3f}"
-        by = "" if self.factor == 1.0 else f", scaled by {self.factor:.4g}"
         ratio = self.pga / self.threshold
         peak = float(run["peak_rotation"])
         uplift = "uplifts" if bool(run["uplifted"]) else "does not uplift"
+        turned = f"{peak:.4g} rad = {100.0 * peak / block.alpha:.3g} % of α"
         if bool(run["overturned"]):
-            side = "right" if float(self.shown["rotation"][-1]) > 0.0 else "left"
-            at = float(run["overturning_time"])
-            late = " (after the record)" if at > float(run["time"][-1]) else ""
-            end = (
-                f"overturned to the {side} at {at:.2f} s{late}" if math.isfinite(at) else "overturned after the record"
-            )
             turned = f"{peak:.4g} rad: it lies on its side"
-        else:
-            end, turned = "stands", f"{peak:.4g} rad = {100.0 * peak / block.alpha:.3g} % of α"
         need = self.friction
         words = {"uplift": "at uplift", "rocking": "at the peak of the motion", "impact": "at impact"}
-        name = "" if block.name is None else f"{block.name}, "
-        sizes = f"{block.width:.3g} m × {block.height:.3g} m"
         rows = [
-            ("block", f"{name}{sizes}, α = {block.alpha:.4g} rad, p = {block.p:.3g} rad/s"),
+            ("block", f"{self._stands_where}, p = {block.p:.3g} rad/s"),
             ("law", f"{self.model.label}{e}"),
-            ("motion", f"{motion.label}{by}: PGA {_g(self.pga)}, {motion.duration:g} s at {motion.dt:g} s"),
+            ("motion", f"{self._shakes}, {motion.duration:g} s at {motion.dt:g} s"),
             ("uplift", f"{uplift}; g tan α = {_g(self.threshold)}, PGA is {ratio:.3g} times that"),
             ("peak rotation", turned),
-            ("impacts", f"{int(run['impacts'])}"),
-            ("end", end),
+            ("impacts", f"{int(run['impacts'])}{' during the record' if self.shown is not run else ''}"),
+            ("end", self._end),
         ]
         if need:
             rows.append(("friction needed", ", ".join(f"{value:.2f} {words[name]}" for name, value in need.items())))
@@ -187,19 +243,35 @@ class Simulation:
             "impacts": int(run["impacts"]),
             "overturned": overturned,
             "overturning_time": at if math.isfinite(at) else None,
+            "cut": self.cut,
             "direction": float(np.sign(self.shown["rotation"].values[-1])) if overturned else None,
             "friction": self.friction,
             "notes": self.notes,
             "files": [str(path) for path in files],
         }
 
+    def figure(self) -> Figure:
+        """Shaking, history and paths of the run, with what stands where and what it does above."""
+        from .plots import model_name  # noqa: PLC0415 - matplotlib
+        from .simulation_figure import history_figure  # noqa: PLC0415
+
+        title = f"{self._stands_where}, under {model_name(self.model.label)}"
+        ends = float(self.response["time"][-1])
+        return history_figure(self.shown, title, f"{self._shakes}\n{self._end}", lifts=self.threshold, ends=ends)
+
     def write(self, folder: Path) -> list[Path]:
-        """Write history.csv and history.png into a folder, made where missing; StudyError where that cannot be."""
+        """Write history.csv and history.png into a folder, made where missing, and remove what an earlier run left.
+
+        Films of another run beside this one's history would be taken for its own.  StudyError where that cannot be.
+        """
+        drawn = self.figure()
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            table, figure = folder / HISTORY, folder / "history.png"
+            for name in (HISTORY, FIGURE, *FILMS):
+                (folder / name).unlink(missing_ok=True)
+            table, figure = folder / HISTORY, folder / FIGURE
             write_history(self.shown, table)
-            history_figure(self.shown).savefig(figure, dpi=150)
+            drawn.savefig(figure, dpi=150)
         except OSError as error:
             raise StudyError(f"{folder}: cannot be written ({error.strerror or error})") from None
         return [table, figure]
@@ -219,40 +291,6 @@ def write_history(response: xr.Dataset, path: Path) -> None:
         file.write(",".join(columns) + "\n")
         for row in values.tolist():
             file.write(",".join(map(repr, row)) + "\n")
-
-
-def history_figure(response: xr.Dataset) -> Figure:
-    """History, phase portrait and hysteresis of one run, on one page."""
-    from matplotlib.figure import Figure  # noqa: PLC0415 - not for an error message
-
-    from .plots import COLOURS, model_name  # noqa: PLC0415
-    from .plots_response import HIGHEST, history, hysteresis, phase  # noqa: PLC0415
-
-    figure = Figure(figsize=(8.0, 6.8), layout="constrained")
-    axes = figure.subplot_mosaic([["history", "history"], ["phase", "hysteresis"]], height_ratios=(1.0, 1.25))
-    history(response, axes["history"], labels=[""], colours=COLOURS[:1]).lines[0].set_linestyle("solid")
-    phase(response, axes["phase"])
-    hysteresis(response, axes["hysteresis"])
-    axes["hysteresis"].set_ylabel("restoring and damping\nmoment over M0 (–)")
-    axes["phase"].set_ylabel("angular velocity over pα,\nθ'/(pα) (–)")
-    for name in ("phase", "hysteresis"):
-        if bool(response["overturned"]):  # the way down would press all before it into the middle
-            low, high = axes[name].get_xlim()
-            axes[name].set_xlim(max(low, -HIGHEST), min(high, HIGHEST))
-            _fit_to_seen(axes[name])
-    heading = f"{response.attrs['block']} under {model_name(response.attrs['model'])}\n{response.attrs['motion']}"
-    figure.suptitle(heading, fontsize=11)
-    return figure
-
-
-def _fit_to_seen(ax: Axes) -> None:
-    """The y-axis for the part of the line that the x-axis shows."""
-    low, high = ax.get_xlim()
-    x, y = (np.asarray(values) for values in ax.lines[0].get_data())
-    seen = y[(x >= low) & (x <= high)]
-    if seen.size and np.ptp(seen) > 0.0:
-        room = 0.05 * float(np.ptp(seen))
-        ax.set_ylim(float(seen.min()) - room, float(seen.max()) + room)
 
 
 def _g(acceleration: float) -> str:

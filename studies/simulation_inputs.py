@@ -25,6 +25,8 @@ from .tables import StudyError, Table, expand, nearest
 OF_TABLES = {"dt_s": "dt", "unit": "unit"}
 """What a record file may not state: keys of ``[motions]``, and what `toppling.motions.read_all` calls them."""
 NAMES = (*shaking.GENERATORS, *shaking.PULSES)
+LARGEST = 10.0
+"""Size, m, above which a number alone is rather meant in cm or mm: no furniture is so large."""
 Built = TypeVar("Built")
 
 
@@ -37,7 +39,7 @@ def block_of(name: str | None, sizes: Mapping[str, str | None], inertia_factor: 
         Neither or both, a name that is not in the catalogue, sizes out of range.
     """
     given = [option for option, text in sizes.items() if text is not None]
-    metres = {option: quantity(option, str(sizes[option]), METRE, bare=True) for option in given}
+    metres = {option: quantity(option, str(sizes[option]), METRE, bare=LARGEST) for option in given}
     if name is not None:
         if given or inertia_factor is not None:
             other = given[0] if given else "--inertia-factor"
@@ -107,7 +109,7 @@ def motion_of(
         last = f"0 to {len(plain) - 1}" if len(plain) > 1 else "0 only"
         raise StudyError(f"--index {index}: {name} holds {_count(len(plain), 'motion')} ({last})")
     one = plain[at]
-    return from_array(one.acceleration, one.dt, [one.label], source=one.source)
+    return from_array(one.acceleration, one.dt, [one.label], one.source, one.own_amplitude)
 
 
 def _read(name: str, keys: Mapping[str, Any]) -> list[xr.DataArray]:

@@ -10,7 +10,7 @@ import json
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from importlib import metadata
 from pathlib import Path
@@ -19,12 +19,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 import xarray as xr
 
+from ..fragility import block_notes
 from ..fragility.plan import OUTPUT_TYPES
 from ..fragility.runners import Runner, Threads, never
+from ..models import Block, Law
 from ..models.oscillator import Oscillator
 from ..models.runs import engine_identity
 from ..motions import records
 from ..motions.arrays import digest
+from .designs import Design
 from .remake import cluster
 from .schema import StudyFile, read_study_file
 from .shards import Shards, belongs, open_shards, remove_shards
@@ -32,6 +35,7 @@ from .size import refuse_results
 from .store import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from .tables import StudyError
 from .watch import Stop, Watch, run_log
+from .yearly import Risk
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -258,6 +262,31 @@ class Study(ABC):
         for record in (record for array in self.arrays for record in records(array)):
             found.update(json.dumps([record.label, record.source, digest(record)]).encode())
         return found.hexdigest()
+
+
+class OfBlocks:
+    """What the kinds of studies share that shake known or uncertain blocks by a design."""
+
+    blocks: tuple[Block, ...]
+    models: tuple[Law, ...]
+    design: Design
+    risk: Risk | None = None
+
+    @property
+    def of_each_law(self) -> list[Oscillator]:
+        return [model.oscillator(self.blocks[0]) for model in self.models]
+
+    @property
+    def notes(self) -> list[str]:
+        return block_notes(self.blocks)
+
+    @property
+    def arrays(self) -> Iterable[xr.DataArray]:
+        return (*self.design.arrays, *self.design.below)
+
+    @property
+    def _read(self) -> list[Any]:
+        return [] if self.risk is None else [asdict(self.risk.hazard)]
 
 
 def part_of(progress: Progress | None, before: int, total: int) -> Progress | None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -13,7 +13,6 @@ import xarray as xr
 
 from ..fragility import (
     RandomInputs,
-    block_notes,
     morris_indices,
     overturning_response,
     sobol_indices,
@@ -25,13 +24,12 @@ from ..fragility.links import LOGNORMAL
 from ..fragility.scaling import BLOCK_MEASURES
 from ..fragility.states import OVERTURNED, state_name
 from ..models import Block, Law
-from ..models.oscillator import Oscillator
 from ..units import DIMENSIONLESS
 from .curve_notes import curve_notes
 from .designs import Incremental, count
 from .estimates import Fit
 from .schema import StudyFile
-from .study import Progress, Study, each, part_of, plain
+from .study import OfBlocks, Progress, Study, each, part_of, plain
 from .uncertainty_summary import NO_CAPACITY, fitted, pooled_curves, summary, yearly
 from .yearly import Risk
 
@@ -54,7 +52,7 @@ DEFAULT = Fit()
 
 
 @dataclass(frozen=True)
-class UncertaintyStudy(Study):
+class UncertaintyStudy(OfBlocks, Study):
     """Samples of uncertain blocks and laws x motions x levels; `sobol` and `morris` say whether indices are wanted."""
 
     blocks: tuple[Block, ...]
@@ -114,22 +112,6 @@ class UncertaintyStudy(Study):
     def runs(self) -> int:
         more = sum(samples for _, _, samples in self._indices.values())
         return self._sampled + len(self.blocks) * len(self.models) * more * self.design.runs
-
-    @property
-    def of_each_law(self) -> list[Oscillator]:
-        return [model.oscillator(self.blocks[0]) for model in self.models]
-
-    @property
-    def notes(self) -> list[str]:
-        return block_notes(self.blocks)
-
-    @property
-    def arrays(self) -> Iterable[xr.DataArray]:
-        return (*self.design.arrays, *self.design.below)
-
-    @property
-    def _read(self) -> list[Any]:
-        return [] if self.risk is None else [asdict(self.risk.hazard)]
 
     @property
     def _sampled(self) -> int:

@@ -33,6 +33,30 @@ def lines(ax):
     return {line.get_label(): line for line in ax.lines if not line.get_label().startswith("_")}
 
 
+DRAWN = {
+    "fragility": (SHELF, {}),
+    "inventory levels": (cases.assessment(), {}),
+    "inventory exceedance": (cases.assessment(), {"view": "exceedance"}),
+    "inventory anchoring": (WHOLE, {"view": "anchoring"}),
+    "inventory left": (WHOLE, {"view": "left"}),
+    "uncertainty": (cases.uncertain(), {}),
+    "uncertainty variance": (cases.uncertain(), {"view": "variance"}),
+    "indices": (cases.uncertain(), {"method": "sobol", "model": cases.LAWS[0]}),
+}
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_a_legend_comes_with_a_figure_of_its_own(name):
+    """Into axes that are handed in none is put: their caller makes one, of the labels that are there."""
+    results, options = DRAWN[name]
+    function = getattr(plot, name.split()[0])
+    assert len(function(results, **options).get_legend().get_texts()) > 1
+    ax = Figure().add_subplot()
+    assert function(results, ax, **options) is ax
+    assert ax.get_legend() is None
+    assert len(ax.get_legend_handles_labels()[1]) > 1
+
+
 class TestFragility:
     def test_the_curve_is_the_fits_own(self):
         ax = Figure().add_subplot()

@@ -522,7 +522,9 @@ class TestFigures:
         assert len(show.draw(over_e.isel(block=[0]), tmp_path)) == 7
 
     def test_lines_are_the_results(self, over_delta):
-        ax = sensitivity(over_delta, "probability", block="server-rack-42u", level=5)
+        ax = sensitivity(
+            over_delta, quantity="probability", block="server-rack-42u", level=float(over_delta["level"][5])
+        )
         drawn = next(line for line in ax.lines if "discrete" in str(line.get_label()))
         here = of_law(over_delta, "discrete", "elastic").sel(block="server-rack-42u")
         np.testing.assert_array_equal(drawn.get_ydata(), here["probability"].isel(level=5))
@@ -530,20 +532,46 @@ class TestFigures:
         assert "P(overturn)" in ax.get_ylabel()
 
     def test_the_rigid_block_is_there(self, over_delta):
-        ax = sensitivity(over_delta, "median")
+        ax = sensitivity(over_delta.isel(block=[0]))
         drawn = next(line for line in ax.lines if line.get_label() == "rigid block")
         np.testing.assert_allclose(drawn.get_ydata() * 9.80665, of_law(over_delta, "housner")["median"][0])
 
     def test_axes_in_axes_out(self, over_delta):
         ax = Figure().add_subplot()
-        assert sensitivity(over_delta, "dispersion", ax) is ax
+        one = over_delta.isel(block=[0])
+        assert sensitivity(one, ax, quantity="dispersion") is ax
+        assert ax.get_legend() is None
         other = Figure().add_subplot()
-        assert free_rocking_panel(over_delta, "vassiliou", other) is other
-        assert all(sensitivity(over_delta, name) is not None for name in QUANTITIES)
+        assert free_rocking_panel(one, other, model="vassiliou") is other
+        for name in QUANTITIES:
+            assert sensitivity(one, quantity=name).get_legend() is not None
+
+    def test_the_block_is_said(self, over_delta):
+        """Nobody's first block is drawn for want of a word; a study's figures show each."""
+        for draw in (sensitivity, convergence, tornado_panel, sobol_panel):
+            with pytest.raises(ValueError, match="several blocks, say which"):
+                draw(over_delta)
+        with pytest.raises(ValueError, match="several models, say which"):
+            free_rocking_panel(over_delta.isel(block=0))
+        found = dict(figures(over_delta))
+        for i, block in enumerate(over_delta["block"].values):
+            title = found[f"free_rocking_{i + 1}" if i else "free_rocking"].get_suptitle()
+            assert title.startswith(f"{block}: ")
+
+    def test_one_law_keeps_its_look(self, over_delta):
+        one = over_delta.isel(block=[0])
+        label = str(one["model"].values[1])
+        among = [line.get_color() for line in sensitivity(one).lines]
+        lines = sensitivity(one, model=label).lines
+        assert lines[0].get_color() == among[1]
+        assert len(lines) == 2  # and the rigid block's
+        assert sensitivity(one, model=label, color="red").lines[0].get_color() == "red"
 
     def test_refusals(self, over_delta, over_e):
-        with pytest.raises(ValueError, match=r"quantity must be one of median, .*, got 'mean'"):
-            sensitivity(over_delta, "mean")
+        with pytest.raises(ValueError, match=r"quantity must be one of 'median', .*, got 'mean'"):
+            sensitivity(over_delta, quantity="mean")
+        with pytest.raises(ValueError, match=r"level must be one of .*, got 0.123"):
+            sensitivity(over_delta.isel(block=0), quantity="flipped", level=0.123)
         with pytest.raises(ValueError, match=r"block must be one of .*, got 'shelf'"):
             sensitivity(over_delta, block="shelf")
         with pytest.raises(ValueError, match="results must be of a sensitivity study"):

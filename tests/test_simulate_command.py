@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from plot_cases import faults
 
 import toppling as tp
 from toppling.studies import StudyError, movies
@@ -38,11 +39,12 @@ class TestCommand:
         assert f"housner e=e_R, e_R = {block.restitution:.3f}" in said
         assert "PGA 0.3 g, 6 s at 0.01 s" in said
         assert f"g tan α = {math.tan(block.alpha):.3g} g, PGA is {0.3 / math.tan(block.alpha):.3g} times that" in said
-        assert re.search(rf"impacts: +{int(expected.impacts)}\n", said)
+        assert re.search(rf"impacts: +{int(expected.impacts)} during the record\n", said)
         assert not bool(expected.overturned)
         share = 100.0 * float(expected.peak_rotation) / block.alpha
         assert f"{float(expected.peak_rotation):.4g} rad = {share:.3g} % of α" in said
-        assert re.search(r"end: +stands\n", said)
+        rocked = re.search(r"end: +stands, rocking until ([\d.]+) s after the record\n", said)
+        assert rocked
         assert "friction needed: 0.18 at uplift" in said
         assert "note: vertical shaking, sliding and bouncing are not modelled" in said
         assert sorted(one.name for one in out.iterdir()) == ["history.csv", "history.png"]
@@ -50,10 +52,11 @@ class TestCommand:
             rows = list(csv.reader(file))
         assert rows[0][:3] == ["time (s)", "rotation (rad)", "angular velocity (rad/s)"]
         values = np.array(rows[1:], dtype=float)
+        assert values[-1, 0] == pytest.approx(6.0 + float(rocked[1]) + 1.0, rel=2e-3)
         names = ("time", "rotation", "angular_velocity", "angular_acceleration", "floor_acceleration")
         for column, name in zip(values.T, names, strict=True):
-            # (scaled by a factor here, sample by sample there)
-            np.testing.assert_allclose(column, expected[name].values, rtol=1e-9, atol=1e-9)
+            # (scaled by a factor here, sample by sample there; in quiet until the block stands)
+            np.testing.assert_allclose(column[: expected.sizes["time"]], expected[name].values, rtol=1e-9, atol=1e-9)
 
     def test_json(self, tmp_path, capsys):
         said = run(capsys, "--width", "40cm", "--height", 1.8, "clough-penzien", *SHORT, "--json", "--out", tmp_path)
@@ -93,6 +96,56 @@ class TestCommand:
         assert values[-1, 0] == pytest.approx(at + 1.0, abs=0.002)
         plain = run(capsys, "bookcase-5-shelf", *pulse, "--out", tmp_path)
         assert f"overturned to the left at {at:.2f} s (after the record)" in plain
+
+    def test_it_goes_on_until_the_block_stands(self, tmp_path, capsys):
+        """A pulse is over long before its block is at rest: what is shown ends a second later, or is called cut."""
+        pulse = ["bookcase-5-shelf", "one-cycle-sine", "--period", "0.6s", "--pga", "0.25g", "--out", tmp_path]
+        alpha = tp.catalogue["bookcase-5-shelf"].alpha
+        found = json.loads(run(capsys, *pulse, "--json"))
+        assert (found["overturned"], found["cut"]) == (False, False)
+        time, theta = np.loadtxt(tmp_path / "history.csv", delimiter=",", skiprows=1, usecols=(0, 1)).T
+        rocks = np.abs(theta) > 0.01 * alpha
+        assert time[rocks].max() > found["motion"]["duration"] + 1.0
+        assert time[-1] - time[rocks].max() == pytest.approx(1.0, abs=0.002)
+        lossless = run(capsys, *pulse, "--e", 1)
+        assert "does not overturn; still rocks where its history is cut, 36.3 s after the record" in lossless
+        assert json.loads(run(capsys, *pulse, "--e", 1, "--json"))["cut"] is True
+
+    def test_a_pulse_is_as_strong_as_one_says(self, tmp_path, capsys):
+        """Its amplitude is a parameter: no factor on it leads away from an earthquake."""
+        said = run(capsys, "bookcase-5-shelf", "ricker", "--period", "1s", "--pga", "0.7g", "--out", tmp_path)
+        assert "scaled by 6.865: PGA 0.7 g" in said
+        assert "less than 0.2" not in said
+        assert not bool(motion_of("ricker", period="1s").own_amplitude.item())
+        assert bool(motion_of(str(tp.motions.example_path())).own_amplitude.item())
+
+    def test_the_figure_says_what_is_seen(self, tmp_path, capsys):
+        """Block, scale and PGA above; the shaking; when it passed its balance for good and when it lay on its side."""
+        motion = motion_of("one-cycle-sine", period="1s")
+        one = Simulation(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), motion, 0.6 * G)
+        drawn = one.figure()
+        heading = drawn.get_suptitle()
+        for text in ("bookcase-5-shelf, 0.321 m × 1.8 m, α = 0.176 rad", "scaled by 5.884: PGA 0.6 g"):
+            assert text in heading
+        shaking, history = drawn.axes[:2]
+        np.testing.assert_allclose(shaking.lines[0].get_ydata(), one.shown["floor_acceleration"] / G)
+        lies = float(one.response["overturning_time"])
+        words = [text.get_text() for text in history.get_legend().get_texts()]
+        assert f"on its side, {lies:.2f} s" in words
+        passed = next(float(word.split()[-2]) for word in words if word.startswith("past its balance for good"))
+        ratio = np.abs(one.shown["rotation"].values) / one.block.alpha
+        at = one.shown["time"].values
+        assert at[ratio <= 1.0].max() == pytest.approx(passed, abs=0.006)
+        assert f"past its balance for good at {passed:.2f} s" in "\n".join(one.lines())
+        assert faults(drawn) == []
+
+    def test_nothing_stale_stays(self, tmp_path, capsys):
+        """A film of an earlier call would be taken for this one's."""
+        for name in ("animation.gif", "animation.mp4", "notes.txt"):
+            (tmp_path / name).write_text("of an earlier call")
+        arguments = ["bookcase-5-shelf", "half-sine", "--period", "0.4s", "--out", tmp_path]
+        run(capsys, *arguments)
+        assert sorted(one.name for one in tmp_path.iterdir()) == ["history.csv", "history.png", "notes.txt"]
 
     def test_film(self, tmp_path, capsys, monkeypatch):
         """GIF alone where there is no ffmpeg, and that is said."""
@@ -140,7 +193,7 @@ class TestCommand:
         arguments = ["--width", "1m", "--height", "1.5m", record, "--law", "discrete", "--scale", 7, "--out", tmp_path]
         said = run(capsys, *arguments)
         assert "half widths high" in said
-        assert "note: the motion is scaled beyond the bounds" in said
+        assert "note: the motion is scaled by 7: less than 0.2 or more than 5 times a record is no such" in said
         assert "note: the law's elastic mode lies inside the motion's band: blocks uplift that should not" in said
 
     @pytest.mark.parametrize(
@@ -159,6 +212,9 @@ class TestCommand:
             (["bookcase-5-shelf", "clough-penzien", "--pga=-1g"], "--pga -1g: must be finite and > 0"),
             (["bookcase-5-shelf", "clough-penzien", "--pga", "1g", "--scale", "2"], "give --scale or --pga, not both"),
             (["bookcase-5-shelf", "clough-penzien", "--scale", "nan"], "--scale must be finite and > 0, got nan"),
+            (["--width", "45", "--height", "2", "ricker"], "45: a number alone is in m, up to 10 (beyond that 45m)"),
+            (["--width", "45", "--height", "2", "ricker"], "; did you mean 0.45 (45cm)?"),
+            (["--width", "0.4", "--height", "1800", "ricker"], "did you mean 1.8 (1800mm)?"),
             (["--width", "40km", "--height", "2m", "ricker"], "--width 40km: unit must be one of m, cm, mm, got 'km'"),
             (["bookcase-5-shelf", "clough-penzien", "--law", "discreet"], "did you mean 'discrete'?"),
             (["bookcase-5-shelf", "clough-penzien", "--delta", "0.1"], "law 'housner' has no option 'delta'"),
@@ -276,6 +332,7 @@ class TestQuantities:
             quantity("--pga", text, "m s-2")
 
     def test_a_bare_number_is_in_si_where_that_is_allowed(self):
-        assert quantity("--width", "0.4", "m", bare=True) == 0.4
+        assert quantity("--width", "0.4", "m", bare=10.0) == 0.4
+        assert quantity("--width", "12m", "m", bare=10.0) == 12.0
         with pytest.raises(StudyError, match="say the unit"):
             quantity("--width", "0.4", "m")
