@@ -12,6 +12,8 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
 import made_pages  # noqa: E402
+from docutils import nodes  # noqa: E402
+from PIL import Image  # noqa: E402
 
 project = "toppling"
 author = copyright = "The toppling developers"
@@ -48,11 +50,12 @@ sphinx_gallery_conf = {
     "filename_pattern": r"plot_",
     "download_all_examples": False,
     "show_memory": False,
+    "min_reported_time": 600,
     "show_signature": False,
     "write_computation_times": False,
     "abort_on_example_error": True,
     "image_scrapers": ("matplotlib",),
-    "reset_modules": ("matplotlib",),
+    "reset_modules": ("matplotlib", "made_pages.gallery_text"),
     "within_subsection_order": "FileNameSortKey",
 }
 
@@ -82,7 +85,22 @@ def _plain_bars(app: Any, what: str, name: str, obj: Any, options: Any, lines: l
     lines[:] = [line if line.lstrip().startswith((">>>", "...")) else BAR.sub(r"\\|", line) for line in lines]
 
 
+# in; of figures that a narrow screen would shrink until nobody can read them
+WIDE = 6.0
+
+
+def _wide_figures(app: Any, document: nodes.document) -> None:
+    """Figures wider than `WIDE` carry a class, for which a narrow screen scrolls (site.css)."""
+    for image in document.findall(nodes.image):
+        path = Path(app.srcdir) / image["uri"]
+        if path.suffix == ".png":
+            with Image.open(path) as picture:
+                if picture.width > WIDE * float(picture.info.get("dpi", (100.0,))[0]):
+                    image["classes"].append("wide")
+
+
 def setup(app: Any) -> None:
     """Write the made pages before anything is read, and keep docstrings as they are."""
     made_pages.write(HERE)
     app.connect("autodoc-process-docstring", _plain_bars, priority=900)
+    app.connect("doctree-read", _wide_figures)

@@ -224,6 +224,9 @@ def verdict_table(standing: Sequence[numbers.Forced], fallen: Sequence[numbers.F
         paper = (f"{one} of 3" for one in PAPER_VERDICTS[rival.name]) if rival.name in PAPER_VERDICTS else ("–", "–")
         first, second = paper
         rows.append((rival.name, first, f"{stands} of {len(standing)}", second, f"{falls} of {len(fallen)}"))
+    for i, name in enumerate(numbers.CAUSES):
+        stands, falls = sum(not run.causes[i] for run in standing), sum(run.causes[i] for run in fallen)
+        rows.append((name, "–", f"{stands} of {len(standing)}", "–", f"{falls} of {len(fallen)}"))
     heads = ("stands: the paper's runs", "stands: these", "falls: the paper's runs", "falls: these")
     return table(("law, right where the block", *heads), rows)
 

@@ -211,8 +211,7 @@ def forced_figure(runs: Sequence[numbers.Forced], longest: float = 20.0) -> Figu
     figure = Figure(figsize=(WIDTH, 8.0), layout="constrained")
     axes = figure.subplots(len(RIVALS), len(runs), sharex=True, sharey=True)
     for column, run in enumerate(runs):
-        heading = f"{run.block.label.split(',')[0]}, {100.0 * run.scale:.0f} %"
-        axes[0, column].text(0.5, 1.3, heading, transform=axes[0, column].transAxes, ha="center", weight="bold")
+        axes[0, column].text(0.5, 1.3, run.name, transform=axes[0, column].transAxes, ha="center", weight="bold")
         for row, rival in enumerate(RIVALS):
             ax = history(
                 [run.runs[row], run.reference], axes[row, column], colors=(rival.colour, "black"), labels=("", "")

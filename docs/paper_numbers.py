@@ -217,22 +217,28 @@ def _title(path: Path) -> str:
 
 
 class Forced(NamedTuple):
-    """One block under the waveform at one scale: the reference's history and each law's, and what is undecided."""
+    """One block under the waveform at one scale: the reference's history and each law's, and what is undecided.
+
+    `causes` says of each of `CAUSES` whether it overturned.
+    """
 
     block: tp.Block
     scale: float
     reference: xr.Dataset
     runs: tuple[xr.Dataset, ...]
     undecided: tuple[bool, ...]
+    causes: tuple[bool, ...]
 
     @property
     def name(self) -> str:
-        """Block and scale, as the paper names its runs."""
-        return f"{self.block.label}, {100.0 * self.scale:.0f} %"
+        """Slenderness and scale, as the paper names its runs."""
+        return f"{self.block.label.split(',')[0]}, {100.0 * self.scale:.0f} %"
 
 
 REFERENCE = tp.HousnerImpact()
 """Exact geometry and e_R: what stands where the paper has measurements."""
+CAUSES = {f"Housner, bilinear, lever {one}": tp.HousnerImpact(geometry="bilinear", lever=one) for one in ("R", "h")}
+"""The reference with the paper's straight line, and with its lever: what is not the damping's doing."""
 
 
 def _flips(block: tp.Block, model: Law, motion: xr.DataArray) -> bool:
@@ -269,6 +275,7 @@ def forced(waveform: xr.DataArray, fell: xr.DataArray) -> tuple[list[Forced], li
                     tp.simulate(block, REFERENCE, motion),
                     tuple(tp.simulate(block, model, motion) for model in models),
                     tuple(_flips(block, model, motion) for model in [REFERENCE, *models]),
+                    tuple(bool(tp.simulate(block, model, motion)["overturned"]) for model in CAUSES.values()),
                 )
             )
     return standing, fallen
@@ -288,12 +295,11 @@ class Shares(NamedTuple):
 
 def many_runs(motions: Sequence[xr.DataArray]) -> list[Shares]:
     """Tables 4 and 5 over all blocks, motions and levels: shares in the place of six verdicts."""
-    causes = {f"Housner, bilinear, lever {one}": tp.HousnerImpact(geometry="bilinear", lever=one) for one in ("R", "h")}
-    models = [REFERENCE, *(rival.make(None, DELTA) for rival in RIVALS), *causes.values()]
+    models = [REFERENCE, *(rival.make(None, DELTA) for rival in RIVALS), *CAUSES.values()]
     outputs = ("overturned", "peak_rotation", "uplifted")
     runs = tp.ida(SHAKEN, models, list(motions), LEVELS, im="pga_normalised", outputs=outputs)
     fell, peak, rocked = (runs[name].transpose("model", ...).values for name in outputs)
-    names = [*(rival.name for rival in RIVALS), *causes]
+    names = [*(rival.name for rival in RIVALS), *CAUSES]
     found = []
     for i, name in enumerate(names, 1):
         both = rocked[0].astype(bool) & ~fell[0] & ~fell[i]

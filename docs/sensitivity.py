@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 import toppling as tp
 from toppling.studies.plots_sensitivity import figures
@@ -34,6 +35,33 @@ SHOWN = {
     "e": ("median", "dispersion", "probability", "flipped", "decay_error", "free_rocking", "tornado", "sobol"),
 }
 """What is shown of each study."""
+DPI = 140
+"""Of the figures: 5.2 in wide, they fill the page's column (728 pixels)."""
+ABOVE = "its median over the rigid block's; above 1: falls too late"
+LARGER = "share of runs with a larger peak than the rigid block's; 0.5: neither"
+WHAT = {
+    "discrete damping outperforms in free decay": "relative distance of its peaks from the rigid block's; 0: none",
+    "discrete damping is least sensitive to δ: free rocking": (
+        "largest over smallest peak, δ from 0.01 to 0.1; 1: not sensitive"
+    ),
+    "discrete damping is least sensitive to δ: overturning": "factor on its median for ten times δ; 1: not sensitive",
+    "c_V does not depend on δ at all": "relative range of the coefficient over δ; 0: none",
+    "Giannini–Masiani performs like discrete damping under shaking": (
+        "its median over that of discrete damping; 1: the same"
+    ),
+    "Makris–Konstantinidis underestimates overturning": ABOVE,
+    "Makris–Konstantinidis underestimates peaks under shaking": LARGER.replace("larger", "smaller"),
+    "c_V overestimates overturning": ABOVE.replace("above 1: falls too late", "below 1: falls too soon"),
+    "c_V overestimates peaks under shaking": LARGER,
+    "defect 1: discrete damping takes out too little": (
+        "its last peak of free rocking over the rigid block's; above 1: too little"
+    ),
+    "defect 2: a spurious elastic mode": (
+        "its median over that of the same law at rest until uplift; below 1: the mode topples"
+    ),
+    "energy-consistent damping is the rigid block": "its median over the rigid block's; 1: the same",
+}
+"""What the number of each claim is, and where it would say nothing against or for it."""
 
 
 def main(out: Path = HERE, results: Path = HERE.parent / "results") -> None:
@@ -45,9 +73,28 @@ def main(out: Path = HERE, results: Path = HERE.parent / "results") -> None:
         one = tp.Study.from_toml(EXAMPLES / f"{name}.toml").run(results / name)
         for which, figure in figures(one):
             if which in names:
-                figure.savefig(out / "sensitivity" / f"{parameter}_{which}.png", dpi=100)
+                legend_above(figure)
+                figure.savefig(out / "sensitivity" / f"{parameter}_{which}.png", dpi=DPI)
         found[parameter] = one
     (out / "sensitivity.md").write_text(page(found["delta"], found["e"]), encoding="utf-8")
+
+
+def legend_above(figure: Figure) -> None:
+    """Put a figure's legend between its title and its panels: three panels high, its foot is off the screen."""
+    (below,) = figure.legends
+    handles, labels = below.legend_handles, [text.get_text() for text in below.get_texts()]
+    size = below.get_texts()[0].get_fontsize()
+    below.remove()
+    figure.legend(
+        [one for one in handles if one is not None],
+        labels,
+        title=figure.get_suptitle(),
+        loc="outside upper center",
+        ncols=2,
+        fontsize=size,
+        frameon=False,
+    )
+    figure.suptitle("")
 
 
 def page(over_delta: xr.Dataset, over_e: xr.Dataset) -> str:
@@ -82,10 +129,15 @@ def page(over_delta: xr.Dataset, over_e: xr.Dataset) -> str:
 def claim_list(claims: list[Claim], of: str) -> str:
     """Claims with verdict, number and interval, one each."""
     return "\n".join(
-        f"- **{capital(one.claim)}: {one.verdict}.** {capital(one.text)}. (Interval: {one.interval}.)"
+        f"- **{capital(one.claim)}: {one.verdict}.** {capital(one.text)}. *{written(one)}: {kind(one)}.*"
         for one in claims
         if one.of == of
     )
+
+
+def kind(one: Claim) -> str:
+    """What a claim's number is, and what its interval."""
+    return WHAT[one.claim].partition(";")[0] + ("" if one.interval == "exact" else f" ({one.interval})")
 
 
 def capital(text: str) -> str:
@@ -94,14 +146,14 @@ def capital(text: str) -> str:
 
 
 def claim_table(over_delta: list[Claim], over_e: list[Claim]) -> str:
-    """Every claim with its verdict and number in both studies."""
+    """Every claim: what its number is, and verdict and number in both studies."""
     beside = {one.claim: one for one in over_e}
     rows = []
     for one in over_delta:
         other = beside.get(one.claim)
-        cells = [one.verdict, written(one)] + (["", ""] if other is None else [other.verdict, written(other)])
-        rows.append((one.claim, *cells))
-    return table(("claim", "at δ = 0.05 or over δ", "number", "over e", "number"), rows)
+        cells = [f"**{it.verdict}**: {written(it)}" if it else "–" for it in (one, other)]
+        rows.append((one.claim, WHAT[one.claim], *cells))
+    return table(("claim", "the number is", "at δ = 0.05 or over δ", "over e"), rows)
 
 
 def written(one: Claim) -> str:
@@ -115,21 +167,21 @@ def swing_table(results: xr.Dataset) -> str:
     """How far medians move over all values of delta, and over the usual ones."""
     rows = []
     for model in results["model"].values:
-        cells = []
         for block in results["block"].values:
             one = results.sel(block=block, model=model)
-            for span in results["span"].values:
-                at = one.sel(span=span)
-                middle, low, high = (at[f"median_swing{end}"].item() for end in ("", "_lower", "_upper"))
-                if np.isnan(middle):
-                    cells.append("no curve at some δ")
-                elif np.isinf(middle):
-                    cells.append("more than the levels show")
-                else:
-                    cells.append(f"{middle:.2f} ({low:.2f}–{'∞' if np.isinf(high) else f'{high:.2f}'})")
-        rows.append((str(model).replace("_", "\\_"), *cells))
-    blocks = [str(block) for block in results["block"].values]
-    return table(("law", *(f"{block}, {span}" for block in blocks for span in ("all δ", "0.01–0.1"))), rows)
+            cells = [swing(one.sel(span=span)) for span in one["span"].values]
+            rows.append((str(model).replace("_", "\\_"), str(block), *cells))
+    return table(("law", "block", "all δ", "δ 0.01–0.1"), rows)
+
+
+def swing(one: xr.Dataset) -> str:
+    """How far the median of a law and block moves, with its interval."""
+    middle, low, high = (one[f"median_swing{end}"].item() for end in ("", "_lower", "_upper"))
+    if np.isnan(middle):
+        return "no curve at some δ"
+    if np.isinf(middle):
+        return "more than the levels show"
+    return f"{middle:.2f} ({low:.2f}–{'∞' if np.isinf(high) else f'{high:.2f}'})"
 
 
 def flip_table(results: xr.Dataset) -> str:

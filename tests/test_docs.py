@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import unquote, urlsplit
 
+import browser
 import pytest
 
 from toppling.studies.cli import main as command
@@ -36,6 +37,7 @@ COMMANDS_NOT_RUN = {
     "toppling motions records/*.AT2",
     "toppling simulate --width 40cm --height 1.8m records/RSN1.AT2 --scale 1.5 --law discrete --e 0.9",
     "toppling report results/risk/results.nc",
+    "toppling report results/clinic/results.nc",
     "toppling run my_study.toml --dry-run",
     "toppling status results/mine",
     "toppling run my_study.toml --out results/mine --scheduler tcp://10.0.0.1:8786",
@@ -285,6 +287,21 @@ class Page(HTMLParser):
                 self.links.append(values[name])
 
 
+FITS = """(async () => {
+  await window.MathJax?.startup?.promise;
+  const pictures = [...document.querySelectorAll("article img")];
+  // (the theme lets the whole article scroll: that is too wide, too)
+  const frames = [document.documentElement, ...document.querySelectorAll(".bd-main, .bd-article-container")];
+  return [
+    Math.max(...frames.map(one => one.scrollWidth - one.clientWidth)),
+    pictures.filter(one => one.complete && !one.naturalWidth || !one.hasAttribute("alt")).map(one => one.src),
+    [...document.querySelectorAll("article .math")].filter(one => !one.querySelector("mjx-container")
+      || one.querySelector("[data-mml-node=merror], mjx-merror")).map(one => one.textContent.slice(0, 60)),
+  ];
+})()"""
+"""How much wider than the screen, pictures that are not there or have no words, formulas that did not come out."""
+
+
 @pytest.mark.skipif(not (BUILT / "index.html").is_file(), reason="the site is not built: `make docs`")
 class TestBuiltSite:
     @pytest.fixture(scope="class")
@@ -320,6 +337,23 @@ class TestBuiltSite:
             for link in page.links:
                 if urlsplit(link).netloc and re.search(r"\.(js|css|png|svg|woff2?)($|\?)", link):
                     raise AssertionError(f"{path.relative_to(BUILT)} fetches {link}")
+
+    @pytest.mark.slow
+    @pytest.mark.skipif(browser.CHROMIUM is None, reason="no Chromium")
+    def test_pages_fit_a_telephone(self, pages):
+        """No page is wider than the screen, pictures and formulas come out; of the API one page in ten."""
+        api = sorted(path for path in pages if "objects" in path.parts)
+        chosen = [path for path in pages if path not in api] + api[::10]
+        opened, wrong = browser.Browser(), []
+        try:
+            for path in chosen:
+                wide, unnamed, formulas = opened.see(path, 380, FITS).value
+                if wide or unnamed or formulas:
+                    wrong.append(f"{path.relative_to(BUILT)}: {wide} px too wide, {unnamed}, {formulas}")
+        finally:
+            opened.close()
+        assert len(chosen) > 50
+        assert not wrong, "\n".join(wrong)
 
     def test_every_page_of_the_sources_is_there(self):
         for page in PAGES:

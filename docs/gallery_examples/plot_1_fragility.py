@@ -19,7 +19,7 @@ share = tp.overturning_probability(runs).isel(block=0, model=0)
 curve = tp.fit_fragility(runs)
 
 x = np.linspace(0.02, 0.7, 200)
-figure, ax = plt.subplots(figsize=(6, 4), layout="constrained")
+figure, ax = plt.subplots(figsize=(5.2, 4), layout="constrained")
 ends = np.abs(np.stack([share["lower"], share["upper"]]) - share["probability"].values)
 ax.errorbar(
     levels / STANDARD_GRAVITY, share["probability"], ends, fmt="o", ms=4, capsize=2, label="100 motions, 95 % interval"

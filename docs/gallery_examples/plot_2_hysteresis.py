@@ -21,12 +21,12 @@ laws = [
     tp.Vassiliou(),
 ]
 
-figure, axes = plt.subplots(2, 3, figsize=(9, 5.5), sharex=True, sharey=True, layout="constrained")
+figure, axes = plt.subplots(3, 2, figsize=(5.2, 6.5), sharex=True, sharey=True, layout="constrained")
 for ax, law in zip(axes.flat, laws, strict=True):
     run = tp.free_rocking(block, law, 0.5 * block.alpha, duration=3.0, dt=2e-4)
     moment = (run["restoring_moment"] + run["damping_moment"]) / (block.p**2 * np.sin(block.alpha))
     ax.plot(run["rotation"] / block.alpha, moment, lw=0.8)
-    ax.set_title(law.law, fontsize=10)
+    ax.set_title(law.law, fontsize="medium")
     ax.axvline(0, lw=0.5, color="0.6")
     ax.axhline(0, lw=0.5, color="0.6")
 figure.supxlabel("rotation over slenderness, θ/α")

@@ -27,14 +27,14 @@ def outline(rotation):
 
 runs = {peak: tp.simulate(block, tp.HousnerImpact(), peak * pulse) for peak in (2.6, 3.5, 6.0)}  # m/s²
 
-figure, axes = plt.subplots(4, 6, figsize=(9, 6.6), layout="constrained", height_ratios=(1, 1, 1, 2))
+figure, axes = plt.subplots(4, 6, figsize=(5.2, 5.4), layout="constrained", height_ratios=(1, 1, 1, 2))
 for row, (peak, run) in zip(axes, runs.items(), strict=False):
     for ax, time in zip(row, frames, strict=True):
         rotation = float(run["rotation"].interp(time=time))
         ax.add_patch(Polygon(outline(rotation), facecolor="tab:blue", edgecolor="k", alpha=0.6))
         ax.axhline(0, color="k", lw=1)
         ax.set(xlim=(-2.1, 2.1), ylim=(-0.3, 2.2), aspect="equal", xticks=[], yticks=[])
-        ax.set_title(f"{time:.1f} s", fontsize=9)
+        ax.set_title(f"{time:.1f} s", fontsize="medium")
     row[0].set_ylabel(f"{peak:g} m/s²")
 grid = axes[3, 0].get_gridspec()
 for ax in axes[3]:
@@ -44,5 +44,5 @@ for peak, run in runs.items():
     below.plot(run["time"], run["rotation"] / block.alpha, label=f"{peak:g} m/s²")
 below.axhline(1, ls=":", color="0.5")
 below.set(xlabel="time (s)", ylabel="θ/α", ylim=(-9, 9))
-below.legend(loc="lower left")
+below.legend(loc="upper left")
 plt.show()

@@ -23,17 +23,17 @@ risk = tp.annual_rate(curve, hazard, years=50).squeeze()
 x = np.geomspace(0.05, 3.2, 200)
 probability = curve_probability(curve, x).squeeze()
 frequency = -np.gradient(hazard.rate_at(x), np.log(x))
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
-left.loglog(levels, rates, "o-", color="tab:gray", label="exceeded, 1/yr")
-left.set(xlabel="peak ground velocity (m/s)", ylabel="annual rate")
-other = left.twinx()
+figure, (upper, lower) = plt.subplots(2, 1, figsize=(5.2, 6.4), layout="constrained")
+upper.loglog(levels, rates, "o-", color="tab:gray", label="exceeded, 1/yr")
+upper.set(xlabel="peak ground velocity (m/s)", ylabel="annual rate")
+other = upper.twinx()
 other.plot(x, probability, color="tab:red")
 other.set_ylabel("probability of overturning", color="tab:red")
-right.semilogx(x, probability * frequency / float(risk["rate"]))
-right.set(xlabel="peak ground velocity (m/s)", ylabel="share of the rate per unit of ln x")
-right.set_title(
+lower.semilogx(x, probability * frequency / float(risk["rate"]))
+lower.set(xlabel="peak ground velocity (m/s)", ylabel="share of the rate per unit of ln x")
+lower.set_title(
     f"{float(risk['probability']):.1%} in 50 years "
     f"({float(risk['probability_lower']):.1%} to {float(risk['probability_upper']):.1%})",
-    fontsize=10,
+    fontsize="medium",
 )
 plt.show()

@@ -20,7 +20,7 @@ families = {
     "energy-consistent": [tp.EnergyConsistent(delta=delta) for delta in deltas],
 }
 
-figure, ax = plt.subplots(figsize=(6, 4.6), layout="constrained")
+figure, ax = plt.subplots(figsize=(5.2, 4.6), layout="constrained")
 for name, laws in families.items():
     runs = tp.ida(block, laws, shaking, [3.5], outputs=("overturned",))
     share = tp.overturning_probability(runs).isel(block=0, level=0)
