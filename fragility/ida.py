@@ -90,7 +90,7 @@ def ida(
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
     >>> result = ida(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, [1.0, 4.0])
     >>> dict(result.sizes)
-    {'block': 1, 'model': 1, 'level': 2, 'motion': 4}
+    {'block': 1, 'model': 1, 'level': 2, 'motion': 4, 'reason': 8}
     """
     asked = request(blocks, models, outputs, skip, client, progress, screen)
     plain = records(motions)

@@ -123,8 +123,8 @@ def crossing_notes(curves: xr.Dataset, observed: xr.Dataset) -> list[str]:
     >>> levels = ("level", [2.0, 4.0, 8.0], {"units": "m s-2"})
     >>> ends = {"lower": ("level", [0.0, 0.45, 0.9]), "upper": ("level", [0.1, 0.55, 1.0])}
     >>> curve = xr.Dataset({"median": 5.0, "median_lower": 4.9, "median_upper": 5.1})
-    >>> print(crossing_notes(curve, xr.Dataset(ends, {"level": levels}))[0][:73])
-    the median of the curve (the block: 0.51 g, observed 0.382 g to 0.426 g)
+    >>> print(crossing_notes(curve, xr.Dataset(ends, {"level": levels}))[0][:72])
+    the median of the curve (the block: 0.51 g, observed 0.378 g to 0.441 g)
     """
     if "median_lower" not in curves:
         return []
