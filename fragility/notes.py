@@ -148,7 +148,7 @@ def _undecided(screened: xr.Dataset) -> str:
     low, high = (float(end) for end in wilson_interval(np.array(flipped), np.array(tested)))
     worst = f" ({_worst(share, _PAIR)})" if flipped and share.size > 1 else ""
     return (
-        f"{_percent(flipped / tested)} of the flags ({_percent(low)} to {_percent(high)}, from {motions} of "
+        f"{_percent(flipped / tested)} of the verdicts ({_percent(low)} to {_percent(high)}, from {motions} of "
         f"{screened.sizes['motion']} motions) are undecided: a millionth more or less of motion or restitution flips "
         f"them{worst}"
     )

@@ -91,6 +91,8 @@ class LevelsTable(Table):
             self.values is not None and any(v is not None for v in ranged)
         ):
             raise ValueError("levels need either values, or from, to and number")
+        if self.number == 1 and self.from_ != self.to:
+            raise ValueError(f"levels from {self.from_:g} to {self.to:g} need number >= 2, got 1")
         if self.spacing == "log" and not (self.from_ or 0.0) > 0.0:
             raise ValueError(f"levels with log spacing need from > 0, got {self.from_}")
         return self
@@ -277,7 +279,7 @@ class FitTable(Table):
         Field(description="Kind of intervals."),
     ] = None
     fractiles: Annotated[
-        list[float] | None,
+        list[Annotated[float, Field(gt=0.0, lt=1.0)]] | None,
         Said("none", above=0.0, below=1.0),
         Field(description="Probabilities whose levels are wanted."),
     ] = None

@@ -16,11 +16,14 @@ from .words import level_text
 
 NOTABLE_BELOW = 0.02
 """Part of an annual value below the levels, above which it is worth a sentence."""
+MOST_NAMED = 6
+"""Anchored items that a sentence names."""
 
 
 def notes(assessment: xr.Dataset) -> list[str]:
     """What a reader should know before trusting the figures: one sentence each."""
-    found = []
+    held = anchored_text(assessment)
+    found = [held] if held else []
     for one in _amounts(assessment):
         below, above = (float(_share(one, f"annual_{one.name}_{side}").max()) for side in ("below", "above"))
         if below > NOTABLE_BELOW:
@@ -38,6 +41,21 @@ def notes(assessment: xr.Dataset) -> list[str]:
     if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:
         found.append("pieces of a line are alike and overturn together: means do not depend on it, extremes do")
     return found
+
+
+def anchored_text(here: xr.Dataset) -> str:
+    """Which pieces are anchored already, in a sentence: tables count them as not overturning; empty where none is."""
+    held = np.flatnonzero(here["anchored"].values.astype(bool))
+    if not held.size:
+        return ""
+    named = [f"{int(here['count'].values[i]):,} × {here['item'].values[i]}" for i in held[:MOST_NAMED]]
+    more = f" and {held.size - MOST_NAMED} more items" if held.size > MOST_NAMED else ""
+    number, every = int(here["count"].values[held].sum()), int(here["count"].values.sum())
+    one = number == 1
+    return (
+        f"{number:,} of {every:,} pieces {'is' if one else 'are'} anchored and {'counts' if one else 'count'} as not "
+        f"overturning: {', '.join(named)}{more}"
+    )
 
 
 def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:

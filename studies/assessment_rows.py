@@ -11,7 +11,7 @@ from .. import checks
 from ..units import DIMENSIONLESS
 from .distributions import PER_YEAR, level_index
 from .rows import Rows
-from .words import display_unit, floor_name
+from .words import display_unit, floor_name, interval_text, three, years_between
 
 
 def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
@@ -26,7 +26,13 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
     if "annual_number" not in here:
         raise ValueError("annual values need an assessment with a hazard curve, got one without")
     has_loss = "annual_loss" in here
-    headings = ["", "pieces", "overturned a year", *(["lost a year"] if has_loss else []), "anything falls, once in"]
+    headings = [
+        "",
+        "free pieces",
+        "overturned a year",
+        *(["lost a year"] if has_loss else []),
+        "anything falls, once in",
+    ]
     rows = []
     for place in here["place"].values:
         one = here.sel(place=place)
@@ -36,7 +42,8 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
         cells.append(_period(one, "any_rate"))
         rows.append(tuple(cells))
     money = _money(here)
-    return Rows(f"In a year{f', {money}' if money and has_loss else ''}", tuple(headings), rows)
+    title = f"In a year{f', {money}' if money and has_loss else ''} ({_sure(here)} over motions, hazard as given)"
+    return Rows(_dashed(title, rows), tuple(headings), rows)
 
 
 def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -> Rows:
@@ -51,7 +58,14 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
     here = of_model(assessment, model).isel(level=at)
     has_loss = "loss_mean" in here
     ends = [f"{100.0 * float(q):g} %" for q in here["quantile"].values]
-    headings = ["", "pieces", "overturned", f"{' / '.join(ends)}", *(["lost"] if has_loss else []), "anything falls"]
+    headings = [
+        "",
+        "free pieces",
+        "overturned",
+        f"{' / '.join(ends)}",
+        *(["lost"] if has_loss else []),
+        "anything falls",
+    ]
     rows = []
     for place in here["place"].values:
         one = here.sel(place=place)
@@ -64,7 +78,8 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
     scale, unit = display_unit(assessment["level"])
     shaken = f"{assessment.attrs['im']} = {float(here['level']) / scale:.3g}{f' {unit}' if unit else ''}"
     money = _money(here)
-    return Rows(f"At {shaken}{f', {money}' if money and has_loss else ''}", tuple(headings), rows)
+    title = f"At {shaken}{f', {money}' if money and has_loss else ''} ({_sure(here)} over motions)"
+    return Rows(_dashed(title, rows), tuple(headings), rows)
 
 
 def consequence_rows(assessment: xr.Dataset, level: float | None = None, model: str | None = None) -> Rows | None:
@@ -87,7 +102,7 @@ def consequence_rows(assessment: xr.Dataset, level: float | None = None, model: 
         # (of floors without the interval: a table must fit a page)
         whole, *floors = (said(one.sel(place=place), name) for place in places)
         rows.append((word, whole, *(text.partition(" (")[0] for text in floors)))
-    return Rows(title, ("", *map(place_name, places)), rows)
+    return Rows(_dashed(title, rows), ("", *map(place_name, places)), rows)
 
 
 def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) -> Rows:
@@ -118,7 +133,7 @@ def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) 
             cells.append(figure_text(float(one["cost"])))
         if pays:
             years = float(one["payback"])
-            cells.append(f"{figure_text(years)} years" if math.isfinite(years) else "never")
+            cells.append(f"{three(years)} years" if math.isfinite(years) else "never")
         rows.append(tuple(cells))
     return Rows(f"Anchoring saves of: {ranking.attrs['objective_text']}", tuple(headings), rows)
 
@@ -142,6 +157,15 @@ def _money(here: xr.Dataset) -> str:
     return str(here.attrs.get("currency", ""))
 
 
+def _dashed(title: str, rows: list[tuple[str, ...]]) -> str:
+    """A title that says what a dash in the rows means."""
+    return f"{title} (–: nothing fell under any motion)" if any("–" in row for row in rows) else title
+
+
+def _sure(here: xr.Dataset) -> str:
+    return f"{100.0 * float(here.attrs['confidence']):g} %"
+
+
 def pieces_at(here: xr.Dataset, place: str) -> int:
     """Number of pieces that can overturn."""
     free = ~here["anchored"].values.astype(bool)
@@ -163,8 +187,8 @@ def objective_unit(ranking: xr.Dataset) -> tuple[float, str]:
 def _interval(one: xr.Dataset, name: str, scale: float = 1.0) -> str:
     value, lower, upper = (scale * float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
     if math.isnan(lower) or math.isnan(upper):
-        return figure_text(value)
-    return f"{figure_text(value)} ({figure_text(lower)}–{figure_text(upper)})"
+        return three(value)
+    return f"{three(value)} ({interval_text(lower, upper)})"
 
 
 def _percent(one: xr.Dataset, name: str) -> str:
@@ -177,10 +201,8 @@ def _period(one: xr.Dataset, name: str) -> str:
     rate, lower, upper = (float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
     if rate == 0.0:
         return "–"
-    text = f"{figure_text(1.0 / rate)} years"
-    if math.isnan(lower):
-        return text
-    return f"{text} ({figure_text(1.0 / upper)}–{figure_text(1.0 / lower) if lower > 0.0 else '∞'})"
+    text = f"{three(1.0 / rate)} years"
+    return text if math.isnan(lower) else f"{text} ({years_between(upper, lower)})"
 
 
 def figure_text(value: float) -> str:

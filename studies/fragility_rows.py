@@ -14,7 +14,20 @@ from ..fragility.states import OVERTURNED, state_name
 from .curve_notes import reached_of, verb_of
 from .estimates import ranking_of_measures
 from .rows import Rows
-from .words import axis_of, display_unit, floor_name, fractile_text, in_years, measure_name
+from .words import (
+    axis_of,
+    chance_text,
+    chances_between,
+    display_unit,
+    floor_name,
+    fractile_text,
+    in_years,
+    interval_text,
+    measure_name,
+    percent,
+    three,
+    years_between,
+)
 
 OVERTURNING = state_name(OVERTURNED)
 
@@ -63,10 +76,10 @@ def fragility_table(results: xr.Dataset) -> Table:
                 one = one.isel(floor=k)
             if bool(one["converged"]):
                 median, low, high = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
-                cells: tuple[str, ...] = (f"{median:.3f}", f"{low:.3f}–{high:.3f}", "", "")
+                cells: tuple[str, ...] = (three(median), interval_text(low, high), "", "")
                 if "dispersion" in one:
                     beta, narrow, wide = (one[f"dispersion{end}"].item() for end in ("", "_lower", "_upper"))
-                    cells = (*cells[:2], f"{beta:.3f}", f"{narrow:.3f}–{wide:.3f}")
+                    cells = (*cells[:2], three(beta), interval_text(narrow, wide))
                 cells += tuple(fractile_text(one, p, scale) for p in fractions)
             else:
                 cells = ("", f"[italic]{one['status'].item()}[/]", "", "", *("" for _ in fractions))
@@ -79,8 +92,8 @@ def risk_table(results: xr.Dataset) -> Table:
     years = float(results.attrs["years"])
     percent = f"{100.0 * float(results.attrs['confidence']):g} %"
     table = Table(
-        title=f"How often each {_verb(results)}, and with what probability in {years:g} years, with {percent} "
-        "intervals",
+        title=f"How often each {_verb(results)}, and with what probability in {years:g} years ({percent} over "
+        "motions, hazard as given)",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",
@@ -103,9 +116,9 @@ def risk_table(results: xr.Dataset) -> Table:
                 alike = "[italic]no width[/]" if low == high else ""
                 cells = (
                     in_years(rate),
-                    alike or f"{in_years(high)}–{in_years(low)}",
-                    f"{chance:.2%}",
-                    alike or f"{least:.2%}–{most:.2%}",
+                    alike or years_between(high, low),
+                    chance_text(chance),
+                    alike or chances_between(least, most),
                 )
             else:
                 cells = ("", "[italic]no curve[/]", "", "")
@@ -119,7 +132,8 @@ def size_table(results: xr.Dataset) -> Table:
     years = float(results.attrs["years"])
     units = results[f"size_{along}"].attrs["units"]
     table = Table(
-        title=f"Which {along} ({units}) {_verb(results)} with {target:.3g} in {years:g} years",
+        title=f"Which {along} ({units}) {_verb(results)} with a probability of {percent(target)} in {years:g} "
+        f"years ({100.0 * float(results.attrs['confidence']):g} % over motions, hazard as given)",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",
@@ -134,8 +148,8 @@ def size_table(results: xr.Dataset) -> Table:
             found = one[f"size_{along}"].item()
             low, high = (one[f"size_{along}_{end}"].item() for end in ("lower", "upper"))
             status = str(one["size_status"].item())
-            shown = f"{found:.3g}" if np.isfinite(found) else ""
-            interval = f"{low:.3g}–{high:.3g}" if shown else ""
+            shown = three(found) if np.isfinite(found) else ""
+            interval = interval_text(low, high) if shown else ""
             table.add_row(escape(str(model) + where), shown, interval, "" if status == "ok" else status)
     return table
 
@@ -160,7 +174,7 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
                 one = here.isel(model=j, measure=i)
                 beta, low, high = (float(one[f"amplitude_dispersion{end}"]) for end in ("", "_lower", "_upper"))
                 near = "" if bool(one["distinguishable"]) else "≈ "
-                cells.append(f"{near}{beta:.3f} ({low:.3f}–{high:.3f})")
+                cells.append(f"{near}{three(beta)} ({interval_text(low, high)})")
             # (the dispersion is of what grows with the amplitude)
             rows.append((measure_name(str(here["measure"].values[i]), float(here["power"].values[i])), *cells))
         shown = f"the best {most} of {len(there)} measures, " if len(there) > most else ""

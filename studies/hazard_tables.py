@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from ..fragility import HazardCurve, read_hazard
 from ..fragility.hazard_pieces import ABOVE_RULES, BELOW_RULES
-from ..fragility.scaling import BLOCK_MEASURES, SCALE
+from ..fragility.scaling import BLOCK_MEASURES, SCALE, intensity_measure
 from .analysis_tables import LEVEL_UNITS, refuse_unordered
 from .tables import Located, Said, Table, one_of
 from .yearly import Risk
@@ -55,7 +55,7 @@ class HazardTable(Table):
         list[float] | None, Said(unit="as `unit` says", above=0.0), Field(description="Levels of a curve given here.")
     ] = None
     rates: Annotated[
-        list[float] | None, Said(unit="1/yr", at_least=0.0), Field(description="Their annual rates of exceedance.")
+        list[float] | None, Said(unit="1/yr", above=0.0), Field(description="Their annual rates of exceedance.")
     ] = None
     unit: Annotated[
         str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels; of a file only where it states none.")
@@ -98,6 +98,12 @@ class HazardTable(Table):
         name = BLOCK_MEASURES[im].measure.label if im in BLOCK_MEASURES else im
         if name == SCALE:
             raise ValueError("hazard needs levels of a measure, got im 'scale'")
+        measure = intensity_measure(name)
+        if self.file is None and self.unit is not None and measure is not None:
+            fitting = [unit for unit, (_, si) in LEVEL_UNITS.items() if si == measure.units]
+            # (of what has another unit than any that a level may have, the curve itself says what it takes)
+            if fitting and self.unit not in fitting:
+                raise ValueError(f"hazard.unit must be one of {', '.join(fitting)} for {name}, got {self.unit!r}")
         if self.file is not None:
             curve = read_hazard(
                 folder / self.file,
@@ -111,7 +117,17 @@ class HazardTable(Table):
         if self.levels is not None and self.rates is not None:
             assert self.unit is not None  # of every curve that is no file
             refuse_unordered("hazard.levels", self.levels, self.unit)
-            pairs = list(zip(self.levels, self.rates, strict=False))
+            if len(self.rates) != len(self.levels):
+                raise ValueError(
+                    f"hazard.rates must hold one for each level, got {len(self.rates)} for {len(self.levels)} levels"
+                )
+            for level, rate in zip(self.levels, self.rates, strict=True):
+                if not rate > 0.0:
+                    raise ValueError(
+                        f"hazard.rates must be > 0 per year, got {rate:g} at {level:g} {self.unit}: leave that level "
+                        "out"
+                    )
+            pairs = list(zip(self.levels, self.rates, strict=True))
             for (low, often), (high, rare) in pairwise(pairs):
                 if rare > often:
                     raise ValueError(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import glob
 import os
+import re
 import tomllib
 import unicodedata
 from collections.abc import Iterator, Mapping
@@ -24,6 +25,25 @@ MOST_NESTING = 16
 MOST_ENTRIES = 100_000
 MOST_TEXT = 4096
 INCLUDE = "include"
+# What the TOML reader says, by how it begins, and what is mostly behind it.
+_TOML_WORDS = (
+    ("Invalid value", "no value after the =: text stands in quotes, numbers have a decimal point"),
+    (
+        "Expected newline or end of document",
+        "something is left after the value: numbers have a decimal point, units stand in the key",
+    ),
+    (
+        "Cannot declare",
+        "this table was there before: put its keys into one, or write [[...]] where there may be several",
+    ),
+    ("Cannot overwrite a value", "this key was there before in the same table"),
+    ("Unclosed inline table", "the table in braces is not closed in its line: }"),
+    ("Unclosed array", "the list is not closed: ]"),
+    ("Unterminated string", "the text is not closed: a quote is missing"),
+    ("Illegal character", "the text is not closed in its line, or holds a character that no text may"),
+    ("Expected '=' after a key", "a key needs a = and a value after it"),
+    ("Expected ']' at the end of a table declaration", "the header of the table is not closed: ]"),
+)
 _DIRECTING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 
 
@@ -113,15 +133,24 @@ def _parsed(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError:
         raise StudyError(f"{path}: not a text file in UTF-8") from None
     except (ValueError, RecursionError) as error:  # an integer of thousands of digits is no TOMLDecodeError
-        raise StudyError(f"{path}: not valid TOML: {_reason(error)}") from None
+        raise StudyError(f"{path}: not valid TOML: {_reason(error, data.decode('utf-8'))}") from None
     _refuse_strange(path, content)
     return content
 
 
-def _reason(error: Exception) -> str:
+def _reason(error: Exception, text: str) -> str:
+    """What is wrong with the text as TOML, in a user's words, and the line where it is."""
     if isinstance(error, RecursionError):
         return "nested too deeply"
-    return str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number that is none"
+    if not isinstance(error, tomllib.TOMLDecodeError):
+        return "a number that is none"
+    said, _, where = str(error).partition(" (at ")
+    place = re.match(r"line (\d+)", where)
+    lines = text.splitlines()
+    number = int(place[1]) if place else len(lines)
+    line = lines[number - 1].strip() if 0 < number <= len(lines) else ""
+    words = next((cure for start, cure in _TOML_WORDS if said.startswith(start)), f"{said[:1].lower()}{said[1:]}")
+    return f"line {number}{f', {shown(line)}' if line else ''}: {words}"
 
 
 def _refuse_strange(path: Path, content: dict[str, Any]) -> None:

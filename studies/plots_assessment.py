@@ -40,6 +40,8 @@ ALONE = "#000000"
 BUILDING = "building"
 QUANTITIES = ("number", "loss")
 VIEWS = ("levels", "exceedance", "anchoring", "left")
+NEVER = 1e-12
+"""A rate below any axis of logarithms, and a loss left of it."""
 MOST_BANDS = 3
 """Laws whose spread over motions is drawn in one panel."""
 
@@ -89,7 +91,8 @@ def inventory(
     Notes
     -----
     Exceedance is drawn as the steps that it is.  Between two thresholds of value it is at most the rate at the lower,
-    which is what is drawn.
+    which is what is drawn.  It begins with the rate of anything at all, and falls to the axis where no motion brings
+    down more.
 
     Examples
     --------
@@ -200,19 +203,22 @@ def _exceedance(results: xr.Dataset, laws: list[Drawn], quantity: str, place: st
     x = results[f"{quantity}_threshold"].values
     sure = percent(float(results.attrs["confidence"]))
     ends: list[float] = []
+    edges: list[float] = []
     for where, label, here, colour, line, band in lines:
         one = here.sel(place=where)
         rate, low, high = (one[f"{quantity}_rate{end}"].values for end in ("", "_lower", "_upper"))
-        seen = (x > 0.0) & (rate > 0.0)
-        if not seen.any():
+        if not (rate > 0.0).any():
             continue
-        at, rate, low, high = _steps(x[seen], quantity, rate[seen], low[seen], high[seen])
-        ends += [float(rate.min()), float(np.fmax(rate, high).max())]
+        most = _value(here, where) if quantity == "loss" else float(pieces_at(here, where))
+        at, rate, low, high = _steps(x, quantity, most, rate, low, high)
+        shown = rate[:-1]
+        ends += [float(shown.min()), float(np.fmax(shown, high[:-1]).max())]
+        edges += [*x[x > 0.0][:1], float(at[-1])]
         if band:
             # an end at zero lies below any axis of logarithms
-            bottom = np.where(low > 0.0, low, 1e-12)
+            bottom = np.where(low > 0.0, low, NEVER)
             text = f"{sure} interval over motions" if band and colour == ALONE else None
-            ax.fill_between(at, bottom, high, color=colour, alpha=0.18, lw=0.0, label=text)
+            ax.fill_between(at[:-1], bottom[:-1], high[:-1], color=colour, alpha=0.18, lw=0.0, label=text)
         ax.plot(at, rate, label=label, color=colour, ls=line, lw=2.0 if band else 1.3)
     ax.set_yscale("log")
     if ends:  # whole decades: few curves span more than two
@@ -222,6 +228,8 @@ def _exceedance(results: xr.Dataset, laws: list[Drawn], quantity: str, place: st
     if quantity == "loss":
         ax.set_xscale("log")
         plain_log(ax)
+        if edges:
+            ax.set_xlim(0.7 * min(edges), 1.4 * max(edges))
         ax.set_xlabel(wrapped(f"value overturned, more than{_in_money(results)}", width_of(ax)))
     else:
         ax.xaxis.set_major_locator(_locator(8, whole=True))
@@ -237,13 +245,23 @@ def _exceedance(results: xr.Dataset, laws: list[Drawn], quantity: str, place: st
         ax.set_title(wrapped(f"{of}{amount} a year expected", width_of(ax)), fontsize=10)
 
 
-def _steps(x: NDArray[np.float64], quantity: str, *values: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-    """A curve of steps as points: "n or more" holds from n - 1 on, "more than x" until the next threshold."""
-    at = np.repeat(x, 2)
+def _steps(
+    x: NDArray[np.float64], quantity: str, most: float, *values: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], ...]:
+    """A curve of steps as points, from the left edge of any axis to where it falls to nothing.
+
+    "n or more" holds from n - 1 on; "more than x" until the next threshold, and no further than the `most` there is.
+    The last point is `NEVER`, below any axis of logarithms.
+    """
+    last = int(np.flatnonzero(values[0] > 0.0)[-1]) + 1
     if quantity == "number":
-        at = np.concatenate([[max(x[0] - 1.0, 0.0)], at[:-1]])
-        return at, *(np.repeat(one, 2) for one in values)
-    return at[1:], *(np.repeat(one, 2)[:-1] for one in values)
+        at = np.repeat(np.concatenate([[0.0], x[:last]]), 2)[1:]
+    else:
+        ends = np.append(x[1 : last + 1], most)[:last]
+        ends[-1] = min(ends[-1], most)
+        # (a threshold of 0 is left of any logarithm)
+        at = np.repeat(np.concatenate([[x[0] if x[0] > 0.0 else NEVER], ends]), 2)[1:]
+    return at, *(np.append(np.repeat(one[:last], 2), NEVER) for one in values)
 
 
 def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
@@ -320,8 +338,8 @@ def exceedance_figure(results: xr.Dataset, quantity: str = "loss") -> Figure:
     for ax in list(axes.flat)[len(laws) :]:
         ax.remove()
     legend_below(figure, *axes.flat[0].get_legend_handles_labels())
-    what = "value overturned" if quantity == "loss" else "pieces overturned"
-    text = f"how often a year {what} exceeds an amount, {results.sizes['motion']} motions"
+    what = "more than so much value overturns" if quantity == "loss" else "so many pieces or more overturn"
+    text = f"how often a year {what}, {results.sizes['motion']} motions"
     heading(
         figure,
         str(results.attrs.get("title", "Assessment")),

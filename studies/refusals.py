@@ -5,12 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic.fields import FieldInfo
 
 from .include import tables_of
-from .tables import Table, nearest, shown
+from .tables import UNIT_SUFFIXES, Said, Table, nearest, shown, suffix_of
 
 NO_TABLE = ("model_type", "model_attributes_type", "dict_type")
 NO_LIST = ("list_type", "tuple_type")
+NO_INTEGER = ("int_type", "int_from_float", "int_parsing", "int_parsing_size")
+NO_NUMBER = ("float_type", "float_parsing", "finite_number")
+OUTSIDE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
+MOST_WRITTEN = 1e9
+"""From which a bound is written with its power of ten."""
 HINTS = {
     "title": '; every study has one, as title = "Office contents"',
     "models": "; a study has one [[models]] table for each damping law",
@@ -19,31 +25,119 @@ HINTS = {
 """What to write for keys that must be given, where it is not plain."""
 
 
-def said(errors: ValidationError, content: Any, table: type[Table]) -> tuple[str, tuple[str, ...]]:
-    """What `content`, which should be a `table`, does not hold: the sentence, and where it is."""
-    found = errors.errors(include_url=False, include_context=False)
+def said(
+    errors: ValidationError, content: Any, table: type[Table], above: tuple[int | str, ...] = ()
+) -> tuple[str, tuple[str, ...]]:
+    """What `content`, which should be a `table`, does not hold: the sentence, and where it is.
+
+    `above`: where the table itself stands in the study file.
+    """
+    found = errors.errors(include_url=False)
     # an unknown key is likely the cause of one that is missing: say it first
     error = min(found, key=lambda one: one["type"] != "extra_forbidden")
     kind = error["type"]
     location = _stated(error["loc"], content, kind)
-    names = tuple(part for part in location if isinstance(part, str))
-    key = _written(location)
+    names = tuple(part for part in (*above, *location) if isinstance(part, str))
+    key = _written((*above, *location))
     value = error["input"]
     if kind == "extra_forbidden":
-        known = _known_keys(table, location[:-1])
-        near = nearest(str(location[-1]), known)
-        hint = f"; did you mean {near!r}?" if near else f", allowed are {', '.join(known)}"
-        return f"unknown key {shown(key, 120)}{hint}", names
+        return _unknown(key, location, table), names
     if kind == "missing":
         return f"key {shown(key, 120)} is missing{HINTS.get(key, '')}", names
     if kind in NO_LIST and isinstance(value, dict):
         return f"{key}: there may be several: write [[{key}]] for each, not [{key}]", names
     if kind in NO_TABLE:
         return f"{key}: {_no_table(location, key, value)}", names
-    message = error["msg"].removeprefix("Value error, ")
     if kind == "value_error":
+        message = error["msg"].removeprefix("Value error, ")
         return (f"{key}: {message}" if key else message), names
-    return f"{key}: {message[0].lower()}{message[1:]}, got {shown(value)}", names
+    return f"{key}: {_allowed(kind, location, table, error)}, got {_as_written(value)}", names
+
+
+def _unknown(key: str, location: tuple[int | str, ...], table: type[Table]) -> str:
+    """An unknown key: where it belongs, what may be meant, or what is allowed in its place."""
+    name = str(location[-1])
+    fields = _fields(table)
+    if len(location) > 1 and name in fields:
+        if next(tables_of(fields[name].annotation), None) is not None:
+            header = f"[[{name}]]" if "list" in str(fields[name].annotation) else f"[{name}]"
+            return f"unknown key {shown(key, 120)}: {name} is a table of the file itself, write {header}"
+        inside = _written(tuple(part for part in location[:-1] if isinstance(part, str)))
+        return (
+            f"unknown key {shown(key, 120)}: {name} is a key of the whole file, and every line below [{inside}] "
+            "belongs to that table; move it above the first [table]"
+        )
+    known = _known_keys(table, location[:-1])
+    near = nearest(name, known)
+    hint = f"; did you mean {near!r}?" if near else f", allowed are {', '.join(known)}"
+    return f"unknown key {shown(key, 120)}{hint}"
+
+
+def _allowed(kind: str, location: tuple[int | str, ...], table: type[Table], error: Any) -> str:
+    """What a value must be, as the table says of its key: kind, bounds, unit."""
+    field, name = _field(table, location)
+    bounds = "" if field is None else _bounds(field)
+    unit = "" if field is None else UNIT_SUFFIXES.get(suffix_of(name), "")
+    of = f"{f' {bounds}' if bounds else ''}{f' (in {unit})' if unit else ''}"
+    value, context = error["input"], error.get("ctx", {})
+    plain = ", without quotes" if isinstance(value, str) else ""
+    if kind in NO_INTEGER:
+        return f"must be a whole number{of}{plain}"
+    if kind in NO_NUMBER:
+        return f"must be a {'finite ' if kind == 'finite_number' else ''}number{of}{plain}"
+    if kind in OUTSIDE:
+        return f"must be{of}"
+    if kind == "bool_type":
+        return "must be true or false, without quotes"
+    if kind == "string_type":
+        return "must be text in quotes"
+    if kind in NO_LIST and field is not None and next(tables_of(field.annotation), None) is not None:
+        return f"must be tables: write [[{_written(location)}]] and its keys below it for each"
+    if kind in NO_LIST:
+        return f"must be a list: put it in brackets, as [{_as_written(value)}]"
+    if kind in ("too_short", "too_long"):
+        end, number = ("least", "min_length") if kind == "too_short" else ("most", "max_length")
+        entries = "entry" if context[number] == 1 else "entries"
+        return f"must hold at {end} {context[number]:,} {entries}"
+    if kind in ("string_too_short", "string_too_long"):
+        end, number = ("least", "min_length") if kind == "string_too_short" else ("most", "max_length")
+        letters = "character" if context[number] == 1 else "characters"
+        return f"must hold at {end} {context[number]:,} {letters}"
+    if kind == "literal_error":
+        return f"must be {context['expected']}"
+    message: str = error["msg"]
+    return f"{message[0].lower()}{message[1:]}"
+
+
+def _bounds(field: FieldInfo) -> str:
+    """The bounds of a number as the table says them: '> 0 and <= 1'."""
+    signs = ((">", "gt", "above"), (">=", "ge", "at_least"), ("<", "lt", "below"), ("<=", "le", "at_most"))
+    found = []
+    for one in field.metadata:
+        for sign, constraint, words in signs:
+            bound = getattr(one, words if isinstance(one, Said) else constraint, None)
+            if bound is not None:
+                found.append(f"{sign} {bound:,.0f}" if 10.0 <= bound < MOST_WRITTEN else f"{sign} {bound:g}")
+    return " and ".join(found)
+
+
+def _field(table: type[Table], location: tuple[int | str, ...]) -> tuple[FieldInfo | None, str]:
+    """The field of the key at `location`, and the key's own name; None where the table has none."""
+    field: FieldInfo | None = None
+    name = ""
+    for part in location:
+        if isinstance(part, str):
+            field, name = _fields(table).get(part), part
+            if field is not None:
+                table = next(tables_of(field.annotation), table)
+    return field, name
+
+
+def _as_written(value: Any) -> str:
+    """A value as TOML writes it, where Python writes it otherwise."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(value) if hasattr(value, "isoformat") else shown(value)
 
 
 def _no_table(location: tuple[int | str, ...], key: str, value: Any) -> str:
@@ -53,7 +147,10 @@ def _no_table(location: tuple[int | str, ...], key: str, value: Any) -> str:
         return f'levels need their unit: write levels = {{ values = {values}, unit = "g" }}, or another unit'
     if isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
         return f"there is one only: write [{key}], not [[{key}]]"
-    return f"must be a table: write [{key}] and its keys below it, got {shown(value)}"
+    if location and isinstance(location[-1], int):
+        several = _written(location[:-1])
+        return f"must be a table: write [[{several}]] and its keys below it, got {_as_written(value)}"
+    return f"must be a table: write [{key}] and its keys below it, got {_as_written(value)}"
 
 
 def _stated(location: tuple[int | str, ...], content: Any, kind: str) -> tuple[int | str, ...]:
@@ -78,7 +175,12 @@ def _written(location: tuple[int | str, ...]) -> str:
 def _known_keys(table: type[Table], location: tuple[int | str, ...]) -> list[str]:
     """The keys allowed at `location` in a table."""
     for part in location:
-        fields = {field.alias or name: field for name, field in table.model_fields.items()}
+        fields = _fields(table)
         if isinstance(part, str) and part in fields:
             table = next(tables_of(fields[part].annotation), table)
-    return [field.alias or name for name, field in table.model_fields.items()]
+    return list(_fields(table))
+
+
+def _fields(table: type[Table]) -> dict[str, FieldInfo]:
+    """The fields of a table by their keys."""
+    return {field.alias or name: field for name, field in table.model_fields.items()}

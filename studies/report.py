@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -23,6 +24,7 @@ from .report_answers import answer
 from .report_checks import checks_of, not_checked, worst_word
 from .report_figures import Picture, pictures
 from .report_method import asked_rows, assumptions, block_rows, law_rows, method, provenance_rows, study_of
+from .report_plain import next_steps, plain_answer
 from .report_reading import read_results
 from .report_text import PageTable, clean, longest_word, markdown, page_table
 from .rows import Rows, plain_table
@@ -36,6 +38,8 @@ ReportFormat = Literal["html", "pdf", "md"]
 TEMPLATES = Path(__file__).parent / "templates"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
 PDF_SECONDS = 120.0
+_LINE = re.compile(r"\n\s*")
+_PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
 NUMBERS = 600
 """Letters of the answer that end the description of a figure."""
 
@@ -101,8 +105,9 @@ def content(results: xr.Dataset, path: Path) -> dict[str, Any]:
         "title": str(results.attrs.get("title", "")) or "A study",
         "kind": str(results.attrs["kind"]),
         "question": said.question,
+        "plain": plain_answer(results),
         "sentences": said.sentences,
-        "hints": show.hints(results),
+        "steps": [*show.hints(results), *next_steps(results, found)],
         "numbers": _shortened(" ".join(said.sentences)),
         "tables": tables,
         "method": method(results),
@@ -130,7 +135,9 @@ def _shortened(text: str) -> str:
 
 
 def _study_text(results: xr.Dataset) -> str:
-    return json.dumps(study_of(results), ensure_ascii=False, indent=2)
+    text = json.dumps(study_of(results), ensure_ascii=False, indent=2)
+    # lists of numbers and words in one line each: a page holds more of them (no string holds a line's end)
+    return _PLAIN_LIST.sub(lambda found: f"[{' '.join(re.split(_LINE, found[1]))}]", text)
 
 
 def _environment(*, escaping: bool) -> Environment:

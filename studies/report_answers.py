@@ -5,7 +5,6 @@ No sentence without its interval: where there is none it says so.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from itertools import product
 from typing import NamedTuple
@@ -21,11 +20,21 @@ from .performance_study import ranking_of
 from .rows import Rows
 from .sensitivity_claims import FAILS, HOLDS, OPEN
 from .sensitivity_rows import GREEK, claims_of
-from .words import axis_of, display_unit, floor_name, in_years, input_name
+from .words import (
+    axis_of,
+    chance_text,
+    display_unit,
+    floor_name,
+    in_years,
+    input_name,
+    interval_text,
+    reference_law,
+    three,
+    years_between,
+)
 
 MOST_SAID = 12
 """Blocks that the answer speaks of: of more it names the weakest."""
-REFERENCE_LAW = "housner"
 VERDICTS = {HOLDS: ("holds", "hold"), FAILS: ("does not hold", "do not hold"), OPEN: ("is open", "are open")}
 
 
@@ -39,16 +48,6 @@ class Answer(NamedTuple):
 def answer(results: xr.Dataset) -> Answer:
     """What a study was asked, and what it found."""
     return _ANSWERS[str(results.attrs["kind"])](results)
-
-
-def reference_law(results: xr.Dataset) -> tuple[int, bool]:
-    """Which law the answer is of, and whether it is the field's reference (else the first)."""
-    law = results.coords.get("law")
-    if law is not None and law.dims == ("model",):
-        found = np.flatnonzero(law.values == REFERENCE_LAW)
-        if found.size:
-            return int(found[0]), True
-    return 0, False
 
 
 def _fragility(results: xr.Dataset) -> Answer:
@@ -116,9 +115,7 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
     else:
         lower, upper = (float(one[f"median_{end}"]) / scale for end in ("lower", "upper"))
         percent = f"{100.0 * float(here.attrs['confidence']):g} %"
-        interval = (
-            f"({percent} interval {three(lower)}–{three(upper)})" if not np.isnan(lower + upper) else "(no interval)"
-        )
+        interval = f"({percent} interval {interval_text(lower, upper)})".replace(f"{percent} interval no", "no")
         measure = axis.attrs.get("long_name", "level")
         article = "an" if measure[:1].lower() in "aeiou" else "a"
         once = " once it has uplifted" if here.attrs.get("form") == "uplift-lognormal" else ""
@@ -154,14 +151,8 @@ def _rate_sentence(here: xr.Dataset, years: float) -> str:
     if not np.isfinite(rate):
         return "Without a curve there is no annual rate."
     lower, upper = (float(one[f"rate_{end}"]) for end in ("lower", "upper"))
-    interval = (
-        "whose interval has no width (see the notes)"
-        if lower == upper
-        else f"{in_years(upper)}–{in_years(lower)}"
-        if np.isfinite(lower + upper)
-        else "no interval"
-    )
-    chance = f"{100.0 * float(one['risk_probability']):.2g} % in {years:g} years"
+    interval = "whose interval has no width (see the notes)" if lower == upper else years_between(upper, lower)
+    chance = f"{chance_text(float(one['risk_probability']))} in {years:g} years"
     text = f"With the hazard curve given that is once in {in_years(rate)} years ({interval}), {chance}"
     others = np.delete(here["rate"].values.astype(float), at)
     others = others[np.isfinite(others)]
@@ -188,7 +179,7 @@ def _size_sentences(results: xr.Dataset) -> Iterator[str]:
         found = float(one[name])
         if np.isfinite(found):
             low, high = (float(one[f"{name}_{end}"]) for end in ("lower", "upper"))
-            interval = f"{three(low)}–{three(high)}" if not np.isnan(low + high) else "no interval"
+            interval = interval_text(low, high)
             yield f"A {along} of {three(found)} {units} ({interval}) meets {target}{where} under {one['model'].item()}."
         else:
             yield f"No {along} was found that meets {target}{where}: {one['size_status'].item()}."
@@ -221,16 +212,23 @@ def _uncertainty(results: xr.Dataset) -> Answer:
     return Answer(question, said)
 
 
-def _largest_share(here: xr.Dataset) -> str:
+def largest_share(here: xr.Dataset) -> tuple[str, float] | None:
+    """Where most of the scatter of one block comes from, and which share; None where that could not be told."""
     known = "capacity_share" in here
     share = here["capacity_share"] if known else here["flag_share"].isel(level=middle_level(here["probability"]))
     if not np.isfinite(share.values).any():
-        return "Where the scatter comes from could not be told."
+        return None
     first = int(np.nanargmax(share.values))
     name = " × ".join(input_name(part) for part in str(here["component"].values[first]).split(" × "))
-    together = ", what they do together," if " × " in name else ""
-    what = "the logarithm of its capacity" if known else "its verdict where that is least certain"
-    return f"The largest part of the variance of {what}, {100.0 * float(share[first]):.0f} %, is {name}{together}."
+    return f"what {name} do together" if " × " in name else name, float(share[first])
+
+
+def _largest_share(here: xr.Dataset) -> str:
+    found = largest_share(here)
+    if found is None:
+        return "Where the scatter comes from could not be told."
+    what = "the logarithm of its capacity" if "capacity_share" in here else "its verdict where that is least certain"
+    return f"The largest part of the variance of {what}, {100.0 * found[1]:.0f} %, is {found[0]}."
 
 
 def _performance(results: xr.Dataset) -> Answer:
@@ -259,15 +257,14 @@ def _whole_building(rows: Rows, law: str, results: xr.Dataset) -> str:
     currency = str(results.attrs.get("currency", ""))
     money = f" {currency}" if currency else ""
     if "overturned a year" in found:
-        text = f"Of {found['pieces']} pieces that can fall {found['overturned a year']} overturn in a mean year"
+        text = f"Of {found['free pieces']} pieces that can fall {found['overturned a year']} overturn in a mean year"
         if "lost a year" in found:
             text += f", a loss of {found['lost a year']}{money}"
         often = found["anything falls, once in"]
         text += f"; nothing ever falls {law}" if often == "–" else f"; something falls once in {often} {law}"
     else:
-        text = (
-            f"{rows.title.partition(',')[0]}, of {found['pieces']} pieces that can fall {found['overturned']} overturn"
-        )
+        shaken = rows.title.partition(" (")[0].partition(",")[0]
+        text = f"{shaken}, of {found['free pieces']} pieces that can fall {found['overturned']} overturn"
         if "lost" in found:
             text += f", a loss of {found['lost']}{money}"
         chance = "0 %" if found["anything falls"] == "–" else found["anything falls"]
@@ -297,23 +294,13 @@ def _sensitivity(results: xr.Dataset) -> Answer:
     counts = [(verdicts.count(one), *words) for one, words in VERDICTS.items() if one in verdicts]
     parts = [f"{n} {alone if n == 1 else several}" for n, alone, several in counts]
     said = [f"Of {len(claims)} claims about {symbol}: {', '.join(parts)}."] if claims else ["No claim could be judged."]
-    said += [f"{one.claim[:1].upper()}{one.claim[1:]}: {one.verdict}. {one.text}." for one in claims[:MOST_SAID]]
+    said += [f"{_opened(one.claim)}: {one.verdict}. {_opened(one.text)}." for one in claims[:MOST_SAID]]
     return Answer(f"How much do results depend on {symbol}, and does what is said of it hold?", said)
 
 
-def three(value: float) -> str:
-    """A number to three figures, the zeros among them, so that the ends of an interval look as exact as they are.
-
-    Examples
-    --------
-    >>> three(0.35), three(1234.5), three(2.0e-7)
-    ('0.350', '1,234', '2e-07')
-    """
-    if math.isinf(value):
-        return "∞"
-    if not 1e-4 <= abs(value) < 1e9:
-        return f"{value:.3g}"
-    return f"{value:,.{max(0, 2 - math.floor(math.log10(abs(value))))}f}"
+def _opened(text: str) -> str:
+    """Text as a sentence begins, unless it begins with a symbol."""
+    return text if text[1:2] == "_" else f"{text[:1].upper()}{text[1:]}"
 
 
 def _blocks(results: xr.Dataset) -> str:

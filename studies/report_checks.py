@@ -155,7 +155,7 @@ def _zone(results: xr.Dataset) -> Check:
     delta = found[np.isfinite(found)]
     if not delta.size:
         return Check(question, GOOD, "No law of this study has one.")
-    largest = f"The largest δ is {delta[-1]:.3g}"
+    largest = f"The law is elastic up to {delta[-1]:.3g} of the angle at which the block tips (δ)"
     bound = f"{'above' if delta[-1] > LARGE_DELTA else 'not above'} {LARGE_DELTA:g}"
     if "outside" not in results:
         word = CARE if delta[-1] > LARGE_DELTA else UNKNOWN
@@ -246,7 +246,11 @@ def _decided(results: xr.Dataset) -> Check:
     if "undecided" not in results:
         return Check(question, UNKNOWN, "No run was repeated with a perturbation.", "")
     share, where = _worst(results["undecided"])
-    reason = f"A millionth more or less of motion or restitution flips up to {_percent(share)} of the flags ({where})."
+    many = f"up to {_percent(share)}" if share > 0.0 else "none"
+    at = f" ({where})" if share > 0.0 else ""
+    reason = (
+        f"A millionth more or less of motion or restitution turns {many} of the verdicts (falls, stands) round{at}."
+    )
     if share < UNSTABLE:
         return Check(question, GOOD, f"{reason} Probabilities do not mind.")
     return Check(question, CARE, reason, "Trust probabilities, not single runs; take more motions.")

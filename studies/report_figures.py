@@ -58,7 +58,8 @@ CAPTIONS = {
     "morris": "Morris’ elementary effects: how much each input matters, and how much that depends on the others.",
     "number": "How many pieces overturn at each level of shaking.",
     "loss": "What is lost at each level of shaking.",
-    "exceedance": "How often a year so much or more falls.",
+    "exceedance": "How often a year so much or more falls. At the left edge: anything at all; where a line drops to "
+    "the axis, none of the motions brings down more.",
     "anchoring": "What anchoring each item saves, and what is left as one after the other is anchored.",
     "median": "Medians of the fragility curves over the values that are varied.",
     "median_ratio": "Medians over those of the reference, over the values that are varied.",

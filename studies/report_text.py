@@ -58,8 +58,8 @@ def page_table(table: Table, words: bool = False) -> PageTable:
         texts = [text for text, _ in row]
         lines.append(Line(texts, row[0][1] and not any(texts[1:])))
     numeric = [i > 0 and not words and _figures([text for text, _ in column]) for i, column in enumerate(columns)]
-    headings = [clean(str(column.header)) for column in table.columns]
-    return PageTable(clean(str(table.title or "")), headings, numeric, list(_groups(lines)))
+    headings = [_plain(column.header) for column in table.columns]
+    return PageTable(_plain(table.title or ""), headings, numeric, list(_groups(lines)))
 
 
 def _cell(cell: object) -> tuple[str, bool]:
@@ -70,6 +70,11 @@ def _cell(cell: object) -> tuple[str, bool]:
     if _NUMBERS.fullmatch(plain):
         plain = plain.replace("inf", "∞").replace("nan", "not known")
     return plain, bold
+
+
+def _plain(text: object) -> str:
+    """A title or a heading without the terminal's markup."""
+    return clean(Text.from_markup(str(text)).plain)
 
 
 def _figures(cells: list[str]) -> bool:

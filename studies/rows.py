@@ -20,9 +20,9 @@ class Rows(NamedTuple):
 
 def plain_table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
     """For a terminal: text in the first column, figures in the others."""
-    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
+    table = Table(title=escape(title), box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
     for i, heading in enumerate(headings):
-        table.add_column(heading, justify="right" if i else "left", overflow="fold", no_wrap=not i)
+        table.add_column(escape(heading), justify="right" if i else "left", overflow="fold", no_wrap=not i)
     for row in rows:
         table.add_row(*(escape(cell) for cell in row))
     return table

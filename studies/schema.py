@@ -107,11 +107,21 @@ class StudyFile(Table):
         if self.performance is not None:
             given = [
                 name
-                for name in ("blocks", "buildings", "screen", "uncertainty", "sensitivity")
+                for name in (
+                    "blocks",
+                    "buildings",
+                    "screen",
+                    "uncertainty",
+                    "sensitivity",
+                    "fit",
+                    "measures",
+                    "outputs",
+                )
                 if getattr(self, name) is not None
             ]
             if given:
-                raise ValueError(f"a performance study has no {given[0]}: its blocks stand in its inventory")
+                why = "its blocks stand in its inventory" if given[0] == "blocks" else "leave it out"
+                raise ValueError(f"a performance study has no {given[0]}: {why}")
             if self.hazard is not None:
                 given = sorted(self.hazard.model_fields_set & {"years", "probability", "along", "at", "below", "above"})
                 if given:
@@ -191,7 +201,8 @@ class StudyFile(Table):
             try:
                 found.append(MotionsTable.model_validate(together))
             except ValidationError as error:
-                raise ValueError(f"stripes.at[{i}].motions: {said(error, together, MotionsTable)[0]}") from None
+                where = ("stripes", "at", i - 1, "motions")
+                raise ValueError(said(error, together, MotionsTable, where)[0]) from None
         return found
 
     def _shaking(self, motions: MotionsTable, folder: Path) -> Shaking:

@@ -66,9 +66,11 @@ def probability_rows(results: xr.Dataset) -> list[Rows]:
         here = results.sel(block=block)
         at = level_between(here)
         where = f"at {level_text(results, at)}: {block}"
-        found.append(_table(results, f"P(overturn) {where}", here["probability"].isel(level=at), _percent))
+        found.append(
+            _table(results, f"Probability of overturning {where}", here["probability"].isel(level=at), _percent)
+        )
         flips = here["flipped"].sel(comparison=reference_of(results)).isel(level=at)
-        found.append(_table(results, f"Flags that differ from {reference_name(results)} {where}", flips, _percent))
+        found.append(_table(results, f"Verdicts that differ from {reference_name(results)} {where}", flips, _percent))
     return found
 
 
@@ -108,4 +110,7 @@ def _percent(value: float) -> str:
 
 
 def _signed(value: float) -> str:
-    return "" if np.isnan(value) else f"{100.0 * value:+.0f} %".replace("-", "−")
+    if np.isnan(value):
+        return ""
+    whole = round(100.0 * value)
+    return f"{whole:+.0f} %".replace("-", "−") if whole else "0 %"

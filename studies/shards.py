@@ -23,6 +23,7 @@ from ..fragility.plan import OUTPUT_TYPES, Chunk, Done, Work
 from ..fragility.runners import Runner
 from ..models.runs import TALLY, engine_identity
 from ..motions.arrays import digest
+from .differences import differences
 from .store import write_whole
 from .tables import StudyError
 from .watch import Stop, Watch
@@ -232,32 +233,7 @@ def _difference(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
         names = sorted({*before["engine"], *now["engine"]})
         found = [(name, before["engine"].get(name), now["engine"].get(name)) for name in names]
         return ", ".join(f"{name} was {old}, is {new}" for name, old, new in found if old != new)
-    if before["identity"] == now["identity"]:
-        return ""
-    changed = [*_changes(before["study"], now["study"], "")]
-    if not changed:
-        return "the records or tables that it reads have changed"
-    more = f" and {len(changed) - 3} more" if len(changed) > 3 else ""
-    return "; ".join(changed[:3]) + more
-
-
-def _changes(before: Any, now: Any, key: str) -> Iterator[str]:
-    """Sentences about the keys whose values differ."""
-    if isinstance(before, dict) and isinstance(now, dict):
-        for name in dict.fromkeys([*before, *now]):
-            yield from _changes(before.get(name), now.get(name), f"{key}.{name}" if key else str(name))
-    elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
-        for i, (old, new) in enumerate(zip(before, now, strict=True), start=1):
-            yield from _changes(old, new, f"{key}[{i}]")
-    elif before != now and key != "title":
-        yield f"{key} was {_short(before)}, is {_short(now)}"
-
-
-def _short(value: Any) -> str:
-    if value is None:
-        return "not given"
-    text = json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= 40 else f"{text[:37]}..."
+    return "" if before["identity"] == now["identity"] else differences(before["study"], now["study"])
 
 
 def _digest_of(work: Work) -> str:

@@ -114,7 +114,7 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
     for model in results["model"].values:
         level = None if "annual_number" in results else float(results.attrs["at_level"])
         whole = annual_rows(results, str(model)) if level is None else level_rows(results, level, str(model))
-        yield plain_table(f"{whole.title} ({model})", *whole[1:])
+        yield plain_table(f"{whole.title}: {model}", *whole[1:])
         consequences = consequence_rows(results, level, str(model))
         if consequences is not None:
             yield plain_table(*consequences)

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 from filelock import FileLock, Timeout
 
+from .differences import differences
 from .tables import StudyError
 
 RESULT_NAME = "results.nc"
@@ -87,19 +91,42 @@ def refuse_folder(target: Path) -> None:
         raise StudyError(f"{target}: is a folder; move it away")
 
 
-def finished(target: Path, identity: str) -> xr.Dataset | None:
-    """The finished results of the study of this identity, if they are there; StudyError where another's are."""
+def finished(target: Path, identity: str, study: Mapping[str, Any]) -> xr.Dataset | None:
+    """The finished results of the study of this identity, if they are there.
+
+    `study`: the study file's content, to say what is other in that of the results.
+
+    Raises
+    ------
+    StudyError
+        The results of another study are there, or something that is no result file.
+    """
     try:
         if not target.exists():
             return None
         with xr.open_dataset(target) as stored:
             if stored.attrs.get("identity") == identity:
                 return stored.load()
+            about = dict(stored.attrs)
     except (OSError, ValueError, RuntimeError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
         if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
             raise StudyError(f"{target}: the name is too long") from None
         raise StudyError(f"{target}: exists and is no result file; move it away or use --fresh") from None
-    raise StudyError(f"{target}: holds the results of another study; use another folder or --fresh")
+    raise StudyError(
+        f"{target}: holds the results of another study{_other(about, study)}; use another folder or --fresh"
+    )
+
+
+def _other(about: Mapping[str, Any], study: Mapping[str, Any]) -> str:
+    """What is other in the study that results were made of, as their attributes say; empty where they do not."""
+    made, here = about.get("toppling_version"), metadata.version("toppling")
+    if made is not None and made != here:
+        return f" (they were made by toppling {made}, this is {here})"
+    try:
+        before = json.loads(str(about["study"]))
+    except (KeyError, ValueError, RecursionError):
+        return ""
+    return f" ({differences(before, study)})" if isinstance(before, dict) else ""
 
 
 def save(results: xr.Dataset, target: Path) -> None:

@@ -188,7 +188,7 @@ class Study(ABC):
             refuse_folder(folder / RESULT_NAME)
             # (parts of this study are younger than any results beside them: begun with resume=False, or just finished)
             whole = resume and not belongs(folder, self.identity)
-            before = finished(folder / RESULT_NAME, self.identity) if whole else None
+            before = finished(folder / RESULT_NAME, self.identity, self.configuration) if whole else None
             if before is not None and before.attrs.get("title") == self.title:
                 return before
             if before is not None:

@@ -7,7 +7,7 @@ import xarray as xr
 
 from .estimates import middle_level
 from .rows import Rows
-from .words import display_unit, fractile_text, in_years, input_name
+from .words import chance_text, display_unit, fractile_text, in_years, input_name, interval_text, three, years_between
 
 
 def median_rows(results: xr.Dataset) -> Rows:
@@ -22,11 +22,11 @@ def median_rows(results: xr.Dataset) -> Rows:
             own = one["sample_median"].values / scale
             low, high = np.nanquantile(own, [0.05, 0.95]) if np.isfinite(own).any() else (np.nan, np.nan)
             median, least, most = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
-            cells = [f"{median:.3f}", f"{least:.3f}–{most:.3f}", f"{one['dispersion'].item():.3f}"]
+            cells = [three(median), interval_text(least, most), three(one["dispersion"].item())]
             cells += [fractile_text(one, p, scale) for p in fractions]
             if not bool(one["converged"]):
                 cells = [str(one["status"].item()), *("" for _ in cells[1:])]
-            rows.append((f"{block}, {model}", *cells, f"{low:.3f}–{high:.3f}"))
+            rows.append((f"{block}, {model}", *cells, interval_text(low, high)))
     title = f"Median {name}{f' ({unit})' if unit else ''} and dispersion β, motions and inputs together"
     more = [f"P = {100.0 * p:g} %" for p in fractions]
     percent = f"{100.0 * float(results.attrs['confidence']):g} %"
@@ -45,14 +45,17 @@ def rate_rows(results: xr.Dataset) -> Rows:
             if not np.isfinite(rate):
                 rows.append((label, "no curve", "", "", "", ""))
                 continue
-            alike = "no width" if low == high else f"{in_years(high)}–{in_years(low)}"
+            alike = "no width" if low == high else years_between(high, low)
             own = one["sample_rate_quantile"]
-            ends = f"{in_years(own.values[-1])}–{in_years(own.values[0])}"
+            ends = years_between(own.values[-1], own.values[0])
             chance = one["sample_risk_probability_mean"].item()
-            rows.append((label, in_years(rate), alike, in_years(one["sample_rate_mean"].item()), ends, f"{chance:.2%}"))
+            rows.append(
+                (label, in_years(rate), alike, in_years(one["sample_rate_mean"].item()), ends, chance_text(chance))
+            )
     percent = f"{100.0 * float(results.attrs['confidence']):g} %"
     headings = ("", "all together", percent, "mean of samples", "90 % of samples", f"P in {years:g} years")
-    return Rows("Overturns once in so many years (P: mean over the samples)", headings, rows)
+    title = f"Overturns once in so many years (P: mean over the samples; {percent} over motions, hazard as given)"
+    return Rows(title, headings, rows)
 
 
 def share_rows(results: xr.Dataset) -> Rows:
@@ -85,7 +88,7 @@ def index_rows(results: xr.Dataset, name: str) -> Rows | None:
                 cells = []
                 for column in own:
                     value, upper = at[f"{name}_{column}"], at.get(f"{name}_{column}_upper")
-                    text = f"{float(value[i]):.2f}"
+                    text = f"{float(value[i]):.2f}".replace("-", "−")
                     cells.append(text if upper is None else f"{text} ± {float(upper[i] - value[i]):.2f}")
                 rows.append((f"{block}, {model}: {input_name(str(which)).replace('$', '')}", *cells))
     titles = {
@@ -93,4 +96,4 @@ def index_rows(results: xr.Dataset, name: str) -> Rows | None:
         "morris": ("Morris' elementary effects", ("", "μ*", "σ")),
     }
     title, headings = titles[name]
-    return Rows(f"{title} of P(overturn), where it is nearest to one half", headings, rows)
+    return Rows(f"{title} of the probability of overturning, where it is nearest to one half", headings, rows)

@@ -25,6 +25,7 @@ from toppling.studies.contents import Contents, Inventory
 from toppling.studies.inventory import example_path, read_inventory
 from toppling.studies.plots_anchoring import anchoring_figure
 from toppling.studies.plots_assessment import exceedance_figure, levels_figure
+from toppling.studies.words import three
 
 mpl.use("Agg")
 
@@ -557,19 +558,21 @@ def test_hostile(options, error, message):
 class TestTablesAndFigures:
     def test_annual_rows(self, found):
         title, headings, rows = annual_rows(found)
-        assert title == "In a year, EUR"
-        assert headings[:4] == ("", "pieces", "overturned a year", "lost a year")
+        assert title == "In a year, EUR (95 % over motions, hazard as given) (–: nothing fell under any motion)"
+        assert headings[:4] == ("", "free pieces", "overturned a year", "lost a year")
         assert [row[0] for row in rows] == ["building", "ground", "floor 1", "floor 3"]
         assert [row[1] for row in rows] == ["12", "2", "0", "10"]
         assert all(len(row) == len(headings) for row in rows)
         loss = float(found.annual_loss.isel(model=0).sel(place="building"))
-        assert rows[0][3].startswith(figure_text(loss))
+        assert rows[0][3].startswith(three(loss))
         with pytest.raises(ValueError, match="need an assessment with a hazard curve"):
             annual_rows(found.drop_vars("annual_number"))
 
     def test_level_rows(self, found):
         title, headings, rows = level_rows(found, LEVELS[3], model=tp.DiscreteDamping().label)
-        assert title == f"At pga = {LEVELS[3] / 9.80665:.3g} g, EUR"
+        assert (
+            title == f"At pga = {LEVELS[3] / 9.80665:.3g} g, EUR (95 % over motions) (–: nothing fell under any motion)"
+        )
         assert headings[3] == "10 % / 50 % / 90 %"
         assert rows[2][2:] == ("0 (0–0)", "0 / 0 / 0", "0 (0–0)", "–")
         with pytest.raises(ValueError, match="level must be one of"):
@@ -582,7 +585,7 @@ class TestTablesAndFigures:
         assert yearly.headings == ("", "building", "ground", "floor 1", "floor 3")
         assert [row[0] for row in yearly.rows] == found.consequence.values.tolist()
         rate = float(found.consequence_rate.isel(model=0, consequence=0).sel(place="building"))
-        assert yearly.rows[0][1].startswith(f"{figure_text(1.0 / rate)} years (")
+        assert yearly.rows[0][1].startswith(f"{three(1.0 / rate)} years (")
         given = consequence_rows(found, LEVELS[3], tp.DiscreteDamping().label)
         assert "%" in given.rows[0][1]
         assert given.rows[0][3] == "–"

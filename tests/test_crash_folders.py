@@ -222,7 +222,7 @@ class TestStrangers:
             content[random.integers(0, content.size, 40)] = random.integers(0, 256, 40)
             (out / "results.nc").write_bytes(content.tobytes())
             try:
-                store.finished(out / "results.nc", tp.Study.from_toml(study).identity)
+                store.finished(out / "results.nc", tp.Study.from_toml(study).identity, {})
             except StudyError as error:
                 refused += "is no result file" in str(error)
         assert refused > 5

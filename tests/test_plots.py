@@ -201,6 +201,30 @@ class TestInventory:
         np.testing.assert_array_equal(x[:4], at[[0, 1, 1, 2]])
         np.testing.assert_array_equal(y[:4], rate[[0, 0, 1, 1]])
 
+    def test_exceedance_ends_where_nothing_more_falls(self):
+        """From the rate of any loss, left of the axis, to the greatest amount that any motion brings down."""
+        whole = WHOLE.isel(model=[0], loss_threshold=slice(0, 4))
+        anything = float(whole["number_rate"][0, 0, 0])
+        rates = np.array([anything, 0.8 * anything, 0.5 * anything, 0.0])
+        found = whole.assign_coords(loss_threshold=[0.0, 10.0, 20.0, 40.0])
+        for end, factor in (("", 1.0), ("_lower", 0.9), ("_upper", 1.1)):
+            found[f"loss_rate{end}"][:] = factor * rates
+        ax = plot.inventory(found, view="exceedance", quantity="loss", place="building")
+        (line,) = ax.get_lines()
+        x, y = line.get_data()
+        assert x[1:].tolist() == [10.0, 10.0, 20.0, 20.0, 40.0, 40.0]
+        assert y[:-1].tolist() == rates[[0, 0, 1, 1, 2, 2]].tolist()
+        assert x[0] < ax.get_xlim()[0] < 10.0
+        assert y[-1] < ax.get_ylim()[0] < rates[2]
+        numbers = found.isel(number_threshold=slice(0, 3)).assign_coords(number_threshold=[1.0, 2.0, 3.0])
+        for end in ("", "_lower", "_upper"):
+            numbers[f"number_rate{end}"][:] = [anything, 0.5 * anything, 0.0]
+        (line,) = plot.inventory(numbers, view="exceedance", quantity="number", place="building").get_lines()
+        x, y = line.get_data()
+        assert x.tolist() == [0.0, 1.0, 1.0, 2.0, 2.0]
+        assert y[:-1].tolist() == [anything, anything, 0.5 * anything, 0.5 * anything]
+        assert y[-1] < 0.01 * anything
+
     def test_the_studys_title_stands_on_all(self):
         for figure in (levels_figure(WHOLE), exceedance_figure(WHOLE), anchoring_figure(WHOLE)):
             assert figure.get_suptitle().startswith(cases.TITLE)

@@ -3,22 +3,28 @@
 import json
 import re
 from html.parser import HTMLParser
+from io import StringIO
 from pathlib import Path
 
 import browser
 import numpy as np
 import pytest
 import xarray as xr
+from markdown_it import MarkdownIt
+from rich.console import Console
 
 import toppling as tp
 from toppling.studies import StudyError
 from toppling.studies import report as module
 from toppling.studies.cli import main
 from toppling.studies.report import write_report
-from toppling.studies.report_answers import answer, reference_law, three
-from toppling.studies.report_checks import CARE, GOOD, INVALID, UNKNOWN, checks_of, worst_word
+from toppling.studies.report_answers import answer
+from toppling.studies.report_checks import CARE, GOOD, INVALID, UNKNOWN, Check, checks_of, worst_word
 from toppling.studies.report_figures import drawable
-from toppling.studies.report_text import clean, markdown
+from toppling.studies.report_plain import next_steps, plain_answer
+from toppling.studies.report_text import clean, markdown, page_table
+from toppling.studies.rows import plain_table
+from toppling.studies.words import reference_law, three
 
 BASE = """
 title = "A <small> study"
@@ -337,6 +343,74 @@ class TestAnswer:
         assert all(int(one[1:3]) % 2 == 0 for one in said if one.startswith("b"))  # shelves fall before racks
 
 
+class TestPlainWords:
+    """What an owner reads first."""
+
+    def test_of_a_hundred_earthquakes(self, folder):
+        results = loaded(folder)
+        one = results.isel(block=0, model=1)
+        seen = one["probability"].values
+        below = np.flatnonzero((seen > 0) & (seen < 0.5) & (one["level"].values < float(one["median"])))
+        at = below[np.abs(np.log(10.0 * seen[below])).argmin()]
+        g = 9.80665
+        first, second, third = plain_answer(results)
+        assert first == "Of all that is looked at here, “shelf” overturns first."
+        strong = f"Of 100 earthquakes as strong as a peak floor acceleration of {float(one['level'][at]) / g:.3g} g, "
+        few = [round(100 * float(one[end][at])) for end in ("probability", "lower", "upper")]
+        assert second.startswith(f"{strong}about {few[0]} would overturn “shelf” ({few[1]} to {few[2]}, 95 % interval)")
+        level, low, high = (three(float(one[f"median{end}"]) / g) for end in ("", "_lower", "_upper"))
+        assert f"at {level} g about half of them would (that level itself is known to {low}–{high} g" in second
+        chance = float(one["risk_probability"])
+        assert f"overturns within 50 years is about {100 * chance:.2g}\u00a0%" in third
+
+    def test_without_what_it_needs(self, folder):
+        results = loaded(folder).copy(deep=True)
+        results["probability"][:] = 0.0
+        said = plain_answer(results)
+        assert "about 50 would overturn “shelf”" in said[1]
+        results["median_upper"][:] = np.inf
+        assert re.search(r"known to above [\d.]+ g", plain_answer(results)[1])
+        results["median"][:] = np.nan
+        results["status"] = results["status"].astype(object)
+        results["status"][:] = "no overturning"
+        assert plain_answer(results) == ["The runs do not tell how strong shaking must be: no overturning."]
+        assert plain_answer(loaded(folder, "cloud"))[1].startswith("Of 100 earthquakes as strong as")
+
+    def test_of_a_building(self, folder):
+        results = loaded(folder, "performance")
+        one = results.sel(model="housner e=e_R", place="building")
+        rate = float(one["any_rate"])
+        said = plain_answer(results)
+        assert said[0].startswith(f"Something in this building falls about once in {three(1 / rate)} years (")
+        assert f"a chance of about {100 * (1 - np.exp(-50 * rate)):.2g}\u00a0% in 50 years" in said[0]
+        assert said[1].startswith(f"What falls costs {three(float(one['annual_loss']))} EUR in a mean year (")
+        assert "“injury” comes about most often: once in" in said[2]
+        assert len(said) == 3
+        held = results.assign_coords(anchored=("item", [True]))
+        assert plain_answer(held)[3] == "2 of 2 pieces are anchored and count as not overturning: 2 × rack."
+
+    def test_what_matters_most(self, folder):
+        results = loaded(folder, "uncertainty")
+        one = results.isel(block=0)
+        share = one["capacity_share"] if "capacity_share" in one else one["flag_share"].isel(level=0)
+        assert share.dims == ("component",)
+        said = next(line for line in plain_answer(results) if "case to case" in line)
+        assert f"({100 * float(share.max()):.0f}\u00a0%)" in said
+
+    def test_next_steps_are_the_worst_checks(self, folder):
+        results = loaded(folder, "cloud")
+        bad = [Check("q", word, f"because {word}.", "Do.") for word in (GOOD, CARE, UNKNOWN, CARE, INVALID)]
+        steps = next_steps(results, [one._replace(cure=f"Do {i}.") for i, one in enumerate(bad)])
+        assert "[hazard]" in steps[0]
+        assert steps[1:] == [
+            "because not valid. Do 4.",
+            "because with care. Do 1.",
+            "because not checked. Do 2.",
+            "1 more check needs a look: see Validity checks.",
+        ]
+        assert next_steps(loaded(folder, "performance"), [])[0] == "Anchor first: “rack” (ground)."
+
+
 class TestChecks:
     @staticmethod
     def word(results, about):
@@ -439,6 +513,29 @@ class TestHostile:
         rows = [line for line in above.splitlines() if line.startswith("|")]
         assert rows
         assert all(line.endswith("|") for line in rows)
+
+    def test_titles_and_headings_are_text(self):
+        name = "a|b *c* <d> [red]e[/] \\[f]"
+        table = plain_table(f"Of {name}", ("", name), [(name, "1")])
+        page = page_table(table)
+        assert (page.title, page.headings[1], page.groups[0][0].cells[0]) == (f"Of {name}", name, name)
+        console = Console(width=200, file=StringIO())
+        console.print(table)
+        assert console.file.getvalue().count(name) == 3
+
+    def test_markdown_is_read_as_it_was_meant(self, folder, tmp_path):
+        name = "a|b *c* <d> [red]e[/] _f_ `g`"
+        results = loaded(folder, "sensitivity").assign_coords(block=[name])
+        write_report(written(results, tmp_path), tmp_path / "named.md", "md")
+        text = (tmp_path / "named.md").read_text(encoding="utf-8")
+        tokens = MarkdownIt().enable("table").parse(text.partition("The study file:")[0])
+        assert not [one for one in tokens if one.type in ("html_block", "html_inline")]
+        inline = [one for one in tokens if one.type == "inline"]
+        plain = ["".join(part.content for part in one.children) for one in inline]
+        assert sum(name in one for one in plain) > 5
+        said = module.content(results, tmp_path / "changed.nc")
+        every = [*said["tables"], *said["made_of"], *said["provenance"]]
+        assert sum(one.type == "table_open" for one in tokens) == len(every)
 
     def test_clean(self):
         assert clean("a\nb\ud800") == "a\nb\ufffd"

@@ -587,7 +587,7 @@ class TestNotes:
     def test_undecided_flags(self, found):
         runs, shakes, _ = found
         text = next(one for one in notes(screen(runs, shakes, undecided=True)) if "undecided" in one)
-        assert text.startswith("0 % of the flags (0 % to 6.6 %, from 3 of 3 motions) are undecided")
+        assert text.startswith("0 % of the verdicts (0 % to 6.6 %, from 3 of 3 motions) are undecided")
 
     def test_of_blocks_alone(self):
         assert block_notes([BLOCKS[0]]) == []
@@ -659,9 +659,9 @@ class TestStudy:
         assert result.slides.dtype == np.float32
         assert self.study(tmp_path, STUDY + "[screen]\nfriction = 0.4\nundecided = 1\n").friction == FixedFriction(0.4)
         for text, message in (
-            ("friction = 0", "screen.friction: input should be greater than or equal to 0.05, got 0"),
+            ("friction = 0", "screen.friction: must be >= 0.05 and <= 2, got 0"),
             ("friction_dispersion = 0.2", "screen: friction_dispersion needs friction"),
-            ("undecided = 2", "screen.undecided: input should be less than or equal to 1, got 2"),
+            ("undecided = 2", "screen.undecided: must be >= 0 and <= 1, got 2"),
             ("frictoin = 0.4", "unknown key 'screen.frictoin'; did you mean 'friction'"),
         ):
             with pytest.raises(StudyError, match=message):

@@ -149,11 +149,11 @@ class TestInclude:
         write(tmp_path, part("[motions]").replace("number = 2", "number = 0"), "common.toml")
         text = 'include = ["common.toml"]\n' + without("[motions]")
         message = refused(tmp_path, text)
-        assert message.startswith("motions.number: input should be greater than or equal to 1, got 0")
+        assert message.startswith("motions.number: must be >= 1, got 0")
         assert message.endswith(f"(in {tmp_path / 'common.toml'})")
         # what the study itself refines is its own fault
         write(tmp_path, part("[motions]"), "common.toml")
-        assert refused(tmp_path, text + "[motions]\nseed = -1\n").endswith("or equal to 0, got -1")
+        assert refused(tmp_path, text + "[motions]\nseed = -1\n").endswith("must be >= 0, got -1")
 
     @pytest.mark.parametrize(
         ("text", "message"),
@@ -220,12 +220,15 @@ MESSAGES = [
     (SMALL.replace("width_m", "Width_M"), "unknown key 'blocks[1].Width_M'; did you mean 'width_m'?"),
     (SMALL.replace("[0.1, 0.2]", "[0.2, 0.1]"), "levels must be strictly increasing, got 0.1 g after 0.2 g"),
     (SMALL.replace("[0.1, 0.2]", "[0.0, 0.1]"), "levels must be > 0 and at most 1e+09, got 0 g"),
-    (SMALL.replace("[0.1, 0.2]", "[0.1, inf]"), "ida.levels.values[2]: input should be a finite number, got inf"),
-    (SMALL + "[screen]\nfriction = 40\n", "screen.friction: input should be less than or equal to 2, got 40"),
-    (SMALL + "[screen]\nfriction = 0.01\n", "screen.friction: input should be greater than or equal to 0.05, got 0.01"),
-    (SMALL.replace("number = 2", "number = true"), "motions.number: input should be a valid integer, got True"),
-    (SMALL.replace("number = 2", 'number = "2"'), "motions.number: input should be a valid integer, got '2'"),
-    (SMALL.replace("= 0.5", "= true"), "blocks[1].width_m: input should be a valid number, got True"),
+    (SMALL.replace("[0.1, 0.2]", "[0.1, inf]"), "ida.levels.values[2]: must be a finite number, got inf"),
+    (SMALL + "[screen]\nfriction = 40\n", "screen.friction: must be >= 0.05 and <= 2, got 40"),
+    (SMALL + "[screen]\nfriction = 0.01\n", "screen.friction: must be >= 0.05 and <= 2, got 0.01"),
+    (SMALL.replace("number = 2", "number = true"), "motions.number: must be a whole number >= 1, got true"),
+    (
+        SMALL.replace("number = 2", 'number = "2"'),
+        "must be a whole number >= 1, without quotes, got '2'",
+    ),
+    (SMALL.replace("= 0.5", "= true"), "blocks[1].width_m: must be a number > 0 (in m), got true"),
     (SMALL.replace("number = 2", "seed = 99999999999999999999\nnumber = 2"), "integer of more than 64 bits"),
     (SMALL.replace("number = 2", f"number = {'9' * 5000}"), "not valid TOML: a number that is none"),
     (SMALL.replace("number = 2", f"number = 0x{'f' * 5000}"), "'motions.number' is an integer of more than 64 bits"),
@@ -250,9 +253,54 @@ MESSAGES = [
         SMALL + '[uncertainty.inputs]\nwidth = { distribution = "uniform", lower = 0.4, upper = 0.6 }\n',
         "got 'width'; did you mean 'width_m'?",
     ),
+    (
+        SMALL + 'include = ["common.toml"]\n',
+        "unknown key 'ida.include': include is a key of the whole file, and every line below [ida] belongs to that "
+        "table; move it above the first [table]",
+    ),
+    (
+        SMALL.replace("[motions]", 'outputs = ["overturned"]\n[motions]'),
+        "unknown key 'models[1].outputs': outputs is a key of the whole file, and every line below [models] belongs",
+    ),
+    (SMALL + "[ida.motions]\nseed = 1\n", "'ida.motions': motions is a table of the file itself, write [motions]"),
+    (SMALL + "[[ida.blocks]]\n", "'ida.blocks': blocks is a table of the file itself, write [[blocks]]"),
+    ('outputs = "overturned"\n' + SMALL, "outputs: must be a list: put it in brackets, as ['overturned'], got 'over"),
+    ('outputs = ["peak"]\n' + SMALL, "outputs[1]: must be one of overturned, "),
+    (SMALL.replace('"pga"', "5"), "ida.im: must be text in quotes, got 5"),
+    (SMALL.replace("number = 2", "number = 2.0"), "motions.number: must be a whole number >= 1, got 2.0"),
+    (SMALL.replace("number = 2", "number = 2026-01-01"), "must be a whole number >= 1, got 2026-01-01"),
+    (SMALL.replace("= 0.5", '= "50 cm"'), "width_m: must be a number > 0 (in m), without quotes, got '50 cm'"),
+    (SMALL.replace("[0.1, 0.2]", "[]"), "ida.levels.values: must hold at least 1 entry, got []"),
+    (
+        SMALL.replace('values = [0.1, 0.2], unit = "g"', 'from = 0.1, to = 1, number = 1, unit = "g"'),
+        "ida.levels: levels from 0.1 to 1 need number >= 2, got 1",
+    ),
+    (
+        SMALL + '[hazard]\nlevels = [0.1, 0.2]\nrates = [1e-3]\nunit = "g"\n',
+        "hazard.rates must hold one for each level, got 1 for 2 levels",
+    ),
+    (
+        SMALL + '[hazard]\nlevels = [0.1, 0.2]\nrates = [1e-3, 0.0]\nunit = "g"\n',
+        "hazard.rates must be > 0 per year, got 0 at 0.2 g: leave that level out",
+    ),
+    (
+        SMALL + '[hazard]\nlevels = [0.1, 0.2]\nrates = [1e-2, 1e-3]\nunit = "m/s"\n',
+        "hazard.unit must be one of g, m/s2, cm/s2 for pga, got 'm/s'",
+    ),
+    (SMALL + "[fit]\nconfidence = 95\n", "fit.confidence: must be > 0 and < 1, got 95"),
+    (SMALL + "[fit]\nfractiles = [10]\n", "fit.fractiles[1]: must be > 0 and < 1, got 10"),
+    (SMALL + "[uncertainty]\nsamples = 1\n", "key 'uncertainty.inputs' is missing"),
+    (SMALL + '[sensitivity]\nparameter = "zeta"\nvalues = [1.0]\n', "sensitivity.parameter: must be 'delta' or 'e'"),
+    ('blocks = "shelf"\n' + SMALL.replace("[[blocks]]", "[x]"), "unknown key 'x'"),
+    (SMALL.replace("width_m = 0.5", "width_m = 0,5"), ", 'width_m = 0,5': something is left after the value"),
+    (SMALL.replace('"A small study"', "A small study"), "line 1, 'title = A small study': no value after the =: text"),
+    (SMALL + "[ida]\n", "'[ida]': this table was there before"),
     ("x = " + "[" * 100 + "]" * 100, "is nested too deeply"),
     ("x = " + "[" * 5000 + "]" * 5000, "not valid TOML: nested too deeply"),
-    (SMALL + "[building]\nkind = 'flexural-shear'\nperiod_s = 1\ndamping = 'x'\n", "building.damping: input should be"),
+    (
+        SMALL + "[building]\nkind = 'flexural-shear'\nperiod_s = 1\ndamping = 'x'\n",
+        "building.damping: must be",
+    ),
     (
         SMALL.replace("number = 2", "number = 1000000000"),
         "motions on all floors would hold 2e+11 samples, allowed are 500,000,000 (4 GB)",

@@ -12,6 +12,7 @@ from toppling.studies import StudyError, assess, read_inventory
 from toppling.studies.cli import main
 from toppling.studies.curve_notes import crossing_notes, curve_notes, rate_notes
 from toppling.studies.fragility_rows import fragility_table, hints, measure_rows, risk_table, size_table
+from toppling.studies.words import three
 
 BLOCKS = """
 [[blocks]]
@@ -359,7 +360,7 @@ class TestUncertainRates:
         study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, UNCERTAIN, HAZARD, fit)
         assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
         out = capsys.readouterr().out
-        assert "Overturns once in so many years (P: mean over the samples)" in out
+        assert "Overturns once in so many years (P: mean over the samples; 95 % over motions," in " ".join(out.split())
         assert "P = 10 %" in out
         assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv", "--model", "housner"]) == 0
         assert "2 curves for csv" in capsys.readouterr().out
@@ -454,7 +455,35 @@ class TestTables:
         table = fragility_table(found)
         assert [column.header for column in table.columns][5:] == ["P = 10 %", "P = 90 %"]
         value, low, high = (float(found[f"fractile{end}"][0, 0, 0]) / 9.80665 for end in ("", "_lower", "_upper"))
-        assert f"{value:.3f} ({low:.3f}–{high:.3f})" in cells(table)[5]
+        assert f"{three(value)} ({three(low)}–{three(high)})" in cells(table)[5]
+
+    def test_rates_have_three_digits_and_say_what_their_intervals_hold(self, tmp_path):
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, HAZARD, SCREEN).run().copy(deep=True)
+        found["rate"][0, 0], found["rate_lower"][0, 0], found["rate_upper"][0, 0] = 1 / 2137.0, 0.0, 1 / 1804.0
+        for end, value in (("", 0.023456), ("_lower", 0.0), ("_upper", 0.0271)):
+            found[f"risk_probability{end}"][0, 0] = value
+        table = risk_table(found)
+        assert "(95 % over motions, hazard as given)" in str(table.title)
+        assert [column[1] for column in cells(table)[1:]] == [
+            "2,140",
+            "above 1,800",
+            "2.35\u00a0%",
+            "0–2.71\u00a0%",
+        ]
+
+    def test_open_intervals_are_words(self, tmp_path):
+        """No terminal table says inf: neither of medians nor of fractiles."""
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, SCREEN, "[fit]\nfractiles = [0.1]\nreplicates = 100\n")
+        found = found.run().copy(deep=True)
+        g = 9.80665
+        found["median"][0, 0], found["median_lower"][0, 0], found["median_upper"][0, 0] = 3.0 * g, 2.1 * g, np.inf
+        found["dispersion_lower"][0, 0], found["dispersion_upper"][0, 0] = 0.0, np.inf
+        found["fractile_upper"][0, 0] = np.inf
+        table = fragility_table(found)
+        assert cells(table)[2][1] == "above 2.10"
+        assert cells(table)[4][1] == "not known"
+        assert "(above " in cells(table)[5][1]
+        assert not any("inf" in cell for column in cells(table) for cell in column)
 
     def test_the_table_of_measures_says_how_many_it_leaves_out(self, tmp_path):
         found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, SCREEN, "[measures]\n").run()

@@ -1,0 +1,53 @@
+"""What two study files hold that is not the same, in words: for a folder in which the results of the other one lie."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+MOST_SAID = 3
+"""Keys that are named: of more only the number."""
+
+
+def differences(before: Any, now: Any) -> str:
+    """Which keys of a study file have other values than before; where none has, files that it reads have changed.
+
+    Parameters
+    ----------
+    before, now : dict
+        The content of the study files as plain values.  The title decides nothing, and is not compared.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> differences({"motions": {"seed": 1}}, {"motions": {"seed": 2}})
+    'motions.seed was 1, is 2'
+    """
+    changed = [*_changes(before, now, "")]
+    if not changed:
+        return "the records or tables that it reads have changed"
+    more = f" and {len(changed) - MOST_SAID} more" if len(changed) > MOST_SAID else ""
+    return "; ".join(changed[:MOST_SAID]) + more
+
+
+def _changes(before: Any, now: Any, key: str) -> Iterator[str]:
+    """Sentences about the keys whose values differ."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        for name in dict.fromkeys([*before, *now]):
+            yield from _changes(before.get(name), now.get(name), f"{key}.{name}" if key else str(name))
+    elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+        for i, (old, new) in enumerate(zip(before, now, strict=True), start=1):
+            yield from _changes(old, new, f"{key}[{i}]")
+    elif before != now and key != "title":
+        yield f"{key} was {_short(before)}, is {_short(now)}"
+
+
+def _short(value: Any) -> str:
+    if value is None:
+        return "not given"
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 40 else f"{text[:37]}..."
