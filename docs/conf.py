@@ -74,7 +74,7 @@ html_theme_options: dict[str, Any] = {
     "footer_end": [],
     "secondary_sidebar_items": ["page-toc"],
 }
-html_sidebars = {"index": []}
+html_sidebars = {"index": [], "start": []}
 
 # a bar in |theta| is no substitution, a star of *args no emphasis
 BAR = re.compile(r"(?<!\\)\|")

@@ -15,8 +15,8 @@ from xml.sax.saxutils import escape
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 PACKAGES = ("models", "motions", "fragility", "benchmarks", "studies")
-BELOW = tuple(sorted(one.stem for one in ROOT.glob("*.py") if one.stem != "__init__"))
-"""Modules of the root: below everything."""
+BELOW = tuple(sorted(one.stem for one in ROOT.glob("*.py") if one.stem not in ("__init__", "__main__")))
+"""Modules of the root, below everything (but for the door of the command)."""
 WIDTH, LANE, PAD, LINE, CHAR = 720, 50, 12, 17, 6.1
 COLOURS = {
     "models": "#dbe9f6",

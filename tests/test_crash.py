@@ -17,6 +17,8 @@ from toppling.fragility import plan
 from toppling.studies import StudyError
 from toppling.studies.cli import main
 
+FEWER = MANY.replace("number = 600", "number = 120")
+
 
 @pytest.fixture
 def study(tmp_path):
@@ -65,6 +67,7 @@ def test_killed_at_random_moments(study, tmp_path, uninterrupted, seed):
     assert not (out / "shards").exists()
 
 
+@pytest.mark.slow
 def test_interrupted_by_a_person(study, tmp_path, uninterrupted):
     """SIGINT: chunks in flight are finished, exit code 130, one line says what is kept; the same command goes on."""
     with begun(study, tmp_path / "out") as process:
@@ -123,6 +126,7 @@ def test_full_disk(study, tmp_path, uninterrupted):
     assert (tmp_path / "out" / "results.nc").read_bytes() == uninterrupted[0]
 
 
+@pytest.mark.slow
 def test_second_process_refuses(study, tmp_path):
     with begun(study, tmp_path / "out") as process:
         process.send_signal(signal.SIGSTOP)
@@ -163,10 +167,24 @@ class TestShards:
     """In this process: damage between two runs."""
 
     @pytest.fixture
+    def study(self, tmp_path):
+        path = tmp_path / "study.toml"
+        path.write_text(FEWER)
+        return path
+
+    @pytest.fixture(scope="class")
+    def quiet(self, tmp_path_factory):
+        """The bytes of the results of a run that nothing happened to."""
+        folder = tmp_path_factory.mktemp("quiet")
+        (folder / "study.toml").write_text(FEWER)
+        tp.Study.from_toml(folder / "study.toml").run(folder)
+        return (folder / "results.nc").read_bytes()
+
+    @pytest.fixture
     def broken_off(self, study, tmp_path, monkeypatch):
         """A study that an error ended after some chunks."""
-        monkeypatch.setattr(plan, "LEAST_SECONDS", 0.02)
-        monkeypatch.setattr(plan, "CHUNK_SECONDS", 0.02)
+        monkeypatch.setattr(plan, "LEAST_SECONDS", 0.005)
+        monkeypatch.setattr(plan, "CHUNK_SECONDS", 0.005)
         whole = tp.Study.from_toml(study)
 
         def progress(done, total):
@@ -186,20 +204,20 @@ class TestShards:
             pytest.param(lambda content: b"PK\x03\x04" * 500, id="something else"),
         ],
     )
-    def test_damaged_shards_are_computed_again(self, broken_off, uninterrupted, damage):
+    def test_damaged_shards_are_computed_again(self, broken_off, quiet, damage):
         plan, out = broken_off
         shards = sorted((out / "shards").glob("*.nc"))
         assert len(shards) > 10
         for path in shards[::3]:
             path.write_bytes(damage(path.read_bytes()))
         plan.run(out)
-        assert (out / "results.nc").read_bytes() == uninterrupted[0]
+        assert (out / "results.nc").read_bytes() == quiet
         log = (out / "run.log").read_text()
         assert log.count("is damaged") == len(shards[::3])
 
     def test_a_changed_study_is_refused(self, broken_off, study):
         _, out = broken_off
-        study.write_text(MANY.replace("to = 1.0", "to = 1.1").replace('law = "housner"', 'law = "vassiliou"'))
+        study.write_text(FEWER.replace("to = 1.0", "to = 1.1").replace('law = "housner"', 'law = "vassiliou"'))
         changed = tp.Study.from_toml(study)
         before = sorted(path.name for path in (out / "shards").iterdir())
         message = 'models\\[2\\].law was "housner", is "vassiliou"; ida.levels.to was 1.0, is 1.1'
@@ -233,10 +251,10 @@ class TestShards:
         with pytest.raises(StudyError, match="without a manifest"):
             plan.run(out)
 
-    def test_shards_of_the_same_name_from_elsewhere(self, broken_off, study, tmp_path, uninterrupted):
+    def test_shards_of_the_same_name_from_elsewhere(self, broken_off, study, tmp_path, quiet):
         """A sound shard of another study that got into the folder is no part of this one."""
         plan, out = broken_off
-        study.write_text(MANY.replace("number = 600", "number = 600\nseed = 9"))
+        study.write_text(FEWER.replace("number = 120", "number = 120\nseed = 9"))
         other = tp.Study.from_toml(study)
         with pytest.raises(RuntimeError, match="plug"):
             other.run(tmp_path / "other", progress=lambda done, total: (_ for _ in ()).throw(RuntimeError("plug")))
@@ -246,7 +264,7 @@ class TestShards:
             path.unlink()
         (out / "shards" / strange.name).write_bytes(strange.read_bytes())
         plan.run(out)
-        assert (out / "results.nc").read_bytes() == uninterrupted[0]
+        assert (out / "results.nc").read_bytes() == quiet
         assert "is of another chunk" in (out / "run.log").read_text()
 
     def test_status(self, broken_off, capsys, tmp_path):

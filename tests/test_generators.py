@@ -605,6 +605,7 @@ def test_hostile_input(call, error, message):
         call()
 
 
+@pytest.mark.slow
 def test_without_the_compiler():
     """NUMBA_DISABLE_JIT=1 gives the same motions from plain Python, to rounding."""
     code = (

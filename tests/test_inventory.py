@@ -220,7 +220,7 @@ def test_any_mutation_is_an_inventory_or_an_inventory_error(tmp_path):
             else:
                 data[at:at] = data[at : at + int(generator.integers(1, 200))]
         path.write_bytes(bytes(data))
-        before = time.perf_counter()
+        before = time.process_time()
         try:
             found = read_inventory(path)
         except InventoryError as error:
@@ -229,9 +229,9 @@ def test_any_mutation_is_an_inventory_or_an_inventory_error(tmp_path):
             assert "\n" not in str(error)
         else:
             assert found.pieces >= len(found)
-        slowest = max(slowest, time.perf_counter() - before)
+        slowest = max(slowest, time.process_time() - before)
     assert 500 < refused < 1990
-    assert slowest < 10.0  # (a hang takes longer)
+    assert slowest < 1.0  # s of computing, whatever else runs
     assert time.perf_counter() - start < 60.0
 
 

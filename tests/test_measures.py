@@ -230,6 +230,7 @@ class TestRecurrence:
         alone = [peak_displacements(a, 0.01, periods[i : i + 1], 0.05)[0] for i in range(periods.size)]
         np.testing.assert_array_equal(together, alone)
 
+    @pytest.mark.slow
     def test_without_the_compiler(self):
         code = (
             "import json, numpy as np\n"

@@ -211,6 +211,7 @@ def test_without_the_compiler():
     assert len(plain) == 2 * len(LAWS)
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_what_memory_held():
     """glibc fills every new and every freed block with a pattern on request: the same runs must come out."""
     code = (

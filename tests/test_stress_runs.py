@@ -85,7 +85,7 @@ class TestFreeMotion:
             outside = energies(block, oscillator, turns[turns < alpha], 0.0)
             assert np.all(np.diff(outside) <= 5e-14 * energy[0])
 
-    @pytest.mark.parametrize("e", [0.01, 0.5, 0.9, 0.99, 0.999])
+    @pytest.mark.parametrize("e", [0.01, 0.5, 0.9, 0.99, pytest.param(0.999, marks=pytest.mark.slow)])
     @pytest.mark.parametrize("model", RIGID, ids=label)
     def test_rest_is_rest(self, model, e):
         """After the last impact theta and omega are 0 bit for bit, under any shaking below the threshold."""
@@ -253,10 +253,10 @@ class TestStiffness:
             tp.DiscreteDamping(0.01, 1e-6),
             tp.DiscreteDamping(0.9, 1e-6),
             tp.GianniniMasiani(0.01, 1e-6),
-            tp.MakrisKonstantinidis(0.01, 1e-6),
+            pytest.param(tp.MakrisKonstantinidis(0.01, 1e-6), marks=pytest.mark.slow),
             tp.Vassiliou(1e-6),
             tp.ViscousDamping(1.0, 1e-6),
-            tp.ViscousDamping(3.0, 1e-6),
+            pytest.param(tp.ViscousDamping(3.0, 1e-6), marks=pytest.mark.slow),
             tp.EnergyConsistent(0.01, 1e-6, rest="elastic"),
             tp.EnergyConsistent(0.01, 1e-6),
         ],

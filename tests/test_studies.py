@@ -325,6 +325,7 @@ class TestCommand:
         assert main(["catalogue"]) == 0
         assert "E.20.22.105a" in capsys.readouterr().out
 
+    @pytest.mark.slow
     def test_a_cluster_gives_the_same_bytes(self, tmp_path):
         """A real scheduler and two worker processes on loopback."""
         path = write(tmp_path)
