@@ -129,6 +129,9 @@ def fragility(
     scale, _ = display_unit(axis)
     span = _span(results, axis, scale)
     cloud = "level" not in results.coords and "intensity" in results.coords
+    lines = np.full((len(laws), span.points().size), np.nan)
+    if curves:
+        lines[:] = _curves(here if model is None else laws[0].results, span.points() * scale)
     for i, law in enumerate(laws):
         # together no wider than 2 % of the axis on either side
         step = min(APART, 2.0 * MOST_APART / max(len(laws) - 1, 1))
@@ -137,10 +140,10 @@ def fragility(
             _motions(law, ax, scale, i, span, share, floor)
         elif observed and _observed(law.results):
             _fractions(law, ax, scale, span, share)
-        drawn = _curve(law.results, span.points() * scale) if curves else None
-        if drawn is not None:
-            ax.plot(span.points(), drawn, color=law.colour, lw=1.8, ls=law.line)
-        style = "none" if drawn is None else law.line
+        fitted = bool(np.isfinite(lines[i]).any())
+        if fitted:
+            ax.plot(span.points(), lines[i], color=law.colour, lw=1.8, ls=law.line)
+        style = law.line if fitted else "none"
         marker = law.marker if observed and (cloud or _observed(law.results)) else "none"
         text = label or law.label or "curve"
         ax.plot([], [], color=law.colour, marker=marker, ms=5.0, mew=0.0, lw=1.8, ls=style, label=text)
@@ -234,14 +237,13 @@ def _motions(law: Drawn, ax: Axes, scale: float, i: int, span: Span, share: floa
     _points(ax, law, span.moved(middle, share), falls / runs, (np.asarray(ends[0]), np.asarray(ends[1])))
 
 
-def _curve(one: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The fitted curve of one block and law at x; None where there is none."""
-    fit = one.assign_attrs(form=one.attrs.get("form", "lognormal"))
-    if "curve_probability" in one:
+def _curves(here: xr.Dataset, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The fitted curve of one block under each law at x, a row a law; NaN where there is none."""
+    fit = here.assign_attrs(form=here.attrs.get("form", "lognormal"))
+    if "curve_probability" in here:
         fit = fit.drop_vars(["probability", "lower", "upper"], errors="ignore").rename(curve_probability="probability")
-    elif not _tabulated(one) and not np.isfinite(one["median"].item()):
-        return None
-    return np.asarray(curve_probability(fit, x, outside="most").values)
+    found = curve_probability(fit, x, outside="most")
+    return np.asarray(found.transpose(..., "level").values)
 
 
 def _title(here: xr.Dataset, where: str, inches: float) -> str:
@@ -269,8 +271,9 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     figure = Figure(figsize=(width, 3.1 * rows + 0.3 * math.ceil(laws / columns) + 0.7), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
     lowest = lowest_panels(axes, len(panels))
+    shown = _drawn_of(results)
     for i, (ax, (block, floor)) in enumerate(zip(axes.flat, panels, strict=False)):
-        fragility(results, ax, block=block, floor=floor)
+        fragility(shown, ax, block=block, floor=floor)
         if i % columns:
             ax.set_ylabel("")
             ax.tick_params(labelleft=False)
@@ -282,6 +285,15 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     legend_below(figure, *axes.flat[0].get_legend_handles_labels())
     heading(figure, str(results.attrs.get("title", "Fragility")), _said(results, len(floors), len(panels), len(every)))
     return figure
+
+
+def _drawn_of(results: xr.Dataset) -> xr.Dataset:
+    """What the panels show, without what only makes every selection of it slow: a tenth of a study's variables."""
+    cloud = "level" not in results.coords
+    curves = [f"{part}{name}" for part in ("", "uplift_") for name in ("median", "dispersion")]
+    wanted = {*curves, "probability", "lower", "upper", "curve_probability", *(["overturned"] if cloud else [])}
+    shown = results[[name for name in results.data_vars if name in wanted]]
+    return shown if cloud else shown.drop_vars([name for name, one in shown.coords.items() if "motion" in one.dims])
 
 
 def _said(results: xr.Dataset, floors: int, panels: int, every: int) -> str:

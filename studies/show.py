@@ -43,6 +43,11 @@ def draw(results: xr.Dataset, folder: Path) -> list[Path]:
     written = []
     for name, figure in figures(results):
         path = folder / f"{name}.png"
+        engine = figure.get_layout_engine()
+        if engine is not None:
+            # laid out here once and for all: savefig would draw everything twice for it
+            engine.execute(figure)
+            figure.set_layout_engine("none")
         try:
             figure.savefig(path, dpi=150)
         except OSError as error:
