@@ -5,33 +5,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from study_texts import crate_study
 
 DRIVER = Path(__file__).with_name("small_chunks.py")
 
 # some 2 s of computing in about a hundred small chunks
-MANY = """
-title = "Many chunks"
-[[blocks]]
-catalogue = "bookcase-5-shelf"
-[[blocks]]
-width_m = 0.5
-height_m = 1.2
-name = "crate"
-[[models]]
-law = "discrete"
-e = 0.9
-[[models]]
-law = "housner"
-[motions]
-generator = "clough-penzien"
-number = 600
-duration_s = 15
-dt_s = 0.005
-envelope = { kind = "rise-strong-decay", rise_s = 1, strong_end_s = 4, decay_per_s = 0.5 }
-[ida]
-im = "pga"
-levels = { from = 0.1, to = 1.0, number = 12, unit = "g" }
-"""
+MANY = crate_study("Many chunks", number=600, duration=15, dt=0.005, levels=12)
 
 
 def command(study, out, *options):

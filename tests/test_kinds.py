@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
 from toppling.fragility import rank_measures, uncertain_ida
@@ -12,17 +13,6 @@ from toppling.studies.estimates import ranking_of_measures
 from toppling.studies.performance_study import ranking_of
 from toppling.studies.yearly import risk_of
 
-BLOCKS = """
-[[blocks]]
-name = "narrow"
-width_m = 0.35
-height_m = 1.6
-
-[[blocks]]
-name = "wide"
-width_m = 0.6
-height_m = 1.6
-"""
 MODELS = """
 [[models]]
 law = "energy-consistent"
@@ -30,25 +20,7 @@ law = "energy-consistent"
 [[models]]
 law = "discrete"
 """
-MOTIONS = """
-[motions]
-generator = "clough-penzien"
-number = 24
-seed = 1
-duration_s = 6
-dt_s = 0.02
-"""
-IDA = """
-[ida]
-im = "pga"
-levels = { from = 1.0, to = 12.0, number = 7, spacing = "log", unit = "m/s2" }
-"""
-HAZARD = """
-[hazard]
-k0 = 1e-4
-k = 2.5
-unit = "g"
-"""
+MOTIONS = motions(24)
 LEVELS = np.exp(np.linspace(0.0, np.log(12.0), 7))
 PIECES = [tp.Block(0.35, 1.6, name="narrow"), tp.Block(0.6, 1.6, name="wide")]
 LAWS = [tp.EnergyConsistent(), tp.DiscreteDamping()]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from shared_cases import SHARED, needs_shared
+from study_texts import crate_study
 
 import toppling as tp
 from toppling.studies import StudyError
@@ -21,29 +22,7 @@ mpl.use("Agg")
 
 EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
 
-SMALL = """
-title = "A small study"
-[[blocks]]
-catalogue = "bookcase-5-shelf"
-[[blocks]]
-width_m = 0.5
-height_m = 1.2
-name = "crate"
-[[models]]
-law = "discrete"
-e = 0.9
-[[models]]
-law = "housner"
-[motions]
-generator = "clough-penzien"
-number = 12
-duration_s = 8
-dt_s = 0.01
-envelope = { kind = "rise-strong-decay", rise_s = 1, strong_end_s = 4, decay_per_s = 0.5 }
-[ida]
-im = "pga"
-levels = { from = 0.1, to = 1.0, number = 6, unit = "g" }
-"""
+SMALL = crate_study("A small study", number=12, duration=8, dt=0.01, levels=6)
 
 
 def write(tmp_path, text=SMALL, name="study.toml"):

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
+from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
 from toppling.fragility import uncertain_ida
@@ -14,17 +15,6 @@ from toppling.studies.curve_notes import crossing_notes, curve_notes, rate_notes
 from toppling.studies.fragility_rows import fragility_table, hints, measure_rows, risk_table, size_table
 from toppling.studies.words import three
 
-BLOCKS = """
-[[blocks]]
-name = "narrow"
-width_m = 0.35
-height_m = 1.6
-
-[[blocks]]
-name = "wide"
-width_m = 0.6
-height_m = 1.6
-"""
 MODELS = """
 [[models]]
 law = "housner"
@@ -32,25 +22,7 @@ law = "housner"
 [[models]]
 law = "discrete"
 """
-MOTIONS = """
-[motions]
-generator = "clough-penzien"
-number = 20
-seed = 1
-duration_s = 6
-dt_s = 0.02
-"""
-IDA = """
-[ida]
-im = "pga"
-levels = { from = 1.0, to = 12.0, number = 7, spacing = "log", unit = "m/s2" }
-"""
-HAZARD = """
-[hazard]
-k0 = 1e-4
-k = 2.5
-unit = "g"
-"""
+MOTIONS = motions(20)
 POINTS = """
 [hazard]
 levels = [0.01, 0.05, 0.2]

@@ -1,0 +1,63 @@
+"""Study files that several tests start from, whole or in parts to be put together."""
+
+BLOCKS = """
+[[blocks]]
+name = "narrow"
+width_m = 0.35
+height_m = 1.6
+
+[[blocks]]
+name = "wide"
+width_m = 0.6
+height_m = 1.6
+"""
+IDA = """
+[ida]
+im = "pga"
+levels = { from = 1.0, to = 12.0, number = 7, spacing = "log", unit = "m/s2" }
+"""
+HAZARD = """
+[hazard]
+k0 = 1e-4
+k = 2.5
+unit = "g"
+"""
+
+
+def motions(number):
+    """Short motions of 6 s."""
+    return f"""
+[motions]
+generator = "clough-penzien"
+number = {number}
+seed = 1
+duration_s = 6
+dt_s = 0.02
+"""
+
+
+def crate_study(title, number, duration, dt, levels):
+    """A bookcase and a crate under two laws."""
+    return f"""
+title = "{title}"
+[[blocks]]
+catalogue = "bookcase-5-shelf"
+[[blocks]]
+width_m = 0.5
+height_m = 1.2
+name = "crate"
+[[models]]
+law = "discrete"
+e = 0.9
+[[models]]
+law = "housner"
+[motions]
+generator = "clough-penzien"
+number = {number}
+duration_s = {duration}
+dt_s = {dt}
+envelope = {{ kind = "rise-strong-decay", rise_s = 1, strong_end_s = 4, decay_per_s = 0.5 }}
+[ida]
+im = "pga"
+levels = {{ from = 0.1, to = 1.0, number = {levels}, unit = "g" }}
+"""
