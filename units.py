@@ -1,6 +1,7 @@
 """Physical constants, the units that labelled arrays carry (SI and radians, written the CF way), and who made them."""
 
 import json
+from functools import cache
 from importlib import metadata
 from typing import Any, Final
 
@@ -24,11 +25,16 @@ SCHEMA: Final = 1
 
 def provenance(configuration: dict[str, Any]) -> dict[str, Any]:
     """Attributes of every dataset: conventions, layout number, versions, and what made it (JSON). No clock values."""
-    versions = {name: metadata.version(name) for name in ("numpy", "numba", "scipy")}
+    versions = {name: _version(name) for name in ("numpy", "numba", "scipy")}
     return {
         "Conventions": "CF-1.11",
         "schema": SCHEMA,
-        "toppling_version": metadata.version("toppling"),
+        "toppling_version": _version("toppling"),
         "package_versions": json.dumps(versions),
         "configuration": json.dumps(configuration, ensure_ascii=False),
     }
+
+
+@cache
+def _version(package: str) -> str:
+    return metadata.version(package)
