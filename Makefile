@@ -34,6 +34,7 @@ $(VENV)/installed-docs: pyproject.toml | $(BIN)/python
 
 study: $(VENV)/installed
 	$(BIN)/toppling run studies/examples/office.toml --out $(OUT) $(if $(FRESH),--fresh)
+	$(BIN)/toppling report $(OUT)/results.nc
 
 # the documentation, docs/_build/html/index.html; a warning is an error
 docs: $(VENV)/installed-docs

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from .store import without_link
 from .tables import StudyError
 
 if TYPE_CHECKING:
@@ -49,6 +50,7 @@ def draw(results: xr.Dataset, folder: Path) -> list[Path]:
             engine.execute(figure)
             figure.set_layout_engine("none")
         try:
+            without_link(path)
             figure.savefig(path, dpi=150)
         except OSError as error:
             raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None

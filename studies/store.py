@@ -150,6 +150,12 @@ def save(results: xr.Dataset, target: Path) -> None:
             temporary.unlink(missing_ok=True)
 
 
+def without_link(path: Path) -> None:
+    """Remove a link that stands where a file is to be written: what it points to is not ours to write over."""
+    if path.is_symlink():
+        path.unlink()
+
+
 def write_whole(path: Path, content: bytes | memoryview) -> None:
     """Write a file whole or not at all: temporary name beside it, fsync, rename; StudyError where that cannot be."""
     temporary = path.with_name(f"{path.name}.part")

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..fragility.plan import Done
 from ..models.runs import TALLY
+from .store import without_link
 from .tables import StudyError
 
 LOG_NAME = "run.log"
@@ -134,6 +135,7 @@ def run_log(folder: Path) -> Iterator[logging.Logger]:
     log.setLevel(logging.INFO)
     log.propagate = False
     try:
+        without_link(folder / LOG_NAME)
         handler = _LogFile(folder / LOG_NAME, encoding="utf-8")
     except OSError as error:
         raise StudyError(f"{folder / LOG_NAME}: cannot be written ({error.strerror})") from None

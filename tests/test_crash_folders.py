@@ -145,6 +145,17 @@ class TestLinks:
         assert not (out / "results.nc").is_symlink()
         assert (out / "results.nc").read_bytes() == expected
 
+    @pytest.mark.parametrize("name", ["run.log", "fragility.png"])
+    def test_what_is_written_beside_results(self, study, tmp_path, name):
+        out = tmp_path / "out"
+        out.mkdir()
+        (tmp_path / "precious").write_text("precious")
+        (out / name).symlink_to(tmp_path / "precious")
+        assert main(["run", str(study), "--out", str(out)]) == 0
+        assert (tmp_path / "precious").read_text() == "precious"
+        assert (out / name).stat().st_size > 0
+        assert not (out / name).is_symlink()
+
 
 class TestStrangers:
     """Files that are called like ours."""
