@@ -84,6 +84,11 @@ def ida(
         No or wrong blocks, laws or motions, labels used twice, levels out of order, an unknown measure or output, a
         measure that scaling does not change, a motion whose measure is zero, a block that needs an explicit e.
 
+    References
+    ----------
+    Vamvatsikos, D. and Cornell, C. A. (2002). Incremental dynamic analysis. Earthquake Engineering & Structural Dynamics
+    31(3), 491-514.
+
     Examples
     --------
     >>> import toppling as tp
