@@ -86,8 +86,8 @@ def ida(
 
     References
     ----------
-    Vamvatsikos, D. and Cornell, C. A. (2002). Incremental dynamic analysis. Earthquake Engineering & Structural Dynamics
-    31(3), 491-514.
+    Vamvatsikos, D. and Cornell, C. A. (2002). Incremental dynamic analysis. Earthquake Engineering & Structural
+    Dynamics 31(3), 491-514.
 
     Examples
     --------
