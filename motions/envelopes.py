@@ -26,6 +26,10 @@ def _check_positive(envelope: Any, *names: str) -> None:
         checks.number(name, getattr(envelope, name), above=0.0)
 
 
+GONE = 1000.0
+"""exp(-1000) is 0 in double precision."""
+
+
 @dataclass(frozen=True)
 class Stationary(Envelope):
     """Constant intensity 1."""
@@ -54,8 +58,8 @@ class RiseStrongDecay(Envelope):
         checks.number("strong_end", self.strong_end, at_least=self.rise, unit="s")
 
     def __call__(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        growth = np.minimum(time / self.rise, 1.0) ** 2
-        return growth * np.exp(-self.decay * np.maximum(time - self.strong_end, 0.0))
+        growth = (np.minimum(time, self.rise) / self.rise) ** 2
+        return growth * _fading(self.decay, np.maximum(time - self.strong_end, 0.0))
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,7 @@ class Gamma(Envelope):
 
     def __call__(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         peak = (self.shape - 1.0) / self.rate
-        x = time / peak
+        x = np.minimum(time, GONE * peak) / peak
         return (x * np.exp(1.0 - x)) ** (self.shape - 1.0)
 
 
@@ -87,9 +91,14 @@ class DoubleExponential(Envelope):
         checks.number("fast", self.fast, above=self.slow, unit="1/s")
 
     def __call__(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        peak = math.log(self.fast / self.slow) / (self.fast - self.slow)
+        peak = (math.log(self.fast) - math.log(self.slow)) / (self.fast - self.slow)
         top = math.exp(-self.slow * peak) - math.exp(-self.fast * peak)
-        return (np.exp(-self.slow * time) - np.exp(-self.fast * time)) / top
+        return (_fading(self.slow, time) - _fading(self.fast, time)) / top
+
+
+def _fading(rate: float, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    """exp(-rate t), 0 from where it is too small for a number, however large the product would be."""
+    return np.asarray(np.exp(-rate * np.minimum(time, GONE / rate)))
 
 
 ENVELOPES: dict[str, type[Envelope]] = {
