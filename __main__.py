@@ -1,5 +1,6 @@
 """The `toppling` command, and `python -m toppling`: an interrupt while the packages still load ends in one line too."""
 
+import os
 import sys
 
 INTERRUPTED = 130
@@ -9,13 +10,18 @@ def main() -> int:
     """Load the command and run it; returns the exit code."""
     try:
         from .studies.cli import main as command  # noqa: PLC0415 - what takes long, where an interrupt is caught
+
+        code = command()
     except KeyboardInterrupt:
-        print("toppling: interrupted, nothing was begun", file=sys.stderr)
-        return INTERRUPTED
-    try:
-        return command()
-    except KeyboardInterrupt:  # in the moments outside of what the command catches
-        return INTERRUPTED
+        print("toppling: interrupted", file=sys.stderr)
+        code = INTERRUPTED
+    if code == INTERRUPTED:
+        # CPython would die of the signal where an interrupt has passed through code made from text, as dataclasses are,
+        # although it was caught
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(INTERRUPTED)
+    return code
 
 
 if __name__ == "__main__":

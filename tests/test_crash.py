@@ -161,6 +161,15 @@ def test_folder_without_permission(study, tmp_path):
     assert list(out.iterdir()) == []
 
 
+@pytest.fixture(scope="module")
+def quiet(tmp_path_factory):
+    """The bytes of the results of a run that nothing happened to."""
+    folder = tmp_path_factory.mktemp("quiet")
+    (folder / "study.toml").write_text(FEWER)
+    tp.Study.from_toml(folder / "study.toml").run(folder)
+    return (folder / "results.nc").read_bytes()
+
+
 class TestShards:
     """In this process: damage between two runs."""
 
@@ -169,14 +178,6 @@ class TestShards:
         path = tmp_path / "study.toml"
         path.write_text(FEWER)
         return path
-
-    @pytest.fixture(scope="class")
-    def quiet(self, tmp_path_factory):
-        """The bytes of the results of a run that nothing happened to."""
-        folder = tmp_path_factory.mktemp("quiet")
-        (folder / "study.toml").write_text(FEWER)
-        tp.Study.from_toml(folder / "study.toml").run(folder)
-        return (folder / "results.nc").read_bytes()
 
     @pytest.fixture
     def broken_off(self, study, tmp_path, monkeypatch):
