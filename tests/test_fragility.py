@@ -12,7 +12,7 @@ from scipy.special import ndtr
 from scipy.stats import binomtest
 
 import toppling as tp
-from toppling.fragility import Work, plan_chunks, run_chunk, wilson_interval
+from toppling.fragility import Work, plan_chunks, run_chunk, screen, wilson_interval
 from toppling.fragility.execution import OUTPUTS
 from toppling.fragility.plan import OUTPUT_TYPES
 from toppling.fragility.scaling import scaling
@@ -64,7 +64,7 @@ class TestIda:
         assert np.isnan(result.e.values[:, 3]).all()
         assert result.dt.values.tolist() == [0.01] * 5 + [0.005] * 3 + [0.02] * 4
         assert result.duration.values[5] == pytest.approx(8.0)
-        assert set(result.data_vars) >= set(OUTPUTS)
+        assert set(result.data_vars) == set(OUTPUTS) | set(screen(result, motions()).data_vars)
         assert result.verdict.dims == result.overturned.dims
         for name in result.variables:
             assert result[name].attrs["units"], name
