@@ -1,4 +1,4 @@
-"""Every key of a study file as Markdown: one table of type, unit, default and meaning for each TOML table.
+"""Every key of a study file as Markdown: one table of meaning, unit, default and type for each TOML table.
 
 Made of the JSON schema, so that page, schema and what is read cannot differ.
 """
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from .json_schema import study_schema
 
-HEAD = "| key | type | unit | default | meaning |\n|---|---|---|---|---|\n"
+HEAD = "| key | meaning | unit | default | type |\n|---|---|---|---|---|\n"
 NAMED = " Where not given: "
 
 
@@ -27,7 +27,7 @@ def key_reference() -> str:
     Examples
     --------
     >>> page = key_reference()
-    >>> "| `width_m` | number > 0 | m |" in page
+    >>> "| `width_m` | Full width in the direction of shaking, m. | m |  | number > 0 |" in page
     True
     """
     schema = study_schema()
@@ -66,7 +66,7 @@ def _row(key: str, one: dict[str, Any], needed: bool) -> str:
         default = "must be given"
     elif "default" in one:
         default = f"`{str(one['default']).lower() if isinstance(one['default'], bool) else _number(one['default'])}`"
-    cells = (f"`{key}`", _type(one), one.get("unit", ""), default.removesuffix("."), meaning)
+    cells = (f"`{key}`", meaning, one.get("unit", ""), default.removesuffix("."), _type(one))
     return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |\n"
 
 
