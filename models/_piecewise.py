@@ -12,13 +12,13 @@ Why a step is event-free: the acceleration a(t) of a linear region under linear 
 whose zeros are at least pi/sqrt(K) apart (at most one zero for K <= c²/4).  Steps satisfy sqrt|K| h <= 1/2, so a has at
 most one zero, the velocity at most two monotone parts, and the signs of velocity and acceleration at both ends decide.
 
-How a batch runs (`run_batch`): runs go in lockstep over one record, a lane each.  `_advance` takes the plain step of
-all lanes at once, in vectors, and sorts the lanes that it marks: a turn is noted down, a lane with another event is
-parked.  Every few samples `_resolve` solves what has gathered, the turns together, the crossings together, what follows
-them to the end of the sample together (`_solve_turns`, `_solve_crossings`, `_finish_pieces`: written out, so that they
-become vector code too), and what is out of the ordinary one by one (`_sample`, piece by piece: series, first event,
-what happens there); then each lane catches up with the others.  A lane's bits do not depend on who is beside it.  After
-the record, `_free` follows the block until nothing can change.
+How a batch runs (`run_batch`): runs go in lockstep over one record, a lane each.  `_advance` takes the plain steps of a
+block of lanes at once, in vectors, and sorts the lanes that it marks: a turn is noted down, a lane with another event
+is parked.  Every few samples `_resolve` solves what has gathered, the turns together, the crossings together, what
+follows them to the end of the sample together (`_solve_turns`, `_solve_crossings`, `_finish_pieces`: written out, so
+that they become vector code too), and what is out of the ordinary one by one (`_sample`, piece by piece: series, first
+event, what happens there); then each lane catches up with the others.  A lane's bits do not depend on who is beside it.
+After the record, `_free` follows the block until nothing can change.
 
 All functions called by a kernel stand in this file: numba's disk cache looks at one file only.
 """
@@ -77,9 +77,9 @@ RULE_CONSTANT, RULE_ENTRY_SPEED, RULE_ENERGY = range(3)
 PAR_COLUMNS = 10
 
 # State of a run.
-THETA, OMEGA, HELD, PEAK, OVERTURN_TIME, CALM_MARGIN, STRIKE = range(7)
-NOW, IMPACTS, UPLIFTED, OVERTURNED, TURNS, FREE, NEED, GRADE, UPWARD, SAFE = range(10)
-STATE_FLOATS, STATE_INTEGERS = 7, 10
+THETA, OMEGA, HELD, PEAK, CALM_MARGIN, DAMPING, STRIKE, OVERTURN_TIME = range(8)
+NOW, NEED, GRADE, UPWARD, LISTED, OVERTURNED, IMPACTS, UPLIFTED, TURNS, FREE, SAFE = range(11)
+STATE_FLOATS, STATE_INTEGERS = 8, 11
 
 # Results of a run.
 (
@@ -107,8 +107,11 @@ BYTE_OF = np.array([0, 0, 0, 0, 7, 2, 4, 3, 0, 1, 0, 6, 0, 0, 0, 0, 5, 0, 0])
 UNIT_THETA, UNIT_OMEGA, UNIT_PEAK = range(3)
 UNIT_ROWS = 3
 
-# Runs that go in lockstep over one record, and the rows of their state: two sets of (theta, omega) written in turn.
-LANES = 192
+# Runs that go over one record together, so that events are solved by the dozen (not a power of two: a lane's rows would
+# share a set of the cache); a block of them, which the fastest cache holds, takes the steps of a tile in lockstep.
+LANES = 1048
+BLOCK = 176
+# Rows of the lanes' state: two sets of (theta, omega) written in turn.
 (
     ROW_EVEN,
     _,
@@ -117,7 +120,7 @@ LANES = 192
     ROW_AMPLITUDE,
     ROW_OFFSET,
     ROW_STIFFNESS,
-    ROW_DAMPING,
+    ROW_SQUARE,
     ROW_G0,
     ROW_G1,
     ROW_G2,
@@ -813,10 +816,17 @@ def _hops(x, k, tables, links, parameters, o, force, slope, t, dt, time):
             break
         left = dt - t
         jerk = slope - c * a - stiffness * omega
-        h = -2.0 * omega / a
-        h -= jerk * h * h / (3.0 * a + 2.0 * jerk * h)
-        if not (0.0 < h < left):
-            h = left
+        y2 = 0.5 * a
+        y3 = jerk * (1.0 / 6.0)
+        y4 = -(c * y3 * (1.0 / 4.0) + stiffness * y2 * (1.0 / 12.0))
+        # the parabola's landing, and the next term by one step
+        root = y2 * y2 - 4.0 * y3 * omega
+        h = left
+        if root > 0.0:
+            guess = -2.0 * omega / (y2 + math.copysign(math.sqrt(root), y2))
+            guess -= y4 * guess * guess * guess / (y2 + 2.0 * y3 * guess)
+            if 0.0 < guess < left:
+                h = guess
         # with |jerk| h <= |a|/4 the flight is a single arc
         if abs(jerk) * h > 0.25 * abs(a) or h * _rate(stiffness, c) > 0.05:
             break
@@ -824,9 +834,6 @@ def _hops(x, k, tables, links, parameters, o, force, slope, t, dt, time):
         rise = abs(omega) * h * (1.0 if h == left else 0.35)
         if abs(x[THETA]) + rise > x[PEAK] or rise > tables[o, region, REGION_UPPER] - tables[o, region, REGION_LOWER]:
             break
-        y2 = 0.5 * a
-        y3 = jerk * (1.0 / 6.0)
-        y4 = -(c * y3 * (1.0 / 4.0) + stiffness * y2 * (1.0 / 12.0))
         y5 = -(c * y4 * (1.0 / 5.0) + stiffness * y3 * (1.0 / 20.0))
         y6 = -(c * y5 * (1.0 / 6.0) + stiffness * y4 * (1.0 / 30.0))
         y7 = -(c * y6 * (1.0 / 7.0) + stiffness * y5 * (1.0 / 42.0))
@@ -868,6 +875,8 @@ def _sample(x, k, tables, links, parameters, o, force, slope, t, dt, time, poly,
     while t < dt and k[OVERTURNED] == 0:
         if hops and k[NOW] != REST and x[THETA] == 0.0:
             t = _hops(x, k, tables, links, parameters, o, force, slope, t, dt, time)
+            if t >= dt:
+                break
         t += _piece(
             x, k, tables, links, parameters, o, force + slope * t, slope, dt - t, time + t, poly, trig, turning_points
         )
@@ -1104,25 +1113,36 @@ def _store_fallen(history, i, x):
 
 
 @njit(**_DRIVER, inline="always")
-def _step(theta, omega, push, up, stiffness, c, g0, g1, g2, g3, g2_rise, upper, lower, calm_upper, calm_lower):
+def _dip(rise, dt):
+    """Largest product of the velocities at the ends of a sample within which the velocity passes zero twice.
+
+    For an amplitude of 1; it grows with the square of the amplitude.  Such a velocity has its extremum at some t, where
+    a(t) = 0, so with J = max|a'| it is at most J t²/2 at the start and J (dt - t)²/2 at the end: their product is
+    (J dt²/8)² at most.  As a' = s - c a - K v, |a| <= J dt and |v| <= J dt²/2, J (1 - c dt - |K| dt²/2) <= |s|; the
+    bracket is 1/2 at least for a rate of 1/(2 dt) at most.  So (s dt²/4)² is the bound; a third is on the safe side.
+    """
+    return (rise * dt * (1.0 / 3.0)) ** 2
+
+
+@njit(**_DRIVER, inline="always")
+def _step(theta, omega, push, up, stiffness, g0, g1, g2, g3, g2_rise, dip, upper, lower, calm_upper, calm_lower):
     """One sample of one lane, and whether it may hold an event that matters.
 
-    Beyond an edge; or turned, or a dip of the velocity, outside the calm interval (see `_load_lane`).
+    Beyond an edge; or, outside the calm interval (see `_load_lane`), a velocity that turns, or may dip through zero and
+    recover, for which `dip` (see `_dip`) must exceed the product of the velocities at both ends.
     """
     a = push - stiffness * theta
     theta_end = theta + (omega * g1 + a * g2 + up * g3)
     omega_end = omega + (omega * g0 + a * g1 + up * g2_rise)
-    a_start = a - c * omega
-    a_end = push + up - stiffness * theta_end - c * omega_end
-    turns = (omega * omega_end <= 0.0) | ((a_start * omega < 0.0) & (a_end * omega > 0.0))
+    turns = omega * omega_end <= dip
     calm = (theta_end < calm_upper) & (theta_end > calm_lower)
     look = (theta_end >= upper) | (theta_end <= lower) | (turns & (not calm))
     return theta_end, omega_end, look
 
 
 @njit(**_DRIVER, inline="always")
-def _step_lanes(s, marks, n, force, rise, now, after):
-    """One sample of n lanes from the state rows `now` to the rows `after`; the number of lanes that need a look.
+def _step_lanes(s, marks, n, force, rise, dip, now, after):
+    """One sample of lanes from the state rows `now` to the rows `after`; the number of lanes that need a look.
 
     Rows lie at constant offsets in one flat array, and the trip count is known at run time only: so it vectorises.
     """
@@ -1135,12 +1155,12 @@ def _step_lanes(s, marks, n, force, rise, now, after):
             s[ROW_OFFSET * LANES + lane] + amplitude * force,
             amplitude * rise,
             s[ROW_STIFFNESS * LANES + lane],
-            s[ROW_DAMPING * LANES + lane],
             s[ROW_G0 * LANES + lane],
             s[ROW_G1 * LANES + lane],
             s[ROW_G2 * LANES + lane],
             s[ROW_G3 * LANES + lane],
             s[ROW_G2_RISE * LANES + lane],
+            s[ROW_SQUARE * LANES + lane] * dip,
             s[ROW_UPPER * LANES + lane],
             s[ROW_LOWER * LANES + lane],
             s[ROW_CALM_UPPER * LANES + lane],
@@ -1155,14 +1175,14 @@ def _step_lanes(s, marks, n, force, rise, now, after):
 
 
 @njit(**_LANES)
-def _step_even(s, marks, n, force, rise):
+def _step_even(s, marks, n, force, rise, dip):
     """Compiled apart: inside a larger function the loop would not be vectorised."""
-    return _step_lanes(s, marks, n, force, rise, ROW_EVEN, ROW_ODD)
+    return _step_lanes(s, marks, n, force, rise, dip, ROW_EVEN, ROW_ODD)
 
 
 @njit(**_LANES)
-def _step_odd(s, marks, n, force, rise):
-    return _step_lanes(s, marks, n, force, rise, ROW_ODD, ROW_EVEN)
+def _step_odd(s, marks, n, force, rise, dip):
+    return _step_lanes(s, marks, n, force, rise, dip, ROW_ODD, ROW_EVEN)
 
 
 @njit(**_DRIVER, inline="always")
@@ -1270,7 +1290,10 @@ def _solve_turns(v, n):
             v[PIECE_SPAN * TURN_COLUMNS + j],
         )
         end = _unit_speed(y, 1.0)
-        t = y[0] / (y[0] - end)
+        # first guess: the parabola of the velocity through both ends, which has its zero between them
+        curve = end - y[0] - 2.0 * y[1]
+        root = math.sqrt(max(y[1] * y[1] - curve * y[0], 0.0))
+        t = y[0] / (math.copysign(root, y[0]) - y[1])
         step = 0.0
         bend = 0.0
         for _ in range(2):
@@ -1285,8 +1308,10 @@ def _solve_turns(v, n):
             dip -= _unit_acceleration(y, dip) / _unit_jerk(y, dip)
         passes = (y[0] * end > 0.0) & (dip > 0.0) & (dip < 1.0) & (abs(_unit_acceleration(y, dip)) <= 1e-6 * abs(y[1]))
         passes = passes & (_unit_speed(y, dip) * y[0] > 1e-6 * y[0] * y[0])
+        # from rest: the acceleration has no zero but where it may begin
+        starts = (y[0] == 0.0) & ((y[1] == 0.0) | (y[1] * _unit_acceleration(y, 1.0) > 0.0))
         v[PIECE_MOVED * TURN_COLUMNS + j] = _unit_value(y, t) if turns else 0.0
-        v[PIECE_SURE * TURN_COLUMNS + j] = 1.0 if turns | passes else 0.0
+        v[PIECE_SURE * TURN_COLUMNS + j] = 1.0 if turns | passes | starts else 0.0
 
 
 @njit(**_LANES)
@@ -1355,52 +1380,11 @@ def _set_calm(s, lane, x):
     s[ROW_CALM_LOWER * LANES + lane] = max(-x[PEAK], s[ROW_LOWER * LANES + lane]) + x[CALM_MARGIN]
 
 
-@njit(**_DRIVER, inline="always")
-def _load_lane(s, lane, x, k, model, o, own, dt, shaking, recording):
-    """Write a lane's coefficients for the region it is in (a moving block); its grade.
-
-    The calm interval: a turn there is below the peak and far from the edges, so nothing comes of it.  In a sample in
-    which the velocity vanishes the acceleration is at most twice A = shaking + max|f(theta)|, as c dt <= 1/2, and the
-    rotation stays within 2 A dt² of its end; half as much again is kept for what f grows beyond the edges.
-    """
-    region = k[NOW]
-    row = model.tables[o, region]
-    step = model.steps[o, region]
-    if model.links[o, region, LINK_HELD]:
-        step = own[lane]
-        if x[HELD] != step[STEP_DAMPING]:
-            _fill_step(step, row, x[HELD], dt)
-    grade = int(step[STEP_GRADE])
-    if grade == MANY_STEPS:
-        s[ROW_UPPER * LANES + lane] = -math.inf  # every sample needs a look
-        return grade
-    upper = row[REGION_UPPER]
-    lower = row[REGION_LOWER]
-    s[ROW_STIFFNESS * LANES + lane] = row[REGION_STIFFNESS]
-    s[ROW_OFFSET * LANES + lane] = row[REGION_OFFSET]
-    s[ROW_DAMPING * LANES + lane] = step[STEP_DAMPING]
-    s[ROW_G0 * LANES + lane] = step[STEP_G0]
-    s[ROW_G1 * LANES + lane] = step[STEP_G1]
-    s[ROW_G2 * LANES + lane] = step[STEP_G2]
-    s[ROW_G3 * LANES + lane] = step[STEP_G3]
-    s[ROW_G2_RISE * LANES + lane] = step[STEP_G2_RISE]
-    s[ROW_UPPER * LANES + lane] = upper
-    s[ROW_LOWER * LANES + lane] = lower
-    if recording or _captures(model.links, o, region):
-        s[ROW_CALM_UPPER * LANES + lane] = -math.inf
-        s[ROW_CALM_LOWER * LANES + lane] = math.inf
-    else:
-        x[CALM_MARGIN] = 3.0 * dt * dt * (shaking + step[STEP_PULL])
-        _set_calm(s, lane, x)
-    return grade
-
-
 @njit(**_EVENT)
 def _load_rest(s, lane, parameters, o):
     """A lane at rest: its rows follow the forcing (theta := force, omega := 1), so its zone test is the threshold's."""
     s[ROW_OFFSET * LANES + lane] = 0.0
     s[ROW_STIFFNESS * LANES + lane] = 1.0
-    s[ROW_DAMPING * LANES + lane] = -1.0  # keeps rounding from looking like a dip of the velocity
     s[ROW_G0 * LANES + lane] = 0.0
     s[ROW_G1 * LANES + lane] = 0.0
     s[ROW_G2 * LANES + lane] = 1.0
@@ -1440,7 +1424,12 @@ def _need(theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper,
         behind = lower - theta if omega > 0.0 else upper - theta
         one_way = omega * omega_end < 0.0 and behind * omega < 0.0 and reach < abs(ahead)
         return RETURNS if one_way and bound >= 0.0 else HARD
-    if omega * omega_end > 0.0 and (abs(omega) > 1.2 * dt * abs(a_start) or abs(omega_end) > 1.2 * dt * abs(a_end)):
+    if omega * omega_end > 0.0 and (
+        a_start * omega >= 0.0
+        or a_end * omega <= 0.0
+        or abs(omega) > 1.2 * dt * abs(a_start)
+        or abs(omega_end) > 1.2 * dt * abs(a_end)
+    ):
         return WAITS
     if bound < 0.0:
         return HARD
@@ -1524,7 +1513,6 @@ def _follow(w, lane, model, record, strongest, dt, i, end, now, waiting, recordi
     o = w.oscillator[lane]
     amplitude = w.amplitude[lane]
     links = model.links
-    s[ROW_AMPLITUDE * LANES + lane] = amplitude
     region = k[NOW]
     if region == REST:
         _load_rest(s, lane, model.parameters, o)
@@ -1542,34 +1530,53 @@ def _follow(w, lane, model, record, strongest, dt, i, end, now, waiting, recordi
         s[now * LANES + lane] = amplitude * record[end]
         s[(now + 1) * LANES + lane] = 1.0
         return end, waiting
-    grade = _load_lane(s, lane, x, k, model, o, w.own, dt, abs(amplitude) * strongest, recording)
+    row = model.tables[o, region]
+    step = model.steps[o, region]
+    if links[o, region, LINK_HELD]:
+        step = w.own[lane]
+        if x[HELD] != step[STEP_DAMPING]:
+            _fill_step(step, row, x[HELD], dt)
+    grade = int(step[STEP_GRADE])
     k[GRADE] = grade
-    if grade == MANY_STEPS and i < end:
+    if grade == MANY_STEPS:
         k[NEED] = HARD
+        s[ROW_UPPER * LANES + lane] = -math.inf  # every sample needs a look
+        s[now * LANES + lane] = x[THETA]
+        s[(now + 1) * LANES + lane] = x[OMEGA]
         return i, waiting
-    offset = s[ROW_OFFSET * LANES + lane]
-    stiffness = s[ROW_STIFFNESS * LANES + lane]
-    c = s[ROW_DAMPING * LANES + lane]
-    g0 = s[ROW_G0 * LANES + lane]
-    g1 = s[ROW_G1 * LANES + lane]
-    g2 = s[ROW_G2 * LANES + lane]
-    g3 = s[ROW_G3 * LANES + lane]
-    g2_rise = s[ROW_G2_RISE * LANES + lane]
-    upper = s[ROW_UPPER * LANES + lane]
-    lower = s[ROW_LOWER * LANES + lane]
-    calm_upper = s[ROW_CALM_UPPER * LANES + lane]
-    calm_lower = s[ROW_CALM_LOWER * LANES + lane]
+    offset = row[REGION_OFFSET]
+    stiffness = row[REGION_STIFFNESS]
+    upper = row[REGION_UPPER]
+    lower = row[REGION_LOWER]
+    c = step[STEP_DAMPING]
+    g0 = step[STEP_G0]
+    g1 = step[STEP_G1]
+    g2 = step[STEP_G2]
+    g3 = step[STEP_G3]
+    g2_rise = step[STEP_G2_RISE]
+    x[DAMPING] = c
+    # The calm interval: a turn there is below the peak and far from the edges, so nothing comes of it.  In a sample in
+    # which the velocity vanishes the acceleration is at most twice A = shaking + max|f(theta)|, as c dt <= 1/2, and the
+    # rotation stays within 2 A dt² of its end; half as much again is kept for what f grows beyond the edges.
+    listed = recording or _captures(links, o, region)
+    k[LISTED] = 1 if listed else 0
+    x[CALM_MARGIN] = 3.0 * dt * dt * (abs(amplitude) * strongest + step[STEP_PULL])
+    calm_upper = -math.inf if listed else min(x[PEAK], upper) - x[CALM_MARGIN]
+    calm_lower = math.inf if listed else max(-x[PEAK], lower) + x[CALM_MARGIN]
     theta = x[THETA]
     omega = x[OMEGA]
+    square = amplitude * amplitude
     while i < end:
         force = record[i]
+        rise = record[i + 1] - force
         push = offset + amplitude * force
-        up = amplitude * (record[i + 1] - force)
+        up = amplitude * rise
+        dip = square * _dip(rise, dt)
         theta_end, omega_end, look = _step(
-            theta, omega, push, up, stiffness, c, g0, g1, g2, g3, g2_rise, upper, lower, calm_upper, calm_lower
+            theta, omega, push, up, stiffness, g0, g1, g2, g3, g2_rise, dip, upper, lower, calm_upper, calm_lower
         )
         if look:
-            bound = -1.0 if recording or _captures(links, o, region) else x[PEAK]
+            bound = -1.0 if listed else x[PEAK]
             need = _need(theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper, lower, grade, bound)
             if need in (TURNS_BACK, RETURNS):
                 last = theta_end if need == TURNS_BACK else theta
@@ -1586,6 +1593,17 @@ def _follow(w, lane, model, record, strongest, dt, i, end, now, waiting, recordi
         i += 1
     s[now * LANES + lane] = theta
     s[(now + 1) * LANES + lane] = omega
+    s[ROW_STIFFNESS * LANES + lane] = stiffness
+    s[ROW_OFFSET * LANES + lane] = offset
+    s[ROW_G0 * LANES + lane] = g0
+    s[ROW_G1 * LANES + lane] = g1
+    s[ROW_G2 * LANES + lane] = g2
+    s[ROW_G3 * LANES + lane] = g3
+    s[ROW_G2_RISE * LANES + lane] = g2_rise
+    s[ROW_UPPER * LANES + lane] = upper
+    s[ROW_LOWER * LANES + lane] = lower
+    s[ROW_CALM_UPPER * LANES + lane] = calm_upper
+    s[ROW_CALM_LOWER * LANES + lane] = calm_lower
     return end, waiting
 
 
@@ -1599,25 +1617,26 @@ def _freeze_lane(s, lane):
 
 
 @njit(**_LANES)
-def _advance(w, n, model, record, dt, i, end, now, recording):
-    """Lanes 0 … n - 1 from sample i to `end` in lockstep: turns waiting, lanes parked.
+def _advance(w, first, n, record, dt, i, end, now, waiting, parked):
+    """A block of n lanes from sample i to `end` in lockstep: turns waiting, lanes parked, with those before.
 
     Turns are noted down and lanes with other events taken out, for `_resolve`.
     """
     s = w.rows
-    waiting = 0
-    parked = 0
+    block = s[first:]
+    marks = w.marks[first:]
     padded = (n + 7) // 8 * 8
     while i < end:
         force = record[i]
         rise = record[i + 1] - force
+        dip = _dip(rise, dt)
         if now == ROW_EVEN:
             after = ROW_ODD
-            marked = _step_even(s, w.marks, padded, force, rise)
+            marked = _step_even(block, marks, padded, force, rise, dip)
         else:
             after = ROW_EVEN
-            marked = _step_odd(s, w.marks, padded, force, rise)
-        word = 0
+            marked = _step_odd(block, marks, padded, force, rise, dip)
+        word = first // 8
         while marked > 0:
             bits = w.words[word]
             word += 1
@@ -1640,23 +1659,15 @@ def _advance(w, n, model, record, dt, i, end, now, recording):
                     push = s[ROW_OFFSET * LANES + lane] + w.amplitude[lane] * force
                     up = w.amplitude[lane] * rise
                     stiffness = s[ROW_STIFFNESS * LANES + lane]
-                    c = s[ROW_DAMPING * LANES + lane]
-                    need = _need(
-                        theta,
-                        omega,
-                        s[after * LANES + lane],
-                        s[(after + 1) * LANES + lane],
-                        push,
-                        up,
-                        stiffness,
-                        c,
-                        dt,
-                        s[ROW_UPPER * LANES + lane],
-                        s[ROW_LOWER * LANES + lane],
-                        k[GRADE],
-                        -1.0 if recording or _captures(model.links, w.oscillator[lane], region) else x[PEAK],
-                    )
+                    c = x[DAMPING]
                     theta_end = s[after * LANES + lane]
+                    omega_end = s[(after + 1) * LANES + lane]
+                    upper = s[ROW_UPPER * LANES + lane]
+                    lower = s[ROW_LOWER * LANES + lane]
+                    bound = -1.0 if k[LISTED] != 0 else x[PEAK]
+                    need = _need(
+                        theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper, lower, k[GRADE], bound
+                    )
                     if need in (TURNS_BACK, RETURNS):
                         last = theta_end if need == TURNS_BACK else theta
                         _add_turn(w.turns, w.turn_lane, waiting, lane, theta, omega, last, push, up, stiffness, c, dt)
@@ -1664,7 +1675,7 @@ def _advance(w, n, model, record, dt, i, end, now, recording):
                     if need in (WAITS, TURNS_BACK):
                         continue
                     k[NEED] = need
-                    k[UPWARD] = 1 if theta_end >= s[ROW_UPPER * LANES + lane] else 0
+                    k[UPWARD] = 1 if theta_end >= upper else 0
                 x[THETA] = theta
                 x[OMEGA] = omega
                 w.parked[parked] = lane
@@ -1683,7 +1694,6 @@ def _resolve(w, model, record, strongest, dt, end, now, waiting, parked, poly, t
     In rounds: the turns that wait, then one event a lane (the crossings all at once, then what follows them to the end
     of the sample all at once, and what is out of the ordinary by `_sample`), then on to the next event.
     """
-    s = w.rows
     pieces = w.pieces
     zones = w.zones
     tables, links, parameters, steps = model
@@ -1707,19 +1717,19 @@ def _resolve(w, model, record, strongest, dt, end, now, waiting, parked, poly, t
                 continue
             i = w.parked_at[j]
             amplitude = w.amplitude[lane]
-            # (the lockstep's rows still hold the coefficients of its region)
-            stiffness = s[ROW_STIFFNESS * LANES + lane]
-            c = s[ROW_DAMPING * LANES + lane]
+            row = tables[w.oscillator[lane], k[NOW]]
+            stiffness = row[REGION_STIFFNESS]
+            c = x[DAMPING]
             theta = x[THETA]
             omega = x[OMEGA]
             force = amplitude * record[i]
             pieces[PIECE_OMEGA * LANES + n] = omega
-            pieces[PIECE_A * LANES + n] = force + s[ROW_OFFSET * LANES + lane] - stiffness * theta - c * omega
+            pieces[PIECE_A * LANES + n] = force + row[REGION_OFFSET] - stiffness * theta - c * omega
             pieces[PIECE_SLOPE * LANES + n] = amplitude * (record[i + 1] - record[i]) * per_dt
             pieces[PIECE_STIFFNESS * LANES + n] = stiffness
             pieces[PIECE_DAMPING * LANES + n] = c
             pieces[PIECE_SPAN * LANES + n] = dt
-            pieces[PIECE_GAP * LANES + n] = tables[w.oscillator[lane], k[NOW], REGION_LOWER + k[UPWARD]] - theta
+            pieces[PIECE_GAP * LANES + n] = row[REGION_LOWER + k[UPWARD]] - theta
             n += 1
         if n > 0:
             _solve_crossings(pieces, _pad(pieces, LANES, n))
@@ -1939,10 +1949,10 @@ def _run_lanes(
         np.empty(LANES, np.int64),
         np.empty(LANES, np.int64),
         np.empty(LANES),
-        np.zeros(PIECE_ROWS * LANES),
-        np.zeros(PIECE_ROWS * LANES),
+        np.empty(PIECE_ROWS * LANES),
+        np.empty(PIECE_ROWS * LANES),
         np.empty(LANES, np.int64),
-        np.zeros(PIECE_ROWS * TURN_COLUMNS),
+        np.empty(PIECE_ROWS * TURN_COLUMNS),
         np.empty(TURN_COLUMNS, np.int64),
         np.empty(LANES, np.int64),
         np.empty(LANES, np.int64),
@@ -1971,7 +1981,11 @@ def _run_lanes(
         if store and active > 0:
             _fetch_lane(w, 0, now)
             _store(history, i, w.x[0], w.k[0], tables, links, w.oscillator[0])
-        waiting, parked = _advance(w, active, model, record, dt, i, end, now, recording)
+        waiting = 0
+        parked = 0
+        for lane in range(0, active, BLOCK):
+            n_lanes = min(BLOCK, active - lane)
+            waiting, parked = _advance(w, lane, n_lanes, record, dt, i, end, now, waiting, parked)
         if (end - i) % 2 == 1:
             now = ROW_ODD if now == ROW_EVEN else ROW_EVEN
         while joined < runs.shape[0] and (first[runs[joined]] < end or end == n - 1):
@@ -1984,7 +1998,10 @@ def _run_lanes(
             w.run[active] = j
             w.own[active, STEP_DAMPING] = -1.0
             _reset(x, k, begin[j, 0], begin[j, 1], begin[j, 2], int(begin[j, 3]), int(parameters[o, PAR_START]))
-            w.amplitude[active] = -parameters[o, PAR_GAIN] * factors[j]
+            amplitude = -parameters[o, PAR_GAIN] * factors[j]
+            w.amplitude[active] = amplitude
+            w.rows[ROW_AMPLITUDE * LANES + active] = amplitude
+            w.rows[ROW_SQUARE * LANES + active] = amplitude * amplitude
             if store:
                 _store(history, i, x, k, tables, links, o)
             reached, waiting = _follow(w, active, model, record, strongest, dt, first[j], end, now, waiting, recording)
