@@ -141,7 +141,7 @@ def stripes(
         },
         "Multiple-stripe analysis of freestanding blocks",
     )
-    return with_screen(labelled, plain) if asked.screen else labelled
+    return with_screen(labelled, plain, asked.runner.array) if asked.screen else labelled
 
 
 def cloud(
@@ -217,7 +217,7 @@ def cloud(
         {"design": "cloud", "im": one.label, **({} if ground is None else {"im_at": "ground"})},
         "Cloud analysis of freestanding blocks",
     )
-    return with_screen(labelled, plain) if asked.screen else labelled
+    return with_screen(labelled, plain, asked.runner.array) if asked.screen else labelled
 
 
 def _sets(name: str, motions: Sequence[Motions], n: int) -> list[list[Record]]:

@@ -21,6 +21,7 @@ from .candidates import Candidate, Motions, candidates_of, covariates_of, shakin
 from .capacity import Steps, brackets, steps_of
 from .censored import STATUS, Ends, Fits, fit_dispersions
 from .provenance import motions_by_floor, provenance_from, without_floors
+from .slabs import gathered, sizes_of, slabs
 from .states import OVERTURNED, State, state_name
 from .trends import capacity_trends, demand_trends
 
@@ -146,16 +147,44 @@ def rank_measures(
         checks.number("confidence", confidence, above=0.0, below=1.0),
         checks.count("seed", seed),
     )
-    steps = steps_of(runs, state)
+    steps = steps_of(runs if asked.pool else _few(runs), state)
     if set(steps.overturned.dims) != {"block", "model", "motion", "level"}:
         raise ValueError(f"overturned must lie on block, model, motion and level, got {steps.overturned.dims}")
     index, groups = motions_by_floor(runs)
+    if asked.pool:
+        return _by_floor(runs, index, groups, asked)
+    return gathered(lambda part: _by_floor(part, index, groups, asked), _measured_once(runs, asked))
+
+
+def _by_floor(runs: xr.Dataset, index: xr.Variable | None, groups: list[NDArray[np.intp]], asked: Asked) -> xr.Dataset:
+    """All measures compared, floor by floor where motions are of several."""
     if index is None:
-        return _compare(runs, steps, asked)
+        return _compare(runs, asked)
     apart = without_floors(runs)
-    parts = [_compare(part, steps_of(part, state), asked) for part in (apart.isel(motion=one) for one in groups)]
+    parts = [_compare(apart.isel(motion=one), asked) for one in groups]
     joined = xr.concat(parts, xr.DataArray(index, name="floor"), combine_attrs="override")
     return joined.transpose("block", "model", "floor", ...)
+
+
+def _measured_once(runs: xr.Dataset, asked: Asked) -> xr.Dataset:
+    """Runs that carry every measure that is asked for, where they are so many that they are taken in slabs."""
+    if len(list(slabs(sizes_of(runs), ("block", "model")))) == 1:
+        return runs
+    few = _few(runs)
+    candidates = candidates_of(few, steps_of(few, asked.state), shaking_of(runs, asked.motions), asked.also, False)
+    known = {
+        one.label: ("motion", np.exp(one.log_values))
+        for one in candidates
+        if one.label not in runs.coords and one.log_values.shape == (runs.sizes["motion"],)
+    }
+    return runs.assign_coords(known)
+
+
+def _few(runs: Any) -> Any:
+    """The runs of one block under one law, as far as these are runs."""
+    if not isinstance(runs, xr.Dataset):
+        return runs
+    return runs.isel({dim: slice(1) for dim in ("block", "model") if dim in runs.dims})
 
 
 class Asked(NamedTuple):
@@ -186,8 +215,9 @@ class Asked(NamedTuple):
         }
 
 
-def _compare(runs: xr.Dataset, steps: Steps, asked: Asked) -> xr.Dataset:
+def _compare(runs: xr.Dataset, asked: Asked) -> xr.Dataset:
     """All measures compared, for the motions of one floor."""
+    steps = steps_of(runs, asked.state)
     shaking = shaking_of(runs, asked.motions)
     candidates = candidates_of(runs, steps, shaking, asked.also, asked.pool)
     n = len(shaking.labels)

@@ -105,7 +105,7 @@ def execute(
 def collect(work: Work, runner: Runner, progress: Progress | None) -> Runs:
     """Do the work in chunks and put the results together."""
     shape = (len(work.oscillators), work.levels, len(work.motions))
-    results = {name: np.empty(shape, OUTPUT_TYPES[name]) for name in work.outputs}
+    results = {name: runner.array(shape, OUTPUT_TYPES[name]) for name in work.outputs}
     tally = np.zeros(len(TALLY), np.int64)
     so_far = 0
     for chunk, done in runner.run(work, plan_chunks(work)):

@@ -117,4 +117,4 @@ def ida(
         },
         "Incremental dynamic analysis of freestanding blocks",
     )
-    return with_screen(labelled, plain) if asked.screen else labelled
+    return with_screen(labelled, plain, asked.runner.array) if asked.screen else labelled

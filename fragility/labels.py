@@ -17,6 +17,7 @@ from ..motions.measures import measure_variables
 from ..units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, RADIAN, SECOND, provenance
 from .execution import DERIVED, Request, Runs
 from .scaling import Scaling
+from .slabs import Array
 
 VARIABLES: dict[str, tuple[str, str]] = {
     "overturned": (DIMENSIONLESS, "whether the block overturned"),
@@ -48,7 +49,8 @@ def label_runs(
     shape = (len(asked.blocks), len(asked.models), *lengths)
     variables = {}
     for name in asked.outputs:
-        values = output(name, runs, [block for block in asked.blocks for _ in asked.models]).reshape(shape)
+        of = [block for block in asked.blocks for _ in asked.models]
+        values = output(name, runs, of, asked.runner.array).reshape(shape)
         units, long_name = VARIABLES[name]
         variables[name] = (("block", "model", *dims), values, {"units": units, "long_name": long_name})
     described = {
@@ -75,12 +77,14 @@ def label_runs(
     )
 
 
-def output(name: str, runs: Runs, blocks: Sequence[Block]) -> NDArray[Any]:
+def output(name: str, runs: Runs, blocks: Sequence[Block], array: Array) -> NDArray[Any]:
     """An output (oscillator, …), as the engine gave it or derived; `blocks`: one an oscillator."""
     values = runs.results[DERIVED.get(name, name)]
     if name == "top_displacement":
-        heights = np.array([block.height for block in blocks])
-        values = heights.reshape(-1, *[1] * (values.ndim - 1)) * np.sin(values)
+        derived = array(values.shape, values.dtype)
+        for block, own, peaks in zip(blocks, derived, values, strict=True):
+            np.multiply(block.height, np.sin(peaks, out=own), out=own)
+        values = derived
     return values
 
 

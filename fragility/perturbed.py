@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -24,6 +24,7 @@ from .execution import Progress, collect
 from .plan import Work
 from .provenance import Motions, blocks_of, factors_of, laws_of, records_of
 from .runners import Runner, runner_of
+from .slabs import Where
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -68,14 +69,50 @@ def flips(
         a share out of range.
     """
     flags = _flags(runs)
+    again = repeated(runs, motions, share, runner_of(client), progress)
     dims = flags.dims
-    shaped = flags if "level" in dims else flags.expand_dims("level")
-    shaped = shaped.transpose("block", "model", "level", "motion")
+    shaped = _shaped(flags)
+    out = np.full(shaped.shape, NOT_TESTED, np.int8)
+    out[..., again.chosen] = again.counts
+    labelled = shaped.copy(data=out)
+    if "level" not in dims:
+        labelled = labelled.isel(level=0)
+    text = f"perturbations of {PERTURBATION:g} of motion and restitution that change the flag, {NOT_TESTED}: not tested"
+    labelled = labelled.transpose(*dims).rename("flips")
+    labelled.attrs = {"units": DIMENSIONLESS, "long_name": text}
+    return labelled
+
+
+class Repeated(NamedTuple):
+    """Which motions (motion,) were run again, and how many of their flags' perturbations flip them.
+
+    counts (block, model, level or 1, chosen motion).
+    """
+
+    chosen: NDArray[np.bool_]
+    counts: NDArray[np.int8]
+
+    def flipped(self, where: Where, dims: tuple[str, ...]) -> xr.Variable:
+        """Whether a run of a slab is known to flip, on the dimensions of the runs."""
+        block, motion = (where.get(dim, slice(None)) for dim in ("block", "motion"))
+        before = int(self.chosen[: motion.start or 0].sum())
+        here = self.chosen[motion]
+        own = self.counts[block, :, :, before : before + int(here.sum())]
+        found = np.zeros((*own.shape[:3], here.size), np.bool_)
+        found[..., here] = own > 0
+        on = xr.Variable(("block", "model", "level", "motion"), found)
+        return (on if "level" in dims else on.isel(level=0)).transpose(*dims)
+
+
+def repeated(
+    runs: xr.Dataset, motions: Motions, share: float, runner: Runner, progress: Progress | None = None
+) -> Repeated:
+    """The runs of a share of the motions again, perturbed: see `flips`."""
+    shaped = _shaped(_flags(runs))
     chosen = tested(runs.sizes["motion"], share)
     plain = [one for one, is_in in zip(records_of(runs, motions), chosen, strict=True) if is_in]
     blocks, models = blocks_of(runs), laws_of(runs)
     factors = factors_of(runs)[:, :, chosen]
-    nominal = shaped.values[..., chosen]
 
     with_e = [j for j, model in enumerate(models) if model.restitution(blocks[0]) is not None]
     shaken = [oscillator_of(block, model) for block in blocks for model in models]
@@ -89,24 +126,21 @@ def flips(
     for work in works:
         before = sum(flags.size for flags in done)
         told = None if progress is None else lambda n, _, before=before: progress(before + n, total)
-        done.append(collect(work, runner_of(client), told).results["overturned"])
+        done.append(collect(work, runner, told).results["overturned"])
 
-    n_blocks, n_models, levels, n = nominal.shape
+    each = len(blocks), len(models)
+    levels, n = factors.shape[1:]
     # (oscillator, up and down x level, motion), and (block x law x up and down, level, motion)
-    flags_up_down = done[0].reshape(n_blocks, n_models, 2, levels, n)
-    counts = (flags_up_down != nominal[:, :, None]).sum(axis=2, dtype=np.int8)
-    if struck:
-        flags_e = done[1].reshape(n_blocks, len(with_e), 2, levels, n)
-        counts[:, with_e] += (flags_e != nominal[:, with_e][:, :, None]).sum(axis=2, dtype=np.int8)
-    out = np.full(shaped.shape, NOT_TESTED, np.int8)
-    out[..., chosen] = counts
-    labelled = shaped.copy(data=out)
-    if "level" not in dims:
-        labelled = labelled.isel(level=0)
-    text = f"perturbations of {PERTURBATION:g} of motion and restitution that change the flag, {NOT_TESTED}: not tested"
-    labelled = labelled.transpose(*dims).rename("flips")
-    labelled.attrs = {"units": DIMENSIONLESS, "long_name": text}
-    return labelled
+    flags_up_down = done[0].reshape(*each, 2, levels, n)
+    flags_e = done[1].reshape(each[0], len(with_e), 2, levels, n) if struck else None
+    counts = runner.array((*each, levels, n), np.int8)
+    flags = shaped.values
+    for i, j in np.ndindex(*each):
+        nominal = flags[i, j][:, chosen]
+        counts[i, j] = (flags_up_down[i, j] != nominal).sum(axis=0, dtype=np.int8)
+        if flags_e is not None and j in with_e:
+            counts[i, j] += (flags_e[i, with_e.index(j)] != nominal).sum(axis=0, dtype=np.int8)
+    return Repeated(chosen, counts)
 
 
 def tested(n: int, share: float) -> NDArray[np.bool_]:
@@ -131,6 +165,11 @@ def _flags(runs: xr.Dataset) -> xr.DataArray:
     if {*flags.dims} - {"level"} != {"block", "model", "motion"}:
         raise ValueError(f"overturned must be on block, model, motion and possibly level, got dims {flags.dims}")
     return flags.reset_coords(drop=True)
+
+
+def _shaped(flags: xr.DataArray) -> xr.DataArray:
+    shaped = flags if "level" in flags.dims else flags.expand_dims("level")
+    return shaped.transpose("block", "model", "level", "motion")
 
 
 def _either_side(block: Block, model: Law) -> list[Oscillator]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -10,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..units import DIMENSIONLESS
+from .slabs import Where
 
 
 class Reason(NamedTuple):
@@ -37,32 +39,45 @@ def labelled(values: xr.DataArray | xr.Variable, long_name: str, units: str = DI
     return xr.Variable(values.dims, values.data, {"units": units, "long_name": long_name})
 
 
-def verdict_of(
-    sizes: Mapping[str, int], holds: Mapping[Reason, xr.Variable], undecided: xr.Variable | None
-) -> tuple[xr.Variable, xr.Variable]:
-    """The bits of every run, and the share of runs for each reason; `sizes`: the dimensions of the runs, in order."""
+def verdict_of(sizes: Mapping[str, int], holds: Mapping[Reason, xr.Variable]) -> xr.Variable:
+    """The bits of every run; `sizes`: the dimensions of the runs, in order."""
     verdict = np.zeros(tuple(sizes.values()), np.uint8)
     for dims in {here.dims: None for here in holds.values()}:  # (what has the same dimensions first: the runs are many)
         alike = [(reason, here) for reason, here in holds.items() if here.dims == dims]
         bits = np.bitwise_or.reduce([np.where(here.values, np.uint8(one.bit), np.uint8(0)) for one, here in alike])
         np.bitwise_or(verdict, _spread(xr.Variable(dims, bits), sizes), out=verdict)
-    found = xr.Variable(tuple(sizes), verdict)
-    each = {dim: size for dim, size in sizes.items() if dim in ("block", "model")}
-    never = np.zeros(tuple(each.values()))
-    shares = [_share(holds[reason], each) if reason in holds else never for reason in REASONS]
-    if undecided is not None:
-        shares[REASONS.index(UNDECIDED)] = _spread(undecided, each)
-    outside = xr.Variable((*each, "reason"), np.stack([*shares, _share(found > 0, each)], axis=-1))
-    labelled_verdict = labelled(found, "what speaks against the run, 0 where nothing does")
-    labelled_verdict.attrs |= {
+    found = labelled(xr.Variable(tuple(sizes), verdict), "what speaks against the run, 0 where nothing does")
+    found.attrs |= {
         "flag_masks": np.array([one.bit for one in REASONS], np.uint8),
         "flag_meanings": " ".join(one.name for one in REASONS),
     }
-    return labelled_verdict, labelled(outside, "share of the runs for which the reason holds")
+    return found
 
 
-def _share(here: xr.Variable, each: Mapping[str, int]) -> NDArray[np.float64]:
-    return _spread(here.mean([dim for dim in here.dims if dim not in each]), each)
+class Shares:
+    """For how many of the runs each reason holds, counted slab by slab; `sizes`: of all runs, in order."""
+
+    def __init__(self, sizes: Mapping[str, int]) -> None:
+        self._each = {dim: size for dim, size in sizes.items() if dim in ("block", "model")}
+        self._runs = math.prod(size for dim, size in sizes.items() if dim not in self._each)
+        self._counts = np.zeros((*self._each.values(), len(REASONS) + 1), np.int64)
+
+    def add(self, holds: Mapping[Reason, xr.Variable], verdict: xr.Variable, where: Where) -> None:
+        """Those of a slab."""
+        own = self._counts[tuple(where.get(dim, slice(None)) for dim in self._each)]
+        each = {dim: own.shape[i] for i, dim in enumerate(self._each)}
+        runs = math.prod(size for dim, size in verdict.sizes.items() if dim not in each)
+        for i, here in [*((REASONS.index(one), here) for one, here in holds.items()), (len(REASONS), verdict > 0)]:
+            over = [dim for dim in here.dims if dim not in each]
+            times = runs // math.prod(here.sizes[dim] for dim in over)
+            own[..., i] += times * _spread(here.sum(over), each).astype(np.int64)
+
+    def outside(self, undecided: xr.Variable | None) -> xr.Variable:
+        """The share of all runs for each reason; of `undecided` among those tested."""
+        shares = self._counts / self._runs
+        if undecided is not None:
+            shares[..., REASONS.index(UNDECIDED)] = _spread(undecided, self._each)
+        return labelled(xr.Variable((*self._each, "reason"), shares), "share of the runs for which the reason holds")
 
 
 def _spread(values: xr.Variable, sizes: Mapping[str, int]) -> NDArray[Any]:

@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from dask import config
 from dask.system import CPU_COUNT
+from numpy.typing import NDArray
 
 from .. import checks
 from .plan import Chunk, Done, Work, run_chunk
+from .slabs import in_memory
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -28,6 +30,10 @@ class Runner(ABC):
     @abstractmethod
     def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, Done]]:
         """Every chunk with its results."""
+
+    def array(self, shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:
+        """A place for what is kept of all runs, its values not set: memory, unless a runner knows a better one."""
+        return in_memory(shape, dtype)
 
 
 def never() -> bool:

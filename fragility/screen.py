@@ -7,12 +7,14 @@ beside it, as variables that say what is needed and as reasons, one bit each.  S
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from .. import checks
 from ..models.friction import FixedFriction, Friction
@@ -21,23 +23,25 @@ from ..motions.spectra import BAND_SHARES, energy_band
 from ..units import HERTZ, STANDARD_GRAVITY
 from .execution import Progress
 from .intervals import wilson_half_width, wilson_interval
-from .perturbed import PERTURBATION, flips
+from .perturbed import PERTURBATION, Repeated, repeated
 from .provenance import Motions, floor_of_each_motion, provenance_from, records_of, scale_factor
 from .reasons import (
     ELASTIC_MODE,
     SCALED_FAR,
     SQUAT,
     UNDECIDED,
+    Reason,
+    Shares,
     labelled,
     reason_names,
     verdict_of,
 )
-from .sliding import NEEDS, chances_of, compact, friction_by_block, needs_of, slides_of
+from .runners import Runner, runner_of
+from .slabs import Array, put, slabs
+from .sliding import NEEDS, chances_of, compact, friction_by_block, needs_of, rising_peaks, slides_of
 
 if TYPE_CHECKING:
     from distributed import Client
-
-    from .runners import Runner
 
 SQUAT_RATIO = 2.0
 """h/b below which bouncing decides (Lipscombe and Pellegrino 1993)."""
@@ -45,6 +49,28 @@ FACTORS = (0.2, 5.0)
 """Scale factors that pass: a convention; the bias grows with the factor without a step (Davalos and Miranda 2019)."""
 HALF_WIDTH = 0.15
 """Half width of the 95 % Wilson interval of a probability of 1/2 that passes: 39 motions; FEMA P-695 takes 44."""
+
+ORDER = (
+    "squat",
+    "friction_uplift",
+    "friction_rocking_demand",
+    "friction_impact",
+    "friction_uplift_demand",
+    "elastic_frequency",
+    "scale_factor",
+    "interval_half_width",
+    "few_motions",
+    "slides",
+    "band_low",
+    "band_high",
+    "perturbed",
+    "undecided",
+    "undecided_lower",
+    "undecided_upper",
+    "verdict",
+    "outside",
+)
+"""The variables of a screen, as they stand in results."""
 
 
 def screen(
@@ -154,8 +180,9 @@ def screen(
     if motions is not None and not isinstance(motions, xr.DataArray):
         motions = list(motions)
     plain = None if motions is None else records_of(runs, motions)
-    counts = flips(runs, motions, share, client, progress) if motions is not None and share > 0.0 else None
-    variables, settings = _screened(runs, dims, plain, friction, bounds, counts)
+    runner = runner_of(client)
+    again = repeated(runs, motions, share, runner, progress) if motions is not None and share > 0.0 else None
+    variables, settings = _screened(runs, dims, plain, friction, bounds, again, runner.array)
     settings["tested"] = share
     return xr.Dataset(
         variables,
@@ -168,9 +195,9 @@ def screen(
     )
 
 
-def with_screen(runs: xr.Dataset, plain: list[Record]) -> xr.Dataset:
+def with_screen(runs: xr.Dataset, plain: list[Record], array: Array) -> xr.Dataset:
     """The runs with what the screen says without knowing the friction, and without running any of them again."""
-    variables, settings = _screened(runs, _dims(runs), plain, None, Bounds(), None)
+    variables, settings = _screened(runs, _dims(runs), plain, None, Bounds(), None, array)
     told = json.dumps(settings, ensure_ascii=False)
     return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=told)
 
@@ -182,64 +209,72 @@ class Bounds(NamedTuple):
     half_width: float = HALF_WIDTH
 
 
+class Shaken(NamedTuple):
+    """What the screen asks of the motions themselves: both ends of their bands, and their rising peaks."""
+
+    low: xr.Variable
+    high: xr.Variable
+    rising: list[NDArray[np.float64]]
+
+    @classmethod
+    def by(cls, plain: list[Record]) -> Shaken:
+        """That of all of them."""
+        low, high = _bands(plain)
+        return cls(low, high, rising_peaks(plain))
+
+    def of(self, motions: slice) -> Shaken:
+        """That of some of them."""
+        return Shaken(self.low[motions], self.high[motions], self.rising[motions])
+
+
 def _screened(
     runs: xr.Dataset,
     dims: tuple[str, ...],
     plain: list[Record] | None,
     friction: float | Friction | Mapping[str, float | Friction] | None,
     bounds: Bounds,
-    counts: xr.DataArray | None,
+    again: Repeated | None,
+    array: Array,
 ) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
-    """All that `screen` finds, and what it was asked; `counts`: of flips, where runs were tested.
+    """All that `screen` finds, and what it was asked; `again`: where runs were tested; `array`: a place for a variable.
 
     On plain variables: labelled arrays would look at their labels at every step, which costs more than the numbers.
     """
-    block = {name: runs[name].variable for name in ("width", "cm_height", "alpha", "p", "inertia_factor")}
-    slenderness = block["cm_height"] / (0.5 * block["width"])
-    factor = scale_factor(runs).variable
-    peak = factor * runs["pga"].variable
-    needs = needs_of(runs, slenderness, block["inertia_factor"], peak, plain)
     available = friction_by_block(friction, [str(label) for label in runs["block"].values])
-    chances = chances_of(needs, available, peak * slenderness > STANDARD_GRAVITY)
-    frequency = _elastic_frequency(runs, block)
-    half = wilson_half_width(_fewest(runs))
-    variables = {
-        "squat": labelled(slenderness < SQUAT_RATIO, SQUAT.text),
-        "friction_uplift": labelled(1.0 / slenderness, "coefficient of friction needed at uplift: b/h"),
-        **{NEEDS[reason][0]: labelled(compact(need), NEEDS[reason][1]) for reason, need in needs.items()},
-        "elastic_frequency": labelled(frequency, "frequency of the law's elastic mode", HERTZ),
-        "scale_factor": labelled(factor, "scale factor of the motion"),
-        "interval_half_width": labelled(
-            xr.Variable((), half), "half width of the 95 % interval of a probability of 1/2"
-        ),
-        "few_motions": labelled(
-            xr.Variable((), half > bounds.half_width), f"whether that is above {bounds.half_width:g}"
-        ),
-    }
-    far = (factor < bounds.factors[0]) | (factor > bounds.factors[1])
-    holds = {
-        SQUAT: variables["squat"],
-        **{reason: chance > 0.5 for reason, chance in chances.items()},
-        SCALED_FAR: far & _own_amplitude(runs),
-    }
-    if friction is not None:
-        variables["slides"] = slides_of(chances, known=all(isinstance(one, FixedFriction) for one in available))
-    if plain is not None:
-        low, high = _bands(plain)
-        variables |= {"band_low": low, "band_high": high}
-        holds[ELASTIC_MODE] = (frequency >= low) & (frequency <= high)
-    if counts is not None:
-        holds[UNDECIDED] = counts.variable > 0
-        variables |= _undecided(counts)
+    known = all(isinstance(one, FixedFriction) for one in available)
     sizes = {dim: runs.sizes[dim] for dim in dims}
-    variables["verdict"], variables["outside"] = verdict_of(sizes, holds, variables.get("undecided"))
-    order = (*dims, "reason")
-    variables = {name: one.transpose(*[dim for dim in order if dim in one.dims]) for name, one in variables.items()}
+    found: dict[str, xr.Variable] = {} if again is None else _undecided(again, dims)
+    shares = Shares(sizes)
+    shaking = None if plain is None else Shaken.by(plain)
+    for where in slabs(sizes, ("block", "motion")):
+        motions = where.get("motion", slice(None))
+        variables, chances, holds = _of_slab(
+            runs.isel(where),
+            None if shaking is None else shaking.of(motions),
+            available[where.get("block", slice(None))],
+            bounds,
+        )
+        if friction is not None:
+            variables["slides"] = slides_of(chances, known)
+        if again is not None:
+            holds[UNDECIDED] = again.flipped(where, dims)
+        own = {dim: len(range(size)[where.get(dim, slice(None))]) for dim, size in sizes.items()}
+        variables["verdict"] = verdict_of(own, holds)
+        shares.add(holds, variables["verdict"], where)
+        ordered = {name: one.transpose(*[dim for dim in dims if dim in one.dims]) for name, one in variables.items()}
+        put(found, ordered, where, sizes, array)
+    found["outside"] = shares.outside(found.get("undecided"))
+    half = wilson_half_width(_fewest(runs))
+    text = "half width of the 95 % interval of a probability of 1/2"
+    found["interval_half_width"] = labelled(xr.Variable((), half), text)
+    found["few_motions"] = labelled(
+        xr.Variable((), half > bounds.half_width), f"whether that is above {bounds.half_width:g}"
+    )
 
     described = None
     if friction is not None:
         described = {str(label): one.description for label, one in zip(runs["block"].values, available, strict=True)}
-    return variables, {
+    return {name: found[name] for name in ORDER if name in found}, {
         "friction": described,
         "factors": list(bounds.factors),
         "half_width": bounds.half_width,
@@ -248,6 +283,36 @@ def _screened(
         "tested": 0.0,
         "perturbation": PERTURBATION,
     }
+
+
+def _of_slab(
+    runs: xr.Dataset, shaking: Shaken | None, available: list[Friction], bounds: Bounds
+) -> tuple[dict[str, xr.Variable], dict[Reason, xr.Variable], dict[Reason, xr.Variable]]:
+    """What is found of some blocks and motions, their chances to slide, and for which runs each reason holds."""
+    block = {name: runs[name].variable for name in ("width", "cm_height", "alpha", "p", "inertia_factor")}
+    slenderness = block["cm_height"] / (0.5 * block["width"])
+    factor = scale_factor(runs).variable
+    peak = factor * runs["pga"].variable
+    needs = needs_of(runs, slenderness, block["inertia_factor"], peak, None if shaking is None else shaking.rising)
+    chances = chances_of(needs, available, peak * slenderness > STANDARD_GRAVITY)
+    frequency = _elastic_frequency(runs, block)
+    variables = {
+        "squat": labelled(slenderness < SQUAT_RATIO, SQUAT.text),
+        "friction_uplift": labelled(1.0 / slenderness, "coefficient of friction needed at uplift: b/h"),
+        **{NEEDS[reason][0]: labelled(compact(need), NEEDS[reason][1]) for reason, need in needs.items()},
+        "elastic_frequency": labelled(frequency, "frequency of the law's elastic mode", HERTZ),
+        "scale_factor": labelled(factor, "scale factor of the motion"),
+    }
+    far = (factor < bounds.factors[0]) | (factor > bounds.factors[1])
+    holds = {
+        SQUAT: variables["squat"],
+        **{reason: chance > 0.5 for reason, chance in chances.items()},
+        SCALED_FAR: far & _own_amplitude(runs),
+    }
+    if shaking is not None:
+        variables |= {"band_low": shaking.low, "band_high": shaking.high}
+        holds[ELASTIC_MODE] = (frequency >= shaking.low) & (frequency <= shaking.high)
+    return variables, chances, holds
 
 
 def _outputs(runs: xr.Dataset) -> Iterator[str]:
@@ -304,16 +369,17 @@ def _fewest(runs: xr.Dataset) -> int:
     return min(Counter(zip(floor_of_each_motion(runs), stripes, strict=True)).values(), default=0)
 
 
-def _undecided(counts: xr.DataArray) -> dict[str, xr.Variable]:
+def _undecided(again: Repeated, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
     """The share of flags that flip among those tested, and its interval as if runs were independent."""
-    over = [dim for dim in counts.dims if dim not in ("block", "model")]
-    was_tested = (counts >= 0).all([dim for dim in counts.dims if dim != "motion"])
-    flipped = (counts > 0).sum(over)
-    n = (counts >= 0).sum(over)
-    lower, upper = wilson_interval(flipped.values, n.values)
+    each = tuple(dim for dim in dims if dim in ("block", "model"))
+    flipped = np.stack([[(one > 0).sum() for one in row] for row in again.counts])
+    n = np.full(flipped.shape, math.prod(again.counts.shape[2:]))
+    lower, upper = wilson_interval(flipped, n)
     return {
-        "perturbed": labelled(was_tested, "whether the runs of the motion were run again, perturbed"),
-        "undecided": labelled(flipped / n, "share of the flags tested that a millionth flips"),
-        "undecided_lower": labelled(flipped.copy(data=lower), "lower end of its 95 % Wilson interval"),
-        "undecided_upper": labelled(flipped.copy(data=upper), "upper end of its 95 % Wilson interval"),
+        "perturbed": labelled(
+            xr.Variable("motion", again.chosen), "whether the runs of the motion were run again, perturbed"
+        ),
+        "undecided": labelled(xr.Variable(each, flipped / n), "share of the flags tested that a millionth flips"),
+        "undecided_lower": labelled(xr.Variable(each, lower), "lower end of its 95 % Wilson interval"),
+        "undecided_upper": labelled(xr.Variable(each, upper), "upper end of its 95 % Wilson interval"),
     }

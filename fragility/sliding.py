@@ -37,16 +37,16 @@ def needs_of(
     slenderness: xr.Variable,
     inertia: xr.Variable,
     peak: xr.Variable,
-    plain: list[Record] | None,
+    rising: list[NDArray[np.float64]] | None,
 ) -> dict[Reason, xr.Variable]:
-    """The coefficient of friction that each way to stay in place needs; that at uplift asks for the motions."""
+    """The coefficient of friction that each way to stay in place needs; that at uplift asks for `rising_peaks`."""
     e = runs["e"].variable
     needs = {
         SLIDES_WHILE_ROCKING: xr.apply_ufunc(friction_at_uplift, slenderness, peak, inertia),
         SLIDES_AT_IMPACT: e.copy(data=friction_at_impact(slenderness.values[:, None], e.values)),
     }
-    if plain is not None:
-        peaks = _lifting_peaks(factors_of(runs), plain, slenderness.values)
+    if rising is not None:
+        peaks = _lifting_peaks(factors_of(runs), rising, slenderness.values)
         lifting = (
             xr.Variable(("block", "level", "motion"), peaks)
             if "level" in runs.dims
@@ -56,19 +56,22 @@ def needs_of(
     return needs
 
 
+def rising_peaks(plain: list[Record]) -> list[NDArray[np.float64]]:
+    """Of each motion the peaks of half-cycles that exceed all before them, m/s²."""
+    return [np.unique(np.maximum.accumulate(half_cycle_peaks(record.acceleration))) for record in plain]
+
+
 def _lifting_peaks(
-    factors: NDArray[np.float64], plain: list[Record], slenderness: NDArray[np.float64]
+    factors: NDArray[np.float64], rising: list[NDArray[np.float64]], slenderness: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Peak of the first half-cycle that exceeds g b/h, of the motion where none does; (block, level, motion), m/s²."""
     found = np.empty((slenderness.size, *factors.shape[1:]))
-    for i, record in enumerate(plain):
-        peaks = half_cycle_peaks(record.acceleration)
-        if peaks.size == 0:
+    for i, reached in enumerate(rising):
+        if reached.size == 0:
             found[:, :, i] = 0.0
             continue
-        reached = np.maximum.accumulate(peaks)
         thresholds = STANDARD_GRAVITY / slenderness[:, None] / factors[:, :, i]
-        first = np.minimum(np.searchsorted(reached, thresholds, side="right"), peaks.size - 1)
+        first = np.minimum(np.searchsorted(reached, thresholds, side="right"), reached.size - 1)
         found[:, :, i] = factors[:, :, i] * reached[first]
     return found
 

@@ -108,7 +108,7 @@ def uncertain_ida(
     variables = {
         name: (
             tuple(sizes),
-            output(name, runs, blocks).reshape(tuple(sizes.values())),
+            output(name, runs, blocks, asked.runner.array).reshape(tuple(sizes.values())),
             _attributes(*VARIABLES[name]),
         )
         for name in asked.outputs

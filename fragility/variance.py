@@ -13,6 +13,7 @@ from .. import checks
 from ..units import DIMENSIONLESS, provenance
 from .capacity import overturning_capacity
 from .provenance import configuration_of
+from .slabs import gathered
 from .states import OVERTURNED, State
 
 MOST_DIMS = 8
@@ -205,7 +206,7 @@ def capacity_variance_shares(
     >>> found.component.values.tolist(), float(found.share.sum().round(12))
     (['motion', 'model', 'motion × model'], 1.0)
     """
-    capacity = overturning_capacity(runs, state)
+    capacity = gathered(lambda part: overturning_capacity(part, state), runs, ("block", "model", "sample"))
     known = capacity["capacity"].notnull()
     every = known.all([dim for dim in known.dims if dim != "motion"])
     used = np.flatnonzero(every.values)

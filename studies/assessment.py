@@ -230,7 +230,9 @@ def _run(
     """Flags (model, item, variant, level, motion), floor by floor; alike items of a floor run once."""
     variants = 1 if variability is None else variability.variants
     shape = (scaled.levels.size, len(shaking.ground))
-    flags = np.zeros((len(laws), len(inventory), variants, *shape), np.bool_)
+    flags = runner.array((len(laws), len(inventory), variants, *shape), np.bool_)
+    for own in flags.reshape(-1, *flags.shape[2:]):
+        own[...] = False
     plans: dict[str, tuple[list[Oscillator], dict[tuple[Any, ...], int]]] = {}
     for floor in floors:
         oscillators: list[Oscillator] = []

@@ -78,7 +78,7 @@ def run(
     plan = Study.from_toml(study)
     say(console, f"{plan.title}: {plan.words}", *(f"note: {note}" for note in plan.notes))
     if dry_run:
-        say(console, *forecast(plan).lines())
+        say(console, *forecast(plan, folder).lines())
         if folder.is_dir() and any(folder.iterdir()):
             say(console, f"in {folder}: {standing(folder).lines(folder)[0]}")
         return

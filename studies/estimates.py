@@ -12,6 +12,7 @@ import xarray as xr
 
 from ..fragility import fit_fragility, overturning_probability, rank_measures
 from ..fragility.provenance import motions_by_floor, scaled_to_levels
+from ..fragility.slabs import gathered
 from ..fragility.states import OVERTURNED, UPLIFTED, State, reached, state_name
 from .curve_notes import crossing_notes, curve_notes
 
@@ -42,38 +43,46 @@ class Fit:
 
     def curves(self, runs: xr.Dataset, replicates: bool) -> xr.Dataset:
         """Curves of runs, with their replicates where these are wanted."""
-        return fit_fragility(
+        return gathered(
+            lambda part: fit_fragility(
+                part,
+                self.confidence,
+                form=self.form,
+                method=self.method,
+                intervals=self.intervals,
+                fractiles=self.fractiles,
+                penalty=self.penalty,
+                replicates=self.replicates,
+                seed=self.seed,
+                keep_replicates=replicates,
+                state=self.state,
+            ),
             runs,
-            self.confidence,
-            form=self.form,
-            method=self.method,
-            intervals=self.intervals,
-            fractiles=self.fractiles,
-            penalty=self.penalty,
-            replicates=self.replicates,
-            seed=self.seed,
-            keep_replicates=replicates,
-            state=self.state,
         )
 
     def probabilities(self, runs: xr.Dataset) -> xr.Dataset:
         """Observed probabilities of runs that have levels."""
-        return overturning_probability(runs, self.confidence, self.state)
+        return gathered(lambda part: overturning_probability(part, self.confidence, self.state), runs)
 
     def notes(self, curves: xr.Dataset, runs: xr.Dataset) -> list[str]:
         """What the curves of runs rest on, where that is little: one sentence each."""
+        counted = gathered(self._counted, runs)
+        said = curve_notes(curves, counted["fell"], counted["tried"], state_name(self.state))
+        return said + (crossing_notes(curves, self.probabilities(runs)) if scaled_to_levels(runs) else [])
+
+    def _counted(self, runs: xr.Dataset) -> xr.Dataset:
+        """How many runs of each curve reached the state, and how many there are."""
         flags = reached(runs, self.state)
         floor, groups = motions_by_floor(flags)
         over = [dim for dim in ("level", "motion") if dim in flags.dims]
-        parts = [flags.isel(motion=here) for here in groups]
+        parts = [flags if floor is None else flags.isel(motion=here) for here in groups]
         counts = [part.sum(over) for part in parts]
         sizes = [
             xr.full_like(one, math.prod(part.sizes[dim] for dim in over))
             for one, part in zip(counts, parts, strict=True)
         ]
         fell, tried = (one[0] if floor is None else xr.concat(one, floor) for one in (counts, sizes))
-        said = curve_notes(curves, fell, tried, state_name(self.state))
-        return said + (crossing_notes(curves, self.probabilities(runs)) if scaled_to_levels(runs) else [])
+        return xr.Dataset({"fell": fell, "tried": tried})
 
 
 def ranked(runs: xr.Dataset, motions: Any, also: tuple[str, ...], state: State) -> xr.Dataset:

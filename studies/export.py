@@ -12,6 +12,7 @@ import xarray as xr
 
 from ..fragility import ExchangeError, Written, write_curve_csv, write_nrml, write_pelicun
 from ..fragility.curves import TABULATED
+from .store import damaged
 from .tables import StudyError
 
 ExportFormat = Literal["pelicun", "nrml", "csv"]
@@ -50,7 +51,9 @@ def read_curves(path: Path, model: str | None = None) -> xr.Dataset:
             floors = _floors(stored)
     except FileNotFoundError:
         raise StudyError(f"{path}: no such file") from None
-    except (OSError, ValueError, RuntimeError):
+    except RuntimeError:
+        raise damaged(path) from None
+    except (OSError, ValueError):
         raise StudyError(f"{path}: is no result file") from None
     if kind == PERFORMANCE:
         raise StudyError(

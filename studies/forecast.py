@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 from dask.system import CPU_COUNT
 
-from ..fragility.plan import SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE, seconds_of_a_chunk
-from ..motions import records
 from .progress import time_text
+from .room import free_bytes
 from .shards import count_shards, read_manifest
-from .store import RESULT_NAME, is_locked
+from .size import size_text
+from .store import RESULT_NAME, damaged, is_locked
 from .study import Study
 from .tables import StudyError
-
-BASE_BYTES = 300e6
-"""What the packages take."""
-SHARD_BYTES = 12e3
-"""What a shard takes beside its results."""
+from .writing import load_small
 
 
 class Forecast(NamedTuple):
-    """Runs, chunks, seconds on so many threads, and bytes of memory and disk: about."""
+    """Runs, chunks, seconds on so many threads, bytes of memory, of disk meanwhile and in the end: about; free ones."""
 
     runs: int
     chunks: int
@@ -32,6 +26,8 @@ class Forecast(NamedTuple):
     threads: int
     memory: float
     disk: float
+    left: float
+    free: float | None
 
     def lines(self) -> list[str]:
         """For people."""
@@ -40,27 +36,23 @@ class Forecast(NamedTuple):
             f"chunks:  about {self.chunks:,}",
             f"time:    about {time_text(self.seconds)} on {self.threads} threads, then fits and figures",
             f"memory:  about {size_text(self.memory)}",
-            f"disk:    about {size_text(self.disk)} while it runs, half of it afterwards",
+            f"disk:    about {size_text(self.disk)} while it runs, {size_text(self.left)} afterwards"
+            + ("" if self.free is None else f"; {size_text(self.free)} are free"),
         ]
 
 
-def forecast(study: Study) -> Forecast:
+def forecast(study: Study, folder: Path | None = None) -> Forecast:
     """What a study takes on this machine, by the planning figures of the engine (which are generous)."""
-    plain = [record for array in study.arrays for record in records(array)]
-    samples = float(np.mean([record.acceleration.size for record in plain]))
-    exact = np.mean([one.exact for one in study.of_each_law])
-    per_sample = float(exact * SECONDS_PER_EXACT_SAMPLE + (1.0 - exact) * SECONDS_PER_SAMPLE)
-    work = study.work * samples * per_sample
-    chunks = max(1, math.ceil(work / seconds_of_a_chunk(work)))
-    kept = float(study.bytes_a_run * study.work)
-    motions = float(sum(record.acceleration.nbytes for record in plain))
+    room = study.room
     return Forecast(
         study.work,
-        chunks,
-        work / CPU_COUNT,
+        room.chunks.number,
+        room.chunks.seconds / CPU_COUNT,
         CPU_COUNT,
-        BASE_BYTES + 3.0 * motions + 3.0 * kept,
-        2.0 * kept + chunks * SHARD_BYTES,
+        room.memory,
+        room.disk,
+        room.left,
+        None if folder is None else free_bytes(folder),
     )
 
 
@@ -121,19 +113,14 @@ def _title(path: Path) -> str:
     import xarray as xr  # noqa: PLC0415 - where there is a result
 
     try:
-        with xr.open_dataset(path) as stored:
+        with xr.open_dataset(path, engine="netcdf4") as stored:
+            load_small(stored)
             return _printable(stored.attrs["title"])
-    except (OSError, ValueError, KeyError, RuntimeError):
+    except RuntimeError:
+        raise damaged(path) from None
+    except (OSError, ValueError, KeyError):
         raise StudyError(f"{path}: is no result file of this program") from None
 
 
 def _printable(title: object) -> str:
     return "".join(letter if letter.isprintable() else "?" for letter in str(title))
-
-
-def size_text(size: float) -> str:
-    """Bytes for people."""
-    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
-        if size >= scale:
-            return f"{size / scale:.1f} {unit}"
-    return f"{max(size / 1e3, 1.0):.0f} kB"

@@ -12,7 +12,7 @@ from ..fragility import notes, screen
 from ..fragility.perturbed import perturbed_runs
 from ..fragility.states import state_name
 from ..models import Block, Law
-from ..models.friction import Friction
+from ..models.friction import FixedFriction, Friction
 from .designs import Design, count
 from .estimates import Fit, ranked
 from .schema import StudyFile
@@ -97,6 +97,14 @@ class FragilityStudy(OfBlocks, Study):
     @property
     def kept_outputs(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys((*self.fit.outputs, *self.outputs)))
+
+    @property
+    def stored_bytes(self) -> float:
+        # beside what is kept a verdict, the chance of sliding (where friction is given), and for all laws alike the
+        # friction that a block needs
+        slides = 0 if self.friction is None else 1 if isinstance(self.friction, FixedFriction) else 4
+        of_blocks = 8.0 * self.runs / len(self.models)
+        return (self.bytes_a_run + 1 + slides) * float(self.runs) + of_blocks
 
     @property
     def perturbed_runs(self) -> int:

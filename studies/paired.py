@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..fragility import binomial_interval, fit_fragility
 from ..fragility.bootstrap import draw_motions, percentile_interval
+from ..fragility.slabs import gathered
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -35,7 +36,9 @@ class Curves(NamedTuple):
     @classmethod
     def of(cls, runs: xr.Dataset, replicates: int, seed: int, confidence: float) -> Curves:
         """Lognormal curves of runs (block, model, level, motion) with bootstrap over motions."""
-        fit = fit_fragility(runs, confidence, replicates=replicates, seed=seed, keep_replicates=True)
+        fit = gathered(
+            lambda part: fit_fragility(part, confidence, replicates=replicates, seed=seed, keep_replicates=True), runs
+        )
         status = fit["status"].values
         beyond = np.select([status == NOTHING_FELL, status == ALL_FELL], [np.inf, -np.inf], np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -68,7 +71,10 @@ def exponentials(middle: Array, samples: Array, confidence: float) -> tuple[Arra
 def flipped(flags: NDArray[np.bool_], one: Index, other: Index, confidence: float) -> tuple[Array, Array, Array]:
     """Shares of motions whose flags (block, law, level, motion) differ, with Wilson's interval: (block, …, level)."""
     missing = (one < 0) | (other < 0)
-    counts = (flags[:, one] != flags[:, other]).sum(axis=-1)
+    counts = np.empty((flags.shape[0], *one.shape, flags.shape[2]), np.int64)
+    for block, *where in np.ndindex(*counts.shape[:-1]):
+        here = tuple(where)
+        counts[(block, *here)] = (flags[block, one[here]] != flags[block, other[here]]).sum(axis=-1)
     share = counts / flags.shape[-1]
     lower, upper = binomial_interval(counts, flags.shape[-1], confidence)
     for array in (share, lower, upper):

@@ -123,6 +123,32 @@ class PerformanceStudy(Study):
         return distinct_runs(self.inventory, self.variability) * len(self.models) * shakes * self.levels.size
 
     @property
+    def stored_bytes(self) -> float:
+        return self._flags + 16.0 * self._outcomes
+
+    @property
+    def together(self) -> float:
+        # chances of every piece, and what falls in each place, are made of all motions at once
+        return 30.0 * self._flags + 50.0 * self._outcomes
+
+    @property
+    def _shaken(self) -> int:
+        return len(self.models) * self.levels.size * sum(array.sizes["motion"] for array in self.motions)
+
+    @property
+    def _flags(self) -> float:
+        """Flags of all lines, alike ones each for themselves."""
+        return float(
+            len(self.inventory) * self._shaken * (1 if self.variability is None else self.variability.variants)
+        )
+
+    @property
+    def _outcomes(self) -> float:
+        """Numbers of what falls in the building and on each floor, motion by motion."""
+        places = 1 + len({str(row.floor) for row in self.inventory.rows})
+        return float(places * self._shaken * (1 if self.variability is None else self.variability.realisations))
+
+    @property
     def of_each_law(self) -> list[Oscillator]:
         return [model.oscillator(self.inventory.rows[0].block) for model in self.models]
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import xarray as xr
 
 from ..units import SCHEMA
+from .store import damaged
 from .tables import StudyError
 
 KINDS = ("fragility", "uncertainty", "performance", "sensitivity")
@@ -28,7 +29,9 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
         raise StudyError(f"{path}: no such file" if not path.exists() else f"{path}: is no file")
     try:
         stored = xr.open_dataset(path, engine="netcdf4")
-    except (OSError, ValueError, RuntimeError, KeyError, TypeError, AttributeError, OverflowError):
+    except RuntimeError:  # (what the netCDF library says of checksums that do not fit)
+        raise damaged(path) from None
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError):
         raise StudyError(f"{path}: is no result file") from None
     with stored:
         check_layout(path, stored)
@@ -36,10 +39,14 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
             small = [name for name, one in stored.data_vars.items() if "motion" not in one.dims]
             whole = stored.assign({name: stored[name].load() for name in small})
         except (OSError, ValueError, RuntimeError):
-            raise StudyError(f"{path}: is damaged, it cannot be read whole: run its study again") from None
+            raise damaged(path) from None
         try:
             yield whole
         except StudyError:
+            raise
+        except RuntimeError as error:
+            if "NetCDF" in str(error):
+                raise damaged(path) from None
             raise
         except (KeyError, IndexError, ValueError, TypeError, AttributeError) as error:
             reason = " ".join(str(error).split())[:200] or type(error).__name__

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from ..fragility import overturning_probability
 from ..fragility.bootstrap import draw_motions, percentile_interval
+from ..fragility.slabs import Array as Place
+from ..fragility.slabs import in_memory
 from ..models import Block, Law
 from ..models.friction import friction_at_impact
 from ..units import DIMENSIONLESS, HERTZ
@@ -57,13 +59,20 @@ class Grid(NamedTuple):
         return cls(tuple(known), places(at), {name: places(rows) for name, rows in against.items()})
 
 
-def findings(runs: xr.Dataset, blocks: Sequence[Block], models: Sequence[Law], grid: Grid, sweep: Sweep) -> xr.Dataset:
-    """Everything but convergence and indices, on (block, model, value) and more, from runs of `grid.laws`."""
+def findings(
+    runs: xr.Dataset, blocks: Sequence[Block], models: Sequence[Law], grid: Grid, sweep: Sweep, array: Place = in_memory
+) -> xr.Dataset:
+    """Everything but convergence and indices, on (block, model, value) and more, from runs of `grid.laws`.
+
+    `array`: a place for what is of every run.
+    """
     confidence = sweep.confidence
     curves = Curves.of(runs[["overturned"]], sweep.replicates, sweep.seed, confidence)
     flags = runs["overturned"].transpose("block", "model", "level", "motion").values
     names = list(grid.against)
-    found: dict[str, Any] = {name: _placed(runs[name], grid.at) for name in ("overturned", "peak_rotation", "uplifted")}
+    found: dict[str, Any] = {
+        name: _of_every_run(runs[name], grid.at, array) for name in ("overturned", "peak_rotation", "uplifted")
+    }
     observed = overturning_probability(runs, confidence)
     found |= {str(name): _placed(one, grid.at) for name, one in observed.data_vars.items()}
     found |= {str(name): _placed(one, grid.at) for name, one in curves.fit.data_vars.items()}
@@ -216,7 +225,9 @@ def _peaks(runs: xr.Dataset, grid: Grid, sweep: Sweep) -> dict[str, Any]:
             ("peak_smaller_upper", share[2], f"upper end of the interval of the {text}"),
         )
     }
-    alone = np.mean(lifted[:, grid.at] & ~lifted[:, rigid], axis=-1)
+    alone = np.empty((*share.shape[1:], lifted.shape[2]))
+    for block, j, k in np.ndindex(*share.shape[1:]):
+        alone[block, j, k] = np.mean(lifted[block, grid.at[j, k]] & ~lifted[block, rigid[j, k]], axis=-1)
     said = "share of motions that uplift it and not the rigid block"
     return {**found, "uplift_alone": (("block", "model", "value", "level"), alone, _attributes(said))}
 
@@ -243,6 +254,16 @@ def _placed(array: xr.DataArray, at: Index) -> xr.DataArray:
     bare = array.drop_vars([name for name, one in array.coords.items() if "model" in one.dims])
     found = bare.isel(model=xr.DataArray(at, dims=("row", "value"))).rename(row="model")
     return found.transpose("block", "model", "value", ...)
+
+
+def _of_every_run(one: xr.DataArray, at: Index, array: Place) -> xr.Variable:
+    """Results of laws that differ, on (block, model, value, level, motion)."""
+    dims = ("block", "model", "level", "motion")
+    values = one.transpose(*dims).values
+    found = array((values.shape[0], *at.shape, *values.shape[2:]), values.dtype)
+    for block, j, k in np.ndindex(*found.shape[:3]):
+        found[block, j, k] = values[block, at[j, k]]
+    return xr.Variable(("block", "model", "value", "level", "motion"), found, one.attrs)
 
 
 def _coordinates(

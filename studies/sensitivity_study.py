@@ -107,6 +107,11 @@ class SensitivityStudy(OfBlocks, Study):
     def kept_outputs(self) -> tuple[str, ...]:
         return OUTPUTS
 
+    @property
+    def stored_bytes(self) -> float:
+        values = len(self.models) * len(self.sweep.values)
+        return float(self.bytes_a_run * self._shaken * (1.0 + values / len(self.grid.laws)))
+
     @cached_property
     def grid(self) -> Grid:
         """Every law at every value, and what each is held against."""
@@ -157,7 +162,7 @@ class SensitivityStudy(OfBlocks, Study):
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         laws = self.grid.laws
         runs = self.design.run(self.blocks, laws, OUTPUTS, client, part_of(progress, 0, self.runs))
-        found = findings(runs, self.blocks, self.models, self.grid, self.sweep)
+        found = findings(runs, self.blocks, self.models, self.grid, self.sweep, client.array)
         if self._pulsed:
             peaks = self._pulses(client, progress)
             found = found.assign(convergence(peaks, self.blocks, self.grid, self.sweep).data_vars)

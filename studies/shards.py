@@ -9,7 +9,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
+import os
 import re
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -18,6 +21,7 @@ from typing import Any
 
 import netCDF4
 import numpy as np
+from numpy.typing import NDArray
 
 from ..fragility.plan import OUTPUT_TYPES, Chunk, Done, Work
 from ..fragility.runners import Runner
@@ -34,6 +38,8 @@ LAYOUT = 1
 """Number of the layout of manifest and shards."""
 MOST = 10**18
 """Runs that a manifest can speak of."""
+IN_MEMORY = 2**25
+"""Bytes of an array of all runs up to which it is held in memory; a larger one is a file without a name."""
 DIMS = ("oscillator", "level", "motion")
 _NAME = re.compile(r"([0-9]{3,})-([0-9]{6,})-([0-9a-f]{16})\.nc")
 _PART = re.compile(rf"({_NAME.pattern}|{re.escape(MANIFEST)})\.part")
@@ -82,6 +88,28 @@ class Shards(Runner):
                 yield chunk, done
         finally:
             self._stop.waiting = False
+
+    def array(self, shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:
+        """A place for what is kept of all runs: of the disk, where it is large; StudyError where that is full.
+
+        The file has no name, so that nothing is left of it however this process ends, and all of its space from the
+        beginning: a disk that fills up later cannot end the process by a signal.
+        """
+        size = math.prod(shape) * np.dtype(dtype).itemsize
+        if size <= IN_MEMORY:
+            return super().array(shape, dtype)
+        try:
+            with tempfile.TemporaryFile(dir=self._folder) as file:
+                if hasattr(os, "posix_fallocate"):
+                    os.posix_fallocate(file.fileno(), 0, size)
+                else:
+                    file.truncate(size)
+                return np.asarray(np.memmap(file, dtype, "r+", shape=shape))
+        except OSError as error:
+            raise StudyError(
+                f"{self._folder}: has no room for {size:,} bytes of results ({error.strerror or error}); what is "
+                "finished is kept: make room and run the same command again"
+            ) from None
 
     def _kept(self, call: int, number: int, key: str, work: Work, chunk: Chunk) -> Done | None:
         """The results of a chunk, if a sound shard of it is there; others are removed."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 MOST_NUMBERS = 500_000_000
 """Samples of all motions together: 4 GB of eight bytes each."""
-MOST_RESULTS = 8_000_000_000
-"""Bytes of what is kept of all runs, which is put together in memory."""
 MOST_BYTES = 2**20
 """Of a study file, those that it includes each for themselves."""
 
@@ -28,13 +26,12 @@ def refuse_factors(factors: int) -> None:
         )
 
 
-def refuse_results(runs: int, each: int) -> None:
-    """ValueError where a study asks for more runs, of so many bytes each, than results can hold."""
-    if runs * each > MOST_RESULTS:
-        raise ValueError(
-            f"the study asks for {_shown(runs)} runs of {each} bytes each, allowed are {MOST_RESULTS:,} bytes: "
-            "fewer motions, levels, blocks, laws or samples, or several studies"
-        )
+def size_text(size: float) -> str:
+    """Bytes for people."""
+    for unit, scale in (("EB", 1e18), ("PB", 1e15), ("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
+        if size >= scale:
+            return f"{size / scale:,.1f} {unit}"
+    return f"{max(size / 1e3, 1.0):.0f} kB"
 
 
 def _shown(number: int) -> str:

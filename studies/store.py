@@ -6,7 +6,7 @@ import errno
 import json
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from filelock import FileLock, Timeout
 
 from .differences import differences
 from .tables import StudyError
+from .writing import WHOLE_BYTES, load_small, look_through, write
 
 RESULT_NAME = "results.nc"
 LOCK_NAME = ".lock"
@@ -104,17 +105,40 @@ def finished(target: Path, identity: str, study: Mapping[str, Any]) -> xr.Datase
     try:
         if not target.exists():
             return None
-        with xr.open_dataset(target) as stored:
+        with ExitStack() as closing:
+            stored = closing.enter_context(xr.open_dataset(target, engine="netcdf4"))
             if stored.attrs.get("identity") == identity:
-                return stored.load()
+                found = _sound(stored, target)
+                if any(one.nbytes > WHOLE_BYTES for one in found.variables.values()):
+                    closing.pop_all()  # (what is large is read where it is asked for)
+                return found
             about = dict(stored.attrs)
-    except (OSError, ValueError, RuntimeError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
+    except StudyError:
+        raise
+    except RuntimeError:
+        raise damaged(target) from None
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
         if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
             raise StudyError(f"{target}: the name is too long") from None
         raise StudyError(f"{target}: exists and is no result file; move it away or use --fresh") from None
     raise StudyError(
         f"{target}: holds the results of another study{_other(about, study)}; use another folder or --fresh"
     )
+
+
+def damaged(path: Path) -> StudyError:
+    """What is said of a result file whose checksums do not fit what it holds."""
+    return StudyError(f"{path}: is damaged, it cannot be read whole; run its study again with --fresh")
+
+
+def _sound(stored: xr.Dataset, target: Path) -> xr.Dataset:
+    """Results with what is small in memory; StudyError where any of them is damaged."""
+    try:
+        load_small(stored)
+        look_through(stored)
+        return stored
+    except (OSError, RuntimeError):
+        raise damaged(target) from None
 
 
 def _other(about: Mapping[str, Any], study: Mapping[str, Any]) -> str:
@@ -134,7 +158,7 @@ def save(results: xr.Dataset, target: Path) -> None:
     temporary = target.with_name(f"{target.name}.part")
     try:
         temporary.unlink(missing_ok=True)  # (a link would be written through)
-        results.to_netcdf(temporary, engine="netcdf4")
+        write(results, temporary)
         with temporary.open("rb") as file:
             os.fsync(file.fileno())
         temporary.replace(target)

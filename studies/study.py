@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 import xarray as xr
 
-from ..fragility import block_notes
+from ..fragility import block_notes, slabs
 from ..fragility.plan import OUTPUT_TYPES
 from ..fragility.runners import Runner, Threads, never
 from ..models import Block, Law
@@ -29,9 +29,9 @@ from ..motions import records
 from ..motions.arrays import digest
 from .designs import Design
 from .remake import cluster
+from .room import Room, chunks_of, refuse_room
 from .schema import StudyFile, read_study_file
 from .shards import Shards, belongs, open_shards, remove_shards
-from .size import refuse_results
 from .store import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from .tables import StudyError
 from .watch import Stop, Watch, run_log
@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from distributed import Client
 
 Progress = Callable[[int, int], None]
+SLAB_BYTES_A_RUN = 100.0
+"""What is made of a slab of runs at once, at most: comparing measures takes that much."""
 __version__ = metadata.version("toppling")
 
 
@@ -76,7 +78,6 @@ class Study(ABC):
         content = read_study_file(file)
         try:
             study = Study._kinds[content.kind].of(content, file.parent)
-            refuse_results(study.runs, study.bytes_a_run)
         except StudyError:
             raise
         except (ValueError, ArithmeticError) as error:
@@ -112,6 +113,28 @@ class Study(ABC):
     def bytes_a_run(self) -> int:
         """What that takes."""
         return sum(np.dtype(OUTPUT_TYPES.get(name, np.float64)).itemsize for name in self.kept_outputs)
+
+    @property
+    def stored_bytes(self) -> float:
+        """What of every run stands in the results, about."""
+        return float(self.bytes_a_run * self.runs)
+
+    @property
+    def together(self) -> float:
+        """Bytes that are held in memory at once beside the chunks in flight, about."""
+        return SLAB_BYTES_A_RUN * min(self.runs, slabs.RUNS)
+
+    @cached_property
+    def room(self) -> Room:
+        """What it takes of memory and disk, about."""
+        plain = [record for array in self.arrays for record in records(array)]
+        exact = float(np.mean([one.exact for one in self.of_each_law]))
+        return Room.of(
+            chunks_of(self.work, [record.acceleration.size for record in plain], exact),
+            float(self.bytes_a_run * self.work),
+            self.stored_bytes,
+            self.together + 3.0 * sum(record.acceleration.nbytes for record in plain),
+        )
 
     @property
     @abstractmethod
@@ -174,8 +197,8 @@ class Study(ABC):
         Raises
         ------
         StudyError
-            `out` cannot be written, another process runs a study there, or it holds another study's results or parts
-            and `resume` is set.
+            `out` cannot be written or has too little room, another process runs a study there, or it holds another
+            study's results or parts and `resume` is set.
         ClusterError
             The cluster cannot do the work, or no longer.
         KeyboardInterrupt
@@ -194,6 +217,7 @@ class Study(ABC):
             if before is not None:
                 results = before.assign_attrs(title=self.title)
             else:
+                refuse_room(folder, self.room, resume)
                 results = self._kept(folder, client, not resume, progress, watching)
             try:
                 save(results, folder / RESULT_NAME)

@@ -48,6 +48,9 @@ FORMS = (LOGNORMAL, *LINKED)
 OF_KNOWN_BLOCKS = ("probability", "along")
 """Questions asked with a hazard that need blocks of one size each."""
 
+POOLED_BYTES_A_RUN = 80.0
+"""What fitting one curve to all samples takes."""
+
 DEFAULT = Fit()
 
 
@@ -114,6 +117,17 @@ class UncertaintyStudy(OfBlocks, Study):
         return self._sampled + len(self.blocks) * len(self.models) * more * self.design.runs
 
     @property
+    def stored_bytes(self) -> float:
+        return float(self._sampled)
+
+    @property
+    def together(self) -> float:
+        # the pooled curve of one block and law, and its flags at one level under all laws
+        each = self._sampled / len(self.blocks)
+        of_one = max(POOLED_BYTES_A_RUN * each / len(self.models), 40.0 * each / self.design.at.size)
+        return max(super().together, of_one)
+
+    @property
     def _sampled(self) -> int:
         return len(self.blocks) * len(self.models) * self.samples * self.design.runs
 
@@ -135,7 +149,10 @@ class UncertaintyStudy(OfBlocks, Study):
             parts.append(self._of_block(block, client, part_of(progress, i * share, self.runs)))
         labels = np.array([block.label for block in self.blocks], dtype=object)
         along = xr.DataArray(labels, dims="block", name="block", attrs={"units": DIMENSIONLESS, "long_name": "block"})
-        found = xr.concat(parts, along, combine_attrs="override", coords="different", compat="equals")
+        rest = [part.drop_vars("overturned") for part in parts]
+        found = xr.concat(rest, along, combine_attrs="override", coords="different", compat="equals")
+        found = found.assign(overturned=_together([part["overturned"].variable for part in parts], client))
+        found = found[list(parts[0].data_vars)]
         # (of the blocks as they are thought to be: samples differ from them)
         screened = standing(self.blocks, self.models, found.sizes["motion"])
         said = [*self._said(found), screened.attrs["notes"]]
@@ -205,6 +222,15 @@ class UncertaintyStudy(OfBlocks, Study):
             together = xr.concat(each_law, runs["model"], combine_attrs="override")
             found = found.assign({f"{name}_{key}": one for key, one in together.data_vars.items()})
         return found
+
+
+def _together(parts: Sequence[xr.Variable], client: Runner) -> xr.Variable:
+    """Runs of each block as those of all."""
+    first = parts[0]
+    found = client.array((len(parts), *first.shape), first.dtype)
+    for own, part in zip(found, parts, strict=True):
+        own[...] = part.values
+    return xr.Variable(("block", *first.dims), found, first.attrs)
 
 
 def of_all_blocks(parts: Sequence[xr.Dataset]) -> dict[str, str]:

@@ -10,6 +10,7 @@ import xarray as xr
 from ..fragility import capacity_variance_shares, fit_fragility, overturning_probability, variance_shares
 from ..fragility.estimation import WALD
 from ..fragility.rates import probability_in
+from ..fragility.slabs import gathered
 from ..units import DIMENSIONLESS, PER_YEAR
 from .estimates import Fit
 from .yearly import Risk
@@ -32,7 +33,8 @@ def summary(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
     """
     probability = overturning_probability(runs, fit.confidence)["probability"]
     alone = [dim for dim in FACTORS if runs.sizes[dim] == 1]
-    flags = variance_shares(runs["overturned"].squeeze(alone), [dim for dim in FACTORS if dim not in alone])
+    told = [dim for dim in FACTORS if dim not in alone]
+    flags = gathered(lambda part: variance_shares(part["overturned"].squeeze(alone), told), runs, ("level",))
     dataset = xr.Dataset(
         {
             "probability": probability.mean("sample").assign_attrs(
@@ -55,7 +57,11 @@ def summary(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
 def fitted(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
     """The curve of every sample: median and dispersion on (model, sample)."""
     data = runs if fit.method != "binomial" else overturning_probability(runs, fit.confidence)
-    found = fit_fragility(data, form=fit.form, method=fit.method, penalty=fit.penalty, intervals=WALD)
+    found = gathered(
+        lambda part: fit_fragility(part, form=fit.form, method=fit.method, penalty=fit.penalty, intervals=WALD),
+        data,
+        ("model", "sample"),
+    )
     names = {"median": "median of each sample", "dispersion": "dispersion of each sample"}
     return found[list(names)].assign({name: found[name].assign_attrs(long_name=text) for name, text in names.items()})
 
@@ -65,6 +71,10 @@ def pooled_curves(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
 
     Every sample of a motion is a run of that motion: intervals are over motions, and the samples stay as they are.
     """
+    return gathered(lambda part: _pooled(part, fit, keep), runs, ("model",))
+
+
+def _pooled(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
     flags = runs["overturned"].drop_vars([name for name, one in runs.coords.items() if "sample" in one.dims])
     records = flags["motion"].values
     flags = flags.drop_vars([name for name, one in flags.coords.items() if "motion" in one.dims])
