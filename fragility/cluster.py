@@ -3,23 +3,26 @@
 What a chunk needs is sent once, not with every chunk: oscillators and motions are results of small tasks, which the
 cluster makes again when the worker that held them is lost.  Motions that workers can make themselves are not sent at
 all.  Only so many chunks are given to the scheduler as keep the workers busy, however many there are.
+
+Scheduler and client often share the cores with the workers, and what they do costs by the message: so chunks go out,
+and results come in, several at a time, and what dask need not look into goes as bytes.
 """
 
 from __future__ import annotations
 
-import hashlib
+import pickle
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import dask
 import numpy as np
-from numpy.typing import NDArray
 
 from ..models.oscillator import Oscillator
 from ..models.runs import engine_identity
@@ -32,6 +35,8 @@ if TYPE_CHECKING:
 
 PARCEL_BYTES = 4_000_000
 """Motions are sent in parcels of about that size."""
+TOGETHER_SECONDS = 0.1
+"""Time that a finished chunk waits at most for others, as many as there are threads, to be fetched with it."""
 NEWS_SECONDS = 5.0
 """Time without a finished chunk after which the state of the cluster is looked at."""
 WORKERS_WITHIN = 30.0
@@ -42,11 +47,20 @@ class ClusterError(RuntimeError):
     """A cluster that cannot do the work, or no longer; one sentence."""
 
 
-class Remake(NamedTuple):
-    """How a worker makes motions itself: a function that can be sent, and the digests of what it gives, in order."""
+@dataclass(frozen=True)
+class Remake:
+    """How a worker makes motions itself: a function that can be pickled, and digests known of what it gives."""
 
     function: Callable[[], list[Record]]
-    digests: tuple[str, ...]
+    known: frozenset[str]
+
+    def gives(self, digests: Sequence[str]) -> bool:
+        """Whether it makes all of these; it is only called here where that is not known."""
+        return self.known.issuperset(digests) or self._all.issuperset(digests)
+
+    @cached_property
+    def _all(self) -> frozenset[str]:
+        return frozenset(digest(motion) for motion in self.function())
 
 
 @dataclass(frozen=True)
@@ -84,19 +98,21 @@ class Cluster(Runner):
         waiting = iter(chunks)
         news: SimpleQueue[Future[Any]] = SimpleQueue()
         threads = _Threads(self.client)
+        finished: list[Future[Any]] = []
         left = len(chunks)
         while left:
-            room = 0 if self.stop() else AHEAD * threads.count() + 1 - len(running)
-            for chunk in islice(waiting, max(room, 0)):
-                future = sent.submit(chunk)
+            # (those in the place of finished ones are sent first: no worker waits while results are fetched and kept)
+            room = 0 if self.stop() else AHEAD * threads.count() + 1 - (len(running) - len(finished))
+            begun = list(islice(waiting, max(room, 0)))
+            for future, chunk in zip(sent.submit(begun), begun, strict=True):
                 running[future] = chunk
                 future.add_done_callback(news.put)
             if not running:
                 raise KeyboardInterrupt
-            finished = _finished(news, threads)
             for future, done in zip(finished, _gathered(finished, self.client), strict=True):
                 left -= 1
                 yield running.pop(future), done
+            finished = _finished(news, threads, len(running)) if running else []
 
 
 def check_workers(client: Client) -> None:
@@ -123,99 +139,92 @@ class _Sent:
         self._work = work
         self._oscillators: tuple[tuple[int, int], Future[Any]] | None = None
         self._motions: dict[int, Future[Any]] = {}
-        self._made: tuple[_Made, list[int]] | None = None
+        self._made: _Made | None = None
+        self._source: Future[Any] | None = None
         names = [digest(motion) for motion in work.motions]
-        if remake is not None and set(names) <= set(remake.digests):
-            place = {name: i for i, name in enumerate(remake.digests)}
-            self._made = _Made(remake.function, _joined(remake.digests)), [place[name] for name in names]
+        if remake is not None and remake.gives(names):
+            self._made = _Made(remake.function, tuple(map(bytes.fromhex, names)))
         sizes = np.cumsum([0, *(motion.acceleration.nbytes for motion in work.motions)])
         self._parcels = np.searchsorted(sizes, np.arange(0, sizes[-1], PARCEL_BYTES)).tolist()
         self._parcels.append(len(work.motions))
 
-    def submit(self, chunk: Chunk) -> Future[Any]:
-        """The chunk as a task of the cluster."""
-        return self._submit(
-            _run_part,
-            self._rows(chunk),
-            self._shakes(chunk),
-            self._work.factors_of(chunk),
-            self._work.skip,
-            self._work.outputs,
-            engine_identity(),
-        )
-
-    def _submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+    def submit(self, chunks: Sequence[Chunk]) -> list[Future[Any]]:
+        """The chunks as tasks of the cluster."""
+        if not chunks:
+            return []
+        arguments = [(self._rows(chunk), *self._shakes(chunk)) for chunk in chunks]
+        rows, sources, places = zip(*arguments, strict=True)
+        tasks = [
+            pickle.dumps(
+                (own, self._work.factors_of(chunk), self._work.skip, self._work.outputs, engine_identity()),
+                pickle.HIGHEST_PROTOCOL,
+            )
+            for chunk, own in zip(chunks, places, strict=True)
+        ]
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}):
-            return self._client.submit(function, *arguments, pure=False)
+            return self._client.map(_run_part, rows, sources, tasks, pure=False)
+
+    def _once(self, value: Any) -> Future[Any]:
+        with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}):
+            return self._client.submit(_loaded, pickle.dumps(value, pickle.HIGHEST_PROTOCOL), pure=False)
 
     def _rows(self, chunk: Chunk) -> Future[Any]:
         rows = (chunk.row, chunk.row_stop)
         if self._oscillators is None or self._oscillators[0] != rows:
-            self._oscillators = rows, self._submit(_itself, self._work.oscillators[slice(*rows)])
+            self._oscillators = rows, self._once(self._work.oscillators[slice(*rows)])
         return self._oscillators[1]
 
-    def _shakes(self, chunk: Chunk) -> list[Any]:
-        """The motions of a chunk as a list: how to make them, or parcels, and which of those it needs."""
+    def _shakes(self, chunk: Chunk) -> tuple[list[Future[Any]], list[int]]:
+        """What holds the motions of a chunk (how to make them all, or parcels), and their places there."""
         if self._made is not None:
-            made, places = self._made
-            return [made, places[chunk.first : chunk.stop]]
+            self._source = self._source or self._once(self._made)
+            return [self._source], list(range(chunk.first, chunk.stop))
         low = int(np.searchsorted(self._parcels, chunk.first, side="right")) - 1
         high = int(np.searchsorted(self._parcels, chunk.stop, side="left"))
         for k in range(low, high):
             if k not in self._motions:
-                own = self._work.motions[self._parcels[k] : self._parcels[k + 1]]
-                self._motions[k] = self._submit(_itself, own)
+                self._motions[k] = self._once(self._work.motions[self._parcels[k] : self._parcels[k + 1]])
         before = self._parcels[low]
-        return [[self._motions[k] for k in range(low, high)], list(range(chunk.first - before, chunk.stop - before))]
+        return [self._motions[k] for k in range(low, high)], list(range(chunk.first - before, chunk.stop - before))
 
 
 class _Made(NamedTuple):
-    """Motions that a worker makes itself."""
+    """Motions that a worker makes itself: how, and the digests of those that are wanted, in order."""
 
     function: Callable[[], list[Record]]
-    digest: str
+    digests: tuple[bytes, ...]
 
 
 _making = threading.Lock()
-_latest: dict[str, list[Record]] = {}
+_latest: dict[tuple[bytes, ...], list[Record]] = {}
 
 
-def _run_part(
-    oscillators: Sequence[Oscillator],
-    shakes: tuple[_Made | list[tuple[Record, ...]], list[int]],
-    factors: NDArray[np.float64],
-    skip: bool,
-    outputs: tuple[str, ...],
-    engine: dict[str, str],
-) -> Done:
+def _run_part(oscillators: Sequence[Oscillator], sources: list[_Made | tuple[Record, ...]], task: bytes) -> bytes:
     """A chunk on a worker."""
+    places, factors, skip, outputs, engine = pickle.loads(task)
     _same_engine("a worker", engine_identity(), engine)
-    source, places = shakes
-    motions = _motions_of(source) if isinstance(source, _Made) else [one for parcel in source for one in parcel]
-    return run_part(oscillators, [motions[i] for i in places], factors, skip, outputs)
+    motions = [one for source in sources for one in (_motions_of(source) if isinstance(source, _Made) else source)]
+    done = run_part(oscillators, [motions[i] for i in places], factors, skip, outputs)
+    return pickle.dumps(done, pickle.HIGHEST_PROTOCOL)
 
 
 def _motions_of(made: _Made) -> list[Record]:
     """The motions, made once in this process (the latest set is kept)."""
     with _making:
-        if made.digest not in _latest:
-            motions = made.function()
-            if _joined([digest(motion) for motion in motions]) != made.digest:
+        if made.digests not in _latest:
+            motions = {bytes.fromhex(digest(motion)): motion for motion in made.function()}
+            if not motions.keys() >= set(made.digests):
                 raise ClusterError(
                     "a worker makes other motions from the same seeds than this machine: use machines of one kind "
                     "with the same packages"
                 )
             _latest.clear()
-            _latest[made.digest] = motions
-        return _latest[made.digest]
+            _latest[made.digests] = [motions[name] for name in made.digests]
+        return _latest[made.digests]
 
 
-def _itself(value: Any) -> Any:
-    return value
-
-
-def _joined(digests: Sequence[str]) -> str:
-    return hashlib.sha256("".join(digests).encode()).hexdigest()
+def _loaded(content: bytes) -> Any:
+    return pickle.loads(content)
 
 
 def _same_engine(who: str, theirs: dict[str, str], ours: dict[str, str]) -> None:
@@ -247,24 +256,31 @@ class _Threads:
         return max(1, self._count)
 
 
-def _finished(news: SimpleQueue[Future[Any]], threads: _Threads) -> list[Future[Any]]:
-    """One finished chunk at least, and what else has come in; ClusterError where nothing can come any more."""
+def _finished(news: SimpleQueue[Future[Any]], threads: _Threads, running: int) -> list[Future[Any]]:
+    """One finished chunk at least, and others that come soon; ClusterError where nothing can come any more."""
     found: list[Future[Any]] = []
     while not found:
         try:
             found.append(news.get(timeout=NEWS_SECONDS))
         except Empty:
             threads.count()
+    ends = time.monotonic() + TOGETHER_SECONDS
+    enough = min(threads.count(), running)
+    with suppress(Empty):
+        while len(found) < enough:
+            found.append(news.get(timeout=max(0.0, ends - time.monotonic())))
     while not news.empty():
         found.append(news.get())
     return found
 
 
 def _gathered(futures: list[Future[Any]], client: Client) -> list[Done]:
+    if not futures:
+        return []
     from distributed import CancelledError, KilledWorker  # noqa: PLC0415 - loaded where there is a cluster
 
     try:
-        found: list[Done] = client.gather(futures)
+        found: list[bytes] = client.gather(futures)
     except KilledWorker:
         raise ClusterError(
             f"{_address(client)}: one chunk killed several workers, one after the other (out of memory?)"
@@ -273,7 +289,7 @@ def _gathered(futures: list[Future[Any]], client: Client) -> list[Done]:
         raise _lost(client) from None
     except ImportError as error:
         raise ClusterError(f"{_address(client)}: a worker lacks what it needs ({error})") from None
-    return found
+    return [pickle.loads(one) for one in found]
 
 
 def _lost(client: Client) -> ClusterError:

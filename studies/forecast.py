@@ -9,7 +9,7 @@ from dask.system import CPU_COUNT
 
 from .progress import time_text
 from .room import free_bytes
-from .shards import count_shards, read_manifest
+from .shards import kept_chunks, read_manifest
 from .size import size_text
 from .store import RESULT_NAME, damaged, is_locked
 from .study import Study
@@ -96,14 +96,21 @@ def standing(folder: Path) -> Standing:
             return Standing("running", "a study that is being read", 0, 0, 0, 0)
         raise StudyError(f"{folder}: holds no study")
     calls: list[dict[str, Any]] = manifest["calls"]
-    found = count_shards(folder)
-    kept = [min(found.get(i, 0), one["chunks"]) for i, one in enumerate(calls)]
-    runs = sum(one["runs"] * n // max(one["chunks"], 1) for n, one in zip(kept, calls, strict=True))
+    found = kept_chunks(folder)
+    chunks = runs = known = 0
+    for i, one in enumerate(calls):
+        first = 0
+        for number, each in one["chunks"]:
+            kept = sum(first <= chunk < first + number for chunk in found.get(i, ()))
+            chunks += kept
+            runs += kept * each
+            first += number
+        known += first
     return Standing(
         "running" if running else "interrupted",
         _printable(manifest.get("title", "")),
-        sum(kept),
-        sum(one["chunks"] for one in calls),
+        chunks,
+        known,
         runs,
         manifest["work"],
     )

@@ -9,14 +9,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple, Self
 
-from ..fragility.plan import SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE, seconds_of_a_chunk
+from ..fragility.plan import SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE, number_of_chunks
 from .shards import FOLDER, IN_MEMORY
 from .size import size_text
 from .tables import StudyError
 
 BASE_BYTES = 250e6
 """What the packages take."""
-SHARD_BYTES = 12e3
+SHARD_BYTES = 4e3
 """What a shard takes beside its results."""
 RESULT_BYTES = 2e6
 """What results take beside what is of every run, and the figures."""
@@ -35,7 +35,7 @@ def chunks_of(runs: int, samples: Sequence[int], exact: float) -> Chunks:
     """Those of so many runs under motions of so many samples each; `exact`: share of them in exact geometry."""
     per_sample = exact * SECONDS_PER_EXACT_SAMPLE + (1.0 - exact) * SECONDS_PER_SAMPLE
     work = runs * sum(samples) / len(samples) * per_sample
-    return Chunks(work, max(1, math.ceil(work / seconds_of_a_chunk(work))))
+    return Chunks(work, max(1, math.ceil(number_of_chunks(work))))
 
 
 class Room(NamedTuple):

@@ -264,7 +264,7 @@ class Study(ABC):
 
     def _runner(self, client: Client | None, stop: Callable[[], bool]) -> Runner:
         """Where its chunks run; workers make the motions themselves where no file is needed."""
-        return Threads(stop) if client is None else cluster(client, self.configuration, stop)
+        return Threads(stop) if client is None else cluster(client, self.configuration, self._digests, stop)
 
     def _labelled(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         try:
@@ -283,9 +283,15 @@ class Study(ABC):
         """What decides the results, as a hash: the study without its title, the motions' samples, our version."""
         content = {key: value for key, value in self.configuration.items() if key != "title"}
         found = hashlib.sha256(json.dumps([__version__, content, self._read], sort_keys=True).encode())
-        for record in (record for array in self.arrays for record in records(array)):
-            found.update(json.dumps([record.label, record.source, digest(record)]).encode())
+        plain = (record for array in self.arrays for record in records(array))
+        for record, samples in zip(plain, self._digests, strict=True):
+            found.update(json.dumps([record.label, record.source, samples]).encode())
         return found.hexdigest()
+
+    @cached_property
+    def _digests(self) -> list[str]:
+        """What the samples of each motion come to."""
+        return [digest(record) for array in self.arrays for record in records(array)]
 
 
 class OfBlocks:

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,8 +15,10 @@ from real_processes import MANY, begun, finish
 
 import toppling as tp
 from toppling.fragility import Work, plan_chunks
-from toppling.fragility.cluster import Cluster, ClusterError, _Sent, check_workers
+from toppling.fragility.cluster import Cluster, ClusterError, _Made, _motions_of, _Sent, check_workers
+from toppling.fragility.plan import number_of_chunks
 from toppling.motions import records
+from toppling.motions.arrays import Record, digest
 from toppling.studies.remake import cluster, motions_again
 
 pytestmark = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="minutes without the compiler")
@@ -173,6 +176,9 @@ class TestWhatIsSent:
             self.tasks.append((function.__name__, arguments))
             return f"future {len(self.tasks)}"
 
+        def map(self, function, *arguments, pure):
+            return [self.submit(function, *each, pure=pure) for each in zip(*arguments, strict=True)]
+
     def work(self, n=300):
         block = tp.Block(0.4, 1.8)
         shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.005).sample(n, seed=0)
@@ -184,28 +190,46 @@ class TestWhatIsSent:
         sent = _Sent(client, work, None)
         chunks = plan_chunks(work, 0.05)
         assert len({(chunk.row, chunk.row_stop) for chunk in chunks}) == 2
-        for chunk in chunks:
-            sent.submit(chunk)
-        parcels = [arguments[0] for name, arguments in client.tasks if name == "_itself"]
+        for pair in zip(chunks[::2], chunks[1::2], strict=False):
+            sent.submit(pair)
+        sent.submit(chunks[-1:] if len(chunks) % 2 else [])
+        parcels = [pickle.loads(arguments[0]) for name, arguments in client.tasks if name == "_loaded"]
         assert len(parcels) == 2 + 2  # groups of oscillators, parcels of 4 MB
         parts = [arguments for name, arguments in client.tasks if name == "_run_part"]
         assert len(parts) == len(chunks) > 50
         own = [len(pickle.dumps(arguments)) for arguments in parts]
         assert max(own) < 900 * max(chunk.stop - chunk.first for chunk in chunks) + 2_000  # the factors alone
-        together = {record.label for parcel in parcels for record in parcel if hasattr(record, "label")}
+        together = {record.label for parcel in parcels for record in parcel if isinstance(record, Record)}
         assert together == {record.label for record in work.motions}
 
     def test_motions_that_can_be_made_are_not_sent(self, study):
         plan = tp.Study.from_toml(study)
-        runner = cluster(None, plan.configuration, bool)
+        runner = cluster(None, plan.configuration, plan._digests, bool)
         work = Work((plan.of_each_law[0],), tuple(records(plan.design.motions)), np.ones((1, 1, 600)))
         client = self.Notes()
         sent = _Sent(client, work, runner.remake)
-        sent.submit(plan_chunks(work)[0])
+        sent.submit(plan_chunks(work)[:1])
         assert max(len(pickle.dumps(arguments)) for _, arguments in client.tasks) < 25_000
         again = motions_again(json.dumps(plan.configuration))
         for one, other in zip(again, work.motions, strict=True):
             np.testing.assert_array_equal(one.acceleration, other.acceleration)
+
+    def test_a_performance_study_is_made_again_too(self):
+        """With its hazard, whose defaults stand in its configuration, and on its floors."""
+        plan = tp.Study.from_toml(Path(tp.__file__).parent / "studies" / "examples" / "clinic.toml")
+        assert "hazard" in plan.configuration
+        remake = cluster(None, plan.configuration, plan._digests, bool).remake
+        on_floors = [digest(one) for one in remake.function()]
+        assert not remake.known.issuperset(on_floors)
+        assert remake.gives(on_floors)
+        assert not remake.gives([*on_floors, "of another motion"])
+
+    def test_a_worker_that_makes_other_motions_refuses(self):
+        shakes = records(tp.motions.CloughPenzien(duration=1.0, dt=0.01).sample(2))
+        wanted = tuple(bytes.fromhex(digest(one)) for one in shakes)
+        assert _motions_of(_Made(lambda: shakes[::-1], wanted)) == shakes
+        with pytest.raises(ClusterError, match="other motions from the same seeds"):
+            _motions_of(_Made(lambda: shakes[:1], wanted[::-1]))
 
     def test_motions_from_files_are_sent(self, tmp_path):
         array = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(1)
@@ -215,7 +239,7 @@ class TestWhatIsSent:
         text = MANY[: MANY.index("[motions]")] + '[motions]\nrecords = "motion.csv"\n' + MANY[MANY.index("[ida]") :]
         (tmp_path / "study.toml").write_text(text)
         plan = tp.Study.from_toml(tmp_path / "study.toml")
-        assert cluster(None, plan.configuration, bool) == Cluster(None, None, bool)
+        assert cluster(None, plan.configuration, plan._digests, bool) == Cluster(None, None, bool)
 
 
 def test_plan_of_many_blocks_and_of_much_work():
@@ -231,3 +255,28 @@ def test_plan_of_many_blocks_and_of_much_work():
         assert (chunk.row_stop - chunk.row) * 20 <= 4096 + 20
     assert (cells == 1).all()
     assert len(plan_chunks(work, 1e-9)) <= 100_000 + 5000
+
+
+def test_the_last_chunks_fall_in_size():
+    """However many threads there are, they end at about the same time: list scheduling, against equal chunks."""
+    one = tp.HousnerImpact(geometry="linear").oscillator(tp.Block(0.4, 1.8))
+    shake = records(tp.motions.CloughPenzien(duration=30.0, dt=0.01).sample(1, seed=0))[0]
+    work = Work((one,) * 50, (shake,) * 4000, np.ones((1, 20, 4000)))  # 60 s by the planning figures
+    sizes = [chunk.stop - chunk.first for chunk in plan_chunks(work)]
+    assert sum(sizes) == 4000
+    assert sizes == sorted(sizes, reverse=True)
+    assert sizes[-1] * 8 <= sizes[0] + 8
+    equal = [sizes[0]] * (4000 // sizes[0]) + [4000 % sizes[0]] * (4000 % sizes[0] > 0)
+    assert len(sizes) == pytest.approx(number_of_chunks(60.0), rel=0.05)
+    for threads in (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 64):
+        fair = 4000 / threads
+        assert fair <= ends(sizes, threads) <= ends(equal, threads) + sizes[-1]
+        assert threads > 16 or ends(sizes, threads) < 1.02 * fair, threads
+
+
+def ends(sizes, threads):
+    """When the last of so many threads ends that take one chunk after the other."""
+    busy = [0.0] * threads
+    for size in sizes:
+        busy[busy.index(min(busy))] += size
+    return max(busy)

@@ -113,7 +113,7 @@ def test_full_disk(study, tmp_path, uninterrupted):
         return limit
 
     # a limit below a shard's size, and one below that of the results alone
-    for size, name in ((4_500, "shards"), (100_000, "results.nc")):
+    for size, name in ((2_000, "shards"), (100_000, "results.nc")):
         done = finish(study, tmp_path / "out", preexec_fn=limited(size))
         assert done.returncode == 2, (size, done.stderr)
         assert name in done.stderr

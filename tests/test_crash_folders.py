@@ -249,9 +249,9 @@ class TestStatus:
     @pytest.mark.parametrize(
         "calls",
         [
-            [1], [None], [{}], [{"chunks": "3", "runs": "10"}], [{"chunks": -3, "runs": 1}],
-            [{"chunks": 3, "runs": True}], [{"chunks": 1.5, "runs": 1}], [{"chunks": 1, "runs": float("nan")}],
-            [{"chunks": 1, "runs": 10**400}],
+            [1], [None], [{}], [{"chunks": 3}], [{"chunks": [3]}], [{"chunks": [[3]]}], [{"chunks": [["3", "10"]]}],
+            [{"chunks": [[-3, 1]]}], [{"chunks": [[3, True]]}], [{"chunks": [[1.5, 1]]}],
+            [{"chunks": [[1, float("nan")]]}], [{"chunks": [[1, 10**400]]}],
         ],
     )  # fmt: skip
     def test_counts_that_are_none(self, study, tmp_path, calls, capsys):
@@ -267,7 +267,7 @@ class TestStatus:
         break_off(study, out)
         path = out / "shards" / "manifest.json"
         manifest = json.loads(path.read_text())
-        path.write_text(json.dumps({**manifest, "title": "\x1b[2J\ud800", "calls": [{"chunks": 1, "runs": 600}]}))
+        path.write_text(json.dumps({**manifest, "title": "\x1b[2J\ud800", "calls": [{"chunks": [[1, 600]]}]}))
         found = standing(out)
         assert (found.chunks, found.runs, found.title) == (1, 600, "?[2J?")
 
