@@ -16,6 +16,7 @@ from ..models import Block, Law
 from ..motions.arrays import Record, records
 from ..motions.intensity import Measure
 from ..units import DIMENSIONLESS
+from .beside import Beside
 from .execution import Progress, execute, request
 from .labels import label_runs, measured
 from .scaling import SCALE, Scaling, ground_of, increasing, intensities, intensity_measure, of_the_ground, scaling
@@ -117,12 +118,15 @@ def stripes(
         if scaled[0].measured is None
         else np.concatenate([one.measured for one in scaled if one.measured is not None], axis=-1),
     )
+    of_motions = Beside(plain, asked.screen)
     runs = execute(asked.oscillators, plain, together.factors, asked)
     attributes = {"units": together.units, "long_name": together.long_name, "im": together.name}
+    measures, shaken = of_motions.result()
     labelled = label_runs(
         runs,
         asked,
         plain,
+        measures,
         ("motion",),
         {
             "intensity": xr.Variable("motion", values[stripe - 1], attributes),
@@ -141,7 +145,7 @@ def stripes(
         },
         "Multiple-stripe analysis of freestanding blocks",
     )
-    return with_screen(labelled, plain, asked.runner.array) if asked.screen else labelled
+    return with_screen(labelled, shaken, asked.runner.array)
 
 
 def cloud(
@@ -204,20 +208,23 @@ def cloud(
         raise ValueError(f"im must be a measure of the motions in a cloud analysis, got {im!r}")
     intensity = intensities(one, at, asked.blocks)
     scaled = scaling([1.0], plain, SCALE)
+    of_motions = Beside(plain, asked.screen)
     runs = execute(asked.oscillators, plain, scaled.factors, asked)
     text = one.long_name if ground is None else of_the_ground(one.long_name)
     attributes = {"units": one.units, "long_name": text, "im": one.label}
     dims = ("motion",) if intensity.ndim == 1 else ("block", "motion")
+    measures, shaken = of_motions.result()
     labelled = label_runs(
         runs,
         asked,
         plain,
+        measures,
         ("motion",),
         {"intensity": xr.Variable(dims, intensity, attributes)},
         {"design": "cloud", "im": one.label, **({} if ground is None else {"im_at": "ground"})},
         "Cloud analysis of freestanding blocks",
     )
-    return with_screen(labelled, plain, asked.runner.array) if asked.screen else labelled
+    return with_screen(labelled, shaken, asked.runner.array)
 
 
 def _sets(name: str, motions: Sequence[Motions], n: int) -> list[list[Record]]:

@@ -10,6 +10,7 @@ import xarray as xr
 from ..models import Block, Law
 from ..motions.arrays import records
 from ..motions.intensity import Measure
+from .beside import Beside
 from .execution import Progress, execute, request
 from .labels import label_runs, measured
 from .scaling import ground_of, scaling
@@ -101,12 +102,15 @@ def ida(
     plain = records(motions)
     below = None if ground is None else ground_of(plain, records(ground))
     scaled = scaling(levels, plain, im, asked.blocks, below)
+    of_motions = Beside(plain, asked.screen)
     runs = execute(asked.oscillators, plain, scaled.factors, asked)
     attributes = {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
+    measures, shaken = of_motions.result()
     labelled = label_runs(
         runs,
         asked,
         plain,
+        measures,
         ("level", "motion"),
         {"level": xr.Variable("level", scaled.levels, attributes), **measured(scaled)},
         {
@@ -117,4 +121,4 @@ def ida(
         },
         "Incremental dynamic analysis of freestanding blocks",
     )
-    return with_screen(labelled, plain, asked.runner.array) if asked.screen else labelled
+    return with_screen(labelled, shaken, asked.runner.array)

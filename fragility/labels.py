@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ..models import Block, Law, describe_block, describe_law
 from ..motions.arrays import Record, motion_coordinates
 from ..motions.intensity import RESULT_MEASURES
-from ..motions.measures import measure_variables
 from ..units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, RADIAN, SECOND, provenance
 from .execution import DERIVED, Request, Runs
 from .scaling import Scaling
@@ -36,6 +35,7 @@ def label_runs(
     runs: Runs,
     asked: Request,
     motions: Sequence[Record],
+    measures: Mapping[str, xr.Variable],
     dims: tuple[str, ...],
     coordinates: Mapping[str, xr.Variable],
     configuration: Mapping[str, Any],
@@ -43,7 +43,8 @@ def label_runs(
 ) -> xr.Dataset:
     """Outputs (oscillator, …) as the dataset on (block, model, *dims) that analyses return.
 
-    `coordinates` come beside those of blocks, laws and motions, `configuration` beside their descriptions.
+    `coordinates` come beside those of blocks, laws, motions and their measures, `configuration` beside their
+    descriptions.
     """
     lengths = [len(motions) if dim == "motion" else coordinates[dim].size for dim in dims]
     shape = (len(asked.blocks), len(asked.models), *lengths)
@@ -65,7 +66,7 @@ def label_runs(
             **block_coordinates(asked.blocks),
             **_model_coordinates(asked.blocks, asked.models),
             **motion_coordinates(list(motions)),
-            **measure_variables(motions, RESULT_MEASURES),
+            **measures,
             **coordinates,
         },
         attrs={

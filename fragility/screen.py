@@ -182,7 +182,8 @@ def screen(
     plain = None if motions is None else records_of(runs, motions)
     runner = runner_of(client)
     again = repeated(runs, motions, share, runner, progress) if motions is not None and share > 0.0 else None
-    variables, settings = _screened(runs, dims, plain, friction, bounds, again, runner.array)
+    shaken = None if plain is None else Shaken.by(plain)
+    variables, settings = _screened(runs, dims, shaken, friction, bounds, again, runner.array)
     settings["tested"] = share
     return xr.Dataset(
         variables,
@@ -195,9 +196,14 @@ def screen(
     )
 
 
-def with_screen(runs: xr.Dataset, plain: list[Record], array: Array) -> xr.Dataset:
-    """The runs with what the screen says without knowing the friction, and without running any of them again."""
-    variables, settings = _screened(runs, _dims(runs), plain, None, Bounds(), None, array)
+def with_screen(runs: xr.Dataset, shaken: Shaken | None, array: Array) -> xr.Dataset:
+    """The runs with what the screen says without knowing the friction, and without running any of them again.
+
+    The runs as they are where `shaken` is None: no screen was asked for.
+    """
+    if shaken is None:
+        return runs
+    variables, settings = _screened(runs, _dims(runs), shaken, None, Bounds(), None, array)
     told = json.dumps(settings, ensure_ascii=False)
     return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=told)
 
@@ -230,7 +236,7 @@ class Shaken(NamedTuple):
 def _screened(
     runs: xr.Dataset,
     dims: tuple[str, ...],
-    plain: list[Record] | None,
+    shaking: Shaken | None,
     friction: float | Friction | Mapping[str, float | Friction] | None,
     bounds: Bounds,
     again: Repeated | None,
@@ -245,7 +251,6 @@ def _screened(
     sizes = {dim: runs.sizes[dim] for dim in dims}
     found: dict[str, xr.Variable] = {} if again is None else _undecided(again, dims)
     shares = Shares(sizes)
-    shaking = None if plain is None else Shaken.by(plain)
     for where in slabs(sizes, ("block", "motion")):
         motions = where.get("motion", slice(None))
         variables, chances, holds = _of_slab(
@@ -279,7 +284,7 @@ def _screened(
         "factors": list(bounds.factors),
         "half_width": bounds.half_width,
         "fewest_motions": _fewest(runs),
-        "motions": plain is not None,
+        "motions": shaking is not None,
         "tested": 0.0,
         "perturbation": PERTURBATION,
     }
