@@ -167,6 +167,7 @@ DEGREE = 30
 MOVED, SPEED, ACCELERATION = range(3)
 INVERSE = np.array([0.0, *(1.0 / k for k in range(1, DEGREE + 1))])
 EPSILON = 2.220446049250313e-16
+SPLITTER = 134217729.0  # 2^27 + 1
 MARGIN = 32.0 * EPSILON
 FLAT = 0.5 * math.pi
 # Bounces below this height (rad) that come by the thousand within one sample end at rest: only where e is so near 1
@@ -1033,7 +1034,7 @@ def _propagator(stiffness, c, h):
 
     With y'' + c y' + K y = a + s t, y(h) = omega g1 + a g2 + s g3 and y'(h) = omega (1 + g0) + a g1 + s g2: increments,
     so that the coefficients' rounding does not add up to a drift of energy.  The impulse response is the sum of
-    u_k h (t/h)^k; the terms after the fourteenth are below rounding for rate * h <= 1/2.  Returns g0, g1, g2, g3/h and
+    u_k h (t/h)^k; the terms after the sixteenth are below rounding for rate * h <= 1/2.  Returns g0, g1, g2, g3/h and
     g2/h.  Written out, or the loop that calls it would not be vectorised.
     """
     d = -c * h
@@ -1051,12 +1052,16 @@ def _propagator(stiffness, c, h):
     u12 = (d * u11 + s * u10 * (1.0 / 11.0)) * (1.0 / 12.0)
     u13 = (d * u12 + s * u11 * (1.0 / 12.0)) * (1.0 / 13.0)
     u14 = (d * u13 + s * u12 * (1.0 / 13.0)) * (1.0 / 14.0)
-    g0 = 14.0 * u14 + 13.0 * u13 + 12.0 * u12 + 11.0 * u11 + 10.0 * u10 + 9.0 * u9 + 8.0 * u8
+    u15 = (d * u14 + s * u13 * (1.0 / 14.0)) * (1.0 / 15.0)
+    u16 = (d * u15 + s * u14 * (1.0 / 15.0)) * (1.0 / 16.0)
+    g0 = 16.0 * u16 + 15.0 * u15 + 14.0 * u14 + 13.0 * u13 + 12.0 * u12 + 11.0 * u11 + 10.0 * u10 + 9.0 * u9 + 8.0 * u8
     g0 += 7.0 * u7 + 6.0 * u6 + 5.0 * u5 + 4.0 * u4 + 3.0 * u3 + 2.0 * u2
-    g1 = u14 + u13 + u12 + u11 + u10 + u9 + u8
+    g1 = u16 + u15 + u14 + u13 + u12 + u11 + u10 + u9 + u8
     g1 += u7 + u6 + u5 + u4 + u3 + u2
     g2 = (
-        u14 * (1.0 / 15.0)
+        u16 * (1.0 / 17.0)
+        + u15 * (1.0 / 16.0)
+        + u14 * (1.0 / 15.0)
         + u13 * (1.0 / 14.0)
         + u12 * (1.0 / 13.0)
         + u11 * (1.0 / 12.0)
@@ -1068,7 +1073,9 @@ def _propagator(stiffness, c, h):
         u7 * (1.0 / 8.0) + u6 * (1.0 / 7.0) + u5 * (1.0 / 6.0) + u4 * (1.0 / 5.0) + u3 * (1.0 / 4.0) + u2 * (1.0 / 3.0)
     )
     g3 = (
-        u14 * (1.0 / 240.0)
+        u16 * (1.0 / 306.0)
+        + u15 * (1.0 / 272.0)
+        + u14 * (1.0 / 240.0)
         + u13 * (1.0 / 210.0)
         + u12 * (1.0 / 182.0)
         + u11 * (1.0 / 156.0)
@@ -1345,6 +1352,64 @@ def _solve_propagators(v, n, dt):
         v[(PIECE_GAP + STEP_G2_RISE) * LANES + j] = g2_rise
 
 
+@njit(**_LANES)
+def _two_sum(a, b):
+    """Sum of two numbers and its rounding error (Knuth)."""
+    s = a + b
+    of_b = s - a
+    return s, (a - (s - of_b)) + (b - of_b)
+
+
+@njit(**_LANES)
+def _two_product(a, b):
+    """Product of two numbers and its rounding error (Dekker)."""
+    p = a * b
+    high = SPLITTER * a
+    high_a = high - (high - a)
+    high = SPLITTER * b
+    high_b = high - (high - b)
+    low_a = a - high_a
+    low_b = b - high_b
+    return p, ((high_a * high_b - p) + high_a * low_b + low_a * high_b) + low_a * low_b
+
+
+@njit(**_LANES)
+def _without_drift(stiffness, g0, g1, g2):
+    """An undamped step's coefficients, or neighbours of theirs, for which it hardly changes areas of the phase plane.
+
+    Its determinant is 1 + r, r = g0 - K g2 + K g1² - K g2 g0.  Rounded once for all samples, three coefficients leave
+    an r of a part of an ulp, by which the energy grows or fades in every sample; of each and its two neighbours those
+    are taken that leave the least.
+    """
+    p1, e1 = _two_product(stiffness, g2)
+    square, e_square = _two_product(g1, g1)
+    p2, e2 = _two_product(stiffness, square)
+    p3, e3 = _two_product(p1, g0)
+    s1, t1 = _two_sum(g0, -p1)
+    s2, t2 = _two_sum(p2, -p3)
+    s, t = _two_sum(s1, s2)
+    r = s + (t + t1 + t2 - e1 + e2 + stiffness * e_square - e3 - e1 * g0)
+    of_g0 = (np.nextafter(g0, math.inf) - g0) * (1.0 - p1)
+    of_g1 = (np.nextafter(g1, math.inf) - g1) * 2.0 * stiffness * g1
+    of_g2 = (np.nextafter(g2, math.inf) - g2) * -stiffness * (1.0 + g0)
+    least = abs(r)
+    best_0 = best_1 = best_2 = 0
+    for i in range(-1, 2):
+        for j in range(-1, 2):
+            for k in range(-1, 2):
+                left = abs(r + i * of_g0 + j * of_g1 + k * of_g2)
+                if left < least:
+                    least = left
+                    best_0 = i
+                    best_1 = j
+                    best_2 = k
+    return (
+        np.nextafter(g0, best_0 * math.inf) if best_0 != 0 else g0,
+        np.nextafter(g1, best_1 * math.inf) if best_1 != 0 else g1,
+        np.nextafter(g2, best_2 * math.inf) if best_2 != 0 else g2,
+    )
+
+
 @njit(**_EVENT)
 def _grade(rate):
     """For what a sample may be taken, by rate * dt."""
@@ -1366,6 +1431,8 @@ def _fill_step(step, region, c, dt):
     )
     if grade != MANY_STEPS:
         g0, g1, g2, g3, g2_rise = _propagator(stiffness, c, dt)
+        if c == 0.0:
+            g0, g1, g2 = _without_drift(stiffness, g0, g1, g2)
         step[STEP_G0] = g0
         step[STEP_G1] = g1
         step[STEP_G2] = g2
@@ -1778,7 +1845,7 @@ def _resolve(w, model, record, strongest, dt, end, now, waiting, parked, poly, t
                     grade = w.own[lane, STEP_GRADE]
                     if c != w.own[lane, STEP_DAMPING]:
                         grade = _grade(dt * _rate(stiffness, c))
-                        if grade == ONE_PIECE:
+                        if grade == ONE_PIECE and c > 0.0:  # (see `_without_drift`)
                             zones[PIECE_STIFFNESS * LANES + entries] = stiffness
                             zones[PIECE_DAMPING * LANES + entries] = c
                             w.zone_lane[entries] = lane
