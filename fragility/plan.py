@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..models.oscillator import Oscillator
-from ..models.runs import OUTPUTS, TALLY, run_many
+from ..models.oscillator import Oscillator, stack
+from ..models.runs import OUTPUTS, TALLY, run_stacked
 from ..motions.arrays import Record
 
 # Planning figures, on the generous side of benchmarks/speed.py: one sample of one run on a present core, closed form
@@ -186,9 +186,10 @@ def run_part(
     results = tuple(np.empty((n, levels, len(motions)), OUTPUT_TYPES[name]) for name in outputs)
     flags_only = outputs == ("overturned",)
     tally = np.zeros(len(TALLY), np.int64)
+    tables = stack(oscillators)
     for i, motion in enumerate(motions):
         own = np.broadcast_to(factors[:, :, i], (n, levels))
-        runs = run_many(oscillators, own, motion.acceleration, motion.dt, skip, flags_only, tally)
+        runs = run_stacked(tables, own, motion.acceleration, motion.dt, skip, flags_only, tally)
         for array, name in zip(results, outputs, strict=True):
             array[:, :, i] = runs[..., OUTPUTS[name]]
     return Done(results, tally, perf_counter() - started)

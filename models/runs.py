@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _piecewise as engine
-from .oscillator import Oscillator, stack
+from .oscillator import Oscillator, Stack, stack
 
 OUTPUTS: dict[str, int] = {
     "overturned": engine.OUT_OVERTURNED,
@@ -55,14 +55,29 @@ def run_many(
     `flags_only` it also ends a run once the rest of the record cannot overturn the block: then only the overturned flag
     is right.  `tally` (see `TALLY`) is added to.
     """
-    arrays = stack(oscillators)
+    return run_stacked(stack(oscillators), factors, acceleration, dt, skip, flags_only, tally)
+
+
+def run_stacked(
+    tables: Stack,
+    factors: NDArray[np.float64],
+    acceleration: NDArray[np.float64],
+    dt: float,
+    skip: bool = True,
+    flags_only: bool = False,
+    tally: NDArray[np.int64] | None = None,
+) -> NDArray[np.float64]:
+    """As `run_many`, of oscillators that are stacked already: that takes as long as some runs, so once for all motions.
+
+    The tables belong to one caller at a time.
+    """
     counts = np.zeros(engine.TALLY_COLUMNS, np.int64) if tally is None else tally
-    which = np.repeat(np.arange(len(oscillators)), factors.shape[1])
+    which = np.repeat(np.arange(factors.shape[0]), factors.shape[1])
     out = np.empty((which.size, engine.OUT_COLUMNS))
     engine.run_batch(
         _flushed(acceleration),
         dt,
-        *arrays,
+        *tables,
         which,
         np.ascontiguousarray(factors).ravel(),
         _NO_START,
