@@ -279,6 +279,140 @@ def _linear_series(poly, acceleration, omega, c, stiffness, slope, n):
 
 
 @njit(**_EVENT)
+def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
+    """The terms of `_exact_series` to degree 8 or 10, written out: mostly enough.  The degree, 0 where they are not.
+
+    s, c, w and a: sine, cosine, velocity and acceleration.
+    """
+    s0 = trig[0, 0]
+    c0 = trig[1, 0]
+    w1 = a0
+    s1 = -w0 * c0
+    c1 = w0 * s0
+    a1 = slope * c0 + (force * c1 - p2 * s1)
+    w2 = a1 * (1.0 / 2.0)
+    s2 = -(w0 * c1 + w1 * c0) * (1.0 / 2.0)
+    c2 = (w0 * s1 + w1 * s0) * (1.0 / 2.0)
+    a2 = slope * c1 + (force * c2 - p2 * s2)
+    w3 = a2 * (1.0 / 3.0)
+    s3 = -((w1 * c1) + (w0 * c2 + w2 * c0)) * (1.0 / 3.0)
+    c3 = ((w1 * s1) + (w0 * s2 + w2 * s0)) * (1.0 / 3.0)
+    a3 = slope * c2 + (force * c3 - p2 * s3)
+    w4 = a3 * (1.0 / 4.0)
+    s4 = -((w1 * c2 + w2 * c1) + (w0 * c3 + w3 * c0)) * (1.0 / 4.0)
+    c4 = ((w1 * s2 + w2 * s1) + (w0 * s3 + w3 * s0)) * (1.0 / 4.0)
+    a4 = slope * c3 + (force * c4 - p2 * s4)
+    w5 = a4 * (1.0 / 5.0)
+    s5 = -((w1 * c3 + w2 * c2 + w3 * c1) + (w0 * c4 + w4 * c0)) * (1.0 / 5.0)
+    c5 = ((w1 * s3 + w2 * s2 + w3 * s1) + (w0 * s4 + w4 * s0)) * (1.0 / 5.0)
+    a5 = slope * c4 + (force * c5 - p2 * s5)
+    w6 = a5 * (1.0 / 6.0)
+    s6 = -((w1 * c4 + w2 * c3 + w3 * c2 + w4 * c1) + (w0 * c5 + w5 * c0)) * (1.0 / 6.0)
+    c6 = ((w1 * s4 + w2 * s3 + w3 * s2 + w4 * s1) + (w0 * s5 + w5 * s0)) * (1.0 / 6.0)
+    a6 = slope * c5 + (force * c6 - p2 * s6)
+    w7 = a6 * (1.0 / 7.0)
+    poly[MOVED, 0] = 0.0
+    poly[MOVED, 1] = w0
+    poly[MOVED, 2] = 0.5 * a0
+    poly[SPEED, 0] = w0
+    poly[SPEED, 1] = a0
+    poly[ACCELERATION, 0] = a0
+    poly[ACCELERATION, 1] = a1
+    poly[SPEED, 2] = w2
+    poly[MOVED, 3] = w2 * (1.0 / 3.0)
+    poly[ACCELERATION, 2] = a2
+    poly[SPEED, 3] = w3
+    poly[MOVED, 4] = w3 * (1.0 / 4.0)
+    poly[ACCELERATION, 3] = a3
+    poly[SPEED, 4] = w4
+    poly[MOVED, 5] = w4 * (1.0 / 5.0)
+    poly[ACCELERATION, 4] = a4
+    poly[SPEED, 5] = w5
+    poly[MOVED, 6] = w5 * (1.0 / 6.0)
+    poly[ACCELERATION, 5] = a5
+    poly[SPEED, 6] = w6
+    poly[MOVED, 7] = w6 * (1.0 / 7.0)
+    poly[ACCELERATION, 6] = a6
+    poly[SPEED, 7] = w7
+    poly[MOVED, 8] = w7 * (1.0 / 8.0)
+    squared = h * h
+    least = 1e-17 * max(abs(w0), 0.5 * abs(a0) * h, 0.5 * abs(a1) * squared)
+    power = squared * squared * squared
+    if abs(a5) * power <= 6.0 * least and abs(a6) * power * h <= 7.0 * least:
+        return 8
+    s7 = -((w1 * c5 + w2 * c4 + w3 * c3 + w4 * c2 + w5 * c1) + (w0 * c6 + w6 * c0)) * (1.0 / 7.0)
+    c7 = ((w1 * s5 + w2 * s4 + w3 * s3 + w4 * s2 + w5 * s1) + (w0 * s6 + w6 * s0)) * (1.0 / 7.0)
+    a7 = slope * c6 + (force * c7 - p2 * s7)
+    w8 = a7 * (1.0 / 8.0)
+    s8 = -((w1 * c6 + w2 * c5 + w3 * c4 + w4 * c3 + w5 * c2 + w6 * c1) + (w0 * c7 + w7 * c0)) * (1.0 / 8.0)
+    c8 = ((w1 * s6 + w2 * s5 + w3 * s4 + w4 * s3 + w5 * s2 + w6 * s1) + (w0 * s7 + w7 * s0)) * (1.0 / 8.0)
+    a8 = slope * c7 + (force * c8 - p2 * s8)
+    w9 = a8 * (1.0 / 9.0)
+    poly[ACCELERATION, 7] = a7
+    poly[SPEED, 8] = w8
+    poly[MOVED, 9] = w8 * (1.0 / 9.0)
+    poly[ACCELERATION, 8] = a8
+    poly[SPEED, 9] = w9
+    poly[MOVED, 10] = w9 * (1.0 / 10.0)
+    power *= squared
+    if abs(a7) * power <= 8.0 * least and abs(a8) * power * h <= 9.0 * least:
+        return 10
+    trig[0, 1] = s1
+    trig[1, 1] = c1
+    trig[0, 2] = s2
+    trig[1, 2] = c2
+    trig[0, 3] = s3
+    trig[1, 3] = c3
+    trig[0, 4] = s4
+    trig[1, 4] = c4
+    trig[0, 5] = s5
+    trig[1, 5] = c5
+    trig[0, 6] = s6
+    trig[1, 6] = c6
+    trig[0, 7] = s7
+    trig[1, 7] = c7
+    trig[0, 8] = s8
+    trig[1, 8] = c8
+    return 0
+
+
+@njit(**_EVENT)
+def _many_terms(poly, trig, omega, p2, scale, force, slope, h):
+    """The terms of `_exact_series` after the few, as many as are needed: the degree, and the step that they serve."""
+    start = abs(poly[ACCELERATION, 0])
+    jerk = abs(poly[ACCELERATION, 1])
+    largest = max(abs(omega) * h, 0.5 * start * h * h, 0.5 * jerk * h * h * h)
+    power = h**10
+    before = abs(poly[SPEED, 9]) * power
+    n = DEGREE
+    for k in range(9, DEGREE - 1):
+        s = 0.0
+        c = 0.0
+        for j in range(k):
+            s -= poly[SPEED, j] * trig[1, k - 1 - j]
+            c += poly[SPEED, j] * trig[0, k - 1 - j]
+        trig[0, k] = s * INVERSE[k]
+        trig[1, k] = c * INVERSE[k]
+        a = -p2 * trig[0, k] + (force * trig[1, k] + slope * trig[1, k - 1]) * scale
+        poly[ACCELERATION, k] = a
+        poly[SPEED, k + 1] = a * INVERSE[k + 1]
+        poly[MOVED, k + 2] = poly[SPEED, k + 1] * INVERSE[k + 2]
+        power *= h
+        term = abs(poly[SPEED, k + 1]) * power
+        if term <= 1e-17 * largest and before <= 1e-17 * largest:
+            n = k + 2
+            break
+        before = term
+    if n == DEGREE:
+        while (
+            abs(poly[SPEED, n - 1]) * h**n > 1e-17 * largest or abs(poly[SPEED, n - 2]) * h ** (n - 1) > 1e-17 * largest
+        ) and h > 1e-12:
+            h *= 0.7
+            largest = max(abs(omega) * h, 0.5 * start * h * h, 0.5 * jerk * h * h * h)
+    return n, h
+
+
+@njit(**_EVENT)
 def _exact_series(poly, trig, theta, omega, p2, tilt, scale, force, slope, h):
     """Taylor coefficients of x'' = -p² sin(tilt - x) + (force + slope t) cos(tilt - x) scale, and a safe step.
 
@@ -288,62 +422,29 @@ def _exact_series(poly, trig, theta, omega, p2, tilt, scale, force, slope, h):
     """
     trig[0, 0] = math.sin(tilt - theta)
     trig[1, 0] = math.cos(tilt - theta)
-    trig[2, 1] = omega
     a = -p2 * trig[0, 0] + force * trig[1, 0] * scale
     if omega == 0.0 and abs(a) <= 2.0 * EPSILON * (p2 * abs(trig[0, 0]) + abs(force * trig[1, 0] * scale)):
         a = 0.0
-    trig[2, 2] = 0.5 * a
-    largest = max(abs(omega) * h, abs(trig[2, 2]) * h * h)
-    power = h * h
-    before = 1.0
-    n = DEGREE
-    for k in range(1, DEGREE - 1):
-        s = 0.0
-        c = 0.0
-        for j in range(1, k + 1):
-            s -= j * trig[2, j] * trig[1, k - j]
-            c += j * trig[2, j] * trig[0, k - j]
-        trig[0, k] = s * INVERSE[k]
-        trig[1, k] = c * INVERSE[k]
-        forced = (force * trig[1, k] + slope * trig[1, k - 1]) * scale
-        trig[2, k + 2] = (-p2 * trig[0, k] + forced) * (INVERSE[k + 2] * INVERSE[k + 1])
-        power *= h
-        term = (k + 2) * abs(trig[2, k + 2]) * power
-        if k == 1:
-            largest = max(largest, term)
-        elif term <= 1e-17 * largest and before <= 1e-17 * largest:
-            n = k + 2
-            break
-        before = term
-    if n == DEGREE:
-        while (
-            n * abs(trig[2, n]) * h**n > 1e-17 * largest
-            or (n - 1) * abs(trig[2, n - 1]) * h ** (n - 1) > 1e-17 * largest
-        ) and h > 1e-12:
-            h *= 0.7
-            largest = max(abs(omega) * h, abs(trig[2, 2]) * h * h, 3.0 * abs(trig[2, 3]) * h * h * h)
+    n = _few_terms(poly, trig, omega, a, p2, force * scale, slope * scale, h)
+    if n == 0:
+        n, h = _many_terms(poly, trig, omega, p2, scale, force, slope, h)
+    start = abs(poly[ACCELERATION, 0])
+    jerk = abs(poly[ACCELERATION, 1])
     for _ in range(40):
         of_a = 0.0
         of_jerk = 0.0
-        power = h
-        for k in range(3, n + 1):
-            term = k * (k - 1) * abs(trig[2, k]) * power
-            of_a += term
-            if k > 3:
-                of_jerk += (k - 2) * term
+        power = 1.0
+        for k in range(1, n - 1):
             power *= h
-        if 2.0 * abs(trig[2, 2]) > of_a or 6.0 * abs(trig[2, 3]) * h > of_jerk:
-            break
-        if trig[2, 1] == 0.0 and trig[2, 2] == 0.0 and trig[2, 3] == 0.0:
+            term = abs(poly[ACCELERATION, k]) * power
+            of_a += term
+            if k > 1:
+                of_jerk += k * term
+        if start > of_a or jerk * h > of_jerk or (omega == 0.0 and start == 0.0 and jerk == 0.0):
             break
         h *= 0.5
-    for k in range(n):
-        poly[MOVED, k] = trig[2, k]
-        poly[SPEED, k] = (k + 1) * trig[2, k + 1]
-        poly[ACCELERATION, k] = (k + 2) * (k + 1) * trig[2, k + 2] if k + 2 <= n else 0.0
-    poly[MOVED, 0] = 0.0
-    poly[MOVED, n] = trig[2, n]
     poly[SPEED, n] = 0.0
+    poly[ACCELERATION, n - 1] = 0.0
     poly[ACCELERATION, n] = 0.0
     return n, h
 
@@ -2027,7 +2128,7 @@ def _run_lanes(
     )
     tables, links, parameters, _ = model
     poly = np.empty((3, DEGREE + 1))
-    trig = np.empty((3, DEGREE + 1))
+    trig = np.empty((2, DEGREE + 1))
     no_turns = np.empty((2, 0))
     for lane in range(LANES):
         _clear_lane(w.rows, lane)
@@ -2148,10 +2249,11 @@ def _run_exact(
     x = np.empty(STATE_FLOATS)
     k = np.empty(STATE_INTEGERS, np.int64)
     poly = np.empty((3, DEGREE + 1))
-    trig = np.empty((3, DEGREE + 1))
+    trig = np.empty((2, DEGREE + 1))
     no_turns = np.empty((2, 0))
     n = record.shape[0]
     store = history.shape[1] == n
+    looking = shaking_left.shape[0] > 0
     found = 0
     for r in range(runs.shape[0]):
         j = runs[r]
@@ -2160,19 +2262,24 @@ def _run_exact(
         amplitude = -parameters[o, PAR_GAIN] * factors[j]
         right = parameters[o, PAR_UPLIFT_RIGHT]
         left = -parameters[o, PAR_UPLIFT_LEFT]
-        for i in range(first[j], n):
+        i = first[j] - 1
+        while True:
+            i += 1
             if store:
                 _store(history, i, x, k, tables, links, o)
             if i == n - 1:
                 break
             force = amplitude * record[i]
             end = amplitude * record[i + 1]
-            looks = shaking_left.shape[0] > 0 and i % SAFETY_INTERVAL == 0
+            looks = looking and i % SAFETY_INTERVAL == 0
             if looks and _is_safe(x, k, tables, parameters, o, abs(amplitude) * shaking_left[i], barriers):
                 k[SAFE] = 1
                 tally[TALLY_SAFE] += n - 1 - i
                 break
             if k[NOW] == REST and max(force, end) <= right and min(force, end) >= left:
+                stop = i + 1 if store else min(n - 1, (i // SAFETY_INTERVAL + 1) * SAFETY_INTERVAL)
+                while i + 1 < stop and left <= amplitude * record[i + 2] <= right:
+                    i += 1
                 continue
             tally[TALLY_EVENTS] += 1
             _sample(x, k, tables, links, parameters, o, force, (end - force) / dt, 0.0, dt, i * dt, poly, trig, turns)
@@ -2205,7 +2312,7 @@ def _unit_response(record, dt, tables, links, parameters, steps, o, unit):
     x = np.empty(STATE_FLOATS)
     k = np.empty(STATE_INTEGERS, np.int64)
     poly = np.empty((3, DEGREE + 1))
-    trig = np.empty((3, DEGREE + 1))
+    trig = np.empty((2, DEGREE + 1))
     no_turns = np.empty((2, 0))
     lower = tables[o, zone, REGION_LOWER]
     upper = tables[o, zone, REGION_UPPER]
