@@ -112,38 +112,41 @@ def _study(folder: Path, runs: int) -> Path:
 
 
 def _workers(folder: Path) -> dict[str, Any]:
-    """100,000 runs by more and more threads, and by worker processes of a cluster: flags alone, and with peaks."""
+    """100,000 runs by more and more threads, and by worker processes of a cluster.
+
+    The cheapest study there is (flags alone, Housner's block linear), and one with all that is so by default.
+    """
     path = _study(folder, 100_000)
     plan = tp.Study.from_toml(path)
-    peaks = tp.Study.from_toml(_with_peaks(path))
+    whole = tp.Study.from_toml(_by_default(path))
     plan.run()
     counts = [n for n in WORKERS if n <= (os.cpu_count() or 1)]
     threads: dict[int, list[float]] = {n: [] for n in counts}
-    threads_peaks: dict[int, list[float]] = {n: [] for n in counts}
+    threads_whole: dict[int, list[float]] = {n: [] for n in counts}
     shares: list[float] = []
     storing: list[float] = []
     for repeat in range(REPEATS):
         for n in counts:
             with dask.config.set(num_workers=n):
                 seconds, watch = _timed(plan, folder / f"threads-{n}-{repeat}", None)
-                threads_peaks[n].append(_timed(peaks, folder / f"threads-peaks-{n}-{repeat}", None)[0])
+                threads_whole[n].append(_timed(whole, folder / f"threads-whole-{n}-{repeat}", None)[0])
             threads[n].append(seconds)
             if n == 2:
                 shares.append(1.0 - watch.busy / (n * seconds))
                 storing.append(watch.storing / seconds)
     processes: dict[int, list[float]] = {n: [] for n in counts}
-    processes_peaks: dict[int, list[float]] = {n: [] for n in counts}
+    processes_whole: dict[int, list[float]] = {n: [] for n in counts}
     for n in counts:
         with _cluster(n) as cluster, Client(cluster, set_as_default=False) as client:
             _timed(plan, folder / f"warm-{n}", client)
             processes[n] = [_timed(plan, folder / f"workers-{n}-{i}", client)[0] for i in range(REPEATS)]
-            _timed(peaks, folder / f"warm-peaks-{n}", client)
-            processes_peaks[n] = [_timed(peaks, folder / f"workers-peaks-{n}-{i}", client)[0] for i in range(REPEATS)]
+            _timed(whole, folder / f"warm-whole-{n}", client)
+            processes_whole[n] = [_timed(whole, folder / f"workers-whole-{n}-{i}", client)[0] for i in range(REPEATS)]
     return {
         "threads": _medians(threads),
         "processes": _medians(processes),
-        "threads_peaks": _medians(threads_peaks),
-        "processes_peaks": _medians(processes_peaks),
+        "threads_whole": _medians(threads_whole),
+        "processes_whole": _medians(processes_whole),
         "overhead": statistics.median(shares),
         "storing": statistics.median(storing),
     }
@@ -157,6 +160,13 @@ def _with_peaks(path: Path) -> Path:
     """A study file like this one that keeps peaks beside the flags, so that no run ends before its motion does."""
     other = path.with_stem(f"{path.stem}-peaks")
     other.write_text(path.read_text().replace('outputs = ["overturned"]\n', ""))
+    return other
+
+
+def _by_default(path: Path) -> Path:
+    """A study file like this one with peaks, and with Housner's block in exact geometry."""
+    other = _with_peaks(path).rename(path.with_stem(f"{path.stem}-whole"))
+    other.write_text(other.read_text().replace('geometry = "linear"\n', ""))
     return other
 
 
