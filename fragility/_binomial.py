@@ -392,12 +392,13 @@ def fit_many(kind, link, z, k, n, penalty, start, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def covariances(kind, link, z, k, n, fits, weights, starts, cells, outcomes, out):
+def covariances(kind, link, z, k, n, fits, weights, starts, cells, counts, outcomes, out):
     """Covariance of (a, b) of many fits into out (replicate, 3): aa, ab, bb.
 
     From the information alone where weights has no columns.  Else robust against runs that belong together: weights
-    (replicate, pattern) says how often each pattern of outcomes came, cells[starts[p]:starts[p + 1]] its cells, which
-    are intervals, or STATES a level, whose outcomes are 1 (overturned), 0 (stood) or -1 (no run).
+    (replicate, pattern) says how often each pattern of outcomes came, cells[starts[p]:starts[p + 1]] its cells, counts
+    how many runs lie in each of them; cells are intervals, or STATES a level, whose outcomes are 1 (overturned), 0
+    (stood) or -1 (no run).
     """
     scratch = np.zeros((SCRATCH, z.size))
     scores = np.zeros((2, outcomes.size if kind == BINOMIAL else z.size + 1))
@@ -442,8 +443,8 @@ def covariances(kind, link, z, k, n, fits, weights, starts, cells, outcomes, out
                 continue
             sa = sb = 0.0
             for i in range(starts[p], starts[p + 1]):
-                sa += scores[0, cells[i]]
-                sb += scores[1, cells[i]]
+                sa += counts[i] * scores[0, cells[i]]
+                sb += counts[i] * scores[1, cells[i]]
             total += weights[r, p]
             maa += weights[r, p] * sa * sa
             mab += weights[r, p] * sa * sb

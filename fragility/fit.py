@@ -87,6 +87,7 @@ def fit_fragility(
     seed: int = 0,
     keep_replicates: bool = False,
     state: State = OVERTURNED,
+    together: Sequence[str] = (),
 ) -> xr.Dataset:
     """Fragility curves by maximum likelihood, with intervals; by default P(x) = Phi(ln(x/median)/dispersion).
 
@@ -120,6 +121,8 @@ def fit_fragility(
         Return the bootstrap's curves, too, whatever the intervals.
     state : str or float
         Of runs: another damage state that stands for overturning, see `reached`.
+    together : sequence of str
+        Dimensions of an IDA, such as ``sample``, whose runs make one curve: all of a motion's are runs of that motion.
 
     Returns
     -------
@@ -201,7 +204,7 @@ def fit_fragility(
     """
     chosen = form_named(form)
     level = checks.number("confidence", confidence, above=0.0, below=1.0)
-    trials = collect(data, checks.choice("method", method, METHODS) == "first-overturning", state)
+    trials = collect(data, checks.choice("method", method, METHODS) == "first-overturning", state, together)
     if method not in chosen.methods:
         raise ValueError(f"form {chosen.name!r} has no method {method!r}, only {', '.join(map(repr, chosen.methods))}")
     if not isinstance(keep_replicates, bool):

@@ -177,6 +177,7 @@ def covariance_of(
         weights if weights is not None and known else np.empty((lines.a.size, 0)),
         patterns.starts if patterns is not None else none,
         patterns.cells if patterns is not None else none,
+        patterns.counts if patterns is not None else none,
         none if outcomes is None else outcomes,
         covariance,
     )

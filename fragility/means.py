@@ -6,6 +6,7 @@ A motion is one draw: whatever it does at other levels, on other floors and to o
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -15,12 +16,14 @@ from numpy.typing import NDArray
 from .. import checks
 from .bootstrap import draw_motions
 from .intervals import wilson_interval
+from .slabs import Array, in_memory
 
 Values = NDArray[np.float64]
 
 REPLICATES = 1000
-# Statistics resampled at a time: bounds memory, and nothing else.
+# Statistics resampled at a time, and values of theirs: bound memory, and nothing else.
 _BLOCK = 512
+_VALUES = 2**20
 
 
 class Interval(NamedTuple):
@@ -30,8 +33,8 @@ class Interval(NamedTuple):
     upper: Values
 
 
-def resampled_means(values: Values, replicates: int = REPLICATES, seed: int = 0) -> Values:
-    """Means over resampled motions: values (…, motion) to (…, replicate).
+def resampled_means(values: Values, replicates: int = REPLICATES, seed: int = 0, array: Array = in_memory) -> Values:
+    """Means over resampled motions: values (…, motion) to (…, replicate), in an array that `array` gives.
 
     Every call with the same number of motions, replicates and seed resamples the same motions: differences of two
     results are paired.
@@ -39,11 +42,16 @@ def resampled_means(values: Values, replicates: int = REPLICATES, seed: int = 0)
     n = values.shape[-1]
     counts = draw_motions((np.arange(n),), replicates, seed)
     flat = values.reshape(-1, n)
-    found = np.empty((flat.shape[0], replicates))
-    for first in range(0, flat.shape[0], _BLOCK):
-        part = slice(first, first + _BLOCK)
+    found = array((flat.shape[0], replicates), np.float64)
+    for part in _parts(*flat.shape):
         found[part] = _means(flat[part], counts)
     return found.reshape(*values.shape[:-1], replicates)
+
+
+def _parts(statistics: int, motions: int) -> Iterator[slice]:
+    """Bounds of the statistics that are resampled at a time."""
+    step = max(1, min(_BLOCK, _VALUES // motions))
+    return (slice(first, first + step) for first in range(0, statistics, step))
 
 
 def _means(values: Values, counts: Values) -> Values:
@@ -57,6 +65,7 @@ def mean_interval(
     replicates: int = REPLICATES,
     seed: int = 0,
     most: Values | float | None = None,
+    drawn: Values | None = None,
 ) -> Interval:
     """Bootstrap intervals of means over motions, bias-corrected and accelerated.
 
@@ -103,9 +112,8 @@ def mean_interval(
     mean = flat.mean(axis=-1)
     agree = flat.min(axis=-1) == flat.max(axis=-1)
     ends = np.empty((2, flat.shape[0]))
-    counts = draw_motions((np.arange(n),), replicates, seed)
-    for first in range(0, flat.shape[0], _BLOCK):
-        part = slice(first, first + _BLOCK)
+    counts = draw_motions((np.arange(n),), replicates, seed) if drawn is None else drawn
+    for part in _parts(*flat.shape):
         means = np.sort(_means(flat[part], counts), axis=-1)
         ends[:, part] = _accelerated(flat[part], mean[part], means, level)
     if most is None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 RUNS = 2**21
 """Runs in a slab at most, wherever it can be cut so small."""
-OF_RUNS = ("block", "model", "sample", "value", "level", "motion")
+OF_RUNS = ("block", "item", "variant", "model", "sample", "value", "level", "motion", "place", "realisation")
 """Dimensions that runs can be on."""
 
 Array = Callable[[tuple[int, ...], Any], NDArray[Any]]

@@ -1,6 +1,7 @@
 """From flags of many items to what falls together: chances of events, sums over items, thresholds exceeded.
 
-Plain arrays: flags (model, item, variant, level, motion), one variant where pieces of an item are alike.
+Plain arrays: flags (model, item, variant, level, motion), one variant where pieces of an item are alike.  Sums and
+products over items go item by item in their order, so that parts of the items, one after the other, give the same bits.
 """
 
 from __future__ import annotations
@@ -30,43 +31,61 @@ def chances_of_any(chance: Values, counts: Counts, independent: bool) -> Values:
     return np.asarray(1.0 - (1.0 - chance) ** counts[:, None, None])
 
 
-def chances_of_events(any_piece: Values, members: Flags) -> Values:
-    """Probability, given the motion, that something of a set overturns: (model, set, level, motion).
+def chances_of_none(any_piece: Values, members: Flags, found: Values | None = None) -> Values:
+    """Probability, given the motion, that nothing of a set overturns: (model, set, level, motion).
 
-    members (set, item) says what belongs to each set; given the motion, items differ independently.
+    members (set, item) says what belongs to each set; given the motion, items differ independently.  `found`: what came
+    of the items before these, multiplied in place.
     """
-    found = np.empty((any_piece.shape[0], members.shape[0], *any_piece.shape[2:]))
-    for i, member in enumerate(members):
-        found[:, i] = 1.0 - np.prod(1.0 - any_piece[:, member], axis=1)
+    if found is None:
+        found = np.ones(_of_sets(any_piece.shape, members))
+    for i, member in enumerate(members.T):
+        stays = 1.0 - any_piece[:, i]
+        for s in np.flatnonzero(member):
+            found[:, s] *= stays
     return found
 
 
-def expected_totals(chance: Values, amounts: Values, members: Flags) -> Values:
+def expected_totals(chance: Values, amounts: Values, members: Flags, found: Values | None = None) -> Values:
     """Expectation, given the motion, of the amount that overturns in each set: (model, set, level, motion).
 
-    amounts (item,): the amount of all pieces of an item.
+    amounts (item,): the amount of all pieces of an item.  `found`: what came of the items before these, added to in
+    place.
     """
-    return np.asarray(np.einsum("si,kilm->kslm", members * amounts, chance))
+    if found is None:
+        found = np.zeros(_of_sets(chance.shape, members))
+    for i, member in enumerate(members.T):
+        own = amounts[i] * chance[:, i]
+        for s in np.flatnonzero(member):
+            found[:, s] += own
+    return found
 
 
-def totals(flags: Flags, draws: Sequence[Counts], amounts: Values, members: Flags) -> Values:
+def totals(
+    flags: Flags, draws: Sequence[Counts], amounts: Values, members: Flags, found: Values | None = None
+) -> Values:
     """Amount that overturns in each set, one by one: (model, set, level, motion, realisation).
 
     draws: for each item how many of its pieces are of each variant (realisation, variant).  amounts (item,): the
-    amount of one piece.
+    amount of one piece.  `found`: what came of the items before these, added to in place.
     """
-    models, items, variants, levels, motions = flags.shape
-    realisations = draws[0].shape[0]
-    found = np.zeros((models, members.shape[0], levels, motions, realisations))
-    for i in range(items):
-        if not flags[:, i].any():
-            continue
-        # whole numbers: their sums are exact in any order
-        each = flags[:, i].reshape(models, variants, -1).astype(np.float64)
-        fallen = np.einsum("rv,kvx->kxr", draws[i].astype(np.float64), each)
-        for s in np.flatnonzero(members[:, i]):
-            found[:, s] += amounts[i] * fallen.reshape(models, levels, motions, realisations)
+    if found is None:
+        found = np.zeros((*_of_sets((flags.shape[0], 0, *flags.shape[3:]), members), draws[0].shape[0]))
+    for i, member in enumerate(members.T):
+        drawn = draws[i].astype(np.float64)
+        for level in range(flags.shape[3]):  # (a flag becomes a number of 8 bytes, and as many as realisations)
+            own = flags[:, i, :, level]
+            if own.any():
+                # whole numbers: their sums are exact in any order
+                fallen = amounts[i] * np.einsum("rv,kvm->kmr", drawn, own.astype(np.float64))
+                for s in np.flatnonzero(member):
+                    found[:, s, level] += fallen
     return found
+
+
+def _of_sets(shape: tuple[int, ...], members: Flags) -> tuple[int, ...]:
+    """(model, item, level, motion) to (model, set, level, motion)."""
+    return (shape[0], members.shape[0], *shape[2:])
 
 
 def exceedances(amounts: Values, thresholds: Values, strictly: bool) -> Iterator[Values]:

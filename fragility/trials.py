@@ -6,7 +6,9 @@ counts.  Nothing here fits anything.
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+import hashlib
+import math
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -18,6 +20,7 @@ from numpy.typing import NDArray
 
 from .. import checks
 from ..units import DIMENSIONLESS
+from . import slabs
 from .provenance import IDA, STRIPES, design_of, floor_of_each_motion, motions_by_floor
 from .states import OVERTURNED as OVERTURNING
 from .states import UPLIFTED as UPLIFT
@@ -32,23 +35,26 @@ STOOD, UPLIFTED, OVERTURNED = range(STATES)
 """What a run can come to: no uplift (or none known), uplift and no overturning, overturning."""
 NO_RUN, SURVIVED, FELL = -1, 0, 1
 """What a state is to a fit: no run of its, a survival, a fall."""
+DENSE = 4
+"""Counts for every run of a slab up to which a table of counts has a place for each."""
 
 
 class Patterns(NamedTuple):
     """Motions with the same outcomes are one pattern: of_cluster (cluster,), -1 where a cluster has no run here.
 
-    cells[starts[p]:starts[p + 1]] are the cells in which the runs of pattern p lie.
+    cells[starts[p]:starts[p + 1]] are the cells in which the runs of pattern p lie, counts how many lie in each.
     """
 
     of_cluster: Index
     starts: Index
     cells: Index
+    counts: Index
 
     def table(self, cells: int) -> scipy.sparse.csr_array:
         """How many runs of each pattern lie in each cell, (pattern, cell)."""
         shape = (self.starts.size - 1, cells)
         cells_of, starts = self.cells.astype(np.int32), self.starts.astype(np.int32)
-        return scipy.sparse.csr_array((np.ones(self.cells.size), cells_of, starts), shape)
+        return scipy.sparse.csr_array((self.counts.astype(float), cells_of, starts), shape)
 
 
 class Sample(NamedTuple):
@@ -122,10 +128,11 @@ class Trials:
         return any(sample.repeated for sample in self.samples)
 
 
-def collect(data: Any, first: bool = False, state: State = OVERTURNING) -> Trials:
+def collect(data: Any, first: bool = False, state: State = OVERTURNING, together: Sequence[Hashable] = ()) -> Trials:
     """The trials in an IDA, stripes, cloud or counts dataset; what is called overturning is reaching the `state`.
 
-    `first`: motions by the level at which they first overturn, which needs an IDA.
+    `first`: motions by the level at which they first overturn, which needs an IDA.  `together`: dimensions of an IDA
+    that no curve is of: all their runs of a motion are runs of that motion.
 
     Raises
     ------
@@ -137,11 +144,13 @@ def collect(data: Any, first: bool = False, state: State = OVERTURNING) -> Trial
         raise TypeError(f"fit_fragility needs an IDA dataset or a dataset of counts, got {type(data).__name__}")
     on_motion = any("motion" in one.dims for one in data.data_vars.values())
     if "overturned" in data or (on_motion and "overturnings" not in data):
-        return _of_runs(data, first, state)
+        return _of_runs(data, first, state, together)
     if first:
         raise ValueError("method 'first-overturning' needs an IDA dataset with overturned on motion, got counts")
     if state != OVERTURNING:
         raise ValueError(f"state {state!r} needs runs: counts are of the state that they were made of")
+    if together:
+        raise ValueError(f"together {', '.join(map(str, together))} needs runs: of counts no motion is known")
     return _of_counts(data)
 
 
@@ -176,31 +185,35 @@ def _of_counts(data: xr.Dataset) -> Trials:
     return Trials(dims, shape, coords, data.attrs, _level_attributes(data["level"]), "counts", (), tuple(samples))
 
 
-def _of_runs(data: xr.Dataset, first: bool, state: State) -> Trials:
+def _of_runs(data: xr.Dataset, first: bool, state: State, together: Sequence[Hashable]) -> Trials:
     flags = reached(data, state)
     lifted = reached(data, UPLIFT) if UPLIFT in data else None
     design = design_of(flags)
     if first and design != IDA:
         raise ValueError(f"method 'first-overturning' needs an IDA dataset, got a dataset of design {design!r}")
-    order = [dim for dim in flags.dims if dim not in {"level", "motion"}] + ["level", "motion"]
-    if design != IDA:  # a level of its own for every motion
-        order.remove("level")
-    flags = flags.transpose(*order)
-    lifted = None if lifted is None else lifted.transpose(*order)
+    if together and design != IDA:
+        raise ValueError(f"together needs an IDA dataset, got a dataset of design {design!r}")
+    if not {*together} <= {*flags.dims} - {"level", "motion"}:
+        raise ValueError(f"together must name dimensions of the runs beside level and motion, got {list(together)!r}")
+    dims = tuple(dim for dim in flags.dims if dim not in {"level", "motion", *together})
+    # (but in an IDA every motion has a level of its own)
+    rest = [*together, *(["level"] if design == IDA else []), "motion"]
+    flags = flags.transpose(*dims, *rest)
+    lifted = None if lifted is None else lifted.transpose(*dims, *rest)
     x = data["level" if design == IDA else "intensity"]
-    intensities = _intensities(x, flags)
+    one = flags.isel(dict.fromkeys(together, 0), drop=True)
+    intensities = _intensities(x, one)
     clusters = _clusters(flags)
     floor, groups = motions_by_floor(flags)
-    dims, shape = flags.dims[: flags.ndim - (2 if design == IDA else 1)], flags.shape
-    shape = shape[: len(dims)]
-    thresholds = _spread(rocking_thresholds(data), flags.isel(dict.fromkeys(order[len(dims) :], 0), drop=True))
+    shape = flags.shape[: len(dims)]
+    thresholds = _spread(rocking_thresholds(data), flags.isel(dict.fromkeys(rest, 0), drop=True))
     samples = []
     for i, where in enumerate(np.ndindex(*shape)):
         for motions in groups:
-            fell = flags.values[where][..., motions]
-            up = None if lifted is None else lifted.values[where][..., motions]
             at = intensities[where] if design == IDA else intensities[where][motions]
-            samples.append(_sample(fell, up, at, clusters[motions], int(clusters.max()) + 1, thresholds[i], first))
+            fell = flags.values[where]
+            up = None if lifted is None else lifted.values[where]
+            samples.append(_sample(fell, up, at, motions, clusters, thresholds[i], first))
     coords = _kept(data, dims)
     if floor is not None:
         coords = {**coords, "floor": xr.DataArray(floor, dims="floor")}
@@ -224,45 +237,112 @@ def _sample(
     fell: NDArray[np.bool_],
     up: NDArray[np.bool_] | None,
     x: Array,
-    cluster: Index,
-    clusters: int,
+    motions: Any,
+    clusters: Index,
     threshold: float,
     first: bool,
 ) -> Sample:
-    """One curve: flags (level, motion) with x (level,), or flags (motion,) with x (motion,); cluster (motion,)."""
+    """One curve: flags (…, level, motion) with x (level,), or (motion,) with x of these motions; clusters (motion,).
+
+    Clusters are taken some at a time, and the rows of theirs: what is made of runs takes up to a hundred bytes each.
+    """
     levels, where = np.unique(x, return_inverse=True)
-    if first:
-        rising = np.argsort(x, kind="stable")
-        lowest = where[rising][fell[rising].argmax(axis=0)]
-        cell = np.where(fell.any(axis=0), lowest, levels.size).astype(np.int64)
-        size = levels.size + 1
-    else:
-        state = np.where(fell, OVERTURNED, STOOD if up is None else np.where(up, UPLIFTED, STOOD))
-        cell = (STATES * (where[:, None] if fell.ndim == 2 else where) + state).ravel().astype(np.int64)
-        cluster = np.broadcast_to(cluster, fell.shape).ravel()
-        size = levels.size * STATES
-    cells = np.bincount(cell, minlength=size).astype(float)
-    patterns = _patterns(cell, cluster, clusters)
-    repeated = bool(np.bincount(cluster).max() > 1)
-    return Sample(levels, cells, first, threshold, up is not None, repeated, patterns)
+    chosen = np.arange(clusters.size)[motions]
+    own = clusters[chosen]
+    alike, size = (1, levels.size + 1) if first else (where.size, levels.size * STATES)
+    runs = math.prod(fell.shape[:-2]) * alike if fell.ndim > 1 else 1
+    cells = np.zeros(size)
+    known = _Known(int(clusters.max()) + 1)
+    step = max(1, slabs.RUNS * known.of_cluster.size // (own.size * (fell.shape[-2] if fell.ndim > 1 else 1)))
+    for begin in range(0, known.of_cluster.size, step):
+        here = np.flatnonzero((own >= begin) & (own < begin + step))
+        if not here.size:
+            continue
+        table = _Table(min(step, known.of_cluster.size - begin), size)
+        for part, lifts in _parts(fell, up, chosen[here]):
+            if first:
+                rising = np.argsort(x, kind="stable")
+                lowest = where[rising][part[..., rising, :].argmax(axis=-2)]
+                cell = np.where(part.any(axis=-2), lowest, levels.size)
+            else:
+                state = np.where(part, OVERTURNED, STOOD if lifts is None else np.where(lifts, UPLIFTED, STOOD))
+                cell = STATES * (where[:, None] if fell.ndim > 1 else where[here]) + state
+            table.add(np.broadcast_to(own[here] - begin, cell.shape).ravel() * size + cell.ravel())
+        keys, counts = table.entries
+        cells += np.bincount(keys % size, counts, size)
+        known.add(begin + keys // size, keys % size, counts)
+    repeated = bool(np.bincount(own).max() * runs > 1)
+    return Sample(levels, cells, first, threshold, up is not None, repeated, known.patterns)
 
 
-def _patterns(cell: Index, cluster: Index, clusters: int) -> Patterns:
-    order = np.lexsort((cell, cluster))
-    cell, cluster = cell[order], cluster[order]
-    bounds = np.append(np.flatnonzero(np.diff(cluster, prepend=-1)), cluster.size)
-    known: dict[bytes, int] = {}
-    starts, cells = [0], []
-    of_cluster = np.full(clusters, -1, dtype=np.int64)
-    for begin, end in pairwise(bounds):
-        runs = cell[begin:end]
-        key = runs.tobytes()
-        if key not in known:
-            known[key] = len(known)
-            cells.append(runs)
-            starts.append(starts[-1] + runs.size)
-        of_cluster[cluster[begin]] = known[key]
-    return Patterns(of_cluster, np.array(starts, dtype=np.int64), np.concatenate(cells))
+def _parts(
+    fell: NDArray[np.bool_], up: NDArray[np.bool_] | None, motions: Index
+) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.bool_] | None]]:
+    """Flags of some motions (rows, level, motion), or (motion,), some rows at a time."""
+    if fell.ndim == 1:
+        yield fell[motions], None if up is None else up[motions]
+        return
+    rows, more = (None if one is None else one.reshape(-1, *one.shape[-2:]) for one in (fell, up))
+    assert rows is not None
+    step = max(1, slabs.RUNS // (rows.shape[1] * motions.size))
+    for begin in range(0, rows.shape[0], step):
+        part = slice(begin, begin + step)
+        yield rows[part][..., motions], None if more is None else more[part][..., motions]
+
+
+class _Table:
+    """How many runs of each cluster lie in each cell, where any do: keys are cluster * size + cell, rising."""
+
+    def __init__(self, clusters: int, size: int) -> None:
+        self.size = size
+        self._dense = np.zeros(clusters * size if clusters * size <= DENSE * slabs.RUNS else 0, np.int64)
+        self._keys = np.empty(0, np.int64)
+        self._counts = np.empty(0, np.int64)
+
+    def add(self, keys: Index) -> None:
+        """Further runs."""
+        if self._dense.size:
+            self._dense += np.bincount(keys, minlength=self._dense.size)
+            return
+        found, counts = np.unique(keys, return_counts=True)
+        self._keys, at = np.unique(np.concatenate([self._keys, found]), return_inverse=True)
+        counts = np.concatenate([self._counts, counts])
+        self._counts = np.zeros(self._keys.size, np.int64)
+        np.add.at(self._counts, at, counts)
+
+    @property
+    def entries(self) -> tuple[Index, Index]:
+        """Keys and counts."""
+        keys = np.flatnonzero(self._dense) if self._dense.size else self._keys
+        return keys, self._dense[keys] if self._dense.size else self._counts
+
+
+class _Known:
+    """Patterns as they are met, cluster by cluster."""
+
+    def __init__(self, clusters: int) -> None:
+        self.of_cluster = np.full(clusters, -1, dtype=np.int64)
+        self._numbers: dict[bytes, int] = {}
+        self._parts: list[NDArray[np.int32]] = []
+
+    def add(self, cluster: Index, cell: Index, counts: Index) -> None:
+        """Further clusters, in their order: how many of their runs lie in each cell."""
+        bounds = np.append(np.flatnonzero(np.diff(cluster, prepend=-1)), cluster.size)
+        pairs = np.stack([cell.astype(np.int32), counts.astype(np.int32)], axis=1)
+        for begin, end in pairwise(bounds.tolist()):
+            own = pairs[begin:end]
+            key = hashlib.blake2b(own.data, digest_size=16).digest()
+            if key not in self._numbers:
+                self._numbers[key] = len(self._numbers)
+                self._parts.append(own.copy())
+            self.of_cluster[cluster[begin]] = self._numbers[key]
+
+    @property
+    def patterns(self) -> Patterns:
+        """All of them."""
+        starts = np.cumsum([0, *(len(one) for one in self._parts)], dtype=np.int64)
+        cells, counts = np.concatenate(self._parts).T.astype(np.int64, order="C")
+        return Patterns(self.of_cluster, starts, cells, counts)
 
 
 def _intensities(x: xr.DataArray, flags: xr.DataArray) -> Array:

@@ -102,7 +102,9 @@ def variance_shares(
     variance = xr.concat([components[part] for part in subsets], _index("component", names), coords="minimal")
     nested = [explained[tuple(factors[: k + 1])] - explained[tuple(factors[:k])] for k in range(len(factors))]
     taking_part = [total - explained[tuple(one for one in factors if one != dim)] for dim in factors]
-    whole = total.where(total > 0.0)
+    # (of values that are all the same, rounding may leave a variance)
+    differ = numbers.min(factors) < numbers.max(factors)
+    whole = total.where(differ & (total > 0.0))
     factor = _index("factor", factors)
     of = str(values.attrs.get("long_name", values.name or ""))
     configuration = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +10,11 @@ from numpy.typing import NDArray
 
 from .. import checks
 from ..fragility.means import REPLICATES, mean_interval, resampled_means
-from ..fragility.totals import chances, chances_of_any
+from ..fragility.slabs import Array, in_memory, slabs
 from ..units import DIMENSIONLESS
-from .distributions import ANY, JOINT, PER_YEAR, a_year, level_index, per_year, variable
+from .distributions import JOINT, PER_YEAR, level_index, per_year, variable
+from .outcomes import ANY
+from .savings import Amounts, Causes, Chances, Free, Steps, order_of, score_of
 
 Values = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -28,6 +29,7 @@ def anchoring(
     per_cost: bool = False,
     replicates: int = REPLICATES,
     seed: int = 0,
+    array: Array = in_memory,
 ) -> xr.Dataset:
     """Rank the items that are not anchored by what anchoring all their pieces would save.
 
@@ -44,6 +46,8 @@ def anchoring(
         Rank by saving over cost; every item that is not anchored must then have an ``anchoring_cost``.
     replicates, seed : int
         Of the intervals, as for `assess`.
+    array : callable
+        Gives an array of a shape and a type for what is of every item and motion; in memory where not given.
 
     Returns
     -------
@@ -93,7 +97,7 @@ def anchoring(
     labels = assessment["item"].values[chosen]
     if per_cost and np.isnan(cost).any():
         raise ValueError(f"per_cost needs the anchoring_cost of every item, {labels[np.isnan(cost)][0]!r} has none")
-    free = _free(assessment, objective, weights, chosen)
+    free = _free(assessment, objective, weights, chosen, array)
     steps = free.steps(cost if per_cost else None)
     kept = {str(name): one.variable for name, one in assessment.coords.items() if one.dims == ("model",)}
     for name, coordinate in assessment.coords.items():
@@ -130,114 +134,14 @@ class _Goal(NamedTuple):
     pays: bool = False
 
 
-class _Steps(NamedTuple):
-    """One after the other: order (model, item), what is left of the objective (model, step, motion)."""
-
-    order: Indices
-    left: Values
-
-
-class _Free(ABC):
-    """The items that can be anchored, and what they do to the objective, motion by motion."""
-
-    alone: Values
-    """What each does by itself (model, item, motion)."""
-
-    @property
-    @abstractmethod
-    def whole(self) -> Values:
-        """What all do together (model, motion)."""
-
-    @property
-    @abstractmethod
-    def savings(self) -> Values:
-        """What anchoring each would save while all others stand free (model, item, motion)."""
-
-    @abstractmethod
-    def steps(self, cost: Values | None) -> _Steps:
-        """One after the other, each time that which saves most (for its cost)."""
-
-
-class _Amounts(_Free):
-    """Items whose amounts add up."""
-
-    def __init__(self, alone: Values) -> None:
-        self.alone = alone
-
-    @property
-    def whole(self) -> Values:
-        return np.asarray(self.alone.sum(axis=1))
-
-    @property
-    def savings(self) -> Values:
-        return self.alone
-
-    def steps(self, cost: Values | None) -> _Steps:
-        mean = self.alone.mean(axis=-1)
-        order = _order(_score(mean, cost), mean)
-        sorted_amounts = np.take_along_axis(self.alone, order[:, :, None], axis=1)
-        left = np.zeros((self.alone.shape[0], self.alone.shape[1] + 1, self.alone.shape[2]))
-        left[:, :-1] = np.cumsum(sorted_amounts[:, ::-1], axis=1)[:, ::-1]
-        return _Steps(order, left)
-
-
-class _Causes(_Free):
-    """Items of which any one brings the event: chances given the motion (model, item, level, motion)."""
-
-    def __init__(self, chance: Values, weights: Values) -> None:
-        self.chance = chance
-        self.weights = weights
-        self.alone = a_year(chance, weights)
-
-    @property
-    def whole(self) -> Values:
-        return self._together(self.chance)
-
-    @property
-    def savings(self) -> Values:
-        return self._saved(self.chance)
-
-    def steps(self, cost: Values | None) -> _Steps:
-        models, items, _, motions = self.chance.shape
-        order = np.empty((models, items), np.int64)
-        left = np.zeros((models, items + 1, motions))
-        for k in range(models):
-            standing = list(range(items))
-            for step in range(items):
-                here = self.chance[k : k + 1, standing]
-                left[k, step] = self._together(here)[0]
-                prices = None if cost is None else cost[standing]
-                score = _score(self._saved(here).mean(axis=-1), prices)[0]
-                if not score.max() > 0.0:
-                    score = _score(self.alone[k : k + 1, standing].mean(axis=-1), prices)[0]
-                order[k, step] = standing.pop(int(score.argmax()))
-        return _Steps(order, left)
-
-    def _together(self, chance: Values) -> Values:
-        """What all of them bring about (model, motion)."""
-        return a_year(1.0 - np.prod(1.0 - chance, axis=1), self.weights)
-
-    def _saved(self, chance: Values) -> Values:
-        """What each brings about where nothing else does."""
-        stays = 1.0 - chance
-        one = np.ones_like(stays[:, :1])
-        before = np.cumprod(np.concatenate([one, stays[:, :-1]], axis=1), axis=1)
-        after = np.cumprod(np.concatenate([one, stays[:, :0:-1]], axis=1), axis=1)[:, ::-1]
-        return a_year(before * after * chance, self.weights)
-
-
-def _free(assessment: xr.Dataset, objective: str, weights: Values, chosen: Indices) -> _Free:
+def _free(assessment: xr.Dataset, objective: str, weights: Values, chosen: Indices, array: Array) -> Free:
     """Anchored items do not overturn: nothing but the chosen ones counts."""
-    flags = assessment["overturned"]
-    if "variant" not in flags.dims:
-        flags = flags.expand_dims("variant")
-    plain = flags.transpose("model", "item", "variant", "level", "motion").values[:, chosen].astype(bool)
-    chance = chances(plain)
+    every = Chances(assessment, chosen)
     counts = assessment["count"].values[chosen]
     if objective in AMOUNTS:
         amounts = counts * (assessment["value"].values[chosen] if objective == "loss" else 1.0)
-        return _Amounts(a_year(chance, weights) * amounts[:, None])
-    return _Causes(chances_of_any(chance, counts, assessment.attrs["pieces"] == "independent"), weights)
+        return Amounts(every, amounts, weights, array)
+    return Causes(every, weights, array)
 
 
 def _goal(assessment: xr.Dataset, objective: str, yearly: bool) -> _Goal:
@@ -271,7 +175,7 @@ def _weights(assessment: xr.Dataset, level: float | None) -> Values:
 
 
 def _savings(
-    assessment: xr.Dataset, free: _Free, goal: _Goal, cost: Values, per_cost: bool, resampling: tuple[int, int]
+    assessment: xr.Dataset, free: Free, goal: _Goal, cost: Values, per_cost: bool, resampling: tuple[int, int]
 ) -> dict[str, xr.Variable]:
     """Variables on (model, item)."""
     confidence = float(assessment.attrs["confidence"])
@@ -282,10 +186,8 @@ def _savings(
     total = free.whole.mean(axis=-1)
     interval = mean_interval(saved, confidence, *resampling)
     price = cost if per_cost else None
-    resampled = np.moveaxis(resampled_means(saved, *resampling), -1, 0)
     alone = free.alone.mean(axis=-1)
-    ranks = np.sort(_ranks(_score(resampled, price), alone), axis=0)
-    first, last = (round(q * (resampling[0] - 1)) for q in (0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence))
+    first, last = _rank_ends(saved, price, alone, confidence, resampling, free.array)
     by = "saving over cost" if per_cost else "saving"
     share = np.divide(mean, total[:, None], out=np.full(mean.shape, np.nan), where=total[:, None] > 0.0)
     each = {
@@ -294,9 +196,9 @@ def _savings(
         "saving_upper": (interval.upper, goal.units, f"upper end of the {percent} interval of the saving"),
         "saving_share": (share, DIMENSIONLESS, "saving over all there is to save"),
         "alone": (alone, goal.units, f"if it stood alone: {goal.text}"),
-        "rank": (_ranks(_score(mean, price), alone), DIMENSIONLESS, f"rank by {by}, 1 is the first to anchor"),
-        "rank_lower": (ranks[first], DIMENSIONLESS, f"first rank of the {percent} interval of the rank"),
-        "rank_upper": (ranks[last], DIMENSIONLESS, f"last rank of the {percent} interval of the rank"),
+        "rank": (_ranks(score_of(mean, price), alone), DIMENSIONLESS, f"rank by {by}, 1 is the first to anchor"),
+        "rank_lower": (first, DIMENSIONLESS, f"first rank of the {percent} interval of the rank"),
+        "rank_upper": (last, DIMENSIONLESS, f"last rank of the {percent} interval of the rank"),
     }
     with np.errstate(divide="ignore", invalid="ignore"):
         each["saving_per_cost"] = (mean / cost, _over(goal.units, money), "saving over cost")
@@ -307,9 +209,29 @@ def _savings(
     return found
 
 
+def _rank_ends(
+    saved: Values, price: Values | None, alone: Values, confidence: float, resampling: tuple[int, int], array: Array
+) -> tuple[Indices, Indices]:
+    """First and last rank of the interval of every item's rank, (model, item) each."""
+    resampled = resampled_means(saved, *resampling, array=array)
+    models, items, replicates = resampled.shape
+    ranks = array(resampled.shape, np.int64)
+    for k in range(models):
+        # (slabs of replicates have all items, slabs of items all replicates)
+        for where in slabs({"item": items, "sample": replicates}, ("sample",)):
+            part = where.get("sample", slice(None))
+            ranks[k, :, part] = _ranks(score_of(resampled[k, :, part].T, price), alone[k]).T
+    ends = np.empty((2, models, items), np.int64)
+    at = [round(q * (replicates - 1)) for q in (0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence)]
+    for where in slabs({"model": models, "item": items, "sample": replicates}, ("model", "item")):
+        here = where.get("model", slice(None)), where.get("item", slice(None))
+        ends[:, *here] = np.moveaxis(np.sort(ranks[here], axis=-1)[..., at], -1, 0)
+    return ends[0], ends[1]
+
+
 def _stepped(
     assessment: xr.Dataset,
-    steps: _Steps,
+    steps: Steps,
     goal: _Goal,
     labels: NDArray[np.object_],
     cost: Values,
@@ -333,22 +255,9 @@ def _stepped(
     return {name: variable(("model", "step"), *one) for name, one in each.items()}
 
 
-def _score(saving: Values, cost: Values | None) -> Values:
-    """What decides the order: the saving (…, item), or the saving over the cost."""
-    if cost is None:
-        return saving
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(np.where(saving > 0.0, saving / cost, 0.0))
-
-
-def _order(score: Values, alone: Values) -> Indices:
-    """Items from the highest score down; of equal ones, such as 0, first that which does most alone."""
-    return np.asarray(np.lexsort((np.broadcast_to(-alone, score.shape), -score), axis=-1))
-
-
 def _ranks(score: Values, alone: Values) -> Indices:
     """Rank of every item, 1 for the highest score."""
-    return np.argsort(_order(score, alone), axis=-1, kind="stable") + 1
+    return np.argsort(order_of(score, alone), axis=-1, kind="stable") + 1
 
 
 def _over(units: str, money: str) -> str:

@@ -28,7 +28,8 @@ from ..motions.arrays import motion_coordinates
 from ..motions.intensity import Measure
 from ..units import DIMENSIONLESS, provenance
 from .contents import Contents, Inventory
-from .distributions import JOINT, Joint, Precision, annual_variables, conditional_variables, variable
+from .distributions import JOINT, Precision, annual_variables, conditional_variables, variable
+from .outcomes import Joint
 from .shaking import Shaking
 
 if TYPE_CHECKING:
@@ -167,7 +168,8 @@ def assess(
     members = np.array(
         [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
     )
-    joint = Joint(inventory, flags, members, thresholds, variability)
+    joint = Joint(inventory, flags, members, thresholds, variability, runner.array)
+    precision = precision.over(len(shaking.ground))
     variables = conditional_variables(joint, precision)
     if weights is not None:
         variables |= annual_variables(joint, weights, precision)

@@ -2,50 +2,42 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
+from ..fragility.bootstrap import draw_motions
 from ..fragility.expected import LevelWeights
 from ..fragility.intervals import wilson_interval
-from ..fragility.joint import Variability
 from ..fragility.means import mean_interval, quantiles
-from ..fragility.totals import (
-    chances,
-    chances_of_any,
-    chances_of_events,
-    exceedances,
-    expected_totals,
-    totals,
-)
+from ..fragility.slabs import slabs
+from ..fragility.totals import exceedances
 from ..units import DIMENSIONLESS
-from .contents import Inventory
+from .outcomes import Joint, Quantity
 
 Values = NDArray[np.float64]
 Variables = dict[str, xr.Variable]
 Flags = NDArray[np.bool_]
 
-MOST_THRESHOLDS = 60
 PER_YEAR = "year-1"
-ANY = "any"
-"""The event that at least one piece overturns, whatever it means."""
 JOINT = " | "
 """Between the consequences of one item, in a coordinate."""
 
 
 @dataclass(frozen=True)
 class Precision:
-    """Which quantiles are wanted, and how intervals are made."""
+    """Which quantiles are wanted, and how intervals are made, over so many motions."""
 
     quantiles: Values
     confidence: float
     replicates: int
     seed: int
+    motions: int = 0
 
     @classmethod
     def checked(cls, which: Any, confidence: Any, replicates: Any, seed: Any) -> Precision:
@@ -60,9 +52,18 @@ class Precision:
             checks.count("seed", seed),
         )
 
+    def over(self, motions: int) -> Precision:
+        """The same over another number of motions."""
+        return replace(self, motions=motions)
+
+    @cached_property
+    def drawn(self) -> Values:
+        """How often each motion is drawn (replicate, motion): the same for all that is asked."""
+        return draw_motions((np.arange(self.motions),), self.replicates, self.seed)
+
     def of_means(self, values: Values, most: Any = None) -> tuple[Values, Values, Values]:
         """Mean over motions (last axis) and its interval."""
-        found = mean_interval(values, self.confidence, self.replicates, self.seed, most)
+        found = mean_interval(values, self.confidence, self.replicates, self.seed, most, self.drawn)
         return values.mean(axis=-1), found.lower, found.upper
 
     def of_probabilities(self, values: Values, possible: Flags) -> tuple[Values, Values, Values]:
@@ -79,139 +80,28 @@ class Precision:
         return mean, np.where(possible, lower, 0.0), np.where(possible, upper, 0.0)
 
 
-class Quantity(NamedTuple):
-    """An amount that overturns: its name, the amount a piece (item,), its unit, words, and thresholds of it."""
-
-    name: str
-    amounts: Values
-    units: str
-    text: str
-    thresholds: Values
-    strictly: bool
-
-    @property
-    def bound(self) -> str:
-        """What its exceedance is: of the threshold, or of more."""
-        return f"{'more than' if self.strictly else 'at least'} the threshold of {self.text}"
-
-
-class Event(NamedTuple):
-    """Something that happens when any piece of a set overturns: sets (…, item) with the dimensions of …"""
-
-    name: str
-    sets: Flags
-    dims: tuple[str, ...]
-    text: str
-
-
-@dataclass(frozen=True)
-class Joint:
-    """What fell together: flags (model, item, variant, level, motion) of an inventory, and who stands where.
-
-    members (place, item); losses: thresholds of the loss, none where nothing has a value.
-    """
-
-    inventory: Inventory
-    flags: Flags
-    members: Flags
-    losses: Values
-    variability: Variability | None
-
-    @cached_property
-    def chance(self) -> Values:
-        """That a piece overturns, given the motion (model, item, level, motion)."""
-        return chances(self.flags)
-
-    @cached_property
-    def counts(self) -> NDArray[np.int64]:
-        """Pieces (item,)."""
-        return np.array([row.count for row in self.inventory.rows])
-
-    @cached_property
-    def standing(self) -> Flags:
-        """What is not anchored (item,)."""
-        return np.array([not row.anchored for row in self.inventory.rows])
-
-    @cached_property
-    def numbers(self) -> Values:
-        """Numbers of pieces at which exceedance is given: each, or some 60 of them where there are more."""
-        pieces = self.inventory.pieces
-        if pieces <= MOST_THRESHOLDS:
-            return np.arange(1.0, pieces + 1.0)
-        return np.unique(np.rint(np.geomspace(1.0, pieces, MOST_THRESHOLDS)))
-
-    @property
-    def quantities(self) -> list[Quantity]:
-        """The number and, where something has a value, the loss."""
-        ones = np.ones(len(self.inventory))
-        found = [Quantity("number", ones, DIMENSIONLESS, "pieces overturned", self.numbers, False)]
-        if self.losses.size:
-            values = np.array([row.value for row in self.inventory.rows])
-            units = self.inventory.currency or DIMENSIONLESS
-            found.append(Quantity("loss", values, units, "value overturned", self.losses, True))
-        return found
-
-    @property
-    def events(self) -> list[Event]:
-        """That anything overturns and, where something has consequences, each of these."""
-        found = [Event(ANY, self.members, ("place",), "at least one piece overturns")]
-        words = self.inventory.consequences
-        if words:
-            has = np.array([[word in row.consequences for row in self.inventory.rows] for word in words])
-            sets = self.members[:, None, :] & has
-            text = "at least one piece with the consequence overturns"
-            found.append(Event("consequence", sets, ("place", "consequence"), text))
-        return found
-
-    def happens(self, event: Event) -> Values:
-        """Chance of an event, given the motion (model, …, level, motion)."""
-        independent = self.variability is not None and self.variability.pieces == "independent"
-        any_piece = chances_of_any(self.chance, self.counts, independent)
-        found = chances_of_events(any_piece, event.sets.reshape(-1, event.sets.shape[-1]))
-        return found.reshape(found.shape[0], *event.sets.shape[:-1], *found.shape[2:])
-
-    def possible(self, event: Event) -> Flags:
-        """Whether there is anything that can bring an event about, shape (…) of its sets."""
-        return np.asarray(np.any(event.sets & self.standing, axis=-1))
-
-    def expected(self, quantity: Quantity) -> Values:
-        """Expectation of a quantity, given the motion (model, place, level, motion)."""
-        return expected_totals(self.chance, quantity.amounts * self.counts, self.members)
-
-    def outcomes(self, quantity: Quantity) -> Values:
-        """A quantity one by one (model, place, level, motion, realisation)."""
-        rows = self.inventory.rows
-        if self.variability is None:
-            draws = [np.array([[row.count]]) for row in rows]
-        else:
-            draws = [self.variability.draws(row.label, row.count) for row in rows]
-        return totals(self.flags, draws, quantity.amounts, self.members)
-
-
 def conditional_variables(joint: Joint, precision: Precision) -> Variables:
     """Everything given the level."""
-    found = with_interval(
-        "probability",
-        ("model", "item", "level"),
-        precision.of_probabilities(joint.chance, joint.standing[:, None]),
-        DIMENSIONLESS,
-        "probability that a piece overturns",
-        precision,
-    )
+    models, items, _, levels, _ = joint.flags.shape
+    falls = np.empty((3, models, items, levels))
+    for of, rows, chance in joint.chances():
+        falls[:, of, rows] = precision.of_probabilities(chance, joint.standing[rows, None])
+    dims: tuple[str, ...] = ("model", "item", "level")
+    text = "probability that a piece overturns"
+    found = with_interval("probability", dims, falls, DIMENSIONLESS, text, precision)
     for one in joint.quantities:
         # the most that can overturn is what is not anchored
         most = (joint.members @ (one.amounts * joint.counts * joint.standing))[None, :, None]
-        means = precision.of_means(joint.expected(one), most)
-        dims: tuple[str, ...] = ("model", "place", "level")
+        means = precision.of_means(joint.together.expected[one.name], most)
+        dims = ("model", "place", "level")
         found |= with_interval(f"{one.name}_mean", dims, means, one.units, f"mean of {one.text}", precision)
-        outcomes = joint.outcomes(one)
-        levels = quantiles(outcomes, precision.quantiles, most, precision.confidence)
+        outcomes = joint.together.outcomes[one.name]
+        at, above = _spread(outcomes, one, most, precision)
         dims = ("model", "place", "level", "quantile")
-        found |= with_interval(f"{one.name}_quantile", dims, levels, one.units, f"quantile of {one.text}", precision)
-        above = [each.mean(axis=-1) for each in exceedances(outcomes, one.thresholds, one.strictly)]
+        found |= with_interval(f"{one.name}_quantile", dims, at, one.units, f"quantile of {one.text}", precision)
         dims = ("model", "place", "level", f"{one.name}_threshold")
         text = f"probability of {one.bound}"
-        found[f"{one.name}_exceedance"] = variable(dims, np.stack(above, axis=-1), DIMENSIONLESS, text)
+        found[f"{one.name}_exceedance"] = variable(dims, above, DIMENSIONLESS, text)
         dims = ("model", "place", "level", "motion", "realisation")
         if joint.variability is None:
             dims, outcomes = dims[:-1], outcomes[..., 0]
@@ -220,12 +110,26 @@ def conditional_variables(joint: Joint, precision: Precision) -> Variables:
         found |= with_interval(
             f"{event.name}_probability",
             ("model", *event.dims, "level"),
-            precision.of_probabilities(joint.happens(event), joint.possible(event)[..., None]),
+            precision.of_probabilities(joint.together.happens[event.name], joint.possible(event)[..., None]),
             DIMENSIONLESS,
             f"probability that {event.text}",
             precision,
         )
     return found
+
+
+def _spread(outcomes: Values, one: Quantity, most: Values, precision: Precision) -> tuple[Values, Values]:
+    """Quantiles (value and ends, model, place, level, quantile) and exceedance (…, threshold) of what falls."""
+    of_level = outcomes.shape[:3]
+    at, above = np.empty((3, *of_level, precision.quantiles.size)), np.empty((*of_level, one.thresholds.size))
+    sizes = dict(zip(("model", "place", "level", "motion", "realisation"), outcomes.shape, strict=True))
+    for where in slabs(sizes, ("model", "place", "level")):
+        here = where.get("model", slice(None)), where.get("place", slice(None)), where.get("level", slice(None))
+        bound = most[:, here[1]]
+        at[:, *here] = quantiles(outcomes[here], precision.quantiles, bound, precision.confidence)
+        for i, share in enumerate(exceedances(outcomes[here], one.thresholds, one.strictly)):
+            above[*here, i] = share.mean(axis=-1)
+    return at, above
 
 
 def annual_variables(joint: Joint, weights: LevelWeights, precision: Precision) -> Variables:
@@ -236,46 +140,65 @@ def annual_variables(joint: Joint, weights: LevelWeights, precision: Precision) 
         "level_weight_below": variable((), weights.below, PER_YEAR, "part of the first one from below the levels"),
         "level_weight_above": variable((), weights.above, PER_YEAR, "part of the last one from above the levels"),
     }
-    pieces = a_year(joint.chance, w)
-    found |= with_interval(
-        "item_rate",
-        ("model", "item"),
-        precision.of_means(pieces),
-        PER_YEAR,
-        "annual rate at which a piece overturns",
-        precision,
-    )
+    rates, amounts = _of_items(joint, w, precision)
+    text = "annual rate at which a piece overturns"
+    found |= with_interval("item_rate", ("model", "item"), rates, PER_YEAR, text, precision)
     for one in joint.quantities:
         units = per_year(one.units)
         text = f"expected annual {one.text}"
-        amounts = precision.of_means(pieces * (one.amounts * joint.counts)[:, None])
-        found |= with_interval(f"item_annual_{one.name}", ("model", "item"), amounts, units, text, precision)
-        given = joint.expected(one)
+        name = f"item_annual_{one.name}"
+        found |= with_interval(name, ("model", "item"), amounts[one.name], units, text, precision)
+        given = joint.together.expected[one.name]
         name = f"annual_{one.name}"
         means = precision.of_means(a_year(given, w))
         found |= with_interval(name, ("model", "place"), means, units, text, precision)
         for side, weight, at in (("below", weights.below, 0), ("above", weights.above, -1)):
             values = weight * given[:, :, at].mean(axis=-1)
             found[f"{name}_{side}"] = variable(("model", "place"), values, units, f"part of it from {side} the levels")
-        above = [a_year(each, w) for each in exceedances(joint.outcomes(one), one.thresholds, one.strictly)]
         found |= with_interval(
             f"{one.name}_rate",
             ("model", "place", f"{one.name}_threshold"),
-            precision.of_means(np.stack(above, axis=2)),
+            _rates_of(joint.together.outcomes[one.name], one, w, precision),
             PER_YEAR,
             f"annual rate of {one.bound}",
             precision,
         )
     for event in joint.events:
-        rates = precision.of_means(a_year(joint.happens(event), w))
+        happens = precision.of_means(a_year(joint.together.happens[event.name], w))
         text = f"annual rate at which {event.text}"
-        found |= with_interval(f"{event.name}_rate", ("model", *event.dims), rates, PER_YEAR, text, precision)
+        found |= with_interval(f"{event.name}_rate", ("model", *event.dims), happens, PER_YEAR, text, precision)
+    return found
+
+
+def _of_items(joint: Joint, weights: Values, precision: Precision) -> tuple[Values, dict[str, Values]]:
+    """Annual rates of all lines (value and ends, model, item), and their amounts by quantity."""
+    shape = (3, *joint.flags.shape[:2])
+    rates, amounts = np.empty(shape), {one.name: np.empty(shape) for one in joint.quantities}
+    for of, rows, chance in joint.chances():
+        pieces = a_year(chance, weights)
+        rates[:, of, rows] = precision.of_means(pieces)
+        for one in joint.quantities:
+            amounts[one.name][:, of, rows] = precision.of_means(pieces * (one.amounts * joint.counts)[rows, None])
+    return rates, amounts
+
+
+def _rates_of(outcomes: Values, one: Quantity, weights: Values, precision: Precision) -> Values:
+    """Annual rates at which thresholds are exceeded (value and ends, model, place, threshold)."""
+    found = np.empty((3, *outcomes.shape[:2], one.thresholds.size))
+    sizes = dict(zip(("model", "place", "level", "motion", "realisation"), outcomes.shape, strict=True))
+    for where in slabs(sizes, ("model", "place")):
+        here = where.get("model", slice(None)), where.get("place", slice(None))
+        for i, share in enumerate(exceedances(outcomes[here], one.thresholds, one.strictly)):
+            found[:, *here, i] = precision.of_means(a_year(share, weights))
     return found
 
 
 def a_year(values: Values, weights: Values) -> Values:
     """(…, level, motion) to (…, motion): what a motion adds to the annual value."""
-    return np.asarray(np.einsum("...lm,l->...m", values, weights))
+    found = np.zeros((*values.shape[:-2], values.shape[-1]))
+    for level, weight in enumerate(weights):  # (in their order, whatever else there is)
+        found += weight * values[..., level, :]
+    return found
 
 
 def level_index(assessment: xr.Dataset, level: float) -> int:

@@ -41,8 +41,8 @@ class Fit:
         peaks = not isinstance(self.state, str)
         return ("overturned", *(["peak_rotation"] if peaks else []), *(["uplifted"] if uplift else []))
 
-    def curves(self, runs: xr.Dataset, replicates: bool) -> xr.Dataset:
-        """Curves of runs, with their replicates where these are wanted."""
+    def curves(self, runs: xr.Dataset, replicates: bool, together: tuple[str, ...] = ()) -> xr.Dataset:
+        """Curves of runs, with their replicates where these are wanted; of all along the dimensions `together`."""
         return gathered(
             lambda part: fit_fragility(
                 part,
@@ -56,6 +56,7 @@ class Fit:
                 seed=self.seed,
                 keep_replicates=replicates,
                 state=self.state,
+                together=together,
             ),
             runs,
         )

@@ -16,7 +16,7 @@ from ..models.friction import FixedFriction, Friction
 from .designs import Design, count
 from .estimates import Fit, ranked
 from .schema import StudyFile
-from .study import OfBlocks, Progress, Study, each, part_of, plain
+from .study import SLAB_BYTES_A_RUN, OfBlocks, Progress, Study, each, part_of, plain
 from .yearly import Risk
 
 if TYPE_CHECKING:
@@ -97,6 +97,11 @@ class FragilityStudy(OfBlocks, Study):
     @property
     def kept_outputs(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys((*self.fit.outputs, *self.outputs)))
+
+    @property
+    def together(self) -> float:
+        # (a slab is one block under one law at least)
+        return max(super().together, SLAB_BYTES_A_RUN * self.design.runs)
 
     @property
     def stored_bytes(self) -> float:

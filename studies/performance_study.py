@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..fragility import HazardCurve, block_notes, standing
+from ..fragility import HazardCurve, block_notes, slabs, standing
 from ..fragility.joint import Variability
 from ..fragility.scaling import SCALE
 from ..models import Law
@@ -27,12 +27,14 @@ from .designs import count
 from .inventory import read_inventory
 from .schema import StudyFile
 from .shaking import Shaking
-from .study import Progress, Study, each, plain
+from .study import SLAB_BYTES_A_RUN, Progress, Study, each, plain
 from .words import level_text
 
 if TYPE_CHECKING:
     from ..fragility.runners import Runner
 
+OSCILLATOR_BYTES = 5500.0
+"""What one takes at most, with the words that name it when its floor's runs are kept."""
 RANKING = "ranked_"
 """What the ranking's variables are called after, beside those of the assessment."""
 
@@ -128,8 +130,24 @@ class PerformanceStudy(Study):
 
     @property
     def together(self) -> float:
-        # chances of every piece, and what falls in each place, are made of all motions at once
-        return 30.0 * self._flags + 50.0 * self._outcomes
+        variants = 1 if self.variability is None else self.variability.variants
+        motions = self._shaken / len(self.models) / self.levels.size
+        # lines pass in slabs, one line under one law at least, with all its levels
+        of_one = max(min(self._flags, slabs.RUNS), self.levels.size * motions)
+        oscillators = distinct_runs(self.inventory, self.variability) * len(self.models)
+        of_lines = 300.0 * len(self.models) * len(self.inventory) * self.levels.size
+        drawn = 16.0 * self.replicates * motions
+        return SLAB_BYTES_A_RUN * of_one + OSCILLATOR_BYTES * oscillators + of_lines + drawn + 8.0 * variants * motions
+
+    @property
+    def arrays_aside(self) -> list[float]:
+        of_places = 8.0 * self._shaken * (1 + len({str(row.floor) for row in self.inventory.rows}))
+        of_lines = 8.0 * len(self.models) * len(self.inventory)
+        of_motions = of_lines * self._shaken / len(self.models) / self.levels.size
+        # expectations and chances of any fall, and of what it means; what anchoring saves, and ranks
+        consequences = len(self.inventory.consequences)
+        anchored = [of_motions] * 4 + [of_lines * self.replicates] * 2
+        return [of_places] * 3 + ([of_places * consequences] if consequences else []) + anchored
 
     @property
     def _shaken(self) -> int:
@@ -180,7 +198,14 @@ class PerformanceStudy(Study):
             client=client,
             progress=progress,
         )
-        ranked = anchoring(found, self.objective, level=self.at, replicates=self.replicates, seed=self.seed)
+        ranked = anchoring(
+            found,
+            self.objective,
+            level=self.at,
+            replicates=self.replicates,
+            seed=self.seed,
+            array=client.array,
+        )
         whole = ranked.reindex(item=found["item"])
         blocks = [row.block for row in self.inventory.rows]
         screened = standing(blocks, self.models, found.sizes["motion"], "item")

@@ -48,13 +48,15 @@ class Room(NamedTuple):
     chunks: Chunks
 
     @classmethod
-    def of(cls, chunks: Chunks, kept: float, stored: float, together: float) -> Self:
-        """From the bytes of runs in shards and in results, and of what is held at once."""
+    def of(cls, chunks: Chunks, kept: float, stored: float, together: float, arrays: Sequence[float] = ()) -> Self:
+        """From the bytes of runs in shards and in results, of what is held at once, and of each further array."""
         shards = kept + chunks.number * SHARD_BYTES
         # what is of every run stands in a file without a name until it is written, and then in both
         left = stored + RESULT_BYTES
         aside = kept + stored if kept + stored > HELD * IN_MEMORY else 0.0
+        aside += sum(one for one in arrays if one > IN_MEMORY)
         memory = BASE_BYTES + together + min(kept + stored, HELD * IN_MEMORY)
+        memory += sum(one for one in arrays if one <= IN_MEMORY)
         return cls(memory, shards + aside + left, shards, left, chunks)
 
 

@@ -271,7 +271,9 @@ def _difference(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
 
 def _digest_of(work: Work) -> str:
     """All of the work as a hash, but for the chunks' bounds."""
-    found = hashlib.sha256(repr((work.oscillators, work.skip, work.outputs, work.factors.shape)).encode())
+    found = hashlib.sha256(repr((work.skip, work.outputs, work.factors.shape)).encode())
+    for oscillator in work.oscillators:
+        found.update(repr(oscillator).encode())
     found.update(np.ascontiguousarray(work.factors).tobytes())
     for motion in work.motions:
         found.update(digest(motion).encode())

@@ -9,7 +9,7 @@ import hashlib
 import json
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from importlib import metadata
@@ -124,6 +124,11 @@ class Study(ABC):
         """Bytes that are held in memory at once beside the chunks in flight, about."""
         return SLAB_BYTES_A_RUN * min(self.runs, slabs.RUNS)
 
+    @property
+    def arrays_aside(self) -> Sequence[float]:
+        """Bytes of each further array that may be large while it runs, about: on the disk, where it is."""
+        return ()
+
     @cached_property
     def room(self) -> Room:
         """What it takes of memory and disk, about."""
@@ -134,6 +139,7 @@ class Study(ABC):
             float(self.bytes_a_run * self.work),
             self.stored_bytes,
             self.together + 3.0 * sum(record.acceleration.nbytes for record in plain),
+            self.arrays_aside,
         )
 
     @property

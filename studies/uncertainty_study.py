@@ -48,8 +48,8 @@ FORMS = (LOGNORMAL, *LINKED)
 OF_KNOWN_BLOCKS = ("probability", "along")
 """Questions asked with a hazard that need blocks of one size each."""
 
-POOLED_BYTES_A_RUN = 80.0
-"""What fitting one curve to all samples takes."""
+LEVEL_BYTES_A_RUN = 60.0
+"""What sharing the variance of the flags at one level takes, or of the capacities."""
 
 DEFAULT = Fit()
 
@@ -122,10 +122,8 @@ class UncertaintyStudy(OfBlocks, Study):
 
     @property
     def together(self) -> float:
-        # the pooled curve of one block and law, and its flags at one level under all laws
-        each = self._sampled / len(self.blocks)
-        of_one = max(POOLED_BYTES_A_RUN * each / len(self.models), 40.0 * each / self.design.at.size)
-        return max(super().together, of_one)
+        # flags of one block at one level, and its capacities, under all laws
+        return max(super().together, LEVEL_BYTES_A_RUN * self._sampled / len(self.blocks) / self.design.at.size)
 
     @property
     def _sampled(self) -> int:

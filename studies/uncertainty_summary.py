@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 
-import numpy as np
 import xarray as xr
 
 from ..fragility import capacity_variance_shares, fit_fragility, overturning_probability, variance_shares
@@ -71,17 +70,8 @@ def pooled_curves(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
 
     Every sample of a motion is a run of that motion: intervals are over motions, and the samples stay as they are.
     """
-    return gathered(lambda part: _pooled(part, fit, keep), runs, ("model",))
-
-
-def _pooled(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
-    flags = runs["overturned"].drop_vars([name for name, one in runs.coords.items() if "sample" in one.dims])
-    records = flags["motion"].values
-    flags = flags.drop_vars([name for name, one in flags.coords.items() if "motion" in one.dims])
-    together = flags.stack(run=("sample", "motion"), create_index=False).rename(run="motion")
-    of = np.tile(records, runs.sizes["sample"])
-    together = together.assign_coords(motion=np.arange(of.size), record=("motion", of))
-    return fit.curves(together.to_dataset(name="overturned").assign_attrs(runs.attrs), replicates=keep)
+    of_one = runs[["overturned"]].drop_vars([name for name, one in runs.coords.items() if "sample" in one.dims])
+    return fit.curves(of_one, replicates=keep, together=("sample",))
 
 
 def yearly(

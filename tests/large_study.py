@@ -13,7 +13,16 @@ import numpy as np
 
 from toppling.fragility import plan, runners, slabs
 from toppling.models.runs import TALLY
-from toppling.studies import cli, plots_fragility, shards, show, writing  # noqa: F401
+from toppling.studies import (  # noqa: F401
+    cli,
+    plots_anchoring,
+    plots_assessment,
+    plots_fragility,
+    plots_uncertainty,
+    shards,
+    show,
+    writing,
+)
 from toppling.studies import study as base
 
 

@@ -12,7 +12,7 @@ import toppling as tp
 from toppling.fragility.expected import level_weights
 from toppling.fragility.joint import Variability, oscillators_of_pieces, with_restitution
 from toppling.fragility.means import mean_interval, quantiles, resampled_means
-from toppling.fragility.totals import chances, chances_of_any, chances_of_events, exceedances, expected_totals, totals
+from toppling.fragility.totals import chances, chances_of_any, chances_of_none, exceedances, expected_totals, totals
 from toppling.units import STANDARD_GRAVITY
 
 SHELF = tp.catalogue["bookcase-5-shelf"]
@@ -260,7 +260,7 @@ class TestTotals:
 
     def test_events(self):
         flags, chance = self.flags()
-        either = chances_of_events(
+        either = 1.0 - chances_of_none(
             chances_of_any(chances(flags), self.counts, independent=True), np.array([[True, True], [False, False]])
         )
         np.testing.assert_allclose(either[0, 0, 0], 1.0 - (1.0 - chance[0]) ** 3 * (1.0 - chance[1]) ** 2, atol=1e-15)

@@ -42,10 +42,60 @@ replicates = 100
 undecided = 0.05
 friction = 0.4
 """
+BUILDING = """
+title = "More lines than memory"
+[[models]]
+law = "housner"
+geometry = "linear"
+e = 0.9
+[motions]
+generator = "clough-penzien"
+number = 1000
+duration_s = 2
+dt_s = 0.02
+[building]
+kind = "flexural-shear"
+period_s = 0.5
+alpha0 = 8
+storeys = 2
+[performance]
+inventory = "inventory.csv"
+im = "pga"
+levels = { from = 0.1, to = 2.0, number = 20, unit = "g" }
+[hazard]
+levels = [0.05, 0.2, 0.8, 3.2]
+rates = [4e-2, 6.5e-3, 3.5e-4, 3e-6]
+unit = "g"
+"""
+LINES = "".join(
+    f"line {i},{0.3 + 1e-4 * i:g},1.8,{i % 3},{1 + i % 4},{100 + i},{'' if i % 5 else 'exit'}\n" for i in range(2500)
+)
+UNCERTAIN = """
+title = "More samples than memory"
+[[blocks]]
+width_m = 0.4
+height_m = 1.8
+[[models]]
+law = "housner"
+geometry = "linear"
+e = 0.9
+[motions]
+generator = "clough-penzien"
+number = 1000
+duration_s = 2
+dt_s = 0.02
+[ida]
+im = "pga"
+levels = { from = 0.05, to = 1.0, number = 40, unit = "g" }
+[uncertainty]
+samples = 500
+[uncertainty.inputs]
+R_factor = { distribution = "uniform", lower = 0.9, upper = 1.1 }
+"""
 
 
-def run(folder, place, limit, **options):
-    (folder / "study.toml").write_text(LARGE)
+def run(folder, place, limit, text=LARGE, **options):
+    (folder / "study.toml").write_text(text)
     arguments = [place, str(limit), str(folder / "study.toml"), str(folder / place)]
     return subprocess.run(
         [sys.executable, str(DRIVER), *arguments], capture_output=True, text=True, check=False, timeout=300, **options
@@ -67,6 +117,18 @@ def test_results_larger_than_the_memory(tmp_path):
     free = run(tmp_path, "memory", "none")
     assert free.returncode == 0, free.stderr
     assert (tmp_path / "memory" / "results.nc").read_bytes() == results.read_bytes()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc to know what a process takes")
+@pytest.mark.parametrize("text", [BUILDING, UNCERTAIN])
+def test_what_is_made_of_all_runs_stays_below_the_memory(tmp_path, text):
+    """5e7 runs of an inventory's lines, 2e7 of one uncertain block: 8 bytes a run, several times, would be too much."""
+    (tmp_path / "inventory.csv").write_text(f"item,width_m,height_m,floor,count,value,consequence\n{LINES}")
+    done = run(tmp_path, "disk", ROOM, text)
+    assert done.returncode == 0, done.stderr
+    with xr.open_dataset(tmp_path / "disk" / "results.nc") as results:
+        assert 8 * results["overturned"].size > 1.3 * ROOM
 
 
 @pytest.fixture(scope="module")
@@ -178,6 +240,40 @@ class TestSlabs:
         monkeypatch.setattr(shards, "IN_MEMORY", 0)
         monkeypatch.setattr(writing, "SLAB_BYTES", 2000)
         xr.testing.assert_identical(study.run(tmp_path / "out"), whole)
+
+    @pytest.mark.parametrize("runs", [1, 90])
+    @pytest.mark.parametrize(
+        ("name", "changed"),
+        [
+            ("clinic", {"variability = .*": ""}),
+            ("clinic", {r"\[performance\]": '[performance]\nobjective = "any"'}),
+            ("clinic", {r"\[hazard\](.|\n)*": "", r"\[performance\]": '[performance]\nobjective = "blocks-exit"'}),
+            ("uncertainty", {"samples = 64": "samples = 10", "sobol = 64": ""}),
+            ("uncertainty", {"samples = 64": "samples = 10", "sobol = 64": '[fit]\nmethod = "first-overturning"'}),
+        ],
+    )
+    def test_of_lines_and_of_samples(self, tmp_path, monkeypatch, name, changed, runs):
+        """Lines, floors and levels of an inventory, motions that are anchored against, samples of a block."""
+        shutil.copytree(EXAMPLES, tmp_path / "examples")
+        path = tmp_path / "examples" / f"{name}.toml"
+        text = re.sub(r"(?m)^number = \d+", "number = 7", path.read_text())
+        for old, new in {**changed, "number = (14|24)": "number = 5"}.items():
+            text = re.sub(old, new, text)
+        tables = text.split("[fit]")  # (a table of its own comes last)
+        if len(tables) == 2:
+            end = tables[1].index("[uncertainty.inputs]")
+            text = f"{tables[0]}{tables[1][end:]}\n[fit]{tables[1][:end]}"
+        path.write_text(text)
+        study = tp.Study.from_toml(path)
+        whole = study.run()
+        monkeypatch.setattr(slabs, "RUNS", runs)
+        monkeypatch.setattr(shards, "IN_MEMORY", 0)
+        found = study.run(tmp_path / "out")
+        if "flag_share" in whole:  # (variances of flags at several levels are sums in another order)
+            for one in ("flag_share", "flag_total_share"):
+                np.testing.assert_allclose(found[one], whole[one], rtol=1e-12, atol=1e-13)
+                found[one] = whole[one]
+        xr.testing.assert_identical(found, whole)
 
     def test_arrays_on_the_disk(self, finished, tmp_path, monkeypatch):
         folder, study = finished

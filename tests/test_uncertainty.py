@@ -309,6 +309,40 @@ class TestUncertainIda:
         with xr.open_dataset(tmp_path / "uncertain.nc") as stored:
             xr.testing.assert_identical(stored.load(), runs)
 
+    @pytest.mark.parametrize("method", ["binomial", "first-overturning"])
+    def test_curve_of_all_samples_together(self, method):
+        """As if every sample of a motion were a motion that is drawn with the others of its record."""
+        inputs = RandomInputs({"R_factor": Uniform(0.8, 1.2), "alpha_factor": Uniform(0.9, 1.1)})
+        runs = uncertain_ida(inputs, SHELF, LAWS, SHAKES, np.geomspace(1.0, 30.0, 8), samples=6)
+        found = tp.fit_fragility(runs, method=method, replicates=100, together=["sample"])
+        flags = runs["overturned"].transpose("model", "level", "sample", "motion").values
+        records = np.tile(runs["motion"].values, 6)
+        every = xr.Dataset(
+            {"overturned": (("model", "level", "motion"), flags.reshape(len(LAWS), 8, -1))},
+            coords={
+                "model": runs["model"],
+                "level": runs["level"],
+                "motion": np.arange(records.size),
+                "record": ("motion", records),
+            },
+        )
+        stacked = tp.fit_fragility(every, method=method, replicates=100)
+        assert found["median"].dims == ("model",)
+        assert (found["status"] == "ok").all()
+        for name in ("median", "dispersion", "median_lower", "median_upper", "dispersion_lower", "dispersion_upper"):
+            np.testing.assert_allclose(found[name], stacked[name], rtol=1e-9)
+        assert found.attrs["method"] == stacked.attrs["method"]
+
+    def test_together_refuses(self):
+        runs = uncertain_ida(INPUTS, SHELF, LAWS[0], SHAKES, [1.0, 30.0], samples=2)
+        with pytest.raises(ValueError, match=r"together must name dimensions of the runs beside level and motion"):
+            tp.fit_fragility(runs, together=["motion"])
+        with pytest.raises(ValueError, match="together sample needs runs"):
+            tp.fit_fragility(tp.overturning_probability(runs), together=["sample"])
+        cloud = tp.cloud(SHELF, LAWS[0], SHAKES)
+        with pytest.raises(ValueError, match="together needs an IDA dataset"):
+            tp.fit_fragility(cloud, together=["block"])
+
     def test_of_floors_scaled_as_the_ground(self):
         building = tp.motions.Building.flexural_shear(0.5, storeys=3)
         ground = SHAKES.isel(motion=slice(0, 3))
@@ -414,6 +448,14 @@ class TestVarianceShares:
             variance_shares(values, self.DIMS, {"model": [1.0, -1.0, 1.0, 1.0]})
         with pytest.raises(ValueError, match="weights must be of motion, model, sample, got 'law'"):
             variance_shares(values, self.DIMS, {"law": [1.0]})
+
+    @pytest.mark.parametrize("size", [3, 7, 49])
+    def test_of_values_that_are_all_the_same(self, size):
+        """Sevenths do not add up to 1: what rounding leaves is no variance."""
+        same = xr.DataArray(np.ones((size, 7), bool), dims=("motion", "sample"))
+        found = variance_shares(same, ("motion", "sample"))
+        assert found["share"].isnull().all()
+        assert found["total_share"].isnull().all()
 
 
 class TestCapacityShares:
