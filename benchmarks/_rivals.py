@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
-RK4, NEWMARK = range(2)
+RK4, NEWMARK, RK4_AT_REST = range(3)
 # What a problem's damping is (see `problems.Problem`).
 VISCOUS, ENTRY_SPEED, ENERGY, IMPACT, EXACT = range(5)
 
@@ -262,7 +262,10 @@ def _newmark(kind, theta, omega, u0, u1, h, q2, alpha, reach, zone, held, c, gai
 def fixed_steps(
     method, record, dt, steps, every, factors, kind, q2, alpha, edge, zone, c, e, gain, rigid, peaks, falls, rotation
 ):
-    """RK4 or Newmark, `steps` a sample; damping, impacts and rest are read at the ends of the steps."""
+    """RK4 or Newmark, `steps` a sample; damping, impacts and rest are read at the ends of the steps.
+
+    No steps are taken while a rigid block rests, but by RK4_AT_REST, which is otherwise RK4.
+    """
     static = holds(kind, q2, alpha)
     inner_gain = gain / math.cos(alpha) if kind == EXACT else gain
     share = 1.0 / steps
@@ -280,13 +283,17 @@ def fixed_steps(
                 u1 += change
                 if mode == REST:
                     if gain * abs(u1) <= static:
+                        if method == RK4_AT_REST:
+                            # a step that comes to nothing, though not so that the compiler could know
+                            lost, _ = _runge_kutta(kind, theta, omega, u0, u1, h, q2, alpha, 0.0, zone, held, c, gain)
+                            peak = max(peak, 0.0 * lost)
                         continue
                     theta = -math.copysign(1e-300, u1)  # a side, no height
                     mode = RIGID
                 reach = 0.0 if mode == RIGID else edge
                 before = theta
                 omega_before = omega
-                if method == RK4:
+                if method != NEWMARK:
                     theta, omega = _runge_kutta(
                         kind, theta, omega, u0, u1, h, q2, alpha, reach, zone, held, c, inner_gain
                     )

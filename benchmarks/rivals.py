@@ -105,6 +105,11 @@ def runge_kutta(steps: int) -> FixedSteps:
     return FixedSteps("RK4", kernels.fixed_steps, (kernels.RK4,), steps)
 
 
+def runge_kutta_at_rest() -> FixedSteps:
+    """As `runge_kutta(1)`, but that it takes its step at every sample, also while a rigid block rests."""
+    return FixedSteps("RK4 at rest, too", kernels.fixed_steps, (kernels.RK4_AT_REST,), 1)
+
+
 def newmark(steps: int) -> FixedSteps:
     """Newmark's average acceleration, iterated to convergence: what structural programs do."""
     return FixedSteps("Newmark", kernels.fixed_steps, (kernels.NEWMARK,), steps)

@@ -13,12 +13,12 @@ from ..models.runs import TALLY, run_many
 from ..motions import CloughPenzien, RiseStrongDecay, records
 from ..motions.arrays import Record
 from ..units import STANDARD_GRAVITY
-from ._rivals import FLAT
 from .measure import Row, is_rigid, oscillators, seconds
 from .problems import CASES, DT, DURATION, LAWS, problem, record, typical
-from .rivals import Array, runge_kutta
+from .rivals import Array, Rival, runge_kutta, runge_kutta_at_rest
 
 YARDSTICK = runge_kutta(1)
+STEPPING = runge_kutta_at_rest()
 EXACT_GEOMETRY, LINEAR_GEOMETRY = "housner e=0.9", "housner e=0.9 geometry=linear"
 SKIPPING_LEVELS = np.linspace(0.1, 2.0, 20)
 """Peak acceleration over g tan alpha, below which a rigid block does not even uplift."""
@@ -37,7 +37,7 @@ def speed(
     """ns per sample and run of the engine, without skipping, and of the yardstick, for each law and case.
 
     `share`: the engine's cost over the yardstick's; `share_stepping`: over that of a yardstick which takes its step at
-    every sample, also where a rigid block rests (its cost over the share of samples at which it does take one).
+    every sample, also where a rigid block rests.
     """
     shaking = record()
     rows = []
@@ -45,30 +45,19 @@ def speed(
         for case, (blocks, factors) in cases.items():
             grid = np.tile(factors, (len(blocks), 1))
             engine = partial(run_many, oscillators(law, blocks), grid, shaking, DT, skip=False)
-            yardstick = partial(_yardstick, law, blocks, factors, shaking)
-            ours, theirs = (1e9 * s / (grid.size * shaking.size) for s in seconds([engine, yardstick], repeats))
+            rivals = [partial(_run, one, law, blocks, factors, shaking) for one in (YARDSTICK, STEPPING)]
+            taken = seconds([engine, *rivals[: 2 if is_rigid(law) else 1]], repeats)
+            ours, theirs, *stepping = (1e9 * s / (grid.size * shaking.size) for s in taken)
             rows.append(
                 {"law": law.label, "case": case, "rigid": is_rigid(law), "engine": ours, "yardstick": theirs}
-                | {"share": ours / theirs, "share_stepping": ours / theirs * _stepped(law, blocks, factors, shaking)}
+                | {"share": ours / theirs, "share_stepping": ours / (stepping or [theirs])[0]}
             )
     return rows
 
 
-def _yardstick(law: Law, blocks: Sequence[Block], factors: Array, shaking: Array) -> None:
+def _run(rival: Rival, law: Law, blocks: Sequence[Block], factors: Array, shaking: Array) -> None:
     for block in blocks:
-        YARDSTICK.run(problem(block, law), shaking, DT, factors, 0)
-
-
-def _stepped(law: Law, blocks: Sequence[Block], factors: Array, shaking: Array) -> float:
-    """At which share of the samples before a fall the yardstick takes a step: all, unless the block rests rigidly."""
-    if not is_rigid(law):
-        return 1.0
-    moving = standing = 0
-    for block in blocks:
-        rotation = np.abs(YARDSTICK.run(problem(block, law), shaking, DT, factors, 1).rotation)
-        standing += int((rotation < FLAT).sum())
-        moving += int(((rotation > 0.0) & (rotation < FLAT)).sum())
-    return moving / standing
+        rival.run(problem(block, law), shaking, DT, factors, 0)
 
 
 def exact_over_linear(rows: Sequence[Row]) -> dict[str, float]:
