@@ -20,8 +20,8 @@ from ..motions.arrays import Record
 
 # Planning figures, on the generous side of benchmarks/speed.py: one sample of one run on a present core, closed form
 # and exact geometry.
-SECONDS_PER_SAMPLE = 5e-9
-SECONDS_PER_EXACT_SAMPLE = 4.5e-8
+SECONDS_PER_SAMPLE = 4e-9
+SECONDS_PER_EXACT_SAMPLE = 3.2e-8
 CHUNK_SECONDS = 1.0
 # A small analysis is cut finer, so that there is work for every thread; not so fine that keeping a chunk counts.
 FEWEST_CHUNKS = 64
