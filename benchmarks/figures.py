@@ -140,7 +140,7 @@ def cost_curve(points: Sequence[Row]) -> Figure:
     memory.set_ylabel("memory, MB", fontsize=FONT)
     for ax in (time, memory):
         ax.set_xlabel("runs", fontsize=FONT)
-        ax.set_xlim(runs.min() / 10.0, runs.max() * 2.0)
+        ax.set_xlim(runs.min() / 30.0, runs.max() * 2.0)  # (room for the first label)
         ax.grid(alpha=0.3, lw=0.6)
         ax.spines[["top", "right"]].set_visible(False)
         ax.tick_params(labelsize=FONT - 1.0)
