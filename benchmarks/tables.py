@@ -79,7 +79,7 @@ def speed_table(rows: Sequence[Row]) -> Table:
         for case, target in TARGETS.items():
             for row in (r for r in rows if r["law"] == law and r["case"] == case):
                 star = " *" if row["rigid"] else ""
-                ratios = [f"{row[name]:.3f}" + (" ✓" if row[name] <= target else "") for name in SHARES]
+                ratios = [f"{row[name]:.3f}" + ("\u00a0✓" if row[name] <= target else "") for name in SHARES]
                 cells += [cost(row["engine"]), cost(row["yardstick"]), *ratios]
         lines.append((short(law) + star, *cells))
     return Table(f"ns per sample and run, engine without skipping and {YARDSTICK.name}", headings, lines)

@@ -25,7 +25,7 @@ catalogue = "bookcase-5-shelf"
 law = "discrete"
 [motions]
 generator = "clough-penzien"
-number = 60
+number = 75
 duration_s = 8
 dt_s = 0.01
 [ida]
@@ -85,7 +85,7 @@ def of_a_shard(out, build):
 class TestOlderResults:
     """Parts of a study are younger than the results beside them."""
 
-    @pytest.mark.parametrize("older", [SMALL, SMALL.replace("number = 60", "number = 61")])
+    @pytest.mark.parametrize("older", [SMALL, SMALL.replace("number = 75", "number = 76")])
     def test_work_begun_afresh_is_gone_on_with(self, study, tmp_path, expected, older):
         study.write_text(older)
         out = tmp_path / "out"
