@@ -12,7 +12,9 @@ def main() -> int:
         from .studies.cli import main as command  # noqa: PLC0415 - what takes long, where an interrupt is caught
 
         code = command()
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, RuntimeError) as error:
+        if not is_interrupt(error):
+            raise
         print("toppling: interrupted", file=sys.stderr)
         code = INTERRUPTED
     if code == INTERRUPTED:
@@ -22,6 +24,11 @@ def main() -> int:
         sys.stderr.flush()
         os._exit(INTERRUPTED)
     return code
+
+
+def is_interrupt(error: BaseException | None) -> bool:
+    """Whether an interrupt is the error, or its cause: CPython 3.11 wraps what is raised while a class is made."""
+    return error is not None and (isinstance(error, KeyboardInterrupt) or is_interrupt(error.__cause__))
 
 
 if __name__ == "__main__":

@@ -34,7 +34,8 @@ class Forecast(NamedTuple):
         return [
             f"runs:    {self.runs:,}",
             f"chunks:  about {self.chunks:,}",
-            f"time:    about {time_text(self.seconds)} on {self.threads} threads, then fits and figures",
+            f"time:    {'about ' if self.seconds >= 1.0 else ''}{time_text(self.seconds)} on {self.threads} threads, "
+            "then fits and figures",
             f"memory:  about {size_text(self.memory)}",
             f"disk:    about {size_text(self.disk)} while it runs, {size_text(self.left)} afterwards"
             + ("" if self.free is None else f"; {size_text(self.free)} are free"),

@@ -14,6 +14,7 @@ import xarray as xr
 from real_processes import MANY, begun, finish
 
 import toppling as tp
+from toppling.__main__ import is_interrupt
 from toppling.fragility import plan
 from toppling.studies import StudyError
 from toppling.studies.cli import main
@@ -288,3 +289,12 @@ def test_dry_run_writes_nothing(study, tmp_path, capsys):
     for word in ("runs:", "chunks:", "time:", "memory:", "disk:"):
         assert word in said
     assert not (tmp_path / "out").exists()
+
+
+def test_an_interrupt_in_the_disguise_of_another_error():
+    """CPython 3.11 makes a RuntimeError of what is raised while a class is made."""
+    wrapped = RuntimeError("Error calling __set_name__")
+    wrapped.__cause__ = KeyboardInterrupt()
+    assert is_interrupt(KeyboardInterrupt())
+    assert is_interrupt(wrapped)
+    assert not is_interrupt(RuntimeError("another"))
