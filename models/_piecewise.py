@@ -170,11 +170,11 @@ EPSILON = 2.220446049250313e-16
 SPLITTER = 134217729.0  # 2^27 + 1
 MARGIN = 32.0 * EPSILON
 FLAT = 0.5 * math.pi
-# Bounces below this height (rad) that come by the thousand within one sample end at rest: only where e is so near 1
-# that they would go on by the million.
-NO_HEIGHT = 2e-11
-MANY_IMPACTS = 1000
 MANY_HOPS = 50
+# After so many impacts, bounces below this height (rad) end at rest: only where e is within some 1e-6 of 1, and e = 1
+# itself would go on by the billion.
+MANY_IMPACTS = 4_000_000
+NO_HEIGHT = 2e-11
 MAX_FREE_PIECES = 100_000
 MAX_FREE_TURNS = 4
 FREE_STEP = 1e9  # s: longer than any piece
@@ -970,19 +970,119 @@ def _hops(x, k, tables, links, parameters, o, force, slope, t, dt, time):
 
 
 @njit(**_EVENT)
+def _at_zero(tables, parameters, o, region):
+    """Next to theta = 0 in a region: theta'' = offset + gain forcing - (stiffness - lean forcing) theta."""
+    stiffness = tables[o, region, REGION_STIFFNESS]
+    offset = tables[o, region, REGION_OFFSET]
+    scale = parameters[o, PAR_EXACT]
+    if scale == 0.0:
+        return offset, stiffness, 1.0, 0.0
+    tilt = offset / stiffness
+    return stiffness * math.sin(tilt), stiffness * math.cos(tilt), scale * math.cos(tilt), scale * math.sin(tilt)
+
+
+@njit(**_EVENT)
+def _bounces_to(tables, links, o, region):
+    """The region on the other side of an impact at theta = 0, where nothing is damped; NO_REGION if it is not so."""
+    upper = tables[o, region, REGION_UPPER] == 0.0
+    action = links[o, region, LINK_UPPER_ACTION] if upper else links[o, region, LINK_LOWER_ACTION]
+    if action != IMPACT or links[o, region, LINK_HELD] or tables[o, region, REGION_DAMPING] != 0.0:
+        return NO_REGION
+    return links[o, region, LINK_UPPER_TARGET] if upper else links[o, region, LINK_LOWER_TARGET]
+
+
+@njit(**_EVENT)
+def _low_hops(x, k, tables, links, parameters, o, force, slope, t, dt):
+    """Bounces so low that each is a cubic to rounding: by the hundred thousand in a sample where e is next to 1.
+
+    From an impact on, theta = v s + a s²/2 + j s³/6 - K a s⁴/24, where -K is the slope of the moment at zero (in the
+    exact geometry, too: what follows is of the order of theta²).  The flight takes s = -2 v z/a with
+    z = 1 - r z² - q z³, r = -2 j v/(3 a²), q = -K v²/(3 a²), lands with -v (2 - z + q z³), and rises to
+    v² y (4 - y)/(6 |a|), y = 1 + w y²/2, w = j v/a².  Returns the time reached within the sample.
+    """
+    here = k[NOW]
+    there = _bounces_to(tables, links, o, here)
+    if there == NO_REGION or _bounces_to(tables, links, o, there) != here:
+        return t
+    offset, stiffness, gain, lean = _at_zero(tables, parameters, o, here)
+    offset_there, stiffness_there, gain_there, lean_there = _at_zero(tables, parameters, o, there)
+    outside = max(tables[o, here, REGION_STIFFNESS], tables[o, there, REGION_STIFFNESS])
+    room = min(
+        tables[o, here, REGION_UPPER] - tables[o, here, REGION_LOWER],
+        tables[o, there, REGION_UPPER] - tables[o, there, REGION_LOWER],
+    )
+    e = parameters[o, PAR_RESTITUTION]
+    settling = 0.25 * (1.0 - e) * (parameters[o, PAR_UPLIFT_RIGHT] + parameters[o, PAR_UPLIFT_LEFT])
+    v = x[OMEGA]
+    peak = x[PEAK]
+    strike = x[STRIKE]
+    hops = 0
+    most = MANY_IMPACTS - k[IMPACTS]
+    while hops < most:
+        now = force + slope * t
+        a = offset + gain * now
+        bend = stiffness - lean * now
+        jerk = gain * slope - bend * v
+        over = 1.0 / a
+        flight = v * over
+        w = jerk * flight * over
+        q = -bend * flight * flight * (1.0 / 3.0)
+        height = -0.5 * abs(v) * flight
+        small = abs(w) <= 1e-4 and abs(q) <= 1e-10 and -outside * height * height <= 1e-16 * abs(a)
+        if not (small and 0.0 < height <= 0.5 * room):
+            break
+        r = w * (-2.0 / 3.0)
+        z = 1.0 - q * (1.0 - 5.0 * r) - r * (1.0 - r * (2.0 - r * (5.0 - r * 14.0)))
+        end = t - 2.0 * flight * z
+        if end >= dt:
+            break
+        if height * 1.001 > peak:
+            y = 1.0 + 0.5 * w * (1.0 + w)
+            peak = max(peak, height * y * (4.0 - y) * (1.0 / 3.0))
+        t = end
+        v *= -(2.0 - z + q)
+        strike = max(strike, abs(v))
+        v *= e
+        hops += 1
+        here, there = there, here
+        offset, offset_there = offset_there, offset
+        stiffness, stiffness_there = stiffness_there, stiffness
+        gain, gain_there = gain_there, gain
+        lean, lean_there = lean_there, lean
+        if (
+            abs(v) < settling * (dt - t)
+            and k[FREE] == 0
+            and _settles(parameters, o, v, outside, force + slope * t, slope, dt - t, min(peak, room))
+        ):
+            v = 0.0
+            here = REST
+            break
+    x[OMEGA] = v
+    x[PEAK] = peak
+    x[STRIKE] = strike
+    k[NOW] = here
+    k[TURNS] += hops
+    k[IMPACTS] += hops
+    return t
+
+
+@njit(**_EVENT)
 def _sample(x, k, tables, links, parameters, o, force, slope, t, dt, time, poly, trig, turning_points):
     """One sample from its time t on, cut at its events."""
     impacts = k[IMPACTS]
     hops = turning_points.shape[1] == 0 and parameters[o, PAR_EXACT] == 0.0
     while t < dt and k[OVERTURNED] == 0:
-        if hops and k[NOW] != REST and x[THETA] == 0.0:
-            t = _hops(x, k, tables, links, parameters, o, force, slope, t, dt, time)
+        if k[NOW] != REST and x[THETA] == 0.0:
+            if k[IMPACTS] - impacts > MANY_HOPS and k[TURNS] >= turning_points.shape[1]:
+                t = _low_hops(x, k, tables, links, parameters, o, force, slope, t, dt)
+            if hops:
+                t = _hops(x, k, tables, links, parameters, o, force, slope, t, dt, time)
             if t >= dt:
                 break
         t += _piece(
             x, k, tables, links, parameters, o, force + slope * t, slope, dt - t, time + t, poly, trig, turning_points
         )
-        if k[IMPACTS] - impacts > MANY_IMPACTS and x[THETA] == 0.0 and k[NOW] != REST:
+        if k[IMPACTS] > MANY_IMPACTS and x[THETA] == 0.0 and k[NOW] != REST:
             stiffness = tables[o, k[NOW], REGION_STIFFNESS]
             now = force + slope * t
             a_min = min(parameters[o, PAR_UPLIFT_RIGHT] - now, parameters[o, PAR_UPLIFT_LEFT] + now)

@@ -5,13 +5,12 @@ import threading
 import time
 
 import numpy as np
-from hypothesis import HealthCheck
 from hypothesis import strategies as st
 from reference import integrate
 from test_reference import CASES, build
 
 import toppling as tp
-from toppling.models._piecewise import MANY_IMPACTS, NO_HEIGHT
+from toppling.models._piecewise import MANY_IMPACTS
 from toppling.models.runs import OUTPUTS, prepare, trace
 from toppling.units import STANDARD_GRAVITY as G
 
@@ -20,11 +19,9 @@ OVERTURNED, PEAK, UPLIFTED, IMPACTS = (OUTPUTS[k] for k in ("overturned", "peak_
 RIGID_CASES = [c for c in CASES if c[0] == "housner" or c[1].get("rest") == "rigid"]
 ELASTIC_CASES = [c for c in CASES if c not in RIGID_CASES]
 
-# The same examples in every run, and no time of their own: `answer` limits the engine's.
-REPEATABLE = {"derandomize": True, "deadline": None, "database": None, "suppress_health_check": list(HealthCheck)}
 SECONDS = 1.0  # of processor time, for a run of some thousand samples
 HANGS = 30.0  # s after which a run is given up
-EVENTS = 10_000  # in one sample, at most
+EVENTS = 10_000  # in one sample, at most, beside those that a block with e next to 1 may have in all
 
 
 def label(value):
@@ -79,11 +76,25 @@ def check_sane(run, block):
     assert np.isfinite(history).all()
     assert np.abs(history[0]).max(initial=0.0) <= results[PEAK] <= 0.5 * math.pi
     assert (results[OVERTURNED] == 1.0) == (results[PEAK] == 0.5 * math.pi)
-    assert results[IMPACTS] <= EVENTS * history.shape[1]
+    assert results[IMPACTS] <= MANY_IMPACTS + EVENTS * history.shape[1]
+
+
+def follows(history, truth, twins, bound):
+    """Whether the rotation keeps to the truth, sample by sample, until nothing could: its twins' peaks say little.
+
+    The largest distance from the truth so far is no more than `bound` (rad) or 100 x that of the twins so far.
+    """
+    apart = np.maximum.accumulate(np.abs(history[0] - truth.theta))
+    twins_apart = np.maximum.accumulate(np.max([np.abs(twin.theta - truth.theta) for twin in twins], axis=0))
+    return bool(np.all(apart <= np.maximum(bound, 100.0 * twins_apart))), 100.0 * twins_apart[-1]
 
 
 def check(law, options, draw, record, theta0=0.0, omega0=0.0, seconds=SECONDS, bound=1e-9):
-    """One run is sane and has the reference's verdict and peak; returns it."""
+    """One run is sane and has the reference's verdict and peak; returns it.
+
+    In chaotic motion two twins may have the truth's peak by accident, though their motion parted from it: what counts
+    then is the motion up to there.
+    """
     block, oscillator, keywords = parts(law, options, draw)
     start = {"theta0": theta0, "omega0": omega0}
     run = answer(trace, oscillator, record, draw["dt"], **start, seconds=seconds)
@@ -93,19 +104,16 @@ def check(law, options, draw, record, theta0=0.0, omega0=0.0, seconds=SECONDS, b
     error = abs(run.results[PEAK] - truth.peak) / scale
     same = (run.results[OVERTURNED] == 1.0) == truth.overturned
     if error > bound or not same:
-        twin = 1e-13
-        if run.results[IMPACTS] > MANY_IMPACTS:
-            # bounces that come by the thousand within a sample (e next to 1) end at rest below NO_HEIGHT: what is left
-            # out is a speed, as from this change of the record within one sample
-            speed = math.sqrt(2.0 * oscillator.uplift_right * NO_HEIGHT)
-            twin = max(twin, 0.01 * speed / (oscillator.gain * draw["dt"] * np.abs(record).max()))
         twins = [
             integrate(law, acceleration=record * s, theta0=theta0 * s, omega0=omega0 * s, **keywords)
-            for s in (1.0 + twin, 1.0 - twin)
+            for s in (1.0 + 1e-13, 1.0 - 1e-13)
         ]
         change = max(abs(twin.peak - truth.peak) for twin in twins) / scale
-        assert error <= max(bound, 100.0 * change), (error, change, draw)
-        assert same or any(twin.overturned != truth.overturned for twin in twins), draw
+        same = same or any(twin.overturned != truth.overturned for twin in twins)
+        if error > max(bound, 100.0 * change) or not same:
+            close, unknown = follows(run.history, truth, twins, bound * scale)
+            assert close, (error, change, draw)
+            assert error * scale <= unknown, (error, change, draw)
     return run
 
 

@@ -12,6 +12,7 @@ import xarray as xr
 from exchange_cases import FORMATS, LAWS, NAMES, UNITS, isotonic, lognormal, there_and_back, uplifting
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from repeatable import REPEATABLE
 from scipy.integrate import quad
 from scipy.special import ndtr
 from shared_cases import SHARED, needs_shared
@@ -332,7 +333,7 @@ class TestIds:
         assert all(map(is_id, made.values()))
 
     @given(st.lists(st.tuples(st.text(max_size=90), st.text(max_size=20)), unique=True, max_size=12))
-    @settings(max_examples=300, deadline=None)
+    @settings(max_examples=300, **REPEATABLE)
     def test_unique_legal_and_independent_of_order(self, labels):
         made = make_ids(labels)
         assert len({one.lower() for one in made.values()}) == len(labels)

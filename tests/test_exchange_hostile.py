@@ -8,6 +8,7 @@ import xarray as xr
 from exchange_cases import FORMATS, isotonic, lognormal, there_and_back, uplifting
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from repeatable import REPEATABLE
 
 from toppling.fragility import (
     ExchangeError,
@@ -243,7 +244,7 @@ def test_foreign_metadata_are_left_alone(about, tmp_path):
 
 class TestLabels:
     @given(st.text(max_size=30))
-    @settings(max_examples=500, deadline=None)
+    @settings(max_examples=500, **REPEATABLE)
     def test_no_cell_is_a_formula_and_all_come_back(self, text):
         cell = _guarded(text)
         assert _unguarded(cell) == text

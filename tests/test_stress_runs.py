@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from repeatable import REPEATABLE
 from shared_cases import LAWS, RIGID, shake
 from stress_cases import (
     BLOCK,
     IMPACTS,
     OVERTURNED,
     PEAK,
-    REPEATABLE,
     UPLIFTED,
     answer,
     check_sane,
