@@ -17,8 +17,9 @@ block of lanes at once, in vectors, and sorts the lanes that it marks: a turn is
 is parked.  Every few samples `_resolve` solves what has gathered, the turns together, the crossings together, what
 follows them to the end of the sample together (`_solve_turns`, `_solve_crossings`, `_finish_pieces`: written out, so
 that they become vector code too), and what is out of the ordinary one by one (`_sample`, piece by piece: series, first
-event, what happens there); then each lane catches up with the others.  A lane's bits do not depend on who is beside it.
-After the record, `_free` follows the block until nothing can change.
+event, what happens there); then each lane catches up with the others.  A block at rest has no lane until the sample
+that lifts it.  A lane's bits do not depend on who is beside it.  After the record, `_free` follows the block until
+nothing can change.
 
 All functions called by a kernel stand in this file: numba's disk cache looks at one file only.
 """
@@ -111,6 +112,8 @@ UNIT_ROWS = 3
 # share a set of the cache); a block of them, which the fastest cache holds, takes the steps of a tile in lockstep.
 LANES = 1048
 BLOCK = 176
+# Samples of a record of which the largest is kept, for those who are at rest.
+SPAN = 32
 # Rows of the lanes' state: two sets of (theta, omega) written in turn.
 (
     ROW_EVEN,
@@ -191,7 +194,8 @@ class Model(NamedTuple):
 
 class Lanes(NamedTuple):
     """The lanes' arrays: lockstep rows, marks (words: eight at a time), states, held propagators, which oscillator and
-    run, amplitude; the pieces, zones and turns that wait to be solved together; the lanes parked, where and when.
+    run, amplitude; the pieces, zones and turns that wait to be solved together; the lanes parked, where and when; the
+    lanes that have just come to rest, and until which sample.
     """
 
     rows: Any
@@ -211,6 +215,19 @@ class Lanes(NamedTuple):
     parked: Any
     parked_at: Any
     parked_time: Any
+    resting: Any
+    until: Any
+
+
+class Sleepers(NamedTuple):
+    """Runs at rest, without a lane: state, oscillator, run, amplitude, and the sample that ends it."""
+
+    x: Any
+    k: Any
+    oscillator: Any
+    run: Any
+    amplitude: Any
+    until: Any
 
 
 @njit(**_EVENT)
@@ -896,76 +913,109 @@ def _piece(x, k, tables, links, parameters, o, force, slope, left, time, poly, t
 
 
 @njit(**_EVENT)
-def _hops(x, k, tables, links, parameters, o, force, slope, t, dt, time):
-    """Short flights from an impact to the next, one after the other, to the end of the sample where they last so long.
+def _bounces_to(tables, links, o, region):
+    """The region on the other side of an impact at theta = 0, where nothing is damped; NO_REGION if it is not so."""
+    upper = tables[o, region, REGION_UPPER] == 0.0
+    action = links[o, region, LINK_UPPER_ACTION] if upper else links[o, region, LINK_LOWER_ACTION]
+    if action != IMPACT or links[o, region, LINK_HELD] or tables[o, region, REGION_DAMPING] != 0.0:
+        return NO_REGION
+    return links[o, region, LINK_UPPER_TARGET] if upper else links[o, region, LINK_LOWER_TARGET]
 
-    Taken only where nine Taylor terms are exact to rounding and the flight stays below the peak and in its region; the
-    time reached within the sample.
+
+@njit(**_EVENT)
+def _hops(x, k, tables, links, parameters, o, force, slope, t, dt):
+    """Short flights from an impact at theta = 0 to the next, to the end of the sample where they last so long.
+
+    Over a flight theta/s = v A + a s B + b s² C and theta' = v (1 + m B) + s (a A + b s B), with b the slope of the
+    forcing, m = -K s², A = sinh(sqrt m)/sqrt m, B = (cosh(sqrt m) - 1)/m and C = (A - 1)/m by their series.  Taken only
+    where these are exact to rounding and the flight stays below the peak and in its region; the time reached within the
+    sample.
     """
-    for _ in range(MANY_HOPS):
-        region = k[NOW]
-        if region == REST:
-            break
-        omega = x[OMEGA]
-        upper = tables[o, region, REGION_UPPER] == x[THETA]
-        action = links[o, region, LINK_UPPER_ACTION] if upper else links[o, region, LINK_LOWER_ACTION]
-        stiffness = tables[o, region, REGION_STIFFNESS]
-        c = tables[o, region, REGION_DAMPING]
-        if action != IMPACT or links[o, region, LINK_HELD]:
-            break
-        a = force + slope * t + tables[o, region, REGION_OFFSET] - stiffness * x[THETA] - c * omega
+    here = k[NOW]
+    there = _bounces_to(tables, links, o, here)
+    if there == NO_REGION or _bounces_to(tables, links, o, there) != here:
+        return t
+    offset = tables[o, here, REGION_OFFSET]
+    offset_there = tables[o, there, REGION_OFFSET]
+    stiffness = tables[o, here, REGION_STIFFNESS]
+    if stiffness != tables[o, there, REGION_STIFFNESS]:
+        return t
+    highest = min(
+        x[PEAK],
+        tables[o, here, REGION_UPPER] - tables[o, here, REGION_LOWER],
+        tables[o, there, REGION_UPPER] - tables[o, there, REGION_LOWER],
+    )
+    e = parameters[o, PAR_RESTITUTION]
+    settling = 0.25 * (1.0 - e) * (parameters[o, PAR_UPLIFT_RIGHT] + parameters[o, PAR_UPLIFT_LEFT])
+    omega = x[OMEGA]
+    strike = x[STRIKE]
+    hops = 0
+    while hops < MANY_HOPS:
+        a = force + slope * t + offset
         if omega * a >= 0.0:
             break
         left = dt - t
-        jerk = slope - c * a - stiffness * omega
+        # the parabola's landing, and the next two terms by one step
+        jerk = slope - stiffness * omega
         y2 = 0.5 * a
         y3 = jerk * (1.0 / 6.0)
-        y4 = -(c * y3 * (1.0 / 4.0) + stiffness * y2 * (1.0 / 12.0))
-        # the parabola's landing, and the next term by one step
-        root = y2 * y2 - 4.0 * y3 * omega
+        square = y2 * y2 - 4.0 * y3 * omega
         h = left
-        if root > 0.0:
-            guess = -2.0 * omega / (y2 + math.copysign(math.sqrt(root), y2))
-            guess -= y4 * guess * guess * guess / (y2 + 2.0 * y3 * guess)
+        if square > 0.0:
+            root = math.copysign(math.sqrt(square), y2)
+            guess = -2.0 * omega / (y2 + root)
+            guess += guess * guess * guess * stiffness * (y2 * (1.0 / 12.0) + y3 * guess * (1.0 / 20.0)) / root
             if 0.0 < guess < left:
                 h = guess
-        # with |jerk| h <= |a|/4 the flight is a single arc
-        if abs(jerk) * h > 0.25 * abs(a) or h * _rate(stiffness, c) > 0.05:
-            break
-        # (an arc's height is a quarter of its first slope times its length, a little more with a jerk)
+        # With |jerk| h <= |a|/4 the flight is a single arc; its height is a quarter of its first slope times its
+        # length, a little more with a jerk.
         rise = abs(omega) * h * (1.0 if h == left else 0.35)
-        if abs(x[THETA]) + rise > x[PEAK] or rise > tables[o, region, REGION_UPPER] - tables[o, region, REGION_LOWER]:
+        if abs(jerk) * h > 0.25 * abs(a) or abs(stiffness) * h * h > 0.0025 or rise > highest:
             break
-        y5 = -(c * y4 * (1.0 / 5.0) + stiffness * y3 * (1.0 / 20.0))
-        y6 = -(c * y5 * (1.0 / 6.0) + stiffness * y4 * (1.0 / 30.0))
-        y7 = -(c * y6 * (1.0 / 7.0) + stiffness * y5 * (1.0 / 42.0))
-        y8 = -(c * y7 * (1.0 / 8.0) + stiffness * y6 * (1.0 / 56.0))
-        y9 = -(c * y8 * (1.0 / 9.0) + stiffness * y7 * (1.0 / 72.0))
+        f = 0.0
+        speed = 0.0
         lands = False
         for _ in range(6):
-            # displacement over h, whose zero is the landing
-            f = omega + h * (y2 + h * (y3 + h * (y4 + h * (y5 + h * (y6 + h * (y7 + h * (y8 + h * y9)))))))
+            m = -stiffness * h * h
+            one = 1.0 + m * ((1.0 / 6.0) + m * ((1.0 / 120.0) + m * (1.0 / 5040.0)))
+            two = 0.5 + m * ((1.0 / 24.0) + m * ((1.0 / 720.0) + m * (1.0 / 40320.0)))
+            three = (1.0 / 6.0) + m * ((1.0 / 120.0) + m * ((1.0 / 5040.0) + m * (1.0 / 362880.0)))
+            # rotation over h, whose zero is the landing, and velocity
+            f = omega * one + h * (a * two + h * slope * three)
+            speed = omega + (omega * m * two + h * (a * one + h * slope * two))
             if h == left and f * omega > 0.0:
                 break
-            step = -f / (y2 + h * (2.0 * y3 + h * (3.0 * y4 + h * (4.0 * y5 + h * (5.0 * y6 + h * (6.0 * y7))))))
+            step = -f * h / (speed - f)
+            lands = abs(step) <= 1e-8 * h
             h = min(h + step, left)
-            lands = abs(step) <= 1e-7 * h
             if lands:
+                speed += step * (a + slope * h)
                 break
-        if not lands and h != left:
-            break
-        speed = 6.0 * y6 + h * (7.0 * y7 + h * (8.0 * y8 + h * (9.0 * y9)))
-        speed = omega + h * (2.0 * y2 + h * (3.0 * y3 + h * (4.0 * y4 + h * (5.0 * y5 + h * speed))))
         if not lands:
-            x[THETA] += left * f
-            x[OMEGA] = speed
-            k[TURNS] += 1 if speed * omega < 0.0 else 0
-            t = dt
+            if h == left:
+                x[THETA] = left * f
+                k[TURNS] += 1 if speed * omega < 0.0 else 0
+                omega = speed
+                t = dt
             break
         t += h
-        x[OMEGA] = max(speed, 0.0) if upper else min(speed, 0.0)
-        k[TURNS] += 1
-        _at_edge(x, k, tables, links, parameters, o, region, upper, force + slope * t, slope, dt - t, time + t)
+        hops += 1
+        speed = min(speed, 0.0) if omega > 0.0 else max(speed, 0.0)
+        strike = max(strike, abs(speed))
+        omega = e * speed
+        here, there = there, here
+        offset, offset_there = offset_there, offset
+        if abs(omega) < settling * (dt - t) or omega == 0.0:
+            settles = _settles(parameters, o, omega, stiffness, force + slope * t, slope, dt - t, highest)
+            if k[FREE] == 0 and settles:
+                omega = 0.0
+                here = REST
+                break
+    x[OMEGA] = omega
+    x[STRIKE] = strike
+    k[NOW] = here
+    k[TURNS] += hops
+    k[IMPACTS] += hops
     return t
 
 
@@ -979,16 +1029,6 @@ def _at_zero(tables, parameters, o, region):
         return offset, stiffness, 1.0, 0.0
     tilt = offset / stiffness
     return stiffness * math.sin(tilt), stiffness * math.cos(tilt), scale * math.cos(tilt), scale * math.sin(tilt)
-
-
-@njit(**_EVENT)
-def _bounces_to(tables, links, o, region):
-    """The region on the other side of an impact at theta = 0, where nothing is damped; NO_REGION if it is not so."""
-    upper = tables[o, region, REGION_UPPER] == 0.0
-    action = links[o, region, LINK_UPPER_ACTION] if upper else links[o, region, LINK_LOWER_ACTION]
-    if action != IMPACT or links[o, region, LINK_HELD] or tables[o, region, REGION_DAMPING] != 0.0:
-        return NO_REGION
-    return links[o, region, LINK_UPPER_TARGET] if upper else links[o, region, LINK_LOWER_TARGET]
 
 
 @njit(**_EVENT)
@@ -1076,7 +1116,7 @@ def _sample(x, k, tables, links, parameters, o, force, slope, t, dt, time, poly,
             if k[IMPACTS] - impacts > MANY_HOPS and k[TURNS] >= turning_points.shape[1]:
                 t = _low_hops(x, k, tables, links, parameters, o, force, slope, t, dt)
             if hops:
-                t = _hops(x, k, tables, links, parameters, o, force, slope, t, dt, time)
+                t = _hops(x, k, tables, links, parameters, o, force, slope, t, dt)
             if t >= dt:
                 break
         t += _piece(
@@ -1336,7 +1376,7 @@ def _dip(rise, dt):
 def _step(theta, omega, push, up, stiffness, g0, g1, g2, g3, g2_rise, dip, upper, lower, calm_upper, calm_lower):
     """One sample of one lane, and whether it may hold an event that matters.
 
-    Beyond an edge; or, outside the calm interval (see `_load_lane`), a velocity that turns, or may dip through zero and
+    Beyond an edge; or, outside the calm interval (see `_follow`), a velocity that turns, or may dip through zero and
     recover, for which `dip` (see `_dip`) must exceed the product of the velocities at both ends.
     """
     a = push - stiffness * theta
@@ -1648,22 +1688,6 @@ def _set_calm(s, lane, x):
     s[ROW_CALM_LOWER * LANES + lane] = max(-x[PEAK], s[ROW_LOWER * LANES + lane]) + x[CALM_MARGIN]
 
 
-@njit(**_EVENT)
-def _load_rest(s, lane, parameters, o):
-    """A lane at rest: its rows follow the forcing (theta := force, omega := 1), so its zone test is the threshold's."""
-    s[ROW_OFFSET * LANES + lane] = 0.0
-    s[ROW_STIFFNESS * LANES + lane] = 1.0
-    s[ROW_G0 * LANES + lane] = 0.0
-    s[ROW_G1 * LANES + lane] = 0.0
-    s[ROW_G2 * LANES + lane] = 1.0
-    s[ROW_G3 * LANES + lane] = 1.0
-    s[ROW_G2_RISE * LANES + lane] = 0.0
-    s[ROW_UPPER * LANES + lane] = parameters[o, PAR_UPLIFT_RIGHT]
-    s[ROW_LOWER * LANES + lane] = -parameters[o, PAR_UPLIFT_LEFT]
-    s[ROW_CALM_UPPER * LANES + lane] = math.inf
-    s[ROW_CALM_LOWER * LANES + lane] = -math.inf
-
-
 @njit(**_LANES)
 def _reach(omega, a_start, a_end, dt):
     """How far a step can take a block: |a| <= 1.2 max(|a_start|, |a_end|), for it solves a'' + c a' + K a = 0."""
@@ -1772,9 +1796,34 @@ def _flush_turns(w, n, poly):
                 w.x[lane, PEAK] = max(w.x[lane, PEAK], abs(theta))
 
 
+@njit(**_EVENT)
+def _until_uplift(record, highs, amplitude, upper, lower, i):
+    """The sample, from i on, in which forcing leaves the threshold behind: the last one if none does.
+
+    `highs`: the largest |record| of each SPAN samples, by which most of them are passed over.
+    """
+    force = amplitude * record[i]
+    if force >= upper or force <= lower:  # (a record may begin there)
+        return i
+    enough = min(upper, -lower)
+    j = i + 1
+    while j < record.shape[0]:
+        if j % SPAN == 0 and abs(amplitude) * highs[j // SPAN] < enough:
+            j += SPAN
+            continue
+        force = amplitude * record[j]
+        if force >= upper or force <= lower:
+            return j - 1
+        j += 1
+    return record.shape[0] - 1
+
+
 @njit(**_DRIVER, inline="always")
-def _follow(w, lane, model, record, strongest, dt, i, end, now, waiting, recording):
-    """Take one lane from sample i to sample `end` alone, or to its next event: the sample reached, turns waiting."""
+def _follow(w, lane, model, record, highs, strongest, dt, i, end, now, waiting, recording):
+    """Take one lane from sample i to sample `end` alone, or to its next event: the sample reached, turns waiting.
+
+    One that is at rest for longer than that is noted in w.resting (its last entry counts them).
+    """
     s = w.rows
     x = w.x[lane]
     k = w.k[lane]
@@ -1783,21 +1832,17 @@ def _follow(w, lane, model, record, strongest, dt, i, end, now, waiting, recordi
     links = model.links
     region = k[NOW]
     if region == REST:
-        _load_rest(s, lane, model.parameters, o)
+        x[THETA] = 0.0
+        x[OMEGA] = 0.0
         upper = model.parameters[o, PAR_UPLIFT_RIGHT]
         lower = -model.parameters[o, PAR_UPLIFT_LEFT]
-        force = amplitude * record[i]
-        above = force >= upper or force <= lower  # (a record may begin there)
-        while i < end:
-            force = amplitude * record[i + 1]
-            if above or force >= upper or force <= lower:
-                x[THETA] = 0.0
-                x[OMEGA] = 0.0
-                return i, waiting
-            i += 1
-        s[now * LANES + lane] = amplitude * record[end]
-        s[(now + 1) * LANES + lane] = 1.0
-        return end, waiting
+        i = _until_uplift(record, highs, amplitude, upper, lower, i)
+        if i >= end:
+            w.until[lane] = i
+            w.resting[w.resting[LANES]] = lane
+            w.resting[LANES] += 1
+            i = end
+        return i, waiting
     row = model.tables[o, region]
     step = model.steps[o, region]
     if links[o, region, LINK_HELD]:
@@ -1915,13 +1960,9 @@ def _advance(w, first, n, record, dt, i, end, now, waiting, parked):
                 marked -= 1
                 k = w.k[lane]
                 x = w.x[lane]
-                region = k[NOW]
                 theta = s[now * LANES + lane]
                 omega = s[(now + 1) * LANES + lane]
-                if region == REST:
-                    theta = 0.0
-                    omega = 0.0
-                elif k[GRADE] == MANY_STEPS:
+                if k[GRADE] == MANY_STEPS:
                     k[NEED] = HARD
                 else:
                     push = s[ROW_OFFSET * LANES + lane] + w.amplitude[lane] * force
@@ -1956,7 +1997,7 @@ def _advance(w, first, n, record, dt, i, end, now, waiting, parked):
 
 
 @njit(**_LANES)
-def _resolve(w, model, record, strongest, dt, end, now, waiting, parked, poly, trig, turning_points):
+def _resolve(w, model, record, highs, strongest, dt, end, now, waiting, parked, poly, trig, turning_points):
     """Solve the events of the parked lanes and bring each to sample `end`: whether any overturned, events solved.
 
     In rounds: the turns that wait, then one event a lane (the crossings all at once, then what follows them to the end
@@ -2106,7 +2147,9 @@ def _resolve(w, model, record, strongest, dt, end, now, waiting, parked, poly, t
                     fallen = True
             if k[OVERTURNED] != 0:
                 continue
-            reached, waiting = _follow(w, lane, model, record, strongest, dt, i + 1, end, now, waiting, recording)
+            reached, waiting = _follow(
+                w, lane, model, record, highs, strongest, dt, i + 1, end, now, waiting, recording
+            )
             if reached < end:
                 w.parked[again] = lane
                 w.parked_at[again] = reached
@@ -2179,9 +2222,81 @@ def _write_result(out, j, x, k):
 @njit(**_EVENT)
 def _fetch_lane(w, lane, now):
     """A lane's rotation and velocity out of the lockstep."""
-    at_rest = w.k[lane, NOW] == REST
-    w.x[lane, THETA] = 0.0 if at_rest else w.rows[now * LANES + lane]
-    w.x[lane, OMEGA] = 0.0 if at_rest else w.rows[(now + 1) * LANES + lane]
+    w.x[lane, THETA] = w.rows[now * LANES + lane]
+    w.x[lane, OMEGA] = w.rows[(now + 1) * LANES + lane]
+
+
+@njit(**_EVENT)
+def _copy(target, source):
+    for j in range(source.shape[0]):
+        target[j] = source[j]
+
+
+@njit(**_EVENT)
+def _leave_lane(w, lane, last):
+    """The last of the active lanes takes the place of this one."""
+    for row in range(LANE_ROWS):
+        w.rows[row * LANES + lane] = w.rows[row * LANES + last]
+    _copy(w.x[lane], w.x[last])
+    _copy(w.k[lane], w.k[last])
+    _copy(w.own[lane], w.own[last])
+    w.amplitude[lane] = w.amplitude[last]
+    w.oscillator[lane] = w.oscillator[last]
+    w.run[lane] = w.run[last]
+    w.until[lane] = w.until[last]
+    _clear_lane(w.rows, last)
+
+
+@njit(**_EVENT)
+def _set_amplitude(w, lane, amplitude):
+    w.amplitude[lane] = amplitude
+    w.rows[ROW_AMPLITUDE * LANES + lane] = amplitude
+    w.rows[ROW_SQUARE * LANES + lane] = amplitude * amplitude
+
+
+@njit(**_EVENT)
+def _fall_asleep(w, lane, z, j):
+    """The run in a lane becomes sleeper j."""
+    _copy(z.x[j], w.x[lane])
+    _copy(z.k[j], w.k[lane])
+    z.oscillator[j] = w.oscillator[lane]
+    z.run[j] = w.run[lane]
+    z.amplitude[j] = w.amplitude[lane]
+    z.until[j] = w.until[lane]
+
+
+@njit(**_EVENT)
+def _wake(w, lane, z, j):
+    """Sleeper j goes on in a lane."""
+    _copy(w.x[lane], z.x[j])
+    _copy(w.k[lane], z.k[j])
+    w.oscillator[lane] = z.oscillator[j]
+    w.run[lane] = z.run[j]
+    w.own[lane, STEP_DAMPING] = -1.0
+    _set_amplitude(w, lane, z.amplitude[j])
+
+
+@njit(**_EVENT)
+def _sort(values, n):
+    """The first n, few or nearly sorted, in ascending order (numpy's sort takes seconds to compile)."""
+    for i in range(1, n):
+        value = values[i]
+        j = i
+        while j > 0 and values[j - 1] > value:
+            values[j] = values[j - 1]
+            j -= 1
+        values[j] = value
+
+
+@njit(**_EVENT)
+def _move_sleeper(z, j, to):
+    """Sleeper j takes the place of another."""
+    _copy(z.x[to], z.x[j])
+    _copy(z.k[to], z.k[j])
+    z.oscillator[to] = z.oscillator[j]
+    z.run[to] = z.run[j]
+    z.amplitude[to] = z.amplitude[j]
+    z.until[to] = z.until[j]
 
 
 @njit(**_DRIVER)
@@ -2204,7 +2319,8 @@ def _run_lanes(
     """Up to LANES runs in lockstep over one record; runs (r,) are sorted by their first sample.
 
     A run joins at its first sample and leaves when it has overturned, or is sure not to (where shaking_left is given);
-    between, only marked lanes leave the lockstep.  Returns the number of turning points of the last run to end.
+    between, only marked lanes leave the lockstep, and a block at rest has no lane until the sample that lifts it.
+    Returns the number of turning points of the last run to end.
     """
     marks = np.zeros(LANES, np.uint8)
     w = Lanes(
@@ -2225,6 +2341,16 @@ def _run_lanes(
         np.empty(LANES, np.int64),
         np.empty(LANES, np.int64),
         np.empty(LANES),
+        np.zeros(LANES + 1, np.int64),
+        np.empty(LANES, np.int64),
+    )
+    z = Sleepers(
+        np.empty((LANES, STATE_FLOATS)),
+        np.empty((LANES, STATE_INTEGERS), np.int64),
+        np.empty(LANES, np.int64),
+        np.empty(LANES, np.int64),
+        np.empty(LANES),
+        np.empty(LANES, np.int64),
     )
     tables, links, parameters, _ = model
     poly = np.empty((3, DEGREE + 1))
@@ -2236,12 +2362,15 @@ def _run_lanes(
     store = history.shape[1] == n
     recording = turns.shape[1] > 0
     active = 0
+    asleep = 0
+    next_awake = n
     joined = 0
     now = ROW_EVEN
     found = 0
-    strongest = 0.0
+    highs = np.zeros(n // SPAN + 1)
     for j in range(n):
-        strongest = max(strongest, abs(record[j]))
+        highs[j // SPAN] = max(highs[j // SPAN], abs(record[j]))
+    strongest = np.max(highs)
     i = first[runs[0]]
     while True:
         # up to the next multiple of TILE: where the lanes meet must not depend on who is among them
@@ -2249,6 +2378,8 @@ def _run_lanes(
         if store and active > 0:
             _fetch_lane(w, 0, now)
             _store(history, i, w.x[0], w.k[0], tables, links, w.oscillator[0])
+        if store and asleep > 0:
+            _store(history, i, z.x[0], z.k[0], tables, links, z.oscillator[0])
         waiting = 0
         parked = 0
         for lane in range(0, active, BLOCK):
@@ -2256,6 +2387,21 @@ def _run_lanes(
             waiting, parked = _advance(w, lane, n_lanes, record, dt, i, end, now, waiting, parked)
         if (end - i) % 2 == 1:
             now = ROW_ODD if now == ROW_EVEN else ROW_EVEN
+        if next_awake < end:
+            next_awake = n
+            j = 0
+            while j < asleep:
+                if z.until[j] >= end:
+                    next_awake = min(next_awake, z.until[j])
+                    j += 1
+                    continue
+                _wake(w, active, z, j)
+                w.parked[parked] = active
+                w.parked_at[parked] = z.until[j]
+                parked += 1
+                active += 1
+                asleep -= 1
+                _move_sleeper(z, asleep, j)
         while joined < runs.shape[0] and (first[runs[joined]] < end or end == n - 1):
             # a run joins alone, and catches up
             j = runs[joined]
@@ -2266,24 +2412,41 @@ def _run_lanes(
             w.run[active] = j
             w.own[active, STEP_DAMPING] = -1.0
             _reset(x, k, begin[j, 0], begin[j, 1], begin[j, 2], int(begin[j, 3]), int(parameters[o, PAR_START]))
-            amplitude = -parameters[o, PAR_GAIN] * factors[j]
-            w.amplitude[active] = amplitude
-            w.rows[ROW_AMPLITUDE * LANES + active] = amplitude
-            w.rows[ROW_SQUARE * LANES + active] = amplitude * amplitude
+            _set_amplitude(w, active, -parameters[o, PAR_GAIN] * factors[j])
             if store:
                 _store(history, i, x, k, tables, links, o)
-            reached, waiting = _follow(w, active, model, record, strongest, dt, first[j], end, now, waiting, recording)
+            reached, waiting = _follow(
+                w, active, model, record, highs, strongest, dt, first[j], end, now, waiting, recording
+            )
+            joined += 1
+            if w.resting[LANES] > 0:
+                w.resting[LANES] = 0
+                _fall_asleep(w, active, z, asleep)
+                next_awake = min(next_awake, z.until[asleep])
+                asleep += 1
+                continue
             if reached < end:
                 w.parked[parked] = active
                 w.parked_at[parked] = reached
                 parked += 1
             active += 1
-            joined += 1
         i = end
         leaving = False
         if parked > 0 or waiting > 0:
-            leaving, solved = _resolve(w, model, record, strongest, dt, end, now, waiting, parked, poly, trig, turns)
+            leaving, solved = _resolve(
+                w, model, record, highs, strongest, dt, end, now, waiting, parked, poly, trig, turns
+            )
             tally[TALLY_EVENTS] += solved
+        if w.resting[LANES] > 0:
+            # from the last lane on, so that none of those that are left changes its place
+            _sort(w.resting, w.resting[LANES])
+            for j in range(w.resting[LANES] - 1, -1, -1):
+                _fall_asleep(w, w.resting[j], z, asleep)
+                next_awake = min(next_awake, z.until[asleep])
+                asleep += 1
+                active -= 1
+                _leave_lane(w, w.resting[j], active)
+            w.resting[LANES] = 0
         if shaking_left.shape[0] > 0 and (i % SAFETY_INTERVAL == 0 or i == n - 1):
             for lane in range(active):
                 if w.k[lane, OVERTURNED] == 0:
@@ -2292,6 +2455,18 @@ def _run_lanes(
                     if _is_safe(w.x[lane], w.k[lane], tables, parameters, w.oscillator[lane], push, barriers):
                         w.k[lane, SAFE] = 1
                         leaving = True
+            j = 0
+            while j < asleep:
+                push = abs(z.amplitude[j]) * shaking_left[i]
+                if not _is_safe(z.x[j], z.k[j], tables, parameters, z.oscillator[j], push, barriers):
+                    j += 1
+                    continue
+                z.k[j, SAFE] = 1
+                tally[TALLY_SAFE] += n - 1 - i
+                found = z.k[j, TURNS]
+                _write_result(out, z.run[j], z.x[j], z.k[j])
+                asleep -= 1
+                _move_sleeper(z, asleep, j)
         if leaving:
             lane = 0
             while lane < active:
@@ -2304,17 +2479,14 @@ def _run_lanes(
                 if store:
                     _store_fallen(history, i, w.x[lane])
                 active -= 1
-                for row in range(LANE_ROWS):
-                    w.rows[row * LANES + lane] = w.rows[row * LANES + active]
-                w.x[lane] = w.x[active]
-                w.k[lane] = w.k[active]
-                w.own[lane] = w.own[active]
-                w.amplitude[lane] = w.amplitude[active]
-                w.oscillator[lane] = w.oscillator[active]
-                w.run[lane] = w.run[active]
-                _clear_lane(w.rows, active)
-        if i == n - 1 or (active == 0 and joined == runs.shape[0]):
+                _leave_lane(w, lane, active)
+        if i == n - 1 or (active + asleep == 0 and joined == runs.shape[0]):
             break
+    for j in range(asleep):  # they take their lanes again, and end with the others
+        _wake(w, active, z, j)
+        w.rows[now * LANES + active] = 0.0
+        w.rows[(now + 1) * LANES + active] = 0.0
+        active += 1
     if store and active > 0:
         _fetch_lane(w, 0, now)
         _store(history, n - 1, w.x[0], w.k[0], tables, links, w.oscillator[0])

@@ -17,6 +17,7 @@ from stress_cases import (
     OVERTURNED,
     PEAK,
     UPLIFTED,
+    threshold,
 )
 
 import toppling as tp
@@ -57,6 +58,10 @@ def plain_selection():
             found += list(np.hstack([flags, np.zeros((4, 4))]))
         found.append(trace(oscillator, np.zeros(20), 0.02, 0.6 * block.alpha, 0.1).results)
         found.append(trace(oscillator, np.r_[0.0, 60.0, 60.0, 60.0, np.zeros(60)], 0.05).results)
+    # bounces by the hundred in a sample
+    for geometry in ("exact", "linear"):
+        oscillator = tp.HousnerImpact(e=0.998, geometry=geometry).oscillator(BLOCK)
+        found.append(trace(oscillator, np.array([1.00001, 0.5, 0.5]) * threshold(oscillator), 0.05).results)
     # an overdamped crossing, and one near critical damping
     for e, speed in ((0.1, 30.0), (0.3, 3.2), (0.999, 0.5)):
         oscillator = tp.EnergyConsistent(e=e).oscillator(BLOCK)
