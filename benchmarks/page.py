@@ -124,8 +124,7 @@ def _speed_answer(speed: Row) -> list[str]:
         if some
     )
     lines = [
-        f"**Speed.** A sample of one run costs, without skipping: {costs}. RK4 passes over the time in "
-        "which a rigid block rests."
+        f"**Speed.** A sample of one run costs, without skipping: {costs}. RK4 takes one step a sample, rest or not."
     ]
     for case, target in TARGETS.items():
         here = [row for row in rows if row["case"] == case and row["law"] != EXACT_GEOMETRY]
@@ -139,8 +138,8 @@ def _speed_answer(speed: Row) -> list[str]:
             rigid = [row for row in here if row["rigid"]]
             if rigid:
                 line += (
-                    f" Against an RK4 that takes its step where a rigid block rests, too, the rigid laws are at "
-                    f"{span((row['share_stepping'] for row in rigid), 3)}."
+                    f" Against an RK4 that takes no steps where a rigid block rests the rigid laws are at "
+                    f"{span((row['share_passing'] for row in rigid), 3)}."
                 )
             lines.append(line)
     ratios = speed["exact_over_linear"]
@@ -259,8 +258,8 @@ def _speed_section(results: Row, _: set[str]) -> list[str]:
         + ", ".join(f"{fraction(target)} in {case}" for case, target in TARGETS.items())
         + ".",
         markdown(speed_table(results["speed"]["rows"])),
-        "\\* A rigid block that rests does not move: the engine and the plain RK4 pass over that time. *To a step a "
-        "sample*: the ratio to an RK4 that takes its step there, too.",
+        "\\* A rigid block that rests does not move: the engine passes over that time, one step a sample of RK4 is "
+        "a step there, too. *Passing over rest*: the ratio to an RK4 that takes no steps there.",
     ]
 
 

@@ -101,13 +101,13 @@ class FixedSteps:
 
 
 def runge_kutta(steps: int) -> FixedSteps:
-    """Classical Runge-Kutta; with one step a sample it is the yardstick of the engine's speed."""
+    """Classical Runge-Kutta; it takes no steps where a rigid block rests."""
     return FixedSteps("RK4", kernels.fixed_steps, (kernels.RK4,), steps)
 
 
 def runge_kutta_at_rest() -> FixedSteps:
-    """As `runge_kutta(1)`, but that it takes its step at every sample, also while a rigid block rests."""
-    return FixedSteps("RK4 at rest, too", kernels.fixed_steps, (kernels.RK4_AT_REST,), 1)
+    """As `runge_kutta(1)`, but one step at every sample, rest or not: the yardstick of the engine's speed."""
+    return FixedSteps("RK4, one step a sample", kernels.fixed_steps, (kernels.RK4_AT_REST,), 1)
 
 
 def newmark(steps: int) -> FixedSteps:

@@ -64,13 +64,13 @@ def fraction(target: float) -> str:
     return f"1/{round(1.0 / target)}"
 
 
-SHARES = ("share", "share_stepping")
+SHARES = ("share", "share_passing")
 """The two ratios of `speed`."""
 
 
 def speed_table(rows: Sequence[Row]) -> Table:
     """Both cases of each law in one row."""
-    each = ("engine", "RK4", "ratio", "to a step a sample")
+    each = ("engine", "RK4", "ratio", "passing over rest")
     headings = ("law", *(f"{case}: {one}" for case in TARGETS for one in each))
     lines = []
     for law in laws_of(rows):

@@ -297,7 +297,7 @@ def _linear_series(poly, acceleration, omega, c, stiffness, slope, n):
 
 @njit(**_EVENT)
 def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
-    """The terms of `_exact_series` to degree 8 or 10, written out: mostly enough.  The degree, 0 where they are not.
+    """The terms of `_exact_series` to degree 8, 10 or 12, written out: the degree, 0 where they are not enough.
 
     s, c, w and a: sine, cosine, velocity and acceleration.
     """
@@ -374,6 +374,27 @@ def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
     power *= squared
     if abs(a7) * power <= 8.0 * least and abs(a8) * power * h <= 9.0 * least:
         return 10
+    s9 = -((w1 * c7 + w2 * c6 + w3 * c5 + w4 * c4 + w5 * c3 + w6 * c2 + w7 * c1) + (w0 * c8 + w8 * c0)) * (1.0 / 9.0)
+    c9 = ((w1 * s7 + w2 * s6 + w3 * s5 + w4 * s4 + w5 * s3 + w6 * s2 + w7 * s1) + (w0 * s8 + w8 * s0)) * (1.0 / 9.0)
+    a9 = slope * c8 + (force * c9 - p2 * s9)
+    w10 = a9 * (1.0 / 10.0)
+    s10 = -((w1 * c8 + w2 * c7 + w3 * c6 + w4 * c5 + w5 * c4 + w6 * c3 + w7 * c2 + w8 * c1) + (w0 * c9 + w9 * c0)) * (
+        1.0 / 10.0
+    )
+    c10 = ((w1 * s8 + w2 * s7 + w3 * s6 + w4 * s5 + w5 * s4 + w6 * s3 + w7 * s2 + w8 * s1) + (w0 * s9 + w9 * s0)) * (
+        1.0 / 10.0
+    )
+    a10 = slope * c9 + (force * c10 - p2 * s10)
+    w11 = a10 * (1.0 / 11.0)
+    poly[ACCELERATION, 9] = a9
+    poly[SPEED, 10] = w10
+    poly[MOVED, 11] = w10 * (1.0 / 11.0)
+    poly[ACCELERATION, 10] = a10
+    poly[SPEED, 11] = w11
+    poly[MOVED, 12] = w11 * (1.0 / 12.0)
+    power *= squared
+    if abs(a9) * power <= 10.0 * least and abs(a10) * power * h <= 11.0 * least:
+        return 12
     trig[0, 1] = s1
     trig[1, 1] = c1
     trig[0, 2] = s2
@@ -390,6 +411,10 @@ def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
     trig[1, 7] = c7
     trig[0, 8] = s8
     trig[1, 8] = c8
+    trig[0, 9] = s9
+    trig[1, 9] = c9
+    trig[0, 10] = s10
+    trig[1, 10] = c10
     return 0
 
 
@@ -399,10 +424,10 @@ def _many_terms(poly, trig, omega, p2, scale, force, slope, h):
     start = abs(poly[ACCELERATION, 0])
     jerk = abs(poly[ACCELERATION, 1])
     largest = max(abs(omega) * h, 0.5 * start * h * h, 0.5 * jerk * h * h * h)
-    power = h**10
-    before = abs(poly[SPEED, 9]) * power
+    power = h**12
+    before = abs(poly[SPEED, 11]) * power
     n = DEGREE
-    for k in range(9, DEGREE - 1):
+    for k in range(11, DEGREE - 1):
         s = 0.0
         c = 0.0
         for j in range(k):
@@ -1796,11 +1821,20 @@ def _flush_turns(w, n, poly):
                 w.x[lane, PEAK] = max(w.x[lane, PEAK], abs(theta))
 
 
+@njit(**_DRIVER)
+def _highs(record):
+    """The largest |record| of each SPAN samples."""
+    highs = np.zeros(record.shape[0] // SPAN + 1)
+    for j in range(record.shape[0]):
+        highs[j // SPAN] = max(highs[j // SPAN], abs(record[j]))
+    return highs
+
+
 @njit(**_EVENT)
 def _until_uplift(record, highs, amplitude, upper, lower, i):
     """The sample, from i on, in which forcing leaves the threshold behind: the last one if none does.
 
-    `highs`: the largest |record| of each SPAN samples, by which most of them are passed over.
+    By `highs` (see `_highs`) most samples are passed over.
     """
     force = amplitude * record[i]
     if force >= upper or force <= lower:  # (a record may begin there)
@@ -2367,9 +2401,7 @@ def _run_lanes(
     joined = 0
     now = ROW_EVEN
     found = 0
-    highs = np.zeros(n // SPAN + 1)
-    for j in range(n):
-        highs[j // SPAN] = max(highs[j // SPAN], abs(record[j]))
+    highs = _highs(record)
     strongest = np.max(highs)
     i = first[runs[0]]
     while True:
@@ -2526,6 +2558,7 @@ def _run_exact(
     n = record.shape[0]
     store = history.shape[1] == n
     looking = shaking_left.shape[0] > 0
+    highs = _highs(record)
     found = 0
     for r in range(runs.shape[0]):
         j = runs[r]
@@ -2549,12 +2582,17 @@ def _run_exact(
                 tally[TALLY_SAFE] += n - 1 - i
                 break
             if k[NOW] == REST and max(force, end) <= right and min(force, end) >= left:
-                stop = i + 1 if store else min(n - 1, (i // SAFETY_INTERVAL + 1) * SAFETY_INTERVAL)
-                while i + 1 < stop and left <= amplitude * record[i + 2] <= right:
-                    i += 1
+                lifted = i + 1 if store else _until_uplift(record, highs, amplitude, right, left, i)
+                stop = (i // SAFETY_INTERVAL + 1) * SAFETY_INTERVAL if looking else n - 1
+                i = max(i, min(lifted, stop, n - 1) - 1)
                 continue
             tally[TALLY_EVENTS] += 1
-            _sample(x, k, tables, links, parameters, o, force, (end - force) / dt, 0.0, dt, i * dt, poly, trig, turns)
+            slope = (end - force) / dt
+            t = 0.0
+            if x[THETA] != 0.0:  # mostly there is no event, and this is all
+                t = _piece(x, k, tables, links, parameters, o, force, slope, dt, i * dt, poly, trig, turns)
+            if t < dt:
+                _sample(x, k, tables, links, parameters, o, force, slope, t, dt, i * dt, poly, trig, turns)
             if k[OVERTURNED] != 0:
                 tally[TALLY_OVERTURNED] += n - 2 - i
                 if store:
