@@ -299,41 +299,47 @@ def _linear_series(poly, acceleration, omega, c, stiffness, slope, n):
 def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
     """The terms of `_exact_series` to degree 8, 10 or 12, written out: the degree, 0 where they are not enough.
 
-    s, c, w and a: sine, cosine, velocity and acceleration.
+    w and a: velocity and acceleration.  With sine s and cosine c of the running angle, f = force c - p² s and
+    g = force s + p² c take turns as they do, k f_k = sum w_j g_(k-1-j) and k g_k = -sum w_j f_(k-1-j), and
+    a = f + slope t c: a velocity is in the next but one after one sum and two products.
     """
-    s0 = trig[0, 0]
     c0 = trig[1, 0]
+    f0 = a0
+    g0 = force * trig[0, 0] + p2 * c0
+    unit = 1.0 / (force * force + p2 * p2)
+    by_f = slope * force * unit
+    by_g = slope * p2 * unit
     w1 = a0
-    s1 = -w0 * c0
-    c1 = w0 * s0
-    a1 = slope * c0 + (force * c1 - p2 * s1)
+    f1 = w0 * g0
+    g1 = -w0 * f0
+    a1 = slope * c0 + f1
     w2 = a1 * (1.0 / 2.0)
-    s2 = -(w0 * c1 + w1 * c0) * (1.0 / 2.0)
-    c2 = (w0 * s1 + w1 * s0) * (1.0 / 2.0)
-    a2 = slope * c1 + (force * c2 - p2 * s2)
+    f2 = (w0 * g1 + w1 * g0) * (1.0 / 2.0)
+    g2 = -(w0 * f1 + w1 * f0) * (1.0 / 2.0)
+    a2 = (by_f * f1 + by_g * g1) + f2
     w3 = a2 * (1.0 / 3.0)
-    s3 = -((w1 * c1) + (w0 * c2 + w2 * c0)) * (1.0 / 3.0)
-    c3 = ((w1 * s1) + (w0 * s2 + w2 * s0)) * (1.0 / 3.0)
-    a3 = slope * c2 + (force * c3 - p2 * s3)
+    f3 = ((w1 * g1) + (w0 * g2 + w2 * g0)) * (1.0 / 3.0)
+    g3 = -((w1 * f1) + (w0 * f2 + w2 * f0)) * (1.0 / 3.0)
+    a3 = (by_f * f2 + by_g * g2) + f3
     w4 = a3 * (1.0 / 4.0)
-    s4 = -((w1 * c2 + w2 * c1) + (w0 * c3 + w3 * c0)) * (1.0 / 4.0)
-    c4 = ((w1 * s2 + w2 * s1) + (w0 * s3 + w3 * s0)) * (1.0 / 4.0)
-    a4 = slope * c3 + (force * c4 - p2 * s4)
+    f4 = ((w1 * g2 + w2 * g1) + (w0 * g3 + w3 * g0)) * (1.0 / 4.0)
+    g4 = -((w1 * f2 + w2 * f1) + (w0 * f3 + w3 * f0)) * (1.0 / 4.0)
+    a4 = (by_f * f3 + by_g * g3) + f4
     w5 = a4 * (1.0 / 5.0)
-    s5 = -((w1 * c3 + w2 * c2 + w3 * c1) + (w0 * c4 + w4 * c0)) * (1.0 / 5.0)
-    c5 = ((w1 * s3 + w2 * s2 + w3 * s1) + (w0 * s4 + w4 * s0)) * (1.0 / 5.0)
-    a5 = slope * c4 + (force * c5 - p2 * s5)
+    f5 = ((w1 * g3 + w2 * g2 + w3 * g1) + (w0 * g4 + w4 * g0)) * (1.0 / 5.0)
+    g5 = -((w1 * f3 + w2 * f2 + w3 * f1) + (w0 * f4 + w4 * f0)) * (1.0 / 5.0)
+    a5 = (by_f * f4 + by_g * g4) + f5
     w6 = a5 * (1.0 / 6.0)
-    s6 = -((w1 * c4 + w2 * c3 + w3 * c2 + w4 * c1) + (w0 * c5 + w5 * c0)) * (1.0 / 6.0)
-    c6 = ((w1 * s4 + w2 * s3 + w3 * s2 + w4 * s1) + (w0 * s5 + w5 * s0)) * (1.0 / 6.0)
-    a6 = slope * c5 + (force * c6 - p2 * s6)
+    f6 = ((w1 * g4 + w2 * g3 + w3 * g2 + w4 * g1) + (w0 * g5 + w5 * g0)) * (1.0 / 6.0)
+    g6 = -((w1 * f4 + w2 * f3 + w3 * f2 + w4 * f1) + (w0 * f5 + w5 * f0)) * (1.0 / 6.0)
+    a6 = (by_f * f5 + by_g * g5) + f6
     w7 = a6 * (1.0 / 7.0)
     poly[MOVED, 0] = 0.0
-    poly[MOVED, 1] = w0
-    poly[MOVED, 2] = 0.5 * a0
     poly[SPEED, 0] = w0
-    poly[SPEED, 1] = a0
     poly[ACCELERATION, 0] = a0
+    poly[MOVED, 1] = w0
+    poly[SPEED, 1] = a0
+    poly[MOVED, 2] = 0.5 * a0
     poly[ACCELERATION, 1] = a1
     poly[SPEED, 2] = w2
     poly[MOVED, 3] = w2 * (1.0 / 3.0)
@@ -357,13 +363,13 @@ def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
     power = squared * squared * squared
     if abs(a5) * power <= 6.0 * least and abs(a6) * power * h <= 7.0 * least:
         return 8
-    s7 = -((w1 * c5 + w2 * c4 + w3 * c3 + w4 * c2 + w5 * c1) + (w0 * c6 + w6 * c0)) * (1.0 / 7.0)
-    c7 = ((w1 * s5 + w2 * s4 + w3 * s3 + w4 * s2 + w5 * s1) + (w0 * s6 + w6 * s0)) * (1.0 / 7.0)
-    a7 = slope * c6 + (force * c7 - p2 * s7)
+    f7 = ((w1 * g5 + w2 * g4 + w3 * g3 + w4 * g2 + w5 * g1) + (w0 * g6 + w6 * g0)) * (1.0 / 7.0)
+    g7 = -((w1 * f5 + w2 * f4 + w3 * f3 + w4 * f2 + w5 * f1) + (w0 * f6 + w6 * f0)) * (1.0 / 7.0)
+    a7 = (by_f * f6 + by_g * g6) + f7
     w8 = a7 * (1.0 / 8.0)
-    s8 = -((w1 * c6 + w2 * c5 + w3 * c4 + w4 * c3 + w5 * c2 + w6 * c1) + (w0 * c7 + w7 * c0)) * (1.0 / 8.0)
-    c8 = ((w1 * s6 + w2 * s5 + w3 * s4 + w4 * s3 + w5 * s2 + w6 * s1) + (w0 * s7 + w7 * s0)) * (1.0 / 8.0)
-    a8 = slope * c7 + (force * c8 - p2 * s8)
+    f8 = ((w1 * g6 + w2 * g5 + w3 * g4 + w4 * g3 + w5 * g2 + w6 * g1) + (w0 * g7 + w7 * g0)) * (1.0 / 8.0)
+    g8 = -((w1 * f6 + w2 * f5 + w3 * f4 + w4 * f3 + w5 * f2 + w6 * f1) + (w0 * f7 + w7 * f0)) * (1.0 / 8.0)
+    a8 = (by_f * f7 + by_g * g7) + f8
     w9 = a8 * (1.0 / 9.0)
     poly[ACCELERATION, 7] = a7
     poly[SPEED, 8] = w8
@@ -374,17 +380,17 @@ def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
     power *= squared
     if abs(a7) * power <= 8.0 * least and abs(a8) * power * h <= 9.0 * least:
         return 10
-    s9 = -((w1 * c7 + w2 * c6 + w3 * c5 + w4 * c4 + w5 * c3 + w6 * c2 + w7 * c1) + (w0 * c8 + w8 * c0)) * (1.0 / 9.0)
-    c9 = ((w1 * s7 + w2 * s6 + w3 * s5 + w4 * s4 + w5 * s3 + w6 * s2 + w7 * s1) + (w0 * s8 + w8 * s0)) * (1.0 / 9.0)
-    a9 = slope * c8 + (force * c9 - p2 * s9)
+    f9 = ((w1 * g7 + w2 * g6 + w3 * g5 + w4 * g4 + w5 * g3 + w6 * g2 + w7 * g1) + (w0 * g8 + w8 * g0)) * (1.0 / 9.0)
+    g9 = -((w1 * f7 + w2 * f6 + w3 * f5 + w4 * f4 + w5 * f3 + w6 * f2 + w7 * f1) + (w0 * f8 + w8 * f0)) * (1.0 / 9.0)
+    a9 = (by_f * f8 + by_g * g8) + f9
     w10 = a9 * (1.0 / 10.0)
-    s10 = -((w1 * c8 + w2 * c7 + w3 * c6 + w4 * c5 + w5 * c4 + w6 * c3 + w7 * c2 + w8 * c1) + (w0 * c9 + w9 * c0)) * (
+    f10 = ((w1 * g8 + w2 * g7 + w3 * g6 + w4 * g5 + w5 * g4 + w6 * g3 + w7 * g2 + w8 * g1) + (w0 * g9 + w9 * g0)) * (
         1.0 / 10.0
     )
-    c10 = ((w1 * s8 + w2 * s7 + w3 * s6 + w4 * s5 + w5 * s4 + w6 * s3 + w7 * s2 + w8 * s1) + (w0 * s9 + w9 * s0)) * (
+    g10 = -((w1 * f8 + w2 * f7 + w3 * f6 + w4 * f5 + w5 * f4 + w6 * f3 + w7 * f2 + w8 * f1) + (w0 * f9 + w9 * f0)) * (
         1.0 / 10.0
     )
-    a10 = slope * c9 + (force * c10 - p2 * s10)
+    a10 = (by_f * f9 + by_g * g9) + f10
     w11 = a10 * (1.0 / 11.0)
     poly[ACCELERATION, 9] = a9
     poly[SPEED, 10] = w10
@@ -395,26 +401,26 @@ def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
     power *= squared
     if abs(a9) * power <= 10.0 * least and abs(a10) * power * h <= 11.0 * least:
         return 12
-    trig[0, 1] = s1
-    trig[1, 1] = c1
-    trig[0, 2] = s2
-    trig[1, 2] = c2
-    trig[0, 3] = s3
-    trig[1, 3] = c3
-    trig[0, 4] = s4
-    trig[1, 4] = c4
-    trig[0, 5] = s5
-    trig[1, 5] = c5
-    trig[0, 6] = s6
-    trig[1, 6] = c6
-    trig[0, 7] = s7
-    trig[1, 7] = c7
-    trig[0, 8] = s8
-    trig[1, 8] = c8
-    trig[0, 9] = s9
-    trig[1, 9] = c9
-    trig[0, 10] = s10
-    trig[1, 10] = c10
+    trig[0, 1] = (force * g1 - p2 * f1) * unit
+    trig[1, 1] = (force * f1 + p2 * g1) * unit
+    trig[0, 2] = (force * g2 - p2 * f2) * unit
+    trig[1, 2] = (force * f2 + p2 * g2) * unit
+    trig[0, 3] = (force * g3 - p2 * f3) * unit
+    trig[1, 3] = (force * f3 + p2 * g3) * unit
+    trig[0, 4] = (force * g4 - p2 * f4) * unit
+    trig[1, 4] = (force * f4 + p2 * g4) * unit
+    trig[0, 5] = (force * g5 - p2 * f5) * unit
+    trig[1, 5] = (force * f5 + p2 * g5) * unit
+    trig[0, 6] = (force * g6 - p2 * f6) * unit
+    trig[1, 6] = (force * f6 + p2 * g6) * unit
+    trig[0, 7] = (force * g7 - p2 * f7) * unit
+    trig[1, 7] = (force * f7 + p2 * g7) * unit
+    trig[0, 8] = (force * g8 - p2 * f8) * unit
+    trig[1, 8] = (force * f8 + p2 * g8) * unit
+    trig[0, 9] = (force * g9 - p2 * f9) * unit
+    trig[1, 9] = (force * f9 + p2 * g9) * unit
+    trig[0, 10] = (force * g10 - p2 * f10) * unit
+    trig[1, 10] = (force * f10 + p2 * g10) * unit
     return 0
 
 
