@@ -1146,7 +1146,7 @@ def _sample(x, k, tables, links, parameters, o, force, slope, t, dt, time, poly,
         if k[NOW] != REST and x[THETA] == 0.0:
             if k[IMPACTS] - impacts > MANY_HOPS and k[TURNS] >= turning_points.shape[1]:
                 t = _low_hops(x, k, tables, links, parameters, o, force, slope, t, dt)
-            if hops:
+            if hops and k[NOW] != REST:
                 t = _hops(x, k, tables, links, parameters, o, force, slope, t, dt)
             if t >= dt:
                 break
