@@ -268,7 +268,7 @@ class TestThreshold:
             for excess in (1e-9, 1e-12, 1e-14):
                 for values in self.SHAPES.values():
                     run = answer(trace, oscillator, values * threshold(oscillator) * (1.0 + excess), dt)
-                    check_sane(run, BLOCK)
+                    check_sane(run, BLOCK, e)
 
 
 class TestGrazing:

@@ -77,7 +77,10 @@ class TestFreeMotion:
         lowest = np.minimum.accumulate(energy)
         turns = np.abs(run.turning_points[1])
         # steps leave little; a half cycle of a lossless orbit, with its events, rounds the same way again and again
-        assert np.all(energy - lowest <= (2e-14 + 1.5e-16 * turns.size) * energy[0])
+        drift = 2e-14 + 1.5e-16 * turns.size
+        if energy[-1] < 0.999 * energy[0]:
+            drift = min(drift, 5e-14)
+        assert np.all(energy - lowest <= drift * energy[0])
         if "rest" not in options or options["rest"] == "elastic":
             outside = energies(block, oscillator, turns[turns < alpha], 0.0)
             assert np.all(np.diff(outside) <= 5e-14 * energy[0])
