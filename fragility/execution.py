@@ -14,6 +14,7 @@ from ..models.oscillator import Oscillator
 from ..models.runs import TALLY
 from ..models.simulate import oscillator_of
 from ..motions.arrays import Record
+from .made import Made
 from .plan import OUTPUT_TYPES, Work, plan_chunks
 from .runners import Runner, runner_of
 
@@ -41,9 +42,9 @@ class Request(NamedTuple):
     screen: bool
 
     @property
-    def oscillators(self) -> list[Oscillator]:
+    def oscillators(self) -> Made:
         """Block by block, every law of each."""
-        return [oscillator_of(block, model) for block in self.blocks for model in self.models]
+        return Made(self.blocks, lambda block: [oscillator_of(block, law) for law in self.models], len(self.models))
 
 
 class Runs(NamedTuple):
@@ -99,7 +100,7 @@ def execute(
 ) -> Runs:
     """Every oscillator under factors (block, level, motion; see `Work`) times the motions."""
     names = tuple(dict.fromkeys(DERIVED.get(name, name) for name in asked.outputs))
-    return collect(Work(tuple(oscillators), tuple(motions), factors, asked.skip, names), asked.runner, asked.progress)
+    return collect(Work(oscillators, tuple(motions), factors, asked.skip, names), asked.runner, asked.progress)
 
 
 def collect(work: Work, runner: Runner, progress: Progress | None) -> Runs:
@@ -126,8 +127,9 @@ def labelled_sequence(name: str, values: Any, kind: type[Labelled]) -> list[Labe
     for value in found:
         if not isinstance(value, kind):
             raise TypeError(f"{name} must be one {kind.__name__} or a sequence of them, got {checks.kind(value)}")
-    labels = [value.label for value in found]
-    for label in labels:
-        if labels.count(label) > 1:
-            raise ValueError(f"{name} must have unique labels, got {label!r} more than once")
+    taken: set[str] = set()
+    for value in found:
+        if value.label in taken:
+            raise ValueError(f"{name} must have unique labels, got {value.label!r} more than once")
+        taken.add(value.label)
     return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -88,6 +88,7 @@ def fit_fragility(
     keep_replicates: bool = False,
     state: State = OVERTURNED,
     together: Sequence[str] = (),
+    progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Fragility curves by maximum likelihood, with intervals; by default P(x) = Phi(ln(x/median)/dispersion).
 
@@ -123,6 +124,8 @@ def fit_fragility(
         Of runs: another damage state that stands for overturning, see `reached`.
     together : sequence of str
         Dimensions of an IDA, such as ``sample``, whose runs make one curve: all of a motion's are runs of that motion.
+    progress : callable, optional
+        Called with (curves fitted, curves in all) after every curve.
 
     Returns
     -------
@@ -224,6 +227,8 @@ def fit_fragility(
     for i, sample in enumerate(trials.samples):
         drawn = Resampled.of(sample, options, i) if options.resamples else None
         columns.append(chosen.fit(sample, options, drawn))
+        if progress is not None:
+            progress(len(columns), len(trials.samples))
     curves = label_curves(columns, trials, options.fractiles, level, options.replicates)
     resampling = {"replicates": options.replicates, "seed": options.seed} if options.resamples else {}
     return curves.assign_attrs(

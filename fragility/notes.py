@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from ..models import Block
 from .intervals import runs_for_half_width, wilson_interval
@@ -16,19 +17,20 @@ from .screen import SQUAT_RATIO
 
 HUGE = 30.0  # m: no content of a building
 NAMED = 3  # no sentence names more
+MOST_ALONE = 8  # blocks with a sentence of their own
 _BLOCK, _LAW, _PAIR = ("block",), ("model",), ("block", "model")
 NOT_MODELLED = "vertical shaking, sliding and bouncing are not modelled"
 
 
 def block_notes(blocks: Iterable[Block]) -> list[str]:
     """What a user should know of the blocks alone, before anything runs: one sentence each."""
-    found = []
-    for block in blocks:
-        if block.h < SQUAT_RATIO * block.b:
-            found.append(_squat(block.label, block.h / block.b))
-        if max(block.width, block.height) > HUGE:
-            found.append(f"{block.label}: {block.width:g} m x {block.height:g} m: metres meant?")
-    return found
+    every = list(blocks)
+    found = _squat([block.label for block in every], np.array([block.h / block.b for block in every]))
+    large = [block for block in every if max(block.width, block.height) > HUGE]
+    sizes = [f"{block.label}: {block.width:g} m x {block.height:g} m" for block in large]
+    if len(large) > MOST_ALONE:
+        return [*found, f"{len(large):,} blocks are over {HUGE:g} m ({_first(sizes)}): metres meant?"]
+    return [*found, *(f"{one}: metres meant?" for one in sizes)]
 
 
 def notes(screened: xr.Dataset) -> list[str]:
@@ -65,10 +67,8 @@ def notes(screened: xr.Dataset) -> list[str]:
     if not isinstance(screened, xr.Dataset) or "screen" not in screened.attrs or "outside" not in screened:
         raise TypeError("notes need a dataset as toppling.fragility.screen returns it")
     settings = json.loads(screened.attrs["screen"])
-    ratios = 1.0 / screened["friction_uplift"].values
     labels = [str(label) for label in screened["block"].values]
-    squat = zip(labels, ratios, screened["squat"].values, strict=True)
-    found = [_squat(label, ratio) for label, ratio, holds in squat if holds]
+    found = _squat(labels, 1.0 / screened["friction_uplift"].values, screened["squat"].values)
     found += _friction(screened, settings)
     found += _shaking(screened, settings)
     if "undecided" in screened:
@@ -76,11 +76,26 @@ def notes(screened: xr.Dataset) -> list[str]:
     return [*found, NOT_MODELLED]
 
 
-def _squat(label: str, ratio: float) -> str:
-    return (
-        f"{label}: its centre of mass is {ratio:.1f} half widths high; below {SQUAT_RATIO:g} it slides or bounces "
-        "rather than rocks, which is not modelled"
-    )
+def _squat(labels: list[str], ratios: NDArray[np.float64], here: NDArray[np.bool_] | None = None) -> list[str]:
+    """Which blocks are squat, by their height of the centre of mass over half the width, or as the screen says."""
+    squat = np.flatnonzero(ratios < SQUAT_RATIO if here is None else here)
+    if squat.size > MOST_ALONE:
+        low, high = float(ratios[squat].min()), float(ratios[squat].max())
+        named = _first([labels[i] for i in squat])
+        return [
+            f"{squat.size:,} blocks ({named}) have their centre of mass {low:.1f} to {high:.1f} half widths high; "
+            f"below {SQUAT_RATIO:g} they slide or bounce rather than rock, which is not modelled"
+        ]
+    return [
+        f"{labels[i]}: its centre of mass is {ratios[i]:.1f} half widths high; below {SQUAT_RATIO:g} it slides or "
+        "bounces rather than rocks, which is not modelled"
+        for i in squat
+    ]
+
+
+def _first(names: list[str]) -> str:
+    """The first of many, and how many more there are."""
+    return f"{', '.join(names[:NAMED])} and {len(names) - NAMED:,} more"
 
 
 def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:

@@ -21,6 +21,7 @@ from ..models.oscillator import Oscillator
 from ..models.simulate import oscillator_of
 from ..units import DIMENSIONLESS
 from .execution import Progress, collect
+from .made import Made
 from .plan import Work
 from .provenance import Motions, blocks_of, factors_of, laws_of, records_of
 from .runners import Runner, runner_of
@@ -115,12 +116,14 @@ def repeated(
     factors = factors_of(runs)[:, :, chosen]
 
     with_e = [j for j, model in enumerate(models) if model.restitution(blocks[0]) is not None]
-    shaken = [oscillator_of(block, model) for block in blocks for model in models]
-    struck = [one for block in blocks for j in with_e for one in _either_side(block, models[j])]
+    shaken = Made(blocks, lambda block: [oscillator_of(block, model) for model in models], len(models))
+    struck = Made(
+        blocks, lambda block: [one for j in with_e for one in _either_side(block, models[j])], 2 * len(with_e)
+    )
     up_and_down = np.concatenate([factors * (1.0 + PERTURBATION), factors * (1.0 - PERTURBATION)], axis=1)
-    works = [Work(tuple(shaken), tuple(plain), up_and_down, outputs=FLAGS)]
-    if struck:
-        works.append(Work(tuple(struck), tuple(plain), factors, outputs=FLAGS))
+    works = [Work(shaken, tuple(plain), up_and_down, outputs=FLAGS)]
+    if with_e:
+        works.append(Work(struck, tuple(plain), factors, outputs=FLAGS))
     total = sum(work.runs for work in works)
     done: list[NDArray[np.bool_]] = []
     for work in works:
@@ -132,7 +135,7 @@ def repeated(
     levels, n = factors.shape[1:]
     # (oscillator, up and down x level, motion), and (block x law x up and down, level, motion)
     flags_up_down = done[0].reshape(*each, 2, levels, n)
-    flags_e = done[1].reshape(each[0], len(with_e), 2, levels, n) if struck else None
+    flags_e = done[1].reshape(each[0], len(with_e), 2, levels, n) if with_e else None
     counts = runner.array((*each, levels, n), np.int8)
     flags = shaped.values
     for i, j in np.ndindex(*each):

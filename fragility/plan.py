@@ -67,7 +67,7 @@ class Work(NamedTuple):
     block, equally many for each.  outputs: what is wanted of a run.
     """
 
-    oscillators: tuple[Oscillator, ...]
+    oscillators: Sequence[Oscillator]
     motions: tuple[Record, ...]
     factors: NDArray[np.float64]
     skip: bool = True

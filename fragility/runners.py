@@ -35,6 +35,9 @@ class Runner(ABC):
         """A place for what is kept of all runs, its values not set: memory, unless a runner knows a better one."""
         return in_memory(shape, dtype)
 
+    def tell(self, what: str, done: int, total: int) -> None:  # noqa: B027 - most have nowhere to say it
+        """Take note of how far the work is that is not done in chunks."""
+
 
 def never() -> bool:
     """Whether to stop: no."""

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 RUNS = 2**21
 """Runs in a slab at most, wherever it can be cut so small."""
+BLOCKS = 2**13
+"""Blocks in a slab at most: a curve takes kilobytes until it stands in arrays."""
 OF_RUNS = ("block", "item", "variant", "model", "sample", "value", "level", "motion", "place", "realisation")
 """Dimensions that runs can be on."""
 
@@ -34,12 +36,14 @@ def slabs(sizes: Mapping[str, int], dims: Sequence[str]) -> Iterator[Where]:
     """
     here = [dim for dim in dims if dim in sizes]
     runs = math.prod(size for dim, size in sizes.items() if dim in OF_RUNS)
-    if not here or runs <= RUNS:
+    if not here or (runs <= RUNS and sizes.get("block", 0) <= BLOCKS):
         yield {}
         return
     dim, *rest = here
     size = sizes[dim]
     step = max(1, RUNS // max(1, runs // size))
+    if dim == "block":
+        step = min(step, BLOCKS)
     for first in range(0, size, step):
         part = slice(first, min(first + step, size))
         for more in slabs({**sizes, dim: part.stop - part.start}, rest):

@@ -11,12 +11,12 @@ from typing import Any
 
 from .. import checks
 from ..models import Block
+from .lines import MAX_TEXT
 from .tables import shown
 
 MAX_ROWS = 10_000
 MAX_COUNT = 1_000_000
 MAX_VALUE = 1e15
-MAX_TEXT = 200
 MAX_CONSEQUENCES = 40
 RESERVED = ("number", "loss", "any")
 """Words that are no consequence: results say them of everything that falls."""

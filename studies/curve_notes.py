@@ -254,10 +254,11 @@ def _how_many(here: NDArray[np.bool_]) -> str:
 
 def _listed(like: xr.DataArray, here: NDArray[np.bool_], said: list[str] | None = None) -> str:
     """The first of those that are meant, with what is said of each."""
-    names = [_name(like, tuple(int(i) for i in at)) for at in np.argwhere(here)]
-    words = names if said is None else [f"{name}: {one}" for name, one in zip(names, said, strict=True)]
-    more = len(words) - MOST_NAMED
-    return "; ".join(words[:MOST_NAMED]) + (f"; and {more} more" if more > 0 else "")
+    every = np.argwhere(here)
+    names = [_name(like, tuple(int(i) for i in at)) for at in every[:MOST_NAMED]]
+    words = names if said is None else [f"{name}: {one}" for name, one in zip(names, said, strict=False)]
+    more = len(every) - MOST_NAMED
+    return "; ".join(words) + (f"; and {more} more" if more > 0 else "")
 
 
 def _name(like: xr.DataArray, at: tuple[Any, ...]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,10 +42,31 @@ class Fit:
         peaks = not isinstance(self.state, str)
         return ("overturned", *(["peak_rotation"] if peaks else []), *(["uplifted"] if uplift else []))
 
-    def curves(self, runs: xr.Dataset, replicates: bool, together: tuple[str, ...] = ()) -> xr.Dataset:
-        """Curves of runs, with their replicates where these are wanted; of all along the dimensions `together`."""
-        return gathered(
-            lambda part: fit_fragility(
+    def curves(
+        self,
+        runs: xr.Dataset,
+        replicates: bool,
+        together: tuple[str, ...] = (),
+        telling: Callable[[str, int, int], None] | None = None,
+    ) -> xr.Dataset:
+        """Curves of runs, with their replicates where these are wanted; of all along the dimensions `together`.
+
+        `telling` is called with what is done, how many curves are fitted, and how many there are.
+        """
+        total = math.prod(runs.sizes.get(dim, 1) for dim in ("block", "model")) * len(motions_by_floor(runs)[1])
+        before = 0
+
+        def fitted(part: xr.Dataset) -> xr.Dataset:
+            nonlocal before
+            own = 0
+
+            def progress(done: int, of: int) -> None:
+                nonlocal own
+                own = of
+                if telling is not None:
+                    telling("curves", before + done, total)
+
+            found = fit_fragility(
                 part,
                 self.confidence,
                 form=self.form,
@@ -57,9 +79,12 @@ class Fit:
                 keep_replicates=replicates,
                 state=self.state,
                 together=together,
-            ),
-            runs,
-        )
+                progress=progress,
+            )
+            before += own
+            return found
+
+        return gathered(fitted, runs)
 
     def probabilities(self, runs: xr.Dataset) -> xr.Dataset:
         """Observed probabilities of runs that have levels."""

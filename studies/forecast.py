@@ -16,9 +16,15 @@ from .study import Study
 from .tables import StudyError
 from .writing import load_small
 
+MANY_CURVES = 1000
+"""So many curves take longer to fit than one looks away."""
+
 
 class Forecast(NamedTuple):
-    """Runs, chunks, seconds on so many threads, bytes of memory, of disk meanwhile and in the end: about; free ones."""
+    """Runs, chunks, seconds on so many threads, bytes of memory, of disk meanwhile and in the end: about; free ones.
+
+    curves: how many are fitted when the runs are done.
+    """
 
     runs: int
     chunks: int
@@ -28,6 +34,7 @@ class Forecast(NamedTuple):
     disk: float
     left: float
     free: float | None
+    curves: int
 
     def lines(self) -> list[str]:
         """For people."""
@@ -35,11 +42,16 @@ class Forecast(NamedTuple):
             f"runs:    {self.runs:,}",
             f"chunks:  about {self.chunks:,}",
             f"time:    {'about ' if self.seconds >= 1.0 else ''}{time_text(self.seconds)} on {self.threads} threads, "
-            "then fits and figures",
+            f"then {self.fits} and figures",
             f"memory:  about {size_text(self.memory)}",
             f"disk:    about {size_text(self.disk)} while it runs, {size_text(self.left)} afterwards"
             + ("" if self.free is None else f"; {size_text(self.free)} are free"),
         ]
+
+    @property
+    def fits(self) -> str:
+        """What follows the runs."""
+        return f"fits of {self.curves:,} curves (some milliseconds each)" if self.curves >= MANY_CURVES else "fits"
 
 
 def forecast(study: Study, folder: Path | None = None) -> Forecast:
@@ -54,6 +66,7 @@ def forecast(study: Study, folder: Path | None = None) -> Forecast:
         room.disk,
         room.left,
         None if folder is None else free_bytes(folder),
+        study.curves,
     )
 
 

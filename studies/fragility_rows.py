@@ -18,6 +18,7 @@ from .words import (
     axis_of,
     chance_text,
     chances_between,
+    chosen_of,
     display_unit,
     floor_name,
     fractile_text,
@@ -58,7 +59,8 @@ def fragility_table(results: xr.Dataset) -> Table:
     state = str(results.attrs.get("state", OVERTURNING))
     of = "" if state == OVERTURNING else f" of {state}"
     table = Table(
-        title=f"Median {name}{f' ({unit})' if unit else ''} and dispersion β{of} with {percent} intervals",
+        title=f"Median {name}{f' ({unit})' if unit else ''} and dispersion β{of} with {percent} intervals"
+        f"{_chosen(results)}",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",
@@ -93,7 +95,7 @@ def risk_table(results: xr.Dataset) -> Table:
     percent = f"{100.0 * float(results.attrs['confidence']):g} %"
     table = Table(
         title=f"How often each {_verb(results)}, and with what probability in {years:g} years ({percent} over "
-        "motions, hazard as given)",
+        f"motions, hazard as given){_chosen(results)}",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",
@@ -181,6 +183,11 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
         title = f"Dispersion by measure: {block}{where} ({shown}≈: not told apart from the best)"
         tables.append(Rows(title, ("", *map(str, here["model"].values)), rows))
     return tables
+
+
+def _chosen(results: xr.Dataset) -> str:
+    """Which blocks a table holds, where these are not all: an ending for its title."""
+    return f"; {chosen_of(results)}" if chosen_of(results) else ""
 
 
 def _verb(results: xr.Dataset) -> str:

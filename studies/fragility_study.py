@@ -16,7 +16,7 @@ from ..models.friction import FixedFriction, Friction
 from .designs import Design, count
 from .estimates import Fit, ranked
 from .schema import StudyFile
-from .study import SLAB_BYTES_A_RUN, OfBlocks, Progress, Study, each, part_of, plain
+from .study import SLAB_BYTES_A_RUN, OfBlocks, Progress, Study, blocks_of, each, part_of, plain
 from .yearly import Risk
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class FragilityStudy(OfBlocks, Study):
         study = cls(
             content.title,
             plain(content),
-            each("blocks", content.blocks or []),
+            blocks_of(content, folder),
             each("models", content.models),
             content.design(folder),
             None if screening is None else screening.build(),
@@ -93,6 +93,10 @@ class FragilityStudy(OfBlocks, Study):
     @property
     def work(self) -> int:
         return self.runs + self.perturbed_runs
+
+    @property
+    def curves(self) -> int:
+        return len(self.blocks) * len(self.models) * max(1, len(self.design.floors))
 
     @property
     def kept_outputs(self) -> tuple[str, ...]:
@@ -135,7 +139,7 @@ class FragilityStudy(OfBlocks, Study):
             client=client,
             progress=part_of(progress, self.runs, self.work),
         )
-        curves = self.fit.curves(results, replicates=self.risk is not None)
+        curves = self.fit.curves(results, self.risk is not None, telling=client.tell)
         found = dict(screened.data_vars)
         attributes = {"fit_method": curves.attrs["method"], "form": curves.attrs["form"]}
         if self.measures is not None:

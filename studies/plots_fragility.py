@@ -32,7 +32,7 @@ from .plots import (
     width_of,
     wrapped,
 )
-from .words import axis_name, axis_of, display_unit, floor_name, percent
+from .words import axis_name, axis_of, chosen_of, display_unit, floor_name, percent
 
 MOST_PANELS = 36
 """Panels of one figure: what more there is stands in the results."""
@@ -302,7 +302,7 @@ def _said(results: xr.Dataset, floors: int, panels: int, every: int) -> str:
     confidence = percent(float(results.attrs.get("confidence", 0.95)))
     parts = [f"{motions} motion{'s' if motions != 1 else ''}{' a floor' if floors > 1 else ''}"]
     if panels < every:
-        parts.insert(0, f"the first {panels} of {every} panels")
+        parts.insert(0, chosen_of(results) or f"the first {panels} of {every} panels")
     if "level" in results.coords:
         parts.append(f"points: observed, with {confidence} Wilson intervals")
     else:

@@ -26,7 +26,7 @@ from .plots import (
     width_of,
     wrapped,
 )
-from .words import axis_name, display_unit, floor_name, in_years, percent
+from .words import axis_name, chosen_of, display_unit, floor_name, in_years, percent
 from .yearly import BEYOND, risk_of
 
 MOST_ROWS = 12
@@ -237,7 +237,7 @@ def risk_figure(results: xr.Dataset) -> Figure:
     legend_below(figure, *axes[0, 1].get_legend_handles_labels())
     parts = [f"annual rates with {percent(float(results.attrs.get('confidence', 0.95)))} intervals over motions"]
     if len(every) > len(rows):
-        parts.insert(0, f"the first {len(rows)} of {len(every)}")
+        parts.insert(0, chosen_of(results) or f"the first {len(rows)} of {len(every)}")
     outside = [side for side in ("above", "below") if float(found[f"share_{side}"].max()) >= NOTABLE]
     if outside:
         parts.append("hatched: from shaking beyond the hazard curve's levels, drawn with an area that is its share")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,28 +14,41 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from .watch import Watch
 
 LINE_SECONDS = 5.0
+AFTER_SECONDS = 2.0
+"""Work behind the runs that takes less is not spoken of."""
 
 
 @dataclass
 class Display:
     """What `Study.run` tells: `update` of (runs done, in all), `watching` with the counts behind them."""
 
-    show: Callable[[int, int, str], None]
+    show: Callable[[str, int, int, str], None]
+    what: str
     watch: Watch | None = None
+    _after: float = math.inf
 
     def watching(self, watch: Watch) -> None:
         """Take the counts of the study that begins."""
         self.watch = watch
+        watch.telling = self.telling
+
+    def telling(self, what: str, done: int, total: int) -> None:
+        """Show how far the work is that follows the runs, where it takes more than a moment."""
+        now = time.monotonic()
+        if done == 1 or self._after == math.inf:
+            self._after = now + AFTER_SECONDS
+        if now >= self._after:
+            self.show(what, done, total, "")
 
     def update(self, done: int, total: int) -> None:
         """Show how far it is."""
         watch = self.watch
         if watch is None:
-            self.show(done, total, "")
+            self.show(self.what, done, total, "")
             return
         rate = max(watch.rate, 1e-9)
         left = f", {time_text((total - done) / rate)} left" if done < total else ""
-        self.show(done, total, f"{watch.rate:,.0f}/s{left}, {watch.detail}")
+        self.show(self.what, done, total, f"{watch.rate:,.0f}/s{left}, {watch.detail}")
 
 
 def time_text(seconds: float) -> str:
@@ -51,17 +65,29 @@ def show_progress(console: Console, what: str, total: int) -> Iterator[Display]:
     if not console.is_terminal:
         last = time.monotonic()
 
-        def line(done: int, total: int, detail: str) -> None:
+        def line(what: str, done: int, total: int, detail: str) -> None:
             nonlocal last
             now = time.monotonic()
             if now - last >= LINE_SECONDS or done == total:
                 last = now
                 share = f"{100.0 * done / total:.0f} %"
-                console.print(f"{what}: {done:,} of {total:,} ({share}), {detail}", highlight=False, soft_wrap=True)
+                words = f"{what}: {done:,} of {total:,} ({share}){', ' if detail else ''}{detail}"
+                console.print(words, highlight=False, soft_wrap=True)
 
-        yield Display(line)
+        yield Display(line, what)
         return
-    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[detail]}"))
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[detail]}"),
+    )
     with Progress(*columns, console=console) as bar:
-        task = bar.add_task(what, total=total, detail="")
-        yield Display(lambda done, total, detail: bar.update(task, completed=done, total=total, detail=detail))
+        tasks = {what: bar.add_task(what, total=total, detail="")}
+
+        def update(what: str, done: int, total: int, detail: str) -> None:
+            if what not in tasks:
+                tasks[what] = bar.add_task(what, total=total, detail="")
+            bar.update(tasks[what], completed=done, total=total, detail=detail)
+
+        yield Display(update, what)

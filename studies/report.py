@@ -113,7 +113,7 @@ def content(results: xr.Dataset, path: Path) -> dict[str, Any]:
         "method": method(results),
         "made_of": [
             *_tables_of([law_rows(results)], words=True),
-            *_tables_of([block_rows(results)]),
+            *_tables_of([block_rows(show.shown(results))]),
             *_tables_of([asked_rows(results)], words=True),
         ],
         "assumptions": assumptions(results),

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -74,20 +73,15 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     at, _ = reference_law(results)
     state = str(results.attrs.get("state", state_name(OVERTURNED)))
     small = results[[name for name, one in results.data_vars.items() if "motion" not in one.dims]].isel(model=at)
-    floors = range(results.sizes.get("floor", 1))
-    cases = [
-        small.isel(block=i, floor=k) if "floor" in small.dims else small.isel(block=i)
-        for i, k in product(range(results.sizes["block"]), floors)
-    ]
-    known = [one for one in cases if np.isfinite(float(one["median"]))]
-    if not known:
-        yield f"The runs do not tell how strong shaking must be: {cases[0]['status'].item()}."
+    cases = small["median"].transpose("block", ...)
+    if not np.isfinite(cases.values).any():
+        yield f"The runs do not tell how strong shaking must be: {small['status'].values.ravel()[0]}."
         return
-    first = min(known, key=lambda one: float(one["median"]))
+    first = small.isel({str(dim): int(at) for dim, at in cases.argmin(...).items()})
     name = f"“{first['block'].item()}”"
     where = f" on {floor_name(first['floor'].item())}" if "floor" in small.dims else ""
     verb = verb_of(state)
-    if len(cases) > 1:
+    if cases.size > 1:
         yield f"Of all that is looked at here, {name}{where} {verb} first."
     yield from _of_a_hundred(first, results, f"{name}{where}", verb)
     most = largest_share(first) if str(results.attrs["kind"]) == "uncertainty" else None

@@ -56,6 +56,12 @@ class StudyFile(Table):
             description="The blocks, one table each; a performance study has an inventory instead.",
         ),
     ] = None
+    blocks_file: Annotated[
+        str | None,
+        Said("none"),
+        Located(),
+        Field(description="Instead of blocks: a CSV of up to a million, one line each, its columns their keys."),
+    ] = None
     models: Annotated[
         list[ModelTable], Field(min_length=1, max_length=100, description="The damping laws, one table each.")
     ]
@@ -109,6 +115,7 @@ class StudyFile(Table):
                 name
                 for name in (
                     "blocks",
+                    "blocks_file",
                     "buildings",
                     "screen",
                     "uncertainty",
@@ -120,14 +127,16 @@ class StudyFile(Table):
                 if getattr(self, name) is not None
             ]
             if given:
-                why = "its blocks stand in its inventory" if given[0] == "blocks" else "leave it out"
+                why = "its blocks stand in its inventory" if given[0].startswith("blocks") else "leave it out"
                 raise ValueError(f"a performance study has no {given[0]}: {why}")
             if self.hazard is not None:
                 given = sorted(self.hazard.model_fields_set & {"years", "probability", "along", "at", "below", "above"})
                 if given:
                     raise ValueError(f"hazard.{given[0]} is not for a performance study: its values are of one year")
-        elif self.blocks is None:
+        elif self.blocks is None and self.blocks_file is None:
             raise ValueError("key 'blocks' is missing")
+        elif self.blocks is not None and self.blocks_file is not None:
+            raise ValueError("blocks stand in the study file or in blocks_file, not in both")
         form = "lognormal" if self.fit is None else self.fit.form
         if self.hazard is not None and form in LINKED:
             raise ValueError(f"hazard needs curves whose rates are known exactly, not fit.form {form!r}")

@@ -28,7 +28,7 @@ from .schema import StudyFile
 from .sensitivity import Grid, convergence, findings
 from .sensitivity_claims import claims
 from .sensitivity_tables import GIVEN, OWN, PREVIOUS, RIGID, Sweep
-from .study import OfBlocks, Progress, Study, each, part_of, plain
+from .study import MOST_VARIED, OfBlocks, Progress, Study, blocks_of, each, part_of, plain
 
 if TYPE_CHECKING:
     from ..fragility.runners import Runner
@@ -67,7 +67,7 @@ class SensitivityStudy(OfBlocks, Study):
         study = cls(
             content.title,
             plain(content),
-            each("blocks", content.blocks or []),
+            blocks_of(content, folder, MOST_VARIED),
             each("models", content.models),
             design,
             asked.sweep(),

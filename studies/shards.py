@@ -112,6 +112,10 @@ class Shards(Runner):
                 "finished is kept: make room and run the same command again"
             ) from None
 
+    def tell(self, what: str, done: int, total: int) -> None:
+        """Say how far the work is that is not done in chunks."""
+        self._watch.tell(what, done, total)
+
     def _kept(self, call: int, number: int, key: str, work: Work, chunk: Chunk) -> Done | None:
         """The results of a chunk, if a sound shard of it is there; others are removed."""
         for path in self._known.get((call, number), []):

@@ -7,24 +7,44 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import xarray as xr
 
 from .store import without_link
 from .tables import StudyError
+from .words import reference_law
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.table import Table
 
+MOST_BLOCKS = 100
+"""Blocks of a fragility study in tables and figures: what more there is stands in the results."""
 MOST_RANKINGS = 8
 """Figures of rankings, a block (and floor) each: what more there is stands in the results."""
 
 # (matplotlib loads slowly, and is not needed for an error message: each function imports what it draws with)
 
 
+def shown(results: xr.Dataset) -> xr.Dataset:
+    """What tables and figures hold of a study's results: of many blocks those that reach the state first.
+
+    They are `MOST_BLOCKS` at most, with the lowest medians under the law that answers are of (and on the worst floor);
+    the attribute ``shown_of`` then says how many there are.
+    """
+    blocks = results.sizes.get("block", 0)
+    if blocks <= MOST_BLOCKS or "median" not in results:
+        return results
+    median = results["median"].isel(model=reference_law(results)[0])
+    # (NaN, where there is no curve, comes last)
+    first = median.min([dim for dim in median.dims if dim != "block"]).values
+    chosen = np.argsort(first, kind="stable")[:MOST_BLOCKS]
+    return results.isel(block=chosen).assign_attrs(shown_of=blocks)
+
+
 def tables(results: xr.Dataset) -> list[Table]:
     """The tables of a study's results."""
-    return list(_TABLES[str(results.attrs["kind"])](results))
+    return list(_TABLES[str(results.attrs["kind"])](shown(results)))
 
 
 def hints(results: xr.Dataset) -> list[str]:
@@ -36,7 +56,7 @@ def hints(results: xr.Dataset) -> list[str]:
 
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """The figures of a study's results, each with the name of its file."""
-    return _FIGURES[str(results.attrs["kind"])](results)
+    return _FIGURES[str(results.attrs["kind"])](shown(results))
 
 
 def draw(results: xr.Dataset, folder: Path) -> list[Path]:

@@ -10,7 +10,7 @@ import json
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
 from functools import cached_property
 from importlib import metadata
 from pathlib import Path
@@ -27,6 +27,7 @@ from ..models.oscillator import Oscillator
 from ..models.runs import engine_identity
 from ..motions import records
 from ..motions.arrays import digest
+from .block_lines import MOST_BLOCKS, read_blocks
 from .designs import Design
 from .remake import cluster
 from .room import Room, chunks_of, refuse_room
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
     from distributed import Client
 
 Progress = Callable[[int, int], None]
+MOST_VARIED = 2000
+"""Blocks of a study whose samples or values make many of each block."""
 SLAB_BYTES_A_RUN = 100.0
 """What is made of a slab of runs at once, at most: comparing measures takes that much."""
 __version__ = metadata.version("toppling")
@@ -103,6 +106,11 @@ class Study(ABC):
     def work(self) -> int:
         """Number of runs that it takes, those that only test others included: what progress counts."""
         return self.runs
+
+    @property
+    def curves(self) -> int:
+        """Number of curves that are fitted when the runs are done, where these are many."""
+        return 0
 
     @property
     def kept_outputs(self) -> tuple[str, ...]:
@@ -303,6 +311,7 @@ class Study(ABC):
 class OfBlocks:
     """What the kinds of studies share that shake known or uncertain blocks by a design."""
 
+    configuration: dict[str, Any]
     blocks: tuple[Block, ...]
     models: tuple[Law, ...]
     design: Design
@@ -322,7 +331,9 @@ class OfBlocks:
 
     @property
     def _read(self) -> list[Any]:
-        return [] if self.risk is None else [asdict(self.risk.hazard)]
+        hazard = [] if self.risk is None else [asdict(self.risk.hazard)]
+        beside = "blocks_file" in self.configuration
+        return [*hazard, *([list(astuple(one)) for one in self.blocks] if beside else [])]
 
 
 def part_of(progress: Progress | None, before: int, total: int) -> Progress | None:
@@ -336,6 +347,16 @@ def plain(content: StudyFile) -> dict[str, Any]:
     return found
 
 
+def blocks_of(content: StudyFile, folder: Path, most: int = MOST_BLOCKS) -> tuple[Block, ...]:
+    """The blocks of a study file or of the file that it names; ValueError where they are wrong or more than `most`."""
+    if content.blocks_file is None:
+        return each("blocks", content.blocks or [])
+    found = read_blocks(folder / content.blocks_file)
+    if len(found) > most:
+        raise ValueError(f"blocks_file: a study of this kind holds at most {most:,} blocks, got {len(found):,}")
+    return found
+
+
 def each(name: str, tables: Iterable[Any]) -> tuple[Any, ...]:
     """Build each table; an error says which one."""
     built = []
@@ -344,8 +365,9 @@ def each(name: str, tables: Iterable[Any]) -> tuple[Any, ...]:
             built.append(table.build())
         except ValueError as error:
             raise ValueError(f"{name}[{i}]: {error}") from None
-    labels = [value.label for value in built]
-    for i, label in enumerate(labels, start=1):
-        if labels.index(label) != i - 1:
-            raise ValueError(f"{name}[{i}]: the label {label!r} is taken by {name}[{labels.index(label) + 1}]")
+    taken: dict[str, int] = {}
+    for i, value in enumerate(built, start=1):
+        if value.label in taken:
+            raise ValueError(f"{name}[{i}]: the label {value.label!r} is taken by {name}[{taken[value.label]}]")
+        taken[value.label] = i
     return tuple(built)

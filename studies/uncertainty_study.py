@@ -29,7 +29,7 @@ from .curve_notes import curve_notes
 from .designs import Incremental, count
 from .estimates import Fit
 from .schema import StudyFile
-from .study import OfBlocks, Progress, Study, each, part_of, plain
+from .study import MOST_VARIED, OfBlocks, Progress, Study, blocks_of, each, part_of, plain
 from .uncertainty_summary import NO_CAPACITY, fitted, pooled_curves, summary, yearly
 from .yearly import Risk
 
@@ -81,7 +81,7 @@ class UncertaintyStudy(OfBlocks, Study):
         study = cls(
             content.title,
             plain(content),
-            each("blocks", content.blocks or []),
+            blocks_of(content, folder, MOST_VARIED),
             each("models", content.models),
             design,
             asked.build(),

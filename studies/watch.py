@@ -7,7 +7,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -63,7 +63,8 @@ class Stop:
 class Watch:
     """Counts of a running study; `total` is its runs in all, those that only test others included.
 
-    `busy` is the time of all chunks (s, added over threads or workers), `storing` that of writing them here.
+    `telling` is called with how far the work is that follows them.  `busy` is the time of all chunks (s, added over
+    threads or workers), `storing` that of writing them here.
     """
 
     total: int
@@ -76,6 +77,7 @@ class Watch:
     storing: float = 0.0
     tally: np.ndarray = field(default_factory=lambda: np.zeros(len(TALLY), np.int64))
     started: float = field(default_factory=time.monotonic)
+    telling: Callable[[str, int, int], None] | None = None
     _logged: float = field(default_factory=time.monotonic)
 
     def done(self, done: Done, kept: bool) -> None:
@@ -88,10 +90,24 @@ class Watch:
         self.chunks += 1
         self.slowest = max(self.slowest, done.seconds)
         self.busy += done.seconds
-        now = time.monotonic()
-        if now - self._logged >= LOG_SECONDS:
-            self._logged = now
+        if self._due:
             self.log.info("%s", self.words)
+
+    def tell(self, what: str, done: int, total: int) -> None:
+        """How far the work is that follows the runs: to whoever watches (`telling`), and to the log."""
+        if self.telling is not None:
+            self.telling(what, done, total)
+        if self._due:
+            self.log.info("%s: %s of %s", what, f"{done:,}", f"{total:,}")
+
+    @property
+    def _due(self) -> bool:
+        """Whether the log gets a line: once every so many seconds."""
+        now = time.monotonic()
+        if now - self._logged < LOG_SECONDS:
+            return False
+        self._logged = now
+        return True
 
     @property
     def rate(self) -> float:

@@ -72,7 +72,7 @@ LINES = (
     "pieces = 1000000000", "variants = 1000000000", "realisations = 1000000000000", "replicates = 999999", "= 1", "[",
     "]]", "[motions]", "[[motions]]", "[motions.envelope]", "a.b.c.d.e = 1", '"" = 1', '"\\u0000" = 1', "\x00",
     "\x1b[2J", "\u202e = 1", "\ufeff", "k" * 5000 + " = 1", "seed = -1", "seed = 9223372036854775808", "# \x01",
-    "x = '''",
+    "x = '''", 'blocks_file = "inventory.csv"', 'blocks_file = "/dev/zero"', 'blocks_file = "study.toml"',
 )  # fmt: skip
 CELLS = (
     "", "0", "-1", "1e308", "nan", "inf", "1e400", "9" * 400, "999999999", "1000000000", '"', '""', "'", "=1+1", "\x00",
@@ -103,10 +103,20 @@ def bases() -> list[dict[str, str]]:
     common = found[0]["study.toml"][head:tail]
     rest = 'include = ["common.toml"]\n' + found[0]["study.toml"].replace(common, "[motions]\nseed = 5\n")
     found.append({**found[0], "study.toml": rest, "common.toml": common})
+    # a file of blocks in the place of those of a study
+    inside = next(
+        one["study.toml"] for one in found if "[[blocks]]" in one["study.toml"] and "[ida]" in one["study.toml"]
+    )
+    without = re.sub(r"(?ms)^\[\[blocks\]\].*?(?=^\[)", "", inside)
+    found.append({"study.toml": f'blocks_file = "blocks.csv"\n{without}', "blocks.csv": BLOCKS})
     return found
 
 
 HAZARD = "pgv (m/s),probability in 50 yr\n0.02,0.95\n0.05,0.6\n0.1,0.3\n0.2,0.1\n0.4,0.02\n0.8,0.003\n"
+BLOCKS = (
+    "name,catalogue,width_m,height_m,cm_height_m,inertia_factor,alpha_rad,R_m\n,bookcase-5-shelf,,,,,,\n"
+    "cabinet,,0.5,1.8,,,,\ntop,,0.5,1.8,1.1,1.3,,\nslender,,,,,,0.2,1.5\n"
+)
 RECORD = "time (s),acceleration\n" + "".join(f"{0.05 * i:.2f},{0.1 * (i % 7 - 3):.1f}\n" for i in range(60))
 
 

@@ -1,0 +1,185 @@
+"""Tables of things from CSV files, one line a thing: cells by column, and errors that name line and column."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import io
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple, NoReturn, TypeVar
+
+from .. import checks
+from .tables import StudyError, shown
+
+MAX_TEXT = 200
+"""Characters of a cell."""
+
+Value = TypeVar("Value")
+
+
+class Kind(NamedTuple):
+    """A kind of table: what it is called, the columns it may have, and how large it may be."""
+
+    name: str
+    columns: tuple[str, ...]
+    most_rows: int
+    most_bytes: int
+    error: type[StudyError] = StudyError
+
+
+class Lines:
+    """The lines of a file below its header, which names the columns in any order.
+
+    A table in UTF-8 separated by commas, semicolons or tabs; empty lines and those that begin with # say nothing, empty
+    cells are as if the column were not there.  What is wrong is raised as the kind's error, one sentence that names the
+    file, and line and column where there is one.
+    """
+
+    def __init__(self, file: Path, kind: Kind) -> None:
+        self.file, self.kind = file, kind
+        text = self._text()
+        self.delimiter = _delimiter(text)
+        self.decimal = ""  # "." or ",", once a number has shown which
+        self._reader = csv.reader(io.StringIO(text, newline=""), delimiter=self.delimiter, strict=True)
+        number, header = next(self._lines(), (0, []))
+        if not header:
+            raise kind.error(f"{file}: empty")
+        self.where = f"{file}, line {number}"
+        self.columns = [self._column(name) for name in header]
+        twice = next((name for i, name in enumerate(self.columns) if name and name in self.columns[:i]), None)
+        if twice is not None:
+            raise kind.error(f"{self.where}: column {twice!r} stands there twice")
+
+    def __iter__(self) -> Iterator[Line]:
+        for n, (number, cells) in enumerate(self._lines(), start=1):
+            if n > self.kind.most_rows:
+                raise self.kind.error(f"{self.file}: more than {self.kind.most_rows} items")
+            if len(cells) > len(self.columns) and any(cells[len(self.columns) :]):
+                raise self.kind.error(
+                    f"{self.file}, line {number}: has {len(cells)} cells, the header names {len(self.columns)} columns"
+                )
+            named = {name: cell for name, cell in zip(self.columns, cells, strict=False) if name}
+            yield Line(self, number, named)
+
+    def _lines(self) -> Iterator[tuple[int, list[str]]]:
+        """Number and cells of each line that says something."""
+        while True:
+            try:
+                cells = next(self._reader)
+            except StopIteration:
+                return
+            except csv.Error as error:
+                raise self.kind.error(f"{self.file}, line {self._reader.line_num}: no CSV ({error})") from None
+            cells = [cell.strip() for cell in cells]
+            if any(cells):
+                yield self._reader.line_num, cells
+
+    def _column(self, heading: str) -> str:
+        """The column that a heading names; '' for a column without a name, which must be empty."""
+        known = self.kind.columns
+        name = next((one for one in known if one.lower() == heading.lower()), None)
+        if name is not None or not heading:
+            return name or ""
+        near = difflib.get_close_matches(heading.lower()[:MAX_TEXT], known, n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]!r}?" if near else f"allowed are {', '.join(known)}"
+        raise self.kind.error(f"{self.file}, line {self._reader.line_num}: unknown column {shown(heading)}; {hint}")
+
+    def _text(self) -> str:
+        """The file's text."""
+        file, error = self.file, self.kind.error
+        try:
+            if not file.is_file():
+                raise error(f"{file}: {'not a file' if file.exists() else 'no such file'}")
+            if file.stat().st_size > self.kind.most_bytes:
+                raise error(f"{file}: larger than {self.kind.most_bytes // 2**20} MiB, no {self.kind.name} is")
+            text = file.read_bytes().decode("utf-8-sig")
+        except UnicodeDecodeError:
+            raise error(f"{file}: not a text file in UTF-8") from None
+        except (OSError, ValueError) as wrong:
+            if isinstance(wrong, error):
+                raise
+            raise error(f"{file}: cannot be read ({getattr(wrong, 'strerror', None) or wrong})") from None
+        if "\0" in text:
+            raise error(f"{file}: holds NUL characters, not a text file")
+        # comments may hold quotes that are none: empty lines in their place keep the numbers of the others
+        return re.sub(r"^[ \t]*#[^\r\n]*", "", text, flags=re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line: its cells by column, and what they mean."""
+
+    table: Lines
+    number: int
+    cells: dict[str, str]
+
+    def refuse(self, column: str, what: str) -> NoReturn:
+        """Raise an error about a cell."""
+        raise self.table.kind.error(f"{self.table.file}, line {self.number}, column {column!r}: {what}")
+
+    def text(self, column: str) -> str:
+        """A cell, '' where it is empty."""
+        cell = self.cells.get(column, "")
+        if len(cell) > MAX_TEXT or not cell.isprintable():
+            self.refuse(column, f"must be at most {MAX_TEXT} printable characters, got {shown(cell)}")
+        return cell
+
+    def number_in(
+        self,
+        column: str,
+        *,
+        above: float | None = None,
+        at_least: float | None = None,
+        at_most: float | None = None,
+    ) -> float | None:
+        """A cell as a number, None where it is empty."""
+        cell = self.text(column)
+        if not cell:
+            return None
+        if not _NUMBER.fullmatch(cell) or ("," in cell and self.table.delimiter == ","):
+            self.refuse(column, f"must be a number, got {shown(cell)}")
+        mark = "," if "," in cell else "." if "." in cell else ""
+        if mark == "," and _THOUSANDS.fullmatch(cell):
+            plain = cell.replace(",", "")
+            self.refuse(column, f"is ambiguous, write {plain} or {cell.replace(',', '.')}, got {shown(cell)}")
+        if mark and self.table.decimal not in {"", mark}:
+            self.refuse(column, f"must have its decimals as the numbers above ({self.table.decimal}), got {cell!r}")
+        self.table.decimal = self.table.decimal or mark
+        value = float(cell.replace(",", "."))
+        return self.checked(
+            column, lambda: checks.number(column, value, above=above, at_least=at_least, at_most=at_most)
+        )
+
+    def count_in(self, column: str) -> int | None:
+        """A cell as a whole number, None where it is empty."""
+        cell = self.text(column)
+        if not cell:
+            return None
+        if not (cell.isascii() and cell.isdecimal() and len(cell) < 10):
+            self.refuse(column, f"must be a whole number, got {shown(cell)}")
+        return int(cell)
+
+    def checked(self, column: str, made: Callable[[], Value]) -> Value:
+        """What `made` returns; its ValueError as one of this line."""
+        try:
+            return made()
+        except self.table.kind.error:
+            raise
+        except ValueError as error:
+            self.refuse(column, str(error).removeprefix(f"{column} "))
+
+
+_NUMBER = re.compile(r"[-+]?(?:\d{1,30}[.,]?\d{0,30}|[.,]\d{1,30})(?:[eE][-+]?\d{1,3})?", re.ASCII)
+_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)
+
+
+def _delimiter(text: str) -> str:
+    """What separates the cells: the most frequent of , ; and tab in the header, outside quotes."""
+    # (split by line, as csv does: a file of a million lines is not cut for its first)
+    lines = (line.group() for line in re.finditer(r"[^\r\n]+", text))
+    header = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
+    bare = re.sub(r'"[^"]*"', "", header)
+    return max((",", ";", "\t"), key=bare.count)

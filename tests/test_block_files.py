@@ -1,0 +1,238 @@
+"""Studies of many blocks: a file of them, what is shown of them, and what they take."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.fragility.execution import labelled_sequence
+from toppling.fragility.made import Made
+from toppling.fragility.notes import block_notes
+from toppling.models.simulate import oscillator_of
+from toppling.studies import StudyError, show
+from toppling.studies.block_lines import read_blocks
+from toppling.studies.cli import main
+from toppling.studies.progress import Display
+from toppling.studies.report_answers import answer
+from toppling.studies.report_plain import plain_answer
+
+STUDY = """title = "Many"
+outputs = ["overturned"]
+{blocks}
+
+[[models]]
+law = "discrete"
+
+[[models]]
+law = "housner"
+geometry = "linear"
+
+[motions]
+generator = "clough-penzien"
+number = 3
+seed = 1
+dt_s = 0.02
+duration_s = 6
+
+[ida]
+im = "pga"
+levels = {{ values = [1.0, 2.0, 4.0], unit = "m/s2" }}
+"""
+FILE = 'blocks_file = "blocks.csv"'
+
+
+def written(tmp_path, table, blocks=FILE, name="study.toml"):
+    (tmp_path / "blocks.csv").write_text(table, encoding="utf-8")
+    (tmp_path / name).write_text(STUDY.format(blocks=blocks), encoding="utf-8")
+    return tmp_path / name
+
+
+def many(n):
+    width, height = np.random.default_rng(2).uniform([0.2, 1.0], [0.6, 2.5], (n, 2)).T
+    lines = [f"b{i},{w:.4f},{h:.4f}" for i, (w, h) in enumerate(zip(width, height, strict=True))]
+    return "\n".join(["name,width_m,height_m", *lines]) + "\n"
+
+
+class TestReading:
+    def test_every_way_of_saying_what_a_block_is(self, tmp_path):
+        path = tmp_path / "blocks.csv"
+        path.write_text(
+            "name;catalogue;width_m;height_m;cm_height_m;inertia_factor;alpha_rad;R_m\n"
+            ";bookcase-5-shelf;;;;;;\n"
+            "# a comment\n"
+            "cabinet;;0,5;1,8;;;;\n"
+            "top-heavy;;0,5;1,8;1,1;1,3;;\n"
+            "slender;;;;;;0,2;1,5\n",
+            encoding="utf-8",
+        )
+        shelf, cabinet, heavy, slender = read_blocks(path)
+        assert (shelf.label, shelf.width) == ("bookcase-5-shelf", tp.catalogue["bookcase-5-shelf"].width)
+        assert cabinet == tp.Block(0.5, 1.8, name="cabinet")
+        assert heavy == tp.Block(0.5, 1.8, 1.1, 1.3, "top-heavy")
+        assert slender == tp.Block.from_slenderness(0.2, 1.5, name="slender")
+
+    @pytest.mark.parametrize(
+        ("table", "message"),
+        [
+            ("name,width_m,height_m\n", "has a header but no blocks"),
+            ("name,widht_m\n", "line 1: unknown column 'widht_m'; did you mean 'width_m'"),
+            ("name,floor\n", "unknown column 'floor'"),
+            ("name,width_m,height_m\na,1,2\nb,-1,2\n", "line 3, column 'width_m': must be finite and > 0"),
+            (
+                "name,width_m,height_m\na,1,2\na,1,3\n",
+                "line 3, column 'name': must be another name, 'a' is taken by li",
+            ),
+            ("name,width_m,height_m\na,1,\n", "column 'height_m': is empty: .* or alpha_rad and R_m"),
+            ("name,alpha_rad,R_m\na,0.2,\n", "column 'R_m': is empty: alpha_rad and R_m go together"),
+            ("name,width_m,alpha_rad,R_m\na,1,0.2,1\n", "column 'width_m': must be empty beside alpha_rad and R_m"),
+            ("name,alpha_rad,R_m\na,2,1\n", "column 'alpha_rad': must be finite and > 0 and < 1.57"),
+            ("", "empty"),
+        ],
+    )
+    def test_refusals_name_line_and_column(self, tmp_path, table, message):
+        path = tmp_path / "blocks.csv"
+        path.write_text(table, encoding="utf-8")
+        with pytest.raises(StudyError, match=message) as caught:
+            read_blocks(path)
+        assert "blocks.csv" in str(caught.value)
+
+    @pytest.mark.parametrize(
+        ("blocks", "message"),
+        [
+            ("", "key 'blocks' is missing"),
+            (f"{FILE}\n[[blocks]]\nwidth_m = 0.4\nheight_m = 1.2", "in the study file or in blocks_file, not in both"),
+            ('blocks_file = "other.csv"', "other.csv: no such file"),
+        ],
+    )
+    def test_refusals_of_the_study_file(self, tmp_path, blocks, message):
+        path = written(tmp_path, many(2), blocks)
+        with pytest.raises(StudyError, match=message):
+            tp.Study.from_toml(path)
+
+    def test_studies_that_vary_blocks_hold_fewer(self, tmp_path):
+        path = written(tmp_path, many(2001))
+        inputs = "delta = { distribution = 'uniform', lower = 0.04, upper = 0.06 }"
+        varied = f"[uncertainty]\nsamples = 8\ninputs = {{ {inputs} }}\n"
+        path.write_text(path.read_text().replace('outputs = ["overturned"]\n', "") + varied)
+        with pytest.raises(StudyError, match="blocks_file: a study of this kind holds at most 2,000 blocks, got 2,001"):
+            tp.Study.from_toml(path)
+
+
+class TestStudies:
+    def test_same_results_as_blocks_in_the_study_file(self, tmp_path):
+        table = many(5)
+        inside = "\n".join(
+            f'[[blocks]]\nname = "{name}"\nwidth_m = {width}\nheight_m = {height}\n'
+            for name, width, height in (line.split(",") for line in table.splitlines()[1:])
+        )
+        beside = tp.Study.from_toml(written(tmp_path, table)).run()
+        within = tp.Study.from_toml(written(tmp_path, table, inside)).run()
+        xr.testing.assert_equal(beside, within)
+
+    def test_another_table_is_another_study(self, tmp_path, capsys):
+        path = written(tmp_path, many(3))
+        out = str(tmp_path / "out")
+        assert main(["run", str(path), "--out", out]) == 0
+        again = written(tmp_path, many(3).replace("b2", "c2"))
+        capsys.readouterr()
+        assert main(["run", str(again), "--out", out]) == 2
+        assert "the records or tables that it reads have changed" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    return tp.Study.from_toml(written(tmp_path_factory.mktemp("many"), many(120))).run()
+
+
+class TestManyBlocks:
+    def test_those_with_the_lowest_medians_are_shown(self, results):
+        found = show.shown(results)
+        assert found.sizes["block"] == show.MOST_BLOCKS
+        assert found.attrs["shown_of"] == 120
+        # (Housner's law is the one that answers are of)
+        median = results["median"].isel(model=1)
+        known = np.sort(median.values[np.isfinite(median.values)])
+        np.testing.assert_array_equal(found["median"].isel(model=1).values[: known.size], known[: show.MOST_BLOCKS])
+        few = results.isel(block=slice(0, show.MOST_BLOCKS))
+        assert show.shown(few) is few
+
+    def test_titles_say_that_they_are_not_all(self, results):
+        (table,) = show.tables(results)
+        assert "; of 120 blocks those with the lowest medians" in str(table.title)
+        assert table.row_count == 3 * show.MOST_BLOCKS
+        ((_, figure),) = show.figures(results)
+        assert "of 120 blocks those with the lowest medians" in figure.get_suptitle()
+
+    def test_answers_are_of_all(self, results):
+        first = str(results["block"].values[int(np.nanargmin(results["median"].isel(model=1).values))])
+        assert "The 12 that fall first of 120" in answer(results).sentences[0]
+        assert first in answer(results).sentences[1]
+        assert f"“{first}”" in plain_answer(results)[0]
+
+    def test_few_sentences_of_many_blocks(self):
+        squat = [tp.Block(1.0, 1.0 + 0.01 * i, name=f"s{i}") for i in range(8)]
+        assert len(block_notes(squat)) == 8
+        assert block_notes([*squat, tp.Block(1.0, 1.2, name="more")]) == [
+            "9 blocks (s0, s1, s2 and 6 more) have their centre of mass 1.0 to 1.2 half widths high; below 2 they "
+            "slide or bounce rather than rock, which is not modelled"
+        ]
+        huge = [tp.Block(10.0, 40.0, name=f"h{i}") for i in range(9)]
+        (said,) = block_notes(huge)
+        assert said.startswith("9 blocks are over 30 m (h0: 10 m x 40 m, h1")
+
+    def test_one_pass_tells_labels_apart(self):
+        blocks = [tp.Block(0.5, 1.5, name=f"b{i}") for i in range(20_000)]
+        assert len(labelled_sequence("blocks", blocks, tp.Block)) == 20_000
+        with pytest.raises(ValueError, match="blocks must have unique labels, got 'b7' more than once"):
+            labelled_sequence("blocks", [*blocks, blocks[7]], tp.Block)
+
+
+class TestOscillatorsMadeWhenWanted:
+    LAWS = (tp.DiscreteDamping(), tp.HousnerImpact(geometry="linear"), tp.Vassiliou())
+
+    def test_every_slice_is_that_of_the_list(self):
+        blocks = [tp.Block(0.3 + 0.01 * i, 1.5) for i in range(5)]
+        made = Made(blocks, lambda block: [oscillator_of(block, law) for law in self.LAWS], 3)
+        every = [oscillator_of(block, law) for block in blocks for law in self.LAWS]
+        assert len(made) == 15
+        assert list(made) == every
+        assert made[7] == every[7]
+        assert made[-1] == every[-1]
+        for start in range(16):
+            for stop in range(17):
+                assert made[start:stop] == tuple(every[start:stop])
+        with pytest.raises(IndexError):
+            made[15]
+
+    def test_they_take_no_memory(self):
+        blocks = [tp.Block(0.3, 1.5, name=f"b{i}") for i in range(2000)]
+        tracemalloc.start()
+        made = Made(blocks, lambda block: [oscillator_of(block, law) for law in self.LAWS], 3)
+        assert sum(1 for _ in made) == 6000
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert peak < 100_000
+
+
+class TestProgressOfFits:
+    def test_fits_count_curves(self, tmp_path):
+        told = []
+        flags = xr.Dataset(
+            {"overturnings": (("block", "level"), [[0, 2, 5], [1, 4, 6]]), "runs": (("block", "level"), [[8] * 3] * 2)},
+            coords={"level": [1.0, 2.0, 4.0]},
+        )
+        tp.fit_fragility(flags, progress=lambda done, total: told.append((done, total)))
+        assert told == [(1, 2), (2, 2)]
+
+    def test_they_are_shown_where_they_take_long(self, monkeypatch):
+        shown = []
+        display = Display(lambda *args: shown.append(args), "runs")
+        moments = iter([0.0, 1.0, 3.0, 4.0, 100.0])
+        monkeypatch.setattr("toppling.studies.progress.time.monotonic", lambda: next(moments))
+        for done in (1, 2, 3, 4):
+            display.telling("curves", done, 4)
+        assert shown == [("curves", 3, 4, ""), ("curves", 4, 4, "")]
+        display.telling("curves", 1, 4)  # of the next study
+        assert len(shown) == 2
