@@ -56,13 +56,17 @@ def sizes_of(runs: xr.Dataset) -> dict[str, int]:
 
 
 def gathered(
-    of: Callable[[xr.Dataset], xr.Dataset], runs: xr.Dataset, dims: Sequence[str] = ("block", "model")
+    of: Callable[[xr.Dataset], xr.Dataset],
+    runs: xr.Dataset,
+    dims: Sequence[str] = ("block", "model"),
+    sizes: Mapping[str, int] | None = None,
 ) -> xr.Dataset:
     """What a function finds of runs, slab by slab along dimensions that it keeps and takes one by one, together.
 
-    Coordinates and variables without the dimension are those of the first slab.
+    Coordinates and variables without the dimension are those of the first slab.  `sizes`: by which slabs are cut, where
+    they are not those of the runs.
     """
-    found = [(where, of(runs.isel(where))) for where in slabs(sizes_of(runs), dims)]
+    found = [(where, of(runs.isel(where))) for where in slabs(sizes_of(runs) if sizes is None else sizes, dims)]
     for dim in reversed(dims):  # (slabs of equal bounds along the dimensions before it are joined along this one)
         if any(dim in where for where, _ in found):
             found = _joined(found, dim)

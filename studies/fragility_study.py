@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 UNDECIDED = 0.08
 LOGNORMAL = Fit()
 OUTPUTS = ("overturned", "peak_rotation")
+# A block and its curve, from the file to the results; and what is kept of each replicate of a curve for its rate.
+CURVE_BYTES = 3e3
+REPLICATE_BYTES = 50.0
 # Curves without parameters are probabilities, as what is observed is: theirs take another name in results.
 OBSERVED = ("probability", "probability_lower", "probability_upper")
 SIZE = ("size_along", "size_probability")
@@ -105,7 +108,9 @@ class FragilityStudy(OfBlocks, Study):
     @property
     def together(self) -> float:
         # (a slab is one block under one law at least)
-        return max(super().together, SLAB_BYTES_A_RUN * self.design.runs)
+        slab = max(super().together, SLAB_BYTES_A_RUN * self.design.runs)
+        drawn = 0.0 if self.risk is None else REPLICATE_BYTES * self.fit.replicates
+        return slab + (CURVE_BYTES + drawn) * self.curves
 
     @property
     def stored_bytes(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +15,7 @@ from ..fragility.common_measure import GROUND_FLOORS, per_block
 from ..fragility.curves import LEAST
 from ..fragility.hazard import FLOOR
 from ..fragility.scaling import BLOCK_MEASURES
+from ..fragility.slabs import gathered
 from ..fragility.states import OVERTURNED, State, state_name
 from ..units import DIMENSIONLESS
 from .curve_notes import rate_notes, verb_of
@@ -103,7 +105,7 @@ class Risk:
             As `annual_rate` and `size_for_rate`, with names of `RISK_NAMES` and ``size_…``; and
             ``rate_share_above_levels``, the share of each rate from shaking above `highest`.
         """
-        rates = self.rates(curves, confidence)
+        rates = self._slab_by_slab(curves, confidence)
         found = rates.drop_vars("rate_sample", errors="ignore").rename(
             {old: new for old, new in RISK_NAMES.items() if old in rates}
         )
@@ -142,6 +144,19 @@ class Risk:
             confidence=confidence,
             **options,
         )
+
+    def _slab_by_slab(self, curves: xr.Dataset, confidence: float) -> xr.Dataset:
+        """Rates of curves; those of replicates, which are many, only where a size is asked for."""
+
+        def of(part: xr.Dataset) -> xr.Dataset:
+            rates = self.rates(part, confidence)
+            return rates if self.along is not None else rates.drop_vars("rate_sample", errors="ignore")
+
+        if "block" not in curves.dims:
+            return of(curves)
+        of_one = math.prod(curves.sizes.get(dim, 1) for dim in ("model", "floor", "replicate"))
+        sizes = {"block": curves.sizes["block"], "sample": of_one * len(self.hazard.weights or (1.0,))}
+        return gathered(of, curves, ("block",), sizes)
 
     def _beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
         """Share of each rate from shaking above the highest that was run."""
