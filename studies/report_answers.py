@@ -20,6 +20,7 @@ from .performance_study import ranking_of
 from .rows import Rows
 from .sensitivity_claims import FAILS, HOLDS, OPEN
 from .sensitivity_rows import GREEK, claims_of
+from .show import shown
 from .words import (
     axis_of,
     chance_text,
@@ -60,10 +61,10 @@ def _fragility(results: xr.Dataset) -> Answer:
     at, _ = reference_law(results)
     said = []
     if len(cases) > MOST_SAID:
-        own = results["median"].isel(model=at)
-        medians = own.transpose("block", ...).values.ravel()
+        medians = results["median"].isel(model=at).transpose("block", ...).values.ravel()
+        held = "the tables hold all" if shown(results) is results else "tables hold more, the results all"
         cases = [cases[i] for i in np.argsort(medians, kind="stable")[:MOST_SAID]]
-        said = [f"The {MOST_SAID} that fall first of {len(medians)}; the tables hold all."]
+        said = [f"The {MOST_SAID} that fall first of {len(medians):,}; {held}."]
     for i, (k, floor) in cases:
         here = _at(results, i, k)
         where = "" if floor is None else f", {floor_name(floor)},"

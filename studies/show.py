@@ -27,13 +27,13 @@ MOST_RANKINGS = 8
 
 
 def shown(results: xr.Dataset) -> xr.Dataset:
-    """What tables and figures hold of a study's results: of many blocks those that reach the state first.
+    """What tables and figures hold of a study's results: of a fragility study's many blocks those that fall first.
 
     They are `MOST_BLOCKS` at most, with the lowest medians under the law that answers are of (and on the worst floor);
     the attribute ``shown_of`` then says how many there are.
     """
     blocks = results.sizes.get("block", 0)
-    if blocks <= MOST_BLOCKS or "median" not in results:
+    if blocks <= MOST_BLOCKS or str(results.attrs["kind"]) != "fragility":
         return results
     median = results["median"].isel(model=reference_law(results)[0])
     # (NaN, where there is no curve, comes last)

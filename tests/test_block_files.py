@@ -157,6 +157,9 @@ class TestManyBlocks:
         np.testing.assert_array_equal(found["median"].isel(model=1).values[: known.size], known[: show.MOST_BLOCKS])
         few = results.isel(block=slice(0, show.MOST_BLOCKS))
         assert show.shown(few) is few
+        # (other kinds' tables do not say that they hold fewer)
+        other = results.assign_attrs(kind="uncertainty")
+        assert show.shown(other) is other
 
     def test_titles_say_that_they_are_not_all(self, results):
         (table,) = show.tables(results)
@@ -167,7 +170,7 @@ class TestManyBlocks:
 
     def test_answers_are_of_all(self, results):
         first = str(results["block"].values[int(np.nanargmin(results["median"].isel(model=1).values))])
-        assert "The 12 that fall first of 120" in answer(results).sentences[0]
+        assert answer(results).sentences[0] == "The 12 that fall first of 120; tables hold more, the results all."
         assert first in answer(results).sentences[1]
         assert f"“{first}”" in plain_answer(results)[0]
 
