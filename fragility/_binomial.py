@@ -18,8 +18,8 @@ OK, NO_RUNS, ONE_LEVEL, NONE, ALL, SEPARATED, DECREASING, FAILED = range(8)
 # When to penalise.
 NEVER, WHERE_SEPARATED, ALWAYS = range(3)
 # Columns of a fit.
-A, B, LOG_LIKELIHOOD, STATUS, PENALISED, ITERATIONS = range(6)
-COLUMNS = 6
+A, B, LOG_LIKELIHOOD, STATUS, PENALISED, ITERATIONS, HAA, HAB, HBB = range(9)
+COLUMNS = 9
 STATES = 3
 # What a profile is of.
 FRACTILE, SLOPE = range(2)
@@ -31,7 +31,54 @@ ROOT_2PI = math.sqrt(2.0 * math.pi)
 LARGE = 600.0
 SCRATCH = 9
 MAX_ITERATIONS = 100
+# Relative size of the last step of a search: of one fit, of a fit among a thousand, and where only the value matters.
+PRECISE = 1e-11
+OF_MANY = 1e-6
+VALUE_ONLY = 1e-5
+# ln Phi is a Taylor polynomial about the nearest of NODES a unit, where |eta| is below EDGE.
+EDGE = 4
+NODES = 16
+DEGREE = 11
 MAX_HALVINGS = 60
+
+
+def probit_polynomials():
+    """Taylor coefficients of ln Phi(x) and ln Phi(-x) about nodes from -EDGE to EDGE; (node, DEGREE + 1, 2).
+
+    Its slope h = phi/Phi has h' = -h (x + h), which gives one coefficient after the other.  Half a node's distance away
+    the first term left out is below 1e-17 of the value, since it falls as (x/2 NODES)^n/n! in the upper tail.
+    """
+    table = np.zeros((2 * EDGE * NODES + 1, DEGREE + 1))
+    for j in range(table.shape[0]):
+        x = j / NODES - EDGE
+        below = 0.5 * math.erfc(-x * ROOT_HALF)
+        h = [math.exp(-0.5 * x * x) / (ROOT_2PI * below)]
+        for k in range(DEGREE - 1):
+            product = sum(h[i] * h[k - i] for i in range(k + 1))
+            h.append(-(x * h[k] + (h[k - 1] if k else 0.0) + product) / (k + 1))
+        table[j, 0] = math.log(below) if x < 0.0 else math.log1p(-0.5 * math.erfc(x * ROOT_HALF))
+        for k in range(DEGREE):
+            table[j, k + 1] = h[k] / (k + 1)
+    return np.stack([table, table[::-1] * (-1.0) ** np.arange(DEGREE + 1)], axis=-1)
+
+
+POLYNOMIALS = probit_polynomials()
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def near_probit(eta):
+    """`tails` of the probit at |eta| < EDGE by the polynomials and their slopes, several times as fast."""
+    j = int((eta + EDGE) * NODES + 0.5)
+    t = eta - (j / NODES - EDGE)
+    log_p = POLYNOMIALS[j, DEGREE, 0]
+    log_q = POLYNOMIALS[j, DEGREE, 1]
+    u = v = 0.0
+    for k in range(DEGREE - 1, -1, -1):
+        u = log_p + t * u
+        v = log_q + t * v
+        log_p = POLYNOMIALS[j, k, 0] + t * log_p
+        log_q = POLYNOMIALS[j, k, 1] + t * log_q
+    return log_p, log_q, -0.5 * eta * eta - LOG_ROOT_2PI, u, -v, -eta, -1.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -92,6 +139,12 @@ def tails(eta, link):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def at_level(eta, link):
+    """`tails`, the cheapest way."""
+    return near_probit(eta) if link == PROBIT and abs(eta) < EDGE else tails(eta, link)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def log_less(x):
     """ln(1 - exp(x)) for x <= 0."""
     return math.log(-math.expm1(x)) if x < 0.0 else -np.inf
@@ -118,7 +171,8 @@ def evaluate(kind, link, a, b, z, k, n, penalised, scratch):
     ga = gb = 0.0
     haa = hab = hbb = 0.0
     for i in range(levels):
-        log_p, log_q, log_f, u, v, r, dr = tails(a + b * z[i], link)
+        eta = a + b * z[i]
+        log_p, log_q, log_f, u, v, r, dr = at_level(eta, link)
         if kind == BINOMIAL:
             fell = k[i]
             stood = n[i] - fell
@@ -142,18 +196,16 @@ def evaluate(kind, link, a, b, z, k, n, penalised, scratch):
             scratch[5, i] = log_q
             scratch[6, i] = log_f
             scratch[7, i] = r
-            scratch[8, i] = a + b * z[i]
-        weight = n[i] * u * v if penalised else 0.0
-        if weight > 0.0:
-            slope = 2.0 * r - u + v
-            bend = 2.0 * dr - u * (r - u) + v * (r + v)
-            scratch[0, i] = weight
-            scratch[1, i] = weight * slope
-            scratch[2, i] = weight * (slope * slope + bend)
-        else:
-            scratch[0, i] = 0.0
-            scratch[1, i] = 0.0
-            scratch[2, i] = 0.0
+            scratch[8, i] = eta
+        if penalised:
+            weight = n[i] * u * v
+            scratch[0, i] = scratch[1, i] = scratch[2, i] = 0.0
+            if weight > 0.0:
+                slope = 2.0 * r - u + v
+                bend = 2.0 * dr - u * (r - u) + v * (r + v)
+                scratch[0, i] = weight
+                scratch[1, i] = weight * slope
+                scratch[2, i] = weight * (slope * slope + bend)
     if kind == INTERVAL:
         if not b > 0.0:
             return -np.inf, -np.inf, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0
@@ -322,20 +374,27 @@ def first_guess(kind, link, z, k, n):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def maximise(kind, link, z, k, n, penalised, a, b, scratch):
-    """Newton's method with step halving: (a, b, value, log-likelihood, iterations, whether it converged)."""
+def maximise(kind, link, z, k, n, penalised, a, b, tolerance, scratch):
+    """Newton's method with step halving: (a, b, log-likelihood, minus the Hessian (3), iterations, converged).
+
+    The last step, no more than the tolerance (relative), is not evaluated; what it leaves is about its square.
+    """
     state = evaluate(kind, link, a, b, z, k, n, penalised, scratch)
     for iteration in range(1, MAX_ITERATIONS + 1):
         value, plain, ga, gb, haa, hab, hbb, iaa, iab, ibb = state
         det = haa * hbb - hab * hab
+        near = PRECISE if penalised else tolerance
         if not (haa > 0.0 and det > 0.0):
             haa, hab, hbb = iaa, iab, ibb
+            near = 1e-10  # (such steps do not square what is left)
             det = haa * hbb - hab * hab
             if not (haa > 0.0 and det > 0.0):
-                return a, b, value, plain, iteration, False
+                return a, b, plain, haa, hab, hbb, iteration, False
         da = (hbb * ga - hab * gb) / det
         db = (haa * gb - hab * ga) / det
-        done = abs(da) <= 1e-10 * (1.0 + abs(a)) and abs(db) <= 1e-10 * (1.0 + abs(b))
+        if abs(da) <= near * (1.0 + abs(a)) and abs(db) <= near * (1.0 + abs(b)):
+            plain += 0.5 * (ga * da + gb * db)
+            return a + da, b + db, plain, haa, hab, hbb, iteration, True
         risen = False
         for _ in range(MAX_HALVINGS):
             state = evaluate(kind, link, a + da, b + db, z, k, n, penalised, scratch)
@@ -345,12 +404,10 @@ def maximise(kind, link, z, k, n, penalised, a, b, scratch):
             da *= 0.5
             db *= 0.5
         if not risen:
-            return a, b, value, plain, iteration, False
+            return a, b, plain, haa, hab, hbb, iteration, False
         a += da
         b += db
-        if done:
-            return a, b, state[0], state[1], iteration, True
-    return a, b, state[0], state[1], MAX_ITERATIONS, False
+    return a, b, state[1], state[4], state[5], state[6], MAX_ITERATIONS, False
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -372,13 +429,15 @@ def fit_many(kind, link, z, k, n, penalty, start, out):
             continue
         guess = start.size == 0 or status == SEPARATED
         if not guess:
-            a, b, _, plain, iterations, converged = maximise(
-                kind, link, z, k[i], n[i], penalised, start[0], start[1], scratch
+            a, b, plain, haa, hab, hbb, iterations, converged = maximise(
+                kind, link, z, k[i], n[i], penalised, start[0], start[1], OF_MANY, scratch
             )
             guess = not converged
         if guess:
             a, b = first_guess(kind, link, z, k[i], n[i])
-            a, b, _, plain, iterations, converged = maximise(kind, link, z, k[i], n[i], penalised, a, b, scratch)
+            a, b, plain, haa, hab, hbb, iterations, converged = maximise(
+                kind, link, z, k[i], n[i], penalised, a, b, PRECISE, scratch
+            )
         out[i, ITERATIONS] = iterations
         out[i, LOG_LIKELIHOOD] = plain
         out[i, PENALISED] = penalised
@@ -389,6 +448,9 @@ def fit_many(kind, link, z, k, n, penalty, start, out):
         else:
             out[i, A] = a
             out[i, B] = b
+            out[i, HAA] = haa
+            out[i, HAB] = hab
+            out[i, HBB] = hbb
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -409,8 +471,7 @@ def covariances(kind, link, z, k, n, fits, weights, starts, cells, counts, outco
         b = fits[r, B]
         if not b > 0.0:
             continue
-        penalised = fits[r, PENALISED] > 0.0
-        _, _, _, _, haa, hab, hbb, _, _, _ = evaluate(kind, link, a, b, z, k[r], n[r], penalised, scratch)
+        haa, hab, hbb = fits[r, HAA], fits[r, HAB], fits[r, HBB]
         det = haa * hbb - hab * hab
         if not (haa > 0.0 and det > 0.0):
             continue
@@ -421,14 +482,14 @@ def covariances(kind, link, z, k, n, fits, weights, starts, cells, counts, outco
             out[r, 2] = ibb
             continue
         if kind == BINOMIAL:
-            for cell in range(outcomes.size):
-                level = cell // STATES
-                score = 0.0
-                if outcomes[cell] >= 0:
-                    _, _, _, u, v, _, _ = tails(a + b * z[level], link)
-                    score = u if outcomes[cell] == 1 else -v
-                scores[0, cell] = score
-                scores[1, cell] = score * z[level]
+            for level in range(z.size):
+                _, _, _, u, v, _, _ = at_level(a + b * z[level], link)
+                for cell in range(STATES * level, STATES * (level + 1)):
+                    score = 0.0
+                    if outcomes[cell] >= 0:
+                        score = u if outcomes[cell] == 1 else -v
+                    scores[0, cell] = score
+                    scores[1, cell] = score * z[level]
         else:
             for cell in range(z.size + 1):
                 if k[r, cell] > 0.0:
@@ -462,8 +523,12 @@ def covariances(kind, link, z, k, n, fits, weights, starts, cells, counts, outco
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def maximise_line(kind, link, z, k, n, penalised, base_a, base_b, along_a, along_b, s, scratch):
-    """Maximum along (base) + s (along): s, value, gradient (2)."""
+def maximise_line(kind, link, z, k, n, penalised, base_a, base_b, along_a, along_b, s, tolerance, scratch):
+    """Maximum along (base) + s (along): s, value, gradient (2).
+
+    The last step, no more than the tolerance (relative), is not evaluated: the value has what Newton's parabola gains,
+    the gradient is from before it.
+    """
     state = evaluate(kind, link, base_a + s * along_a, base_b + s * along_b, z, k, n, penalised, scratch)
     for _ in range(MAX_ITERATIONS):
         value, _, ga, gb, haa, hab, hbb, iaa, iab, ibb = state
@@ -474,7 +539,8 @@ def maximise_line(kind, link, z, k, n, penalised, base_a, base_b, along_a, along
             if not curvature > 0.0:
                 break
         step = gradient / curvature
-        done = abs(step) <= 1e-11 * (1e-3 + abs(s))
+        if abs(step) <= tolerance * (1e-3 + abs(s)):
+            return s + step, value + 0.5 * gradient * step, ga, gb
         risen = False
         for _ in range(MAX_HALVINGS):
             t = s + step
@@ -487,19 +553,20 @@ def maximise_line(kind, link, z, k, n, penalised, base_a, base_b, along_a, along
             state = evaluate(kind, link, base_a + s * along_a, base_b + s * along_b, z, k, n, penalised, scratch)
             break
         s += step
-        if done:
-            break
     return s, state[0], state[2], state[3]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def profile(kind, link, z, k, n, penalised, what, eta, at, s, scratch):
-    """Largest value with ln x (z) of the fractile F^-1(p) = eta at `at`, or ln b at `at`; its slope; the free one."""
+def profile(kind, link, z, k, n, penalised, what, eta, at, s, tolerance, scratch):
+    """Largest value with ln x (z) of the fractile F^-1(p) = eta at `at`, or ln b at `at`; its slope; the free one.
+
+    s: a first guess of the free one; tolerance: of it, see `maximise_line`.
+    """
     if what == SLOPE:
         b = math.exp(at)
-        s, value, _, gb = maximise_line(kind, link, z, k, n, penalised, 0.0, b, 1.0, 0.0, s, scratch)
+        s, value, _, gb = maximise_line(kind, link, z, k, n, penalised, 0.0, b, 1.0, 0.0, s, tolerance, scratch)
         return value, gb * b, s
-    s, value, ga, _ = maximise_line(kind, link, z, k, n, penalised, eta, 0.0, -at, 1.0, s, scratch)
+    s, value, ga, _ = maximise_line(kind, link, z, k, n, penalised, eta, 0.0, -at, 1.0, s, tolerance, scratch)
     if not s > 0.0:  # curves fall nowhere
         value = evaluate(kind, link, eta, 0.0, z, k, n, penalised, scratch)[0]
         return value, 0.0, 0.0
@@ -537,7 +604,7 @@ def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tol
         outer = inner + step
         if abs(outer) > (LARGE if what == SLOPE else 1e6):
             return side * np.inf
-        found, slope, free = profile(kind, link, z, k, n, penalised, what, eta, outer, free, scratch)
+        found, slope, free = profile(kind, link, z, k, n, penalised, what, eta, outer, free, PRECISE, scratch)
         fall = value - found - drop
         if not fall < 0.0:
             break
@@ -552,7 +619,7 @@ def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tol
         if abs(new - at) <= tolerance * (1.0 + abs(at)) or new in (inner, outer):
             return new
         at = new
-        found, slope, free = profile(kind, link, z, k, n, penalised, what, eta, at, free, scratch)
+        found, slope, free = profile(kind, link, z, k, n, penalised, what, eta, at, free, PRECISE, scratch)
         fall = value - found - drop
         if fall < 0.0:
             inner = at
@@ -572,6 +639,17 @@ def saturated(kind, k, n):
         if kind == BINOMIAL and k[i] < total:
             value += (total - k[i]) * math.log1p(-k[i] / total)
     return value
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def constrained(what, eta, at, a, b, haa, hab, hbb):
+    """The free parameter where the parabola about a fit at (a, b) is largest with the other one at `at`."""
+    if what == SLOPE:
+        return a + (b - math.exp(at)) * hab / haa
+    # on a + b at = eta: the step is along the covariance times (1, at)
+    along_a = hbb - hab * at
+    along_b = haa * at - hab
+    return b - (a + b * at - eta) * along_b / (along_a + along_b * at)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -617,5 +695,11 @@ def signed_roots(kind, link, z, k, n, fits, always, what, eta, at, free, out):
                 top = fell * math.log(fell / total) + (total - fell) * math.log1p(-fell / total)
             else:
                 top = saturated(kind, k[r], n[r])
-        value, _, _ = profile(kind, link, z, k[r], n[r], always, what, eta, at, free, scratch)
+        guess = free
+        if b > 0.0:
+            guess = constrained(what, eta, at, a, b, fits[r, HAA], fits[r, HAB], fits[r, HBB])
+            guess = guess if what == SLOPE or guess > 0.0 else free
+        # (with a penalty steps may be shorter than Newton's: what the last one gains is then not the parabola's)
+        tolerance = PRECISE if always else VALUE_ONLY
+        value, _, _ = profile(kind, link, z, k[r], n[r], always, what, eta, at, guess, tolerance, scratch)
         out[r] = sign * math.sqrt(max(2.0 * (top - value), 0.0))

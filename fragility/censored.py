@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -13,6 +11,7 @@ from numpy.typing import NDArray
 
 from . import _censored as engine
 from .statuses import ALL, DECREASING, FAILED, NONE, OK, SEPARATED
+from .threads import shared, thread_count
 
 Values = NDArray[np.float64]
 Ends = tuple[Values, Values]
@@ -40,7 +39,7 @@ def fit_dispersions(ends: Sequence[Ends], weights: Values) -> Fits:
     lower, upper = (np.stack(one, axis=-2).reshape(-1, weights.shape[1]) for one in zip(*ends, strict=True))
     sizes = (lower.shape[0], weights.shape[0])
     location, dispersion, status = np.empty(sizes), np.empty(sizes), np.empty(sizes, np.int8)
-    workers = min(os.cpu_count() or 1, sizes[0])
+    workers = min(thread_count(), sizes[0])
     bounds = np.linspace(0, sizes[0], workers + 1).astype(int).tolist()
 
     def part(ends: tuple[int, int]) -> None:
@@ -48,8 +47,7 @@ def fit_dispersions(ends: Sequence[Ends], weights: Values) -> Fits:
         results = location[own], dispersion[own], status[own]
         engine.fit_rows(lower[own], upper[own], weights, RESAMPLE_TOLERANCE, *results)
 
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(part, pairwise(bounds)))
+    list(shared(part, list(pairwise(bounds))))
     return Fits(dispersion.reshape(*shape, -1), status[:, 0].reshape(shape))
 
 

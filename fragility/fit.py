@@ -16,12 +16,13 @@ from .bootstrap import draw_motions
 from .curve_labels import label_curves
 from .custom import CustomForm, Fit
 from .estimation import BOOTSTRAP, INTERVALS, PROFILE, WALD, Options, Resampled, estimate
-from .form import Form
+from .form import Columns, Form
 from .isotonic import IsotonicForm
 from .likelihood import PENALTIES, LognormalFit
 from .links import LINKS
 from .provenance import carried_attributes
 from .states import OVERTURNED, State
+from .threads import shared
 from .trials import FELL, STATES, SURVIVED, Sample, Trials, collect, outcomes_of
 from .two_parameter import TWO_PARAMETER_FORMS
 from .uplift import UpliftForm
@@ -223,10 +224,16 @@ def fit_fragility(
     )
     if options.resamples and trials.clusters:
         options = replace(options, weights=draw_motions(trials.strata, options.replicates, options.seed))
+
+    def columns_of(i: int) -> Columns:
+        sample = trials.samples[i]
+        return chosen.fit(sample, options, Resampled.of(sample, options, i) if options.resamples else None)
+
     columns = []
-    for i, sample in enumerate(trials.samples):
-        drawn = Resampled.of(sample, options, i) if options.resamples else None
-        columns.append(chosen.fit(sample, options, drawn))
+    # (a fit of one's own may not bear threads)
+    each = map if isinstance(chosen, CustomForm) else shared
+    for one in each(columns_of, range(len(trials.samples))):
+        columns.append(one)
         if progress is not None:
             progress(len(columns), len(trials.samples))
     curves = label_curves(columns, trials, options.fractiles, level, options.replicates)

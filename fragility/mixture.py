@@ -112,5 +112,7 @@ def _profile(one: Estimate, t: float, eta: float, scratch: Array) -> float:
     """The largest log-likelihood of a factor whose line passes eta at ln x = t."""
     kind, link, z, falls, runs, penalised = _arguments(one)
     at = (t - one.lines.centre) / one.lines.width
-    found = engine.profile(kind, link, z, falls, runs, penalised, engine.FRACTILE, eta, at, one.lines.b[0], scratch)
+    guess = one.lines.b[0]
+    what = engine.FRACTILE
+    found = engine.profile(kind, link, z, falls, runs, penalised, what, eta, at, guess, engine.PRECISE, scratch)
     return float(found[0])

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from dask import config
-from dask.system import CPU_COUNT
 from numpy.typing import NDArray
 
 from .. import checks
 from .plan import Chunk, Done, Work, run_chunk
 from .slabs import in_memory
+from .threads import thread_count
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -55,7 +54,7 @@ class Threads(Runner):
 
     def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, Done]]:
         """Every chunk with its results."""
-        threads = int(config.get("num_workers", None) or CPU_COUNT)
+        threads = thread_count()
         waiting = iter(chunks)
         running: dict[Future[Done], Chunk] = {}
         left = len(chunks)

@@ -14,12 +14,12 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
 import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
 from ..units import DIMENSIONLESS
+from . import _resampling as engine
 from . import slabs
 from .provenance import IDA, STRIPES, design_of, floor_of_each_motion, motions_by_floor
 from .states import OVERTURNED as OVERTURNING
@@ -50,12 +50,6 @@ class Patterns(NamedTuple):
     cells: Index
     counts: Index
 
-    def table(self, cells: int) -> scipy.sparse.csr_array:
-        """How many runs of each pattern lie in each cell, (pattern, cell)."""
-        shape = (self.starts.size - 1, cells)
-        cells_of, starts = self.cells.astype(np.int32), self.starts.astype(np.int32)
-        return scipy.sparse.csr_array((self.counts.astype(float), cells_of, starts), shape)
-
 
 class Sample(NamedTuple):
     """What there is of one curve.
@@ -79,9 +73,11 @@ class Sample(NamedTuple):
         assert self.patterns is not None
         known = np.flatnonzero(self.patterns.of_cluster >= 0)
         order = known[np.argsort(self.patterns.of_cluster[known], kind="stable")]
-        firsts = np.searchsorted(self.patterns.of_cluster[order], np.arange(self.patterns.starts.size - 1))
-        of_patterns = np.add.reduceat(weights[:, order], firsts, axis=1)
-        return of_patterns, np.asarray(of_patterns @ self.patterns.table(self.cells.size))
+        firsts = np.searchsorted(self.patterns.of_cluster[order], np.arange(self.patterns.starts.size))
+        of_patterns = np.zeros((weights.shape[0], self.patterns.starts.size - 1))
+        drawn = np.zeros((weights.shape[0], self.cells.size))
+        engine.resample(weights, order, firsts, *self.patterns[1:], of_patterns, drawn)
+        return of_patterns, drawn
 
     @property
     def of_levels(self) -> tuple[Index, Index]:

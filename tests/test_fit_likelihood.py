@@ -66,6 +66,19 @@ class TestTails:
         engine.log_probabilities(-eta, engine.PROBIT, found)
         np.testing.assert_allclose(found[1], log_ndtr(eta), rtol=1e-13, atol=1e-300)
 
+    def test_the_probit_by_polynomials(self):
+        """To 1e-14 against fifty digits: in the middle of nodes, where the error is largest, at them, and anywhere."""
+        nodes = np.linspace(-engine.EDGE, engine.EDGE, 2 * engine.EDGE * engine.NODES + 1)
+        middles = 0.5 * (nodes[1:] + nodes[:-1])
+        points = np.concatenate([nodes[1:-1], middles, np.random.default_rng(2).uniform(-4.0, 4.0, 200)])
+        with mpmath.workdps(DIGITS):
+            for eta in points:
+                x = mpmath.mpf(float(eta))
+                p, q, f = mpmath.ncdf(x), mpmath.ncdf(-x), mpmath.npdf(x)
+                found = engine.near_probit(float(eta))
+                expected = (mpmath.log(p), mpmath.log(q), mpmath.log(f), f / p, f / q, -x, mpmath.mpf(-1))
+                np.testing.assert_allclose(found, [float(one) for one in expected], rtol=1e-14, atol=0.0)
+
     def test_links_are_what_the_engine_computes(self):
         eta = np.linspace(-5.0, 2.0, 29)
         for link in LINKS.values():
