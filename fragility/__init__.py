@@ -28,7 +28,7 @@ from .probability import overturning_probability
 from .rates import discrete_rate, probability_in, rate_from_probability
 from .response import overturning_response
 from .resurrection import returned
-from .risk import annual_rate
+from .risk import annual_rate, rate_share_above
 from .screen import screen
 from .screen_without_runs import standing
 from .sensitivity import morris_indices, sobol_indices, tornado
@@ -77,6 +77,7 @@ __all__ = [
     "probability_in",
     "rank_measures",
     "rate_from_probability",
+    "rate_share_above",
     "reached",
     "read_curve_csv",
     "read_hazard",

@@ -16,6 +16,9 @@ from .hazard_quadrature import events, lowest
 
 Array = NDArray[np.float64]
 
+FAR = 1e30
+"""Levels that much higher are so rare that no share of a rate is left above them."""
+
 
 class Deaggregation(NamedTuple):
     """Shares of the rate in each bin (curve, bin); mean and mode of the contributing intensity (curve,)."""
@@ -34,6 +37,18 @@ def bin_edges(bins: int | Any, hazard: HazardCurve) -> Array:
     if edges.size < 2 or edges[0] <= 0.0 or np.any(np.diff(edges) <= 0.0):
         raise ValueError("bins must be a number of bins, or at least two edges > 0, strictly increasing")
     return edges
+
+
+def share_above(form: Form, rate: Array, hazard: Pieces, levels: Array, outside: str = REFUSE) -> Array:
+    """Shares of the rates (curve,) from above a level of its own each (curve,); NaN where a rate is 0 or infinite."""
+    curves = form.flat()
+    share = np.full(rate.shape, np.nan)
+    sound = np.isfinite(rate) & (rate > 0.0)
+    for level in np.unique(levels[sound]):
+        rows = np.flatnonzero(sound & (levels == level))
+        edges = np.log([level, FAR * level])
+        share[rows] = contributions(curves.rows(rows), hazard, edges, outside)[:, 0] / rate[rows]
+    return share
 
 
 def deaggregate(form: Form, rate: Array, hazard: Pieces, edges: Array, outside: str = REFUSE) -> Deaggregation:

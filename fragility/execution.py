@@ -14,7 +14,7 @@ from ..models.oscillator import Oscillator
 from ..models.runs import TALLY
 from ..models.simulate import oscillator_of
 from ..motions.arrays import Record
-from .made import Made
+from .oscillator_grid import OscillatorGrid
 from .plan import OUTPUT_TYPES, Work, plan_chunks
 from .runners import Runner, runner_of
 
@@ -42,9 +42,10 @@ class Request(NamedTuple):
     screen: bool
 
     @property
-    def oscillators(self) -> Made:
+    def oscillators(self) -> OscillatorGrid:
         """Block by block, every law of each."""
-        return Made(self.blocks, lambda block: [oscillator_of(block, law) for law in self.models], len(self.models))
+        laws = self.models
+        return OscillatorGrid(self.blocks, lambda block: [oscillator_of(block, law) for law in laws], len(laws))
 
 
 class Runs(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -167,10 +167,9 @@ def size_for_rate(
         raise ValueError(f"rates must have the coordinate {along!r} on block")
     order = np.argsort(rates[along].values)
     sizes = checks.finite_array(along, rates[along].values[order])
-    if sizes.size < 2 or np.any(np.diff(sizes) == 0.0):
-        raise ValueError(
-            f"blocks must be at least two that differ in {along}, got {', '.join(f'{x:g}' for x in sizes)}"
-        )
+    if sizes.size < 2:
+        raise ValueError(f"blocks must be at least two that differ in {along}, got {sizes.size}")
+    check_family(along, sizes, [str(label) for label in rates["block"].values[order]])
     dims = tuple(str(dim) for dim in rates["rate"].dims if dim != "block")
     central = rates["rate"].transpose(*dims, "block").values[..., order]
     found = _crossings(sizes, central, goal)
@@ -208,6 +207,18 @@ def size_for_rate(
         coords={name: one for name, one in coordinates_on(rates, dims).items() if name != along},
         attrs={"title": f"Blocks that meet a rate of overturning: {along}", **provenance(configuration)},
     )
+
+
+def check_family(along: str, sizes: Sequence[float] | Array, labels: Sequence[str]) -> None:
+    """ValueError where two blocks are of one size: rates of a family are solved along one that tells all apart."""
+    seen: dict[float, str] = {}
+    for size, label in zip(map(float, sizes), labels, strict=True):
+        if size in seen:
+            raise ValueError(
+                f"blocks must all differ in {along}, got {size:g} of both {seen[size]!r} and {label!r}: a family with "
+                "one free size is needed"
+            )
+        seen[size] = label
 
 
 def target_rate(rate: float | None, probability: float | None, years: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from ..motions.arrays import Record, motion_coordinates
 from ..motions.intensity import RESULT_MEASURES
 from ..units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, RADIAN, SECOND, provenance
 from .execution import DERIVED, Request, Runs
+from .provenance import DESCRIBED
 from .scaling import Scaling
 from .slabs import Array
 
@@ -50,12 +51,16 @@ def label_runs(
     shape = (len(asked.blocks), len(asked.models), *lengths)
     variables = {}
     for name in asked.outputs:
-        of = [block for block in asked.blocks for _ in asked.models]
+        of = (block for block in asked.blocks for _ in asked.models)
         values = output(name, runs, of, asked.runner.array).reshape(shape)
         units, long_name = VARIABLES[name]
         variables[name] = (("block", "model", *dims), values, {"units": units, "long_name": long_name})
     described = {
-        "blocks": [describe_block(block) for block in asked.blocks],
+        "blocks": (
+            [describe_block(block) for block in asked.blocks]
+            if len(asked.blocks) <= DESCRIBED
+            else f"{len(asked.blocks)}, as their coordinates say"
+        ),
         "models": [describe_law(model) for model in asked.models],
         "motions": [record.label for record in motions],
         **configuration,
@@ -78,7 +83,7 @@ def label_runs(
     )
 
 
-def output(name: str, runs: Runs, blocks: Sequence[Block], array: Array) -> NDArray[Any]:
+def output(name: str, runs: Runs, blocks: Iterable[Block], array: Array) -> NDArray[Any]:
     """An output (oscillator, …), as the engine gave it or derived; `blocks`: one an oscillator."""
     values = runs.results[DERIVED.get(name, name)]
     if name == "top_displacement":

@@ -21,11 +21,11 @@ from ..models.oscillator import Oscillator
 from ..models.simulate import oscillator_of
 from ..units import DIMENSIONLESS
 from .execution import Progress, collect
-from .made import Made
+from .oscillator_grid import OscillatorGrid
 from .plan import Work
 from .provenance import Motions, blocks_of, factors_of, laws_of, records_of
 from .runners import Runner, runner_of
-from .slabs import Where
+from .slabs import Where, slabs
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -116,8 +116,8 @@ def repeated(
     factors = factors_of(runs)[:, :, chosen]
 
     with_e = [j for j, model in enumerate(models) if model.restitution(blocks[0]) is not None]
-    shaken = Made(blocks, lambda block: [oscillator_of(block, model) for model in models], len(models))
-    struck = Made(
+    shaken = OscillatorGrid(blocks, lambda block: [oscillator_of(block, model) for model in models], len(models))
+    struck = OscillatorGrid(
         blocks, lambda block: [one for j in with_e for one in _either_side(block, models[j])], 2 * len(with_e)
     )
     up_and_down = np.concatenate([factors * (1.0 + PERTURBATION), factors * (1.0 - PERTURBATION)], axis=1)
@@ -137,12 +137,12 @@ def repeated(
     flags_up_down = done[0].reshape(*each, 2, levels, n)
     flags_e = done[1].reshape(each[0], len(with_e), 2, levels, n) if with_e else None
     counts = runner.array((*each, levels, n), np.int8)
-    flags = shaped.values
-    for i, j in np.ndindex(*each):
-        nominal = flags[i, j][:, chosen]
-        counts[i, j] = (flags_up_down[i, j] != nominal).sum(axis=0, dtype=np.int8)
-        if flags_e is not None and j in with_e:
-            counts[i, j] += (flags_e[i, with_e.index(j)] != nominal).sum(axis=0, dtype=np.int8)
+    for part in slabs({str(dim): size for dim, size in shaped.sizes.items()}, ("block",)):
+        here = part.get("block", slice(None))
+        nominal = shaped[here].values[..., chosen]
+        counts[here] = (flags_up_down[here] != nominal[:, :, None]).sum(axis=2, dtype=np.int8)
+        if flags_e is not None:
+            counts[here, with_e] += (flags_e[here] != nominal[:, with_e, None]).sum(axis=2, dtype=np.int8)
     return Repeated(chosen, counts)
 
 

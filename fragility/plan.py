@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..models.oscillator import Oscillator, stack
 from ..models.runs import OUTPUTS, TALLY, run_stacked
 from ..motions.arrays import Record
+from .oscillator_grid import OscillatorGrid
 
 # Planning figures, on the generous side of benchmarks/speed.py: one sample of one run on a present core, closed form
 # and exact geometry.
@@ -110,9 +111,9 @@ def number_of_chunks(total: float) -> float:
 
 def plan_chunks(work: Work, seconds: float | None = None) -> list[Chunk]:
     """Chunks of about `seconds` each (None: `seconds_of_a_chunk`), the last ones less; never many more than 100,000."""
-    per_row = [
-        work.levels * (SECONDS_PER_EXACT_SAMPLE if one.exact else SECONDS_PER_SAMPLE) for one in work.oscillators
-    ]
+    oscillators = work.oscillators
+    exact = oscillators.exact if isinstance(oscillators, OscillatorGrid) else [one.exact for one in oscillators]
+    per_row = [work.levels * (SECONDS_PER_EXACT_SAMPLE if one else SECONDS_PER_SAMPLE) for one in exact]
     samples = [motion.acceleration.size for motion in work.motions]
     left = total = sum(per_row) * sum(samples)
     full = seconds_of_a_chunk(total) if seconds is None else max(seconds, total / MOST_CHUNKS)

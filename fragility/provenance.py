@@ -26,6 +26,9 @@ IDA, STRIPES, CLOUD = "ida", "stripes", "cloud"
 GROUND = "ground"
 """Value of ``im_at`` where levels are of the ground motion below a floor, and the beginning of that measure's name."""
 
+DESCRIBED = 1000
+"""Blocks that a configuration describes one by one: it is read and written for every slab of runs."""
+
 
 def configuration_of(data: xr.Dataset | xr.DataArray) -> dict[str, Any]:
     """The configuration in the attributes of a dataset, empty where it carries none that can be read.

@@ -14,7 +14,7 @@ from .bootstrap import percentile_interval
 from .common_measure import in_hazard_measure
 from .convolution import rates_of
 from .curves import OUTSIDE, REFUSE, coordinates_on, has_replicates
-from .deaggregation import bin_edges, deaggregate
+from .deaggregation import bin_edges, deaggregate, share_above
 from .hazard import HazardCurve
 from .hazard_pieces import ABOVE_RULES, BELOW_RULES, EXTEND
 from .provenance import configuration_of
@@ -168,6 +168,51 @@ def annual_rate(
             "confidence": level,
         },
     )
+
+
+def rate_share_above(
+    curves: xr.Dataset,
+    hazard: HazardCurve,
+    levels: xr.DataArray | float,
+    *,
+    below: str = EXTEND,
+    above: str = EXTEND,
+    outside: str = REFUSE,
+) -> xr.DataArray:
+    """Share of each annual rate that comes from shaking above a level.
+
+    Parameters
+    ----------
+    curves, hazard, below, above, outside
+        As for `annual_rate`.
+    levels : xarray.DataArray or float
+        In the measure and unit of the hazard curve, > 0; on block where it is another for each.
+
+    Returns
+    -------
+    xarray.DataArray
+        On the dimensions of the curves, 0 to 1; NaN where there is no rate.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `annual_rate`.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> curves = xr.Dataset({"median": ((), 0.6, {"units": "m s-2"}), "dispersion": 0.4}, attrs={"im": "pga"})
+    >>> round(rate_share_above(curves, HazardCurve.power_law(1e-4, 2.5, "pga"), 0.6).item(), 4)
+    0.4619
+    """
+    form, dims = in_hazard_measure(curves, hazard)
+    pieces = hazard.pieces(below, above)[0]
+    shape = tuple(curves.sizes[dim] for dim in dims)
+    at = xr.DataArray(levels) if not isinstance(levels, xr.DataArray) else levels
+    places = [at.sizes[dim] if dim in at.dims else 1 for dim in dims]
+    each = np.broadcast_to(at.values.reshape(places), shape).ravel()
+    share = share_above(form, rates_of(form, pieces, outside).rate, pieces, each, outside)
+    return xr.DataArray(share.reshape(shape), coordinates_on(curves, dims), dims)
 
 
 class Samples(NamedTuple):

@@ -24,7 +24,7 @@ from ..units import HERTZ, STANDARD_GRAVITY
 from .execution import Progress
 from .intervals import wilson_half_width, wilson_interval
 from .perturbed import PERTURBATION, Repeated, repeated
-from .provenance import Motions, floor_of_each_motion, provenance_from, records_of, scale_factor
+from .provenance import DESCRIBED, Motions, floor_of_each_motion, provenance_from, records_of, scale_factor
 from .reasons import (
     ELASTIC_MODE,
     SCALED_FAR,
@@ -276,9 +276,11 @@ def _screened(
         xr.Variable((), half > bounds.half_width), f"whether that is above {bounds.half_width:g}"
     )
 
-    described = None
-    if friction is not None:
+    described: Any = None
+    if friction is not None and len(available) <= DESCRIBED:
         described = {str(label): one.description for label, one in zip(runs["block"].values, available, strict=True)}
+    elif friction is not None:
+        described = [json.loads(one) for one in sorted({json.dumps(one.description) for one in available})]
     return {name: found[name] for name in ORDER if name in found}, {
         "friction": described,
         "factors": list(bounds.factors),
@@ -377,7 +379,7 @@ def _fewest(runs: xr.Dataset) -> int:
 def _undecided(again: Repeated, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
     """The share of flags that flip among those tested, and its interval as if runs were independent."""
     each = tuple(dim for dim in dims if dim in ("block", "model"))
-    flipped = np.stack([[(one > 0).sum() for one in row] for row in again.counts])
+    flipped = np.stack([np.count_nonzero(one > 0, axis=tuple(range(1, one.ndim))) for one in again.counts])
     n = np.full(flipped.shape, math.prod(again.counts.shape[2:]))
     lower, upper = wilson_interval(flipped, n)
     return {

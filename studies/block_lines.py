@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from pathlib import Path
+from typing import NoReturn
 
 from ..models import Block, catalogue
 from .lines import Kind, Line, Lines
@@ -17,6 +18,16 @@ KIND = Kind(
     256 * 2**20,
 )
 
+NAMED = {
+    "width": "width_m",
+    "height": "height_m",
+    "cm_height": "cm_height_m",
+    "inertia_factor": "inertia_factor",
+    "alpha": "alpha_rad",
+    "R": "R_m",
+}
+"""Columns by what blocks call their values."""
+
 
 def read_blocks(file: Path) -> tuple[Block, ...]:
     """The blocks of a file, one line each; StudyError with one sentence that names file, line and column.
@@ -28,16 +39,17 @@ def read_blocks(file: Path) -> tuple[Block, ...]:
     found: dict[str, tuple[int, Block]] = {}
     for line in table:
         slender = line.text("alpha_rad") or line.text("R_m")
-        block = _slender(line) if slender else block_of(line, line.text("name") or line.text("catalogue"))
+        block = _slender(line) if slender else block_of_line(line, line.text("name") or line.text("catalogue"))
         if block.label in found:
-            line.refuse("name", f"must be another name, {block.label!r} is taken by line {found[block.label][0]}")
+            before = f"{block.label!r} is taken by line {found[block.label][0]}"
+            line.refuse("name", f"must be another name, {before}" if line.text("name") else f"is needed: {before}")
         found[block.label] = (line.number, block)
     if not found:
         raise KIND.error(f"{file}: has a header but no blocks")
     return tuple(block for _, block in found.values())
 
 
-def block_of(line: Line, name: str = "") -> Block:
+def block_of_line(line: Line, name: str = "") -> Block:
     """The block whose outer sizes, or whose name in the catalogue, a line holds."""
     listed = line.text("catalogue")
     width, height = line.number_in("width_m", above=0.0), line.number_in("height_m", above=0.0)
@@ -58,11 +70,16 @@ def block_of(line: Line, name: str = "") -> Block:
     try:
         return Block(width, height, cm_height, factor, name or None)
     except ValueError as error:
-        word, _, what = str(error).partition(" ")
-        named = {"width": "width_m", "height": "height_m", "cm_height": "cm_height_m"}.get(word, word)
-        if named in line.table.kind.columns:
-            line.refuse(named, what)
-        line.refuse("catalogue" if listed else "width_m", str(error))
+        _refuse(line, error, "catalogue" if listed else "width_m")
+
+
+def _refuse(line: Line, error: ValueError, column: str) -> NoReturn:
+    """Raise an error about a block as one of the cell that holds the value, or else of a `column`."""
+    word, _, what = str(error).partition(" ")
+    # (what is missing may be missing from an empty cell; other values may come of another way to say the sizes)
+    if word in NAMED and (line.text(NAMED[word]) or what.startswith("must be given")):
+        line.refuse(NAMED[word], what)
+    line.refuse(column, str(error))
 
 
 def _slender(line: Line) -> Block:
@@ -78,5 +95,4 @@ def _slender(line: Line) -> Block:
     try:
         return Block.from_slenderness(alpha, size, **more, name=line.text("name") or None)
     except ValueError as error:
-        word, _, what = str(error).partition(" ")
-        line.refuse("alpha_rad", what if word == "alpha" else str(error))
+        _refuse(line, error, "R_m")

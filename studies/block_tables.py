@@ -47,7 +47,7 @@ class BlockTable(Table):
         )
         given = {name for name in self.model_fields_set if getattr(self, name) is not None}
         allowed = (
-            {"catalogue", "name"},
+            {"catalogue", "cm_height_m", "inertia_factor", "name"},
             {"width_m", "height_m", "cm_height_m", "inertia_factor", "name"},
             {"alpha_rad", "R_m", "inertia_factor", "name"},
         )
@@ -65,7 +65,8 @@ class BlockTable(Table):
                 block = catalogue[self.catalogue]
             except KeyError as error:
                 raise ValueError(error.args[0]) from None
-            return block if self.name is None else Block(block.width, block.height, name=self.name)
+            name = block.name if self.name is None else self.name
+            return Block(block.width, block.height, self.cm_height_m, self.inertia_factor, name)
         if self.alpha_rad is not None and self.R_m is not None:
             factor = 4.0 / 3.0 if self.inertia_factor is None else self.inertia_factor
             return Block.from_slenderness(self.alpha_rad, self.R_m, factor, self.name)

@@ -24,7 +24,7 @@ from ..models.catalogue import QUALITIES
 from ..models.runs import prepare
 from . import show
 from .designs import count
-from .export import ExportFormat, read_curves, write_curves
+from .export import ExportFormat, missing_lines, read_curves, write_curves
 from .forecast import forecast, standing
 from .progress import show_progress
 from .rows import plain_table
@@ -266,7 +266,7 @@ def export(
     written = write_curves(read_curves(result, model), folder, format_)
     console = terminal()
     lines = [f"{count(len(written.ids) - len(set(written.missing) & set(written.ids)), 'curve')} for {format_}"]
-    lines += [f"no estimate ({reason}): {name}" for name, reason in written.missing.items()]
+    lines += missing_lines(written)
     lines += [f"written: {path}" for path in written.paths]
     console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
 

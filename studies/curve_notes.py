@@ -73,7 +73,7 @@ not, so the dispersion is a guess (penalised likelihood); take more motions or c
     ):
         here = (few.values < FEWEST) & (runs.values > 0)
         if here.any():
-            of = [f"{int(a)} of {int(b)}" for a, b in zip(number.values[here], runs.values[here], strict=True)]
+            of = [f"{int(a)} of {int(b)}" for a, b in zip(*_first(here, number.values, runs.values), strict=True)]
             rest = "it rests" if here.sum() == 1 else "they rest"
             found.append(
                 f"fewer than {FEWEST} runs {what} for {_how_many(here)} ({_listed(status, here, of)}): {rest} on them; "
@@ -92,7 +92,7 @@ not, so the dispersion is a guess (penalised likelihood); take more motions or c
             ratio = upper / lower
         wide = np.isfinite(curves["median"].transpose(*status.dims).values) & (ratio > WIDEST)
         if wide.any():
-            of = [f"{one:.1f}" if one < LARGE else f"more than {LARGE:g}" for one in ratio[wide]]
+            of = [f"{one:.1f}" if one < LARGE else f"more than {LARGE:g}" for one in _first(wide, ratio)[0]]
             found.append(
                 f"the interval of the median is wider than a factor of {WIDEST:g} for {_how_many(wide)} "
                 f"({_listed(status, wide, of)}): take more motions"
@@ -143,7 +143,7 @@ def crossing_notes(curves: xr.Dataset, observed: xr.Dataset) -> list[str]:
         return []
     of = [
         f"{level_text(one, level)}, observed {_span(a, b, level)}"
-        for one, (a, b) in zip(median[outside], band[outside], strict=True)
+        for one, (a, b) in zip(*_first(outside, median, band), strict=True)
     ]
     return [
         f"the median of {_how_many(outside)} ({_listed(curves['median'], outside, of)}) lies, with its interval, "
@@ -249,16 +249,21 @@ def _infinitive(state: str) -> str:
 
 
 def _how_many(here: NDArray[np.bool_]) -> str:
-    return f"{int(here.sum())} of {here.size} curves" if here.size > 1 else "the curve"
+    return f"{int(here.sum()):,} of {here.size:,} curves" if here.size > 1 else "the curve"
 
 
 def _listed(like: xr.DataArray, here: NDArray[np.bool_], said: list[str] | None = None) -> str:
-    """The first of those that are meant, with what is said of each."""
+    """The first of those that are meant, with what is `said` of each of these."""
     every = np.argwhere(here)
     names = [_name(like, tuple(int(i) for i in at)) for at in every[:MOST_NAMED]]
-    words = names if said is None else [f"{name}: {one}" for name, one in zip(names, said, strict=False)]
+    words = names if said is None else [f"{name}: {one}" for name, one in zip(names, said, strict=True)]
     more = len(every) - MOST_NAMED
-    return "; ".join(words) + (f"; and {more} more" if more > 0 else "")
+    return "; ".join(words) + (f"; and {more:,} more" if more > 0 else "")
+
+
+def _first(here: NDArray[np.bool_], *values: NDArray[Any]) -> list[NDArray[Any]]:
+    """Of those that are meant the values that `_listed` names."""
+    return [one[here][:MOST_NAMED] for one in values]
 
 
 def _name(like: xr.DataArray, at: tuple[Any, ...]) -> str:

@@ -60,8 +60,9 @@ class Design(ABC):
 
     @property
     def floors(self) -> list[str]:
-        """The floors whose motions these are; none where they are not of floors."""
-        return [str(floor) for array in self.arrays if "floor" in array.dims for floor in array["floor"].values]
+        """The floors whose motions these are, each once; none where they are not of floors."""
+        every = [array["floor"].values for array in self.arrays if "floor" in array.dims]
+        return list(dict.fromkeys(str(floor) for one in every for floor in one))
 
     @property
     def runs(self) -> int:

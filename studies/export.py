@@ -20,6 +20,9 @@ ExportFormat = Literal["pelicun", "nrml", "csv"]
 PERFORMANCE, UNCERTAINTY = "performance", "uncertainty"
 """Kinds of studies whose results are not curves alone."""
 
+MOST_NAMED, NAMED = 12, 3
+"""Curves without an estimate that are all named, and how many of more."""
+
 # Files never get names from labels: these, in a folder that the user chooses.
 _WRITERS = {
     "pelicun": (write_pelicun, "fragility.csv"),
@@ -96,6 +99,21 @@ def _floors(stored: xr.Dataset) -> list[str]:
     if "floor" not in stored.coords or stored["floor"].dims != ("motion",):
         return []
     return sorted({str(floor) for floor in stored["floor"].values})
+
+
+def missing_lines(written: Written) -> list[str]:
+    """Which curves have no estimate, and why: a line each, or one line where more than `MOST_NAMED` have one reason."""
+    by_reason: dict[str, list[str]] = {}
+    for name, reason in written.missing.items():
+        by_reason.setdefault(reason, []).append(name)
+    lines = []
+    for reason, names in by_reason.items():
+        if len(names) <= MOST_NAMED:
+            lines += [f"no estimate ({reason}): {name}" for name in names]
+        else:
+            more = f"{len(names) - NAMED:,} more"
+            lines.append(f"no estimate ({reason}) of {len(names):,}: {', '.join(names[:NAMED])} and {more}")
+    return lines
 
 
 def write_curves(curves: xr.Dataset, folder: Path, format_: ExportFormat) -> Written:

@@ -13,12 +13,12 @@ from rich.table import Table
 from ..fragility.states import OVERTURNED, state_name
 from .curve_notes import reached_of, verb_of
 from .estimates import ranking_of_measures
+from .falling import chosen_of
 from .rows import Rows
 from .words import (
     axis_of,
     chance_text,
     chances_between,
-    chosen_of,
     display_unit,
     floor_name,
     fractile_text,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import xarray as xr
 
 from ..fragility import notes, screen
+from ..fragility.inversion import check_family
 from ..fragility.perturbed import perturbed_runs
 from ..fragility.states import state_name
 from ..models import Block, Law
@@ -29,6 +30,8 @@ OUTPUTS = ("overturned", "peak_rotation")
 # A block and its curve, from the file to the results; and what is kept of each replicate of a curve for its rate.
 CURVE_BYTES = 3e3
 REPLICATE_BYTES = 50.0
+# What is written of a curve and its rate, most of it the shares of 40 bins.
+STORED_BYTES = 1.2e3
 # Curves without parameters are probabilities, as what is observed is: theirs take another name in results.
 OBSERVED = ("probability", "probability_lower", "probability_upper")
 SIZE = ("size_along", "size_probability")
@@ -73,14 +76,22 @@ class FragilityStudy(OfBlocks, Study):
         # what only blocks, laws, motions and levels together can get wrong is said before the work, not during it
         for block in study.blocks:
             for model in study.models:
-                model.oscillator(block)
+                try:
+                    model.oscillator(block)
+                except ValueError as error:
+                    where = "blocks" if content.blocks_file is None else "blocks_file"
+                    raise ValueError(f"{where}: {block.label!r} under {model.label}: {error}") from None
         study.design.check(study.blocks)
         if study.risk is not None:
             study.risk.check(study.design, content.motions.floors_file is not None)
         if study.risk is not None and study.risk.along is not None:
-            sizes = {getattr(block, study.risk.along) for block in study.blocks}
-            if len(sizes) < 2:
-                raise ValueError(f"hazard.along {study.risk.along!r} needs blocks that differ in it, got one size")
+            if len(study.blocks) < 2:
+                raise ValueError(f"hazard.along {study.risk.along!r} needs blocks that differ in it, got one block")
+            sizes = [getattr(block, study.risk.along) for block in study.blocks]
+            try:
+                check_family(study.risk.along, sizes, [block.label for block in study.blocks])
+            except ValueError as error:
+                raise ValueError(f"hazard.along: {error}") from None
         return study
 
     @property
@@ -118,7 +129,8 @@ class FragilityStudy(OfBlocks, Study):
         # friction that a block needs
         slides = 0 if self.friction is None else 1 if isinstance(self.friction, FixedFriction) else 4
         of_blocks = 8.0 * self.runs / len(self.models)
-        return (self.bytes_a_run + 1 + slides) * float(self.runs) + of_blocks
+        of_curves = STORED_BYTES * self.curves
+        return (self.bytes_a_run + 1 + slides) * float(self.runs) + of_blocks + of_curves
 
     @property
     def perturbed_runs(self) -> int:
@@ -154,7 +166,7 @@ class FragilityStudy(OfBlocks, Study):
         said = self.fit.notes(curves, results)
         if self.risk is not None:
             highest = self.design.highest(results)
-            rates = self.risk.of(curves, self.fit.confidence, highest, self.fit.state)
+            rates = self.risk.of(curves, self.fit.confidence, highest, self.fit.state, client.tell)
             said += self.risk.notes(rates, curves, highest, self.design)
             found |= rates.data_vars
             attributes |= {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}

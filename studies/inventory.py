@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from .block_lines import block_of
+from .block_lines import block_of_line
 from .contents import MAX_COUNT, MAX_ROWS, MAX_VALUE, Contents, Inventory
 from .lines import Kind, Line, Lines
 from .tables import StudyError, shown
@@ -141,7 +141,7 @@ def _told_apart(found: Sequence[tuple[Line, Contents]]) -> Iterator[Contents]:
 
 def _contents(line: Line) -> Contents:
     """What a line describes."""
-    block = block_of(line)
+    block = block_of_line(line)
     floor = line.text("floor")
     if not floor:
         line.refuse("floor", "is empty: it must say where the item stands, 0 is the ground")

@@ -56,7 +56,7 @@ class Lines:
     def __iter__(self) -> Iterator[Line]:
         for n, (number, cells) in enumerate(self._lines(), start=1):
             if n > self.kind.most_rows:
-                raise self.kind.error(f"{self.file}: more than {self.kind.most_rows} items")
+                raise self.kind.error(f"{self.file}: more than {self.kind.most_rows:,} lines")
             if len(cells) > len(self.columns) and any(cells[len(self.columns) :]):
                 raise self.kind.error(
                     f"{self.file}, line {number}: has {len(cells)} cells, the header names {len(self.columns)} columns"

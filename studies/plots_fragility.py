@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..fragility import curve_probability
 from ..fragility.curves import TABULATED
 from ..fragility.intervals import wilson_interval
+from .falling import MEDIAN, ORDERS, places
 from .plots import (
     PANEL_COLUMNS,
     Drawn,
@@ -32,7 +33,7 @@ from .plots import (
     width_of,
     wrapped,
 )
-from .words import axis_name, axis_of, chosen_of, display_unit, floor_name, percent
+from .words import axis_name, axis_of, display_unit, floor_name, percent
 
 MOST_PANELS = 36
 """Panels of one figure: what more there is stands in the results."""
@@ -260,6 +261,8 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     """One panel of fragility curves for each block (and floor), with one legend for all."""
     floors = floors_of(results)
     every = [(str(block), floor) for block in results["block"].values for floor in floors]
+    if len(every) > MOST_PANELS:
+        every = [every[i] for i in np.argsort(places(results).values.ravel())]
     panels = every[:MOST_PANELS]
     # a row for each block where its floors fit into one
     columns = min(PANEL_COLUMNS, len(panels) if floors == [None] or len(floors) > PANEL_COLUMNS else len(floors))
@@ -302,7 +305,8 @@ def _said(results: xr.Dataset, floors: int, panels: int, every: int) -> str:
     confidence = percent(float(results.attrs.get("confidence", 0.95)))
     parts = [f"{motions} motion{'s' if motions != 1 else ''}{' a floor' if floors > 1 else ''}"]
     if panels < every:
-        parts.insert(0, chosen_of(results) or f"the first {panels} of {every} panels")
+        of = every // results.sizes["block"] * int(results.attrs.get("shown_of", results.sizes["block"]))
+        parts.insert(0, f"the {panels} of {of:,} blocks{' and floors' if floors > 1 else ''} {ORDERS[MEDIAN]}")
     if "level" in results.coords:
         parts.append(f"points: observed, with {confidence} Wilson intervals")
     else:

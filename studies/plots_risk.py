@@ -13,6 +13,7 @@ from matplotlib.ticker import PercentFormatter
 from numpy.typing import NDArray
 
 from .. import checks
+from . import falling
 from .plots import (
     floors_of,
     grid,
@@ -26,7 +27,7 @@ from .plots import (
     width_of,
     wrapped,
 )
-from .words import axis_name, chosen_of, display_unit, floor_name, in_years, percent
+from .words import axis_name, display_unit, floor_name, in_years, percent
 from .yearly import BEYOND, risk_of
 
 MOST_ROWS = 12
@@ -219,6 +220,8 @@ def risk_figure(results: xr.Dataset) -> Figure:
     """A row for each block (and floor): rates of every law, and the shaking that they come from."""
     found = risk_of(results) if "rate_share" in results else results
     every = [(str(block), floor) for block in found["block"].values for floor in floors_of(found[["rate"]])]
+    if len(every) > MOST_ROWS:
+        every = [every[i] for i in np.argsort(falling.places(results, falling.RATE).values.ravel())]
     rows = every[:MOST_ROWS]
     laws = found.sizes["model"]
     figure = Figure(figsize=(8.2, max(2.7, 0.45 * laws + 1.5) * len(rows) + 0.9), layout="constrained")
@@ -237,7 +240,11 @@ def risk_figure(results: xr.Dataset) -> Figure:
     legend_below(figure, *axes[0, 1].get_legend_handles_labels())
     parts = [f"annual rates with {percent(float(results.attrs.get('confidence', 0.95)))} intervals over motions"]
     if len(every) > len(rows):
-        parts.insert(0, chosen_of(results) or f"the first {len(rows)} of {len(every)}")
+        floors = len(every) // results.sizes["block"]
+        of = floors * int(results.attrs.get("shown_of", results.sizes["block"]))
+        parts.insert(
+            0, f"the {len(rows)} of {of:,} blocks{' and floors' if floors > 1 else ''} {falling.ORDERS[falling.RATE]}"
+        )
     outside = [side for side in ("above", "below") if float(found[f"share_{side}"].max()) >= NOTABLE]
     if outside:
         parts.append("hatched: from shaking beyond the hazard curve's levels, drawn with an area that is its share")

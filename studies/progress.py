@@ -25,18 +25,19 @@ class Display:
     show: Callable[[str, int, int, str], None]
     what: str
     watch: Watch | None = None
+    _stage: str = ""
     _after: float = math.inf
 
     def watching(self, watch: Watch) -> None:
         """Take the counts of the study that begins."""
-        self.watch = watch
+        self.watch, self._stage = watch, ""
         watch.telling = self.telling
 
     def telling(self, what: str, done: int, total: int) -> None:
         """Show how far the work is that follows the runs, where it takes more than a moment."""
         now = time.monotonic()
-        if done == 1 or self._after == math.inf:
-            self._after = now + AFTER_SECONDS
+        if what != self._stage:
+            self._stage, self._after = what, now + AFTER_SECONDS
         if now >= self._after:
             self.show(what, done, total, "")
 
@@ -65,13 +66,13 @@ def show_progress(console: Console, what: str, total: int) -> Iterator[Display]:
     if not console.is_terminal:
         last = time.monotonic()
 
-        def line(what: str, done: int, total: int, detail: str) -> None:
+        def line(stage: str, done: int, total: int, detail: str) -> None:
             nonlocal last
             now = time.monotonic()
             if now - last >= LINE_SECONDS or done == total:
                 last = now
                 share = f"{100.0 * done / total:.0f} %"
-                words = f"{what}: {done:,} of {total:,} ({share}){', ' if detail else ''}{detail}"
+                words = f"{stage}: {done:,} of {total:,} ({share}){', ' if detail else ''}{detail}"
                 console.print(words, highlight=False, soft_wrap=True)
 
         yield Display(line, what)
@@ -85,9 +86,9 @@ def show_progress(console: Console, what: str, total: int) -> Iterator[Display]:
     with Progress(*columns, console=console) as bar:
         tasks = {what: bar.add_task(what, total=total, detail="")}
 
-        def update(what: str, done: int, total: int, detail: str) -> None:
-            if what not in tasks:
-                tasks[what] = bar.add_task(what, total=total, detail="")
-            bar.update(tasks[what], completed=done, total=total, detail=detail)
+        def update(stage: str, done: int, total: int, detail: str) -> None:
+            if stage not in tasks:
+                tasks[stage] = bar.add_task(stage, total=total, detail="")
+            bar.update(tasks[stage], completed=done, total=total, detail=detail)
 
         yield Display(update, what)

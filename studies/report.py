@@ -20,6 +20,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from . import show
+from .falling import shown
 from .report_answers import answer
 from .report_checks import checks_of, not_checked, worst_word
 from .report_figures import Picture, pictures
@@ -113,7 +114,7 @@ def content(results: xr.Dataset, path: Path) -> dict[str, Any]:
         "method": method(results),
         "made_of": [
             *_tables_of([law_rows(results)], words=True),
-            *_tables_of([block_rows(show.shown(results))]),
+            *_tables_of([block_rows(shown(results))]),
             *_tables_of([asked_rows(results)], words=True),
         ],
         "assumptions": assumptions(results),

@@ -16,11 +16,11 @@ from ..fragility.states import OVERTURNED, state_name
 from .assessment_rows import annual_rows, level_rows, objective_unit, ranking_rows
 from .curve_notes import verb_of
 from .estimates import middle_level
+from .falling import places, shown
 from .performance_study import ranking_of
 from .rows import Rows
 from .sensitivity_claims import FAILS, HOLDS, OPEN
 from .sensitivity_rows import GREEK, claims_of
-from .show import shown
 from .words import (
     axis_of,
     chance_text,
@@ -58,13 +58,11 @@ def _fragility(results: xr.Dataset) -> Answer:
     if results.sizes["block"] == 1:
         question = f"How strong must shaking be until this block {verb}"
     question += ", and how often is that?" if "rate" in results else "?"
-    at, _ = reference_law(results)
     said = []
     if len(cases) > MOST_SAID:
-        medians = results["median"].isel(model=at).transpose("block", ...).values.ravel()
         held = "the tables hold all" if shown(results) is results else "tables hold more, the results all"
-        cases = [cases[i] for i in np.argsort(medians, kind="stable")[:MOST_SAID]]
-        said = [f"The {MOST_SAID} that fall first of {len(medians):,}; {held}."]
+        said = [f"The {MOST_SAID} that fall first of {len(cases):,}; {held}."]
+        cases = [cases[i] for i in np.argsort(places(results).values.ravel())[:MOST_SAID]]
     for i, (k, floor) in cases:
         here = _at(results, i, k)
         where = "" if floor is None else f", {floor_name(floor)},"

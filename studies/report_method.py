@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from .assessment_rows import figure_text
+from .falling import chosen_of
 from .report_text import clean
 from .rows import Rows
 
@@ -133,7 +134,8 @@ def block_rows(results: xr.Dataset) -> Rows | None:
         (str(label), *(_cell(column.values[i]) for _, column in columns))
         for i, label in enumerate(np.atleast_1d(results[dim].values))
     ]
-    title = "Items of the inventory" if dim == "item" else "Blocks"
+    chosen = chosen_of(results)
+    title = "Items of the inventory" if dim == "item" else f"Blocks{': ' if chosen else ''}{chosen}"
     return Rows(title, (dim, *(heading for heading, _ in columns)), rows)
 
 

@@ -13,10 +13,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..fragility.states import OVERTURNED, state_name
+from ..fragility.statuses import ALL
 from .assessment import BUILDING
 from .assessment_notes import anchored_text
 from .assessment_rows import pieces_at
-from .curve_notes import verb_of
+from .curve_notes import reached_of, verb_of
+from .falling import places
 from .performance_study import ranking_of
 from .report_answers import largest_share
 from .report_checks import GOOD, INVALID, Check
@@ -74,21 +76,44 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     state = str(results.attrs.get("state", state_name(OVERTURNED)))
     small = results[[name for name, one in results.data_vars.items() if "motion" not in one.dims]].isel(model=at)
     cases = small["median"].transpose("block", ...)
+    status = small["status"].transpose(*cases.dims).values.ravel()
     if not np.isfinite(cases.values).any():
-        yield f"The runs do not tell how strong shaking must be: {small['status'].values.ravel()[0]}."
+        yield f"The runs do not tell how strong shaking must be: {_counted(status)}."
         return
-    first = small.isel({str(dim): int(at) for dim, at in cases.argmin(...).items()})
+    always = int((status == ALL).sum())
+    if always:
+        yield f"{_always(small, cases, status)} {reached_of(state)} in every run, even in the weakest shaking."
+    order = np.argsort(places(results).values.ravel())
+    at_first = np.unravel_index(order[always], cases.shape)
+    first = small.isel({str(dim): int(i) for dim, i in zip(cases.dims, at_first, strict=True)})
     name = f"“{first['block'].item()}”"
     where = f" on {floor_name(first['floor'].item())}" if "floor" in small.dims else ""
     verb = verb_of(state)
     if cases.size > 1:
-        yield f"Of all that is looked at here, {name}{where} {verb} first."
+        yield f"Of {'the others' if always else 'all that is looked at here'}, {name}{where} {verb} first."
     yield from _of_a_hundred(first, results, f"{name}{where}", verb)
     most = largest_share(first) if str(results.attrs["kind"]) == "uncertainty" else None
     if most is not None:
         yield f"Of why that differs from case to case, the largest part ({100.0 * most[1]:.0f}\u00a0%) is: {most[0]}."
     if "risk_probability" in first:
         yield _in_time(first, f"{name}{where}", verb, float(results.attrs["years"]))
+
+
+def _counted(status: NDArray[np.object_]) -> str:
+    """Why there is no curve: each reason, and for how many."""
+    words, numbers = np.unique(status.astype(str), return_counts=True)
+    if len(words) == 1:
+        return str(words[0])
+    return ", ".join(f"{word} ({n:,} of {status.size:,})" for word, n in zip(words, numbers, strict=True))
+
+
+def _always(small: xr.Dataset, cases: xr.DataArray, status: NDArray[np.object_]) -> str:
+    """What fell in every run, by name where it is one."""
+    every = np.flatnonzero(status == ALL)
+    row, *rest = np.unravel_index(every[0], cases.shape)
+    where = f" on {floor_name(small['floor'][rest[0]].item())}" if rest else ""
+    name = f"“{small['block'][row].item()}”{where}"
+    return name if every.size == 1 else f"{every.size:,} of {status.size:,} ({name} and {every.size - 1:,} more)"
 
 
 def _of_a_hundred(first: xr.Dataset, results: xr.Dataset, name: str, verb: str) -> Iterator[str]:

@@ -7,44 +7,25 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 import xarray as xr
 
+from .falling import RATE, shown
 from .store import without_link
 from .tables import StudyError
-from .words import reference_law
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.table import Table
 
-MOST_BLOCKS = 100
-"""Blocks of a fragility study in tables and figures: what more there is stands in the results."""
 MOST_RANKINGS = 8
 """Figures of rankings, a block (and floor) each: what more there is stands in the results."""
 
 # (matplotlib loads slowly, and is not needed for an error message: each function imports what it draws with)
 
 
-def shown(results: xr.Dataset) -> xr.Dataset:
-    """What tables and figures hold of a study's results: of a fragility study's many blocks those that fall first.
-
-    They are `MOST_BLOCKS` at most, with the lowest medians under the law that answers are of (and on the worst floor);
-    the attribute ``shown_of`` then says how many there are.
-    """
-    blocks = results.sizes.get("block", 0)
-    if blocks <= MOST_BLOCKS or str(results.attrs["kind"]) != "fragility":
-        return results
-    median = results["median"].isel(model=reference_law(results)[0])
-    # (NaN, where there is no curve, comes last)
-    first = median.min([dim for dim in median.dims if dim != "block"]).values
-    chosen = np.argsort(first, kind="stable")[:MOST_BLOCKS]
-    return results.isel(block=chosen).assign_attrs(shown_of=blocks)
-
-
 def tables(results: xr.Dataset) -> list[Table]:
     """The tables of a study's results."""
-    return list(_TABLES[str(results.attrs["kind"])](shown(results)))
+    return list(_TABLES[str(results.attrs["kind"])](results))
 
 
 def hints(results: xr.Dataset) -> list[str]:
@@ -56,7 +37,7 @@ def hints(results: xr.Dataset) -> list[str]:
 
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """The figures of a study's results, each with the name of its file."""
-    return _FIGURES[str(results.attrs["kind"])](shown(results))
+    return _FIGURES[str(results.attrs["kind"])](results)
 
 
 def draw(results: xr.Dataset, folder: Path) -> list[Path]:
@@ -82,13 +63,14 @@ def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
     from .fragility_rows import fragility_table, measure_rows, risk_table, size_table  # noqa: PLC0415
     from .rows import plain_table  # noqa: PLC0415
 
-    yield fragility_table(results)
+    first = shown(results)
+    yield fragility_table(first)
     if "rate" in results:
-        yield risk_table(results)
+        yield risk_table(shown(results, RATE))
     if "size_along" in results.attrs:
         yield size_table(results)
     if "measure_rank" in results:
-        for rows in measure_rows(results):
+        for rows in measure_rows(first):
             yield plain_table(*rows)
 
 
@@ -98,11 +80,12 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .plots_fragility import fragility_figure  # noqa: PLC0415
     from .plots_risk import risk_figure  # noqa: PLC0415
 
-    yield "fragility", fragility_figure(results)
+    first = shown(results)
+    yield "fragility", fragility_figure(first)
     if "rate" in results:
-        yield "risk", risk_figure(results)
+        yield "risk", risk_figure(shown(results, RATE))
     if "measure_rank" in results:
-        ranking = ranking_of_measures(results)
+        ranking = ranking_of_measures(first)
         floors = ranking["floor"].values.tolist() if "floor" in ranking.dims else [None]
         every = list(product(ranking["block"].values, floors))
         for i, (block, floor) in enumerate(every[:MOST_RANKINGS], start=1):

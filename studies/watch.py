@@ -90,17 +90,16 @@ class Watch:
         self.chunks += 1
         self.slowest = max(self.slowest, done.seconds)
         self.busy += done.seconds
-        if self._due:
+        if self._due():
             self.log.info("%s", self.words)
 
     def tell(self, what: str, done: int, total: int) -> None:
         """How far the work is that follows the runs: to whoever watches (`telling`), and to the log."""
         if self.telling is not None:
             self.telling(what, done, total)
-        if self._due:
+        if self._due():
             self.log.info("%s: %s of %s", what, f"{done:,}", f"{total:,}")
 
-    @property
     def _due(self) -> bool:
         """Whether the log gets a line: once every so many seconds."""
         now = time.monotonic()

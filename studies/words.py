@@ -167,12 +167,6 @@ def chances_between(low: float, high: float, write: Callable[[float], str] = cha
     return interval_text(low, high, write).replace("\u00a0%–", "–")
 
 
-def chosen_of(results: xr.Dataset) -> str:
-    """Which blocks tables and figures hold, where these are not all; else nothing."""
-    every = results.attrs.get("shown_of")
-    return "" if every is None else f"of {int(every):,} blocks those with the lowest medians"
-
-
 def reference_law(results: xr.Dataset) -> tuple[int, bool]:
     """Which law the answer is of, and whether it is the field's reference (else the first)."""
     law = results.coords.get("law")

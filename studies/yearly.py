@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from ..fragility import HazardCurve, annual_rate, curve_probability, size_for_rate
+from ..fragility import HazardCurve, annual_rate, curve_probability, rate_share_above, size_for_rate
 from ..fragility.common_measure import GROUND_FLOORS, per_block
 from ..fragility.curves import LEAST
 from ..fragility.hazard import FLOOR
@@ -31,8 +29,8 @@ RISK_NAMES = {
     "share_above": "rate_share_above",
 }
 BEYOND = "rate_share_above_levels"
-FAR = 1e30
-"""Levels that much higher are so rare that no share of a rate is left above them."""
+OUTSIDE = "most"
+"""A curve without parameters is taken for the highest that it can be beyond its levels: the safe side."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ class Risk:
             The hazard is of the ground and the levels are of a floor's motion, or the other way round; it is of a
             floor, and there are several.
         """
-        floors = list(dict.fromkeys(design.floors))
+        floors = design.floors
         upper = [floor for floor in floors if floor not in GROUND_FLOORS]
         if self.hazard.at == FLOOR:
             if design.below:
@@ -85,6 +83,7 @@ class Risk:
         confidence: float,
         highest: xr.DataArray | float,
         state: State = OVERTURNED,
+        telling: Callable[[str, int, int], None] | None = None,
     ) -> xr.Dataset:
         """Rates of curves, and the size that meets the target, under the names that they have in results.
 
@@ -98,6 +97,8 @@ class Risk:
             The highest shaking that was run, in the measure of the curves, SI; on block where it depends on it.
         state : str or float
             What counts, for the words.
+        telling : callable, optional
+            Called with what is done, how many blocks have their rates, and how many there are.
 
         Returns
         -------
@@ -105,7 +106,7 @@ class Risk:
             As `annual_rate` and `size_for_rate`, with names of `RISK_NAMES` and ``size_…``; and
             ``rate_share_above_levels``, the share of each rate from shaking above `highest`.
         """
-        rates = self._slab_by_slab(curves, confidence)
+        rates = self._slab_by_slab(curves, confidence, telling)
         found = rates.drop_vars("rate_sample", errors="ignore").rename(
             {old: new for old, new in RISK_NAMES.items() if old in rates}
         )
@@ -131,25 +132,30 @@ class Risk:
         settled = _by_block(_plain(curves), highest, lambda one, level: curve_probability(one, [level], LEAST)[..., 0])
         return rate_notes(rates, settled, float(self.hazard.levels[-1]), end, cure)
 
-    def rates(self, curves: xr.Dataset, confidence: float, **options: Any) -> xr.Dataset:
+    def rates(self, curves: xr.Dataset, confidence: float) -> xr.Dataset:
         """Rates of curves alone, under the names of `annual_rate`."""
-        # (a curve without parameters is taken for the highest that it can be beyond its levels: the safe side)
         return annual_rate(
             curves,
             self.hazard,
             self.years,
             below=self.below,
             above=self.above,
-            outside="most",
+            outside=OUTSIDE,
             confidence=confidence,
-            **options,
         )
 
-    def _slab_by_slab(self, curves: xr.Dataset, confidence: float) -> xr.Dataset:
+    def _slab_by_slab(
+        self, curves: xr.Dataset, confidence: float, telling: Callable[[str, int, int], None] | None
+    ) -> xr.Dataset:
         """Rates of curves; those of replicates, which are many, only where a size is asked for."""
+        done = 0
 
         def of(part: xr.Dataset) -> xr.Dataset:
+            nonlocal done
             rates = self.rates(part, confidence)
+            done += part.sizes.get("block", 1)
+            if telling is not None:
+                telling("rates", done, curves.sizes.get("block", 1))
             return rates if self.along is not None else rates.drop_vars("rate_sample", errors="ignore")
 
         if "block" not in curves.dims:
@@ -163,12 +169,8 @@ class Risk:
         im = str(curves.attrs["im"])
         if im in BLOCK_MEASURES:  # what is one level of these is another of the hazard's measure for every block
             highest = highest / per_block(curves, im)
-        return _by_block(_plain(curves), highest, self._share_above)
-
-    def _share_above(self, curves: xr.Dataset, level: float) -> xr.DataArray:
-        rates = self.rates(curves, 0.95, bins=np.array([level, FAR * level]))
-        share: xr.DataArray = rates["share"].isel(bin=0, drop=True)
-        return share
+        rules = {"below": self.below, "above": self.above, "outside": OUTSIDE}
+        return rate_share_above(curves, self.hazard, highest, **rules)
 
 
 def _plain(curves: xr.Dataset) -> xr.Dataset:

@@ -1,5 +1,6 @@
 """Studies of many blocks: a file of them, what is shown of them, and what they take."""
 
+import logging
 import tracemalloc
 
 import numpy as np
@@ -8,15 +9,17 @@ import xarray as xr
 
 import toppling as tp
 from toppling.fragility.execution import labelled_sequence
-from toppling.fragility.made import Made
 from toppling.fragility.notes import block_notes
+from toppling.fragility.oscillator_grid import OscillatorGrid
 from toppling.models.simulate import oscillator_of
 from toppling.studies import StudyError, show
 from toppling.studies.block_lines import read_blocks
 from toppling.studies.cli import main
+from toppling.studies.falling import MOST_BLOCKS, places, shown
 from toppling.studies.progress import Display
 from toppling.studies.report_answers import answer
 from toppling.studies.report_plain import plain_answer
+from toppling.studies.watch import Watch
 
 STUDY = """title = "Many"
 outputs = ["overturned"]
@@ -99,6 +102,35 @@ class TestReading:
         assert "blocks.csv" in str(caught.value)
 
     @pytest.mark.parametrize(
+        ("line", "message"),
+        [
+            (",,,,,3,0.2,1", "column 'inertia_factor': must be > 1 and <= 2, got 3"),
+            (",,,,,,0.2,1e9", "column 'R_m': width must be "),
+            ("x,,0.4,1,0.7,,,", "column 'inertia_factor': must be given"),
+            (",,0.4,1,,,,\n,,0.4,1,,,,", "line 3, column 'name': is needed: .* is taken by line 2"),
+        ],
+    )
+    def test_errors_name_the_cell_that_is_wrong(self, tmp_path, line, message):
+        path = tmp_path / "blocks.csv"
+        path.write_text("name,catalogue,width_m,height_m,cm_height_m,inertia_factor,alpha_rad,R_m\n" + line)
+        with pytest.raises(StudyError, match=message):
+            read_blocks(path)
+
+    def test_a_catalogue_item_with_another_centre_of_mass(self, tmp_path):
+        path = tmp_path / "blocks.csv"
+        path.write_text("catalogue,cm_height_m,inertia_factor\nbookcase-5-shelf,1.2,1.3\n")
+        (own,) = read_blocks(path)
+        (stated,) = tp.Study.from_toml(
+            written(
+                tmp_path,
+                many(1),
+                '[[blocks]]\ncatalogue = "bookcase-5-shelf"\ncm_height_m = 1.2\ninertia_factor = 1.3\n',
+            )
+        ).blocks
+        assert own == stated
+        assert own.h == 1.2
+
+    @pytest.mark.parametrize(
         ("blocks", "message"),
         [
             ("", "key 'blocks' is missing"),
@@ -148,25 +180,54 @@ def results(tmp_path_factory):
 
 class TestManyBlocks:
     def test_those_with_the_lowest_medians_are_shown(self, results):
-        found = show.shown(results)
-        assert found.sizes["block"] == show.MOST_BLOCKS
+        found = shown(results)
+        assert found.sizes["block"] == MOST_BLOCKS
         assert found.attrs["shown_of"] == 120
         # (Housner's law is the one that answers are of)
         median = results["median"].isel(model=1)
         known = np.sort(median.values[np.isfinite(median.values)])
-        np.testing.assert_array_equal(found["median"].isel(model=1).values[: known.size], known[: show.MOST_BLOCKS])
-        few = results.isel(block=slice(0, show.MOST_BLOCKS))
-        assert show.shown(few) is few
+        np.testing.assert_array_equal(found["median"].isel(model=1).values[: known.size], known[:MOST_BLOCKS])
+        few = results.isel(block=slice(0, MOST_BLOCKS))
+        assert shown(few) is few
         # (other kinds' tables do not say that they hold fewer)
         other = results.assign_attrs(kind="uncertainty")
-        assert show.shown(other) is other
+        assert shown(other) is other
+
+    def test_those_that_always_fell_come_first(self, results):
+        """A block that fell in every run has no median: no reason to leave it out."""
+        law, status = 1, results["status"].values.copy()
+        median, probability = results["median"].values.copy(), results["probability"].values.copy()
+        median[:, law], status[:, law], probability[:, law] = np.arange(120) + 1.0, "ok", 0.5
+        median[[110, 115], law], status[[110, 115], law] = np.nan, "all overturned"
+        median[:10, law], status[:10, law] = np.nan, "no overturning"
+        median[3, law], status[3, law], probability[3, law] = np.nan, "not increasing", 0.6
+        probability[:3, law] = probability[4:10, law] = 0.0
+        changed = results.assign(
+            median=(results["median"].dims, median, results["median"].attrs),
+            status=(results["status"].dims, status),
+            probability=(results["probability"].dims, probability),
+        )
+        place = places(changed).values
+        assert np.argsort(place)[:4].tolist() == [110, 115, 10, 11]
+        assert np.argsort(place)[-10:].tolist() == [3, 0, 1, 2, 4, 5, 6, 7, 8, 9]
+        assert shown(changed)["block"].values[:3].tolist() == ["b110", "b115", "b10"]
+        assert [one.split()[0] for one in answer(changed).sentences[1:4]] == ["b110", "b115", "b10"]
+        always, first, *_ = plain_answer(changed)
+        assert always == "2 of 120 (“b110” and 1 more) overturned in every run, even in the weakest shaking."
+        assert first == "Of the others, “b10” overturns first."
+        status[10:110, law] = status[111:115, law] = status[116:, law] = "no overturning"
+        nothing = changed.assign(median=changed["median"] * np.nan, status=(results["status"].dims, status))
+        assert plain_answer(nothing) == [
+            "The runs do not tell how strong shaking must be: all overturned (2 of 120), no overturning (117 of 120), "
+            "not increasing (1 of 120)."
+        ]
 
     def test_titles_say_that_they_are_not_all(self, results):
         (table,) = show.tables(results)
-        assert "; of 120 blocks those with the lowest medians" in str(table.title)
-        assert table.row_count == 3 * show.MOST_BLOCKS
+        assert "; the 100 of 120 blocks that fall first" in str(table.title)
+        assert table.row_count == 3 * MOST_BLOCKS
         ((_, figure),) = show.figures(results)
-        assert "of 120 blocks those with the lowest medians" in figure.get_suptitle()
+        assert "the 36 of 120 blocks that fall first" in figure.get_suptitle()
 
     def test_answers_are_of_all(self, results):
         first = str(results["block"].values[int(np.nanargmin(results["median"].isel(model=1).values))])
@@ -193,11 +254,11 @@ class TestManyBlocks:
 
 
 class TestOscillatorsMadeWhenWanted:
-    LAWS = (tp.DiscreteDamping(), tp.HousnerImpact(geometry="linear"), tp.Vassiliou())
+    LAWS = (tp.DiscreteDamping(), tp.HousnerImpact(), tp.Vassiliou())
 
     def test_every_slice_is_that_of_the_list(self):
         blocks = [tp.Block(0.3 + 0.01 * i, 1.5) for i in range(5)]
-        made = Made(blocks, lambda block: [oscillator_of(block, law) for law in self.LAWS], 3)
+        made = OscillatorGrid(blocks, lambda block: [oscillator_of(block, law) for law in self.LAWS], 3)
         every = [oscillator_of(block, law) for block in blocks for law in self.LAWS]
         assert len(made) == 15
         assert list(made) == every
@@ -206,13 +267,18 @@ class TestOscillatorsMadeWhenWanted:
         for start in range(16):
             for stop in range(17):
                 assert made[start:stop] == tuple(every[start:stop])
+                assert made[start:stop:-2] == tuple(every[start:stop:-2])
+        assert made[::-1] == tuple(every[::-1])
+        assert made[-4:-1] == tuple(every[-4:-1])
+        assert made[np.int64(3)] == every[3]
+        assert made.exact == [one.exact for one in every]
         with pytest.raises(IndexError):
             made[15]
 
     def test_they_take_no_memory(self):
         blocks = [tp.Block(0.3, 1.5, name=f"b{i}") for i in range(2000)]
         tracemalloc.start()
-        made = Made(blocks, lambda block: [oscillator_of(block, law) for law in self.LAWS], 3)
+        made = OscillatorGrid(blocks, lambda block: [oscillator_of(block, law) for law in self.LAWS], 3)
         assert sum(1 for _ in made) == 6000
         _, peak = tracemalloc.get_traced_memory()
         tracemalloc.stop()
@@ -232,10 +298,12 @@ class TestProgressOfFits:
     def test_they_are_shown_where_they_take_long(self, monkeypatch):
         shown = []
         display = Display(lambda *args: shown.append(args), "runs")
-        moments = iter([0.0, 1.0, 3.0, 4.0, 100.0])
+        moments = iter([0.0, 1.0, 3.0, 4.0, 100.0, 100.0, 100.0, 200.0])
         monkeypatch.setattr("toppling.studies.progress.time.monotonic", lambda: next(moments))
         for done in (1, 2, 3, 4):
             display.telling("curves", done, 4)
         assert shown == [("curves", 3, 4, ""), ("curves", 4, 4, "")]
-        display.telling("curves", 1, 4)  # of the next study
+        display.telling("rates", 1, 4)  # another stage
+        display.watching(Watch(8, logging.getLogger("nowhere")))
+        display.telling("rates", 4, 4)  # of the next study
         assert len(shown) == 2

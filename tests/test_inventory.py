@@ -154,7 +154,7 @@ BAD_FILES = [
         "at most 40 different",
     ),
     ("catalogue,floor,count\n" + "".join(f"bookcase-5-shelf,{i},900000\n" for i in range(2)), "at most 1000000 pieces"),
-    ("catalogue,floor\n" + "".join(f"bookcase-5-shelf,{i}\n" for i in range(10_001)), "more than 10000 items"),
+    ("catalogue,floor\n" + "".join(f"bookcase-5-shelf,{i}\n" for i in range(10_001)), "more than 10,000 lines"),
 ]
 
 
