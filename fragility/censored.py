@@ -48,7 +48,7 @@ def fit_dispersions(ends: Sequence[Ends], weights: Values) -> Fits:
         engine.fit_rows(lower[own], upper[own], weights, RESAMPLE_TOLERANCE, *results)
 
     list(shared(part, list(pairwise(bounds))))
-    return Fits(dispersion.reshape(*shape, -1), status[:, 0].reshape(shape))
+    return Fits(dispersion.reshape(*shape, -1), status[:, 0].copy().reshape(shape))
 
 
 def fit_trend(ends: Ends, covariate: Values) -> tuple[Values, Values]:

@@ -6,6 +6,7 @@ any measure compares them all.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
@@ -21,12 +22,14 @@ from .candidates import Candidate, Motions, candidates_of, covariates_of, shakin
 from .capacity import Steps, brackets, steps_of
 from .censored import STATUS, Ends, Fits, fit_dispersions
 from .provenance import motions_by_floor, provenance_from, without_floors
-from .slabs import gathered, sizes_of, slabs
+from .slabs import gathered, sizes_of
 from .states import OVERTURNED, State, state_name
 from .trends import capacity_trends, demand_trends
 
 Values = NDArray[np.float64]
 
+MEASURES = 32
+"""Measures that are compared, about: slabs are cut so that all their bootstrap samples are of moderate size."""
 POOLED = "all blocks"
 SAME = 1e-9
 """Relative difference of dispersions below which two measures are one (a block's PGA and its normalised PGA)."""
@@ -153,7 +156,11 @@ def rank_measures(
     index, groups = motions_by_floor(runs)
     if asked.pool:
         return _by_floor(runs, index, groups, asked)
-    return gathered(lambda part: _by_floor(part, index, groups, asked), _measured_once(runs, asked))
+    whole = _measured_once(runs, asked)
+    sizes = sizes_of(runs)
+    of_one = math.prod(sizes[dim] for dim in ("level", "motion") if dim in sizes)
+    sizes = {"block": sizes["block"], "model": sizes["model"], "sample": max(of_one, MEASURES * (1 + asked.replicates))}
+    return gathered(lambda part: _by_floor(part, index, groups, asked), whole, sizes=sizes)
 
 
 def _by_floor(runs: xr.Dataset, index: xr.Variable | None, groups: list[NDArray[np.intp]], asked: Asked) -> xr.Dataset:
@@ -167,9 +174,7 @@ def _by_floor(runs: xr.Dataset, index: xr.Variable | None, groups: list[NDArray[
 
 
 def _measured_once(runs: xr.Dataset, asked: Asked) -> xr.Dataset:
-    """Runs that carry every measure that is asked for, where they are so many that they are taken in slabs."""
-    if len(list(slabs(sizes_of(runs), ("block", "model")))) == 1:
-        return runs
+    """Runs that carry every measure that is asked for: slabs of them do not look for it each."""
     few = _few(runs)
     candidates = candidates_of(few, steps_of(few, asked.state), shaking_of(runs, asked.motions), asked.also, False)
     known = {
@@ -322,7 +327,8 @@ def _with_interval(name: str, values: Values, confidence: float, long_name: str)
     lower, upper = (np.where(ends.used > 1, end, np.nan) for end in ends[:2])
     of = f"end of the {100.0 * confidence:g} % bootstrap interval: {long_name}"
     return {
-        name: _column(values[..., 0], long_name),
+        # (a copy: a view would hold all samples)
+        name: _column(values[..., 0].copy(), long_name),
         f"{name}_lower": _column(lower, f"lower {of}"),
         f"{name}_upper": _column(upper, f"upper {of}"),
     }

@@ -72,8 +72,8 @@ def demand_trends(
     slope, scatter = np.full(shape, np.nan), np.full(shape, np.nan)
     for j, one in enumerate(candidates):
         a = np.broadcast_to(np.atleast_2d(one.log_values), (blocks, motions))[:, None, :]
-        # about the middle, or the squares cancel
-        a = a - a.mean()
+        # about the middle, or the squares cancel; each block's own, so that others change no digit of it
+        a = a - (a.mean() if pool else a.mean(axis=-1, keepdims=True))
         k = one.power
         sums = np.stack(
             [

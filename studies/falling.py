@@ -1,4 +1,4 @@
-"""Which blocks of a fragility study fall first: one order for tables, figures and sentences."""
+"""Which blocks of a study fall first: one order for tables, figures and sentences."""
 
 from __future__ import annotations
 
@@ -9,7 +9,11 @@ from ..fragility.statuses import ALL
 from .words import reference_law
 
 MOST_BLOCKS = 100
-"""Blocks of a fragility study in tables and figures: what more there is stands in the results."""
+"""Blocks in tables, and in figures of fragility studies: what more there is stands in the results."""
+MOST_DRAWN = 12
+"""Blocks in figures of other kinds of studies, each a panel as large as a figure, or a figure."""
+OF_BLOCKS = ("fragility", "uncertainty", "sensitivity")
+"""Kinds of studies whose results are curves of blocks."""
 MEDIAN, RATE = "median", "rate"
 ORDERS = {MEDIAN: "that fall first", RATE: "with the highest rates"}
 
@@ -36,18 +40,18 @@ def places(results: xr.Dataset, by: str = MEDIAN) -> xr.DataArray:
     return xr.DataArray(place.reshape(value.shape), dims=value.dims)
 
 
-def shown(results: xr.Dataset, by: str = MEDIAN) -> xr.Dataset:
-    """What tables and figures hold of a study's results: of a fragility study's many blocks those that come first.
+def shown(results: xr.Dataset, by: str = MEDIAN, most: int = MOST_BLOCKS) -> xr.Dataset:
+    """What tables and figures hold of a study's results: of many blocks those that come first.
 
-    They are `MOST_BLOCKS` at most (on the worst floor each); the attributes ``shown_of`` and ``shown_by`` then say how
-    many there are, and which these are.
+    They are `most` at most (on the worst floor each); the attributes ``shown_of`` and ``shown_by`` then say how many
+    there are, and which these are.
     """
     blocks = results.sizes.get("block", 0)
-    if blocks <= MOST_BLOCKS or str(results.attrs["kind"]) != "fragility":
+    if blocks <= most or str(results.attrs["kind"]) not in OF_BLOCKS:
         return results
     place = places(results, by)
     best = place.min([dim for dim in place.dims if dim != "block"]).values
-    chosen = np.argsort(best, kind="stable")[:MOST_BLOCKS]
+    chosen = np.argsort(best, kind="stable")[:most]
     return results.isel(block=chosen).assign_attrs(shown_of=blocks, shown_by=ORDERS[by])
 
 

@@ -30,6 +30,8 @@ OUTPUTS = ("overturned", "peak_rotation")
 # A block and its curve, from the file to the results; and what is kept of each replicate of a curve for its rate.
 CURVE_BYTES = 3e3
 REPLICATE_BYTES = 50.0
+# What is found of all measures for a curve.
+RANKED_BYTES = 3e3
 # What is written of a curve and its rate, most of it the shares of 40 bins.
 STORED_BYTES = 1.2e3
 # Curves without parameters are probabilities, as what is observed is: theirs take another name in results.
@@ -121,7 +123,8 @@ class FragilityStudy(OfBlocks, Study):
         # (a slab is one block under one law at least)
         slab = max(super().together, SLAB_BYTES_A_RUN * self.design.runs)
         drawn = 0.0 if self.risk is None else REPLICATE_BYTES * self.fit.replicates
-        return slab + (CURVE_BYTES + drawn) * self.curves
+        ranked = 0.0 if self.measures is None else RANKED_BYTES
+        return slab + (CURVE_BYTES + drawn + ranked) * self.curves
 
     @property
     def stored_bytes(self) -> float:
@@ -129,7 +132,7 @@ class FragilityStudy(OfBlocks, Study):
         # friction that a block needs
         slides = 0 if self.friction is None else 1 if isinstance(self.friction, FixedFriction) else 4
         of_blocks = 8.0 * self.runs / len(self.models)
-        of_curves = STORED_BYTES * self.curves
+        of_curves = (STORED_BYTES + (0.0 if self.measures is None else RANKED_BYTES)) * self.curves
         return (self.bytes_a_run + 1 + slides) * float(self.runs) + of_blocks + of_curves
 
     @property

@@ -105,7 +105,7 @@ class Lines:
         if "\0" in text:
             raise error(f"{file}: holds NUL characters, not a text file")
         # comments may hold quotes that are none: empty lines in their place keep the numbers of the others
-        return re.sub(r"^[ \t]*#[^\r\n]*", "", text, flags=re.MULTILINE)
+        return _COMMENT.sub(r"\1", text)
 
 
 @dataclass(frozen=True)
@@ -173,6 +173,7 @@ class Line:
 
 
 _NUMBER = re.compile(r"[-+]?(?:\d{1,30}[.,]?\d{0,30}|[.,]\d{1,30})(?:[eE][-+]?\d{1,3})?", re.ASCII)
+_COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*")
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)
 
 

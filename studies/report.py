@@ -20,6 +20,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from . import show
+from .drawable import clean
 from .falling import shown
 from .report_answers import answer
 from .report_checks import checks_of, not_checked, worst_word
@@ -27,7 +28,7 @@ from .report_figures import Picture, pictures
 from .report_method import asked_rows, assumptions, block_rows, law_rows, method, provenance_rows, study_of
 from .report_plain import next_steps, plain_answer
 from .report_reading import read_results
-from .report_text import PageTable, clean, longest_word, markdown, page_table
+from .report_text import PageTable, longest_word, markdown, page_table
 from .rows import Rows, plain_table
 from .tables import StudyError
 

@@ -14,23 +14,19 @@ from io import BytesIO, StringIO
 from typing import TYPE_CHECKING, NamedTuple
 from xml.etree import ElementTree
 
-import numpy as np
 import xarray as xr
 
 from . import show
-from .report_text import clean
+from .drawable import clean
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LONGEST_LABEL = 60
-"""Letters of a name in a figure: what is longer is cut (tables hold it whole)."""
 MOST_PANELS_SAID = 6
 PIXELS_AN_INCH = 96.0
 NARROWEST, WIDEST = 0.72, 1.15
 """Widths of a figure on a page over that which it was drawn for: text of 9 points has at least 9 pixels."""
-NAMED = ("block", "model", "item", "place", "consequence", "floor", "motion_floor", "law")
 # Where things are, in points: a hundredth of one is not seen, and halves what figures with many curves take.
 _PLACES = ("d", "x", "y", "width", "height")
 _DIGITS = re.compile(r"-?\d+\.\d{3,}(?!\d*e)")
@@ -123,32 +119,6 @@ def _legend(figure: Figure, shown: list[Axes]) -> list[str]:
     return [text.get_text() for legend in legends for text in legend.get_texts()]
 
 
-def drawable(results: xr.Dataset) -> xr.Dataset:
-    """Results whose names any figure can draw: no mathematics, no control characters, none endless; all different."""
-    changed = {}
-    for name in NAMED:
-        if name in results.coords and results[name].dtype.kind in "OUT":
-            coordinate = results[name]
-            labels = [str(one) for one in np.atleast_1d(coordinate.values).ravel()]
-            short = {label: _short(label) for label in dict.fromkeys(labels)}
-            taken: dict[str, str] = {}
-            for label, one in short.items():
-                while one in taken:
-                    one = f"{one} ({len(taken)})"  # noqa: PLW2901 - until it is a name of its own
-                taken[one] = label
-            back = {label: one for one, label in taken.items()}
-            values = np.array([back[label] for label in labels], dtype=object).reshape(coordinate.shape)
-            changed[name] = (coordinate.dims, values, coordinate.attrs)
-    found = results.assign_coords(changed)
-    title = results.attrs.get("title")
-    return found if title is None else found.assign_attrs(title=clean(str(title))[:200].replace("$", r"\$"))
-
-
-def _short(label: str) -> str:
-    plain = " ".join(clean(label).split())
-    return (plain if len(plain) <= LONGEST_LABEL else f"{plain[: LONGEST_LABEL - 1]}…").replace("$", r"\$")
-
-
 @contextmanager
 def _settings() -> Iterator[None]:
     import matplotlib as mpl  # noqa: PLC0415 - loads slowly
@@ -165,7 +135,7 @@ def _settings() -> Iterator[None]:
 
 def _drawn(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     with _settings():
-        yield from show.figures(drawable(results))
+        yield from show.figures(results)
 
 
 def _png(figure: Figure) -> bytes:

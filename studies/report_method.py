@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 from .assessment_rows import figure_text
+from .drawable import clean
 from .falling import chosen_of
-from .report_text import clean
 from .rows import Rows
 
 LONGEST_VALUE = 300

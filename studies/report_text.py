@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Iterator
 from typing import NamedTuple
 
 from rich.table import Table
 from rich.text import Text
 
-REPLACEMENT = "\ufffd"
-# Marks that change the direction of what follows, beyond the name that holds them.
-_TURNING = {*range(0x202A, 0x202F), *range(0x2066, 0x206A)}
+from .drawable import clean
+
 _FIGURE = re.compile(r"[-−+≈–∞]?\s*[\d∞]|–$|no fall|no width")
 _NUMBERS = re.compile(r"(?:[-−+≈]\s*)?(?:[\d.,()%\s–±]|inf|nan)+")
 _MARKDOWN = re.compile(r"([\\`*_{}\[\]()#+!|~$<>&])")
@@ -32,22 +30,6 @@ class PageTable(NamedTuple):
     headings: list[str]
     numeric: list[bool]
     groups: list[list[Line]]
-
-
-def clean(text: str) -> str:
-    r"""Text without control characters, lone surrogates and marks that turn its direction.
-
-    Examples
-    --------
-    >>> clean("a\x00b\u202ec") == "a\ufffdb\ufffdc"
-    True
-    """
-    return "".join(
-        REPLACEMENT
-        if (unicodedata.category(one) in ("Cc", "Cs") and one not in "\n\t") or ord(one) in _TURNING
-        else one
-        for one in text
-    )
 
 
 def page_table(table: Table, words: bool = False) -> PageTable:

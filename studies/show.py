@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from .falling import RATE, shown
+from .drawable import drawable
+from .falling import MOST_DRAWN, RATE, chosen_of, shown
 from .store import without_link
 from .tables import StudyError
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.table import Table
 
+FRAGILITY, SENSITIVITY = "fragility", "sensitivity"
 MOST_RANKINGS = 8
 """Figures of rankings, a block (and floor) each: what more there is stands in the results."""
 
@@ -25,7 +27,16 @@ MOST_RANKINGS = 8
 
 def tables(results: xr.Dataset) -> list[Table]:
     """The tables of a study's results."""
-    return list(_TABLES[str(results.attrs["kind"])](results))
+    kind = str(results.attrs["kind"])
+    if kind == FRAGILITY:
+        return list(_TABLES[kind](results))
+    first = shown(results)
+    made = list(_TABLES[kind](first))
+    # (a sensitivity study's tables are of one block each: the first says it for all)
+    said = made[:1] if kind == SENSITIVITY else made
+    for table in said if chosen_of(first) else ():
+        table.title = f"{table.title}; {chosen_of(first)}"
+    return made
 
 
 def hints(results: xr.Dataset) -> list[str]:
@@ -37,7 +48,18 @@ def hints(results: xr.Dataset) -> list[str]:
 
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     """The figures of a study's results, each with the name of its file."""
-    return _FIGURES[str(results.attrs["kind"])](results)
+    kind = str(results.attrs["kind"])
+    plain = drawable(results)
+    if kind == FRAGILITY:
+        yield from _FIGURES[kind](plain)
+        return
+    first = shown(plain, most=MOST_DRAWN)
+    for name, figure in _FIGURES[kind](first):
+        heading = figure.get_suptitle()
+        for text in figure.texts if chosen_of(first) else ():
+            if text.get_text() == heading:
+                text.set_text(f"{heading}\n{chosen_of(first)}")
+        yield name, figure
 
 
 def draw(results: xr.Dataset, folder: Path) -> list[Path]:
@@ -81,7 +103,7 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .plots_risk import risk_figure  # noqa: PLC0415
 
     first = shown(results)
-    yield "fragility", fragility_figure(first)
+    yield FRAGILITY, fragility_figure(first)
     if "rate" in results:
         yield "risk", risk_figure(shown(results, RATE))
     if "measure_rank" in results:
@@ -160,14 +182,14 @@ def _sensitivity_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 
 _TABLES: dict[str, Callable[[xr.Dataset], Iterator[Table]]] = {
-    "fragility": _fragility_tables,
+    FRAGILITY: _fragility_tables,
     "uncertainty": _uncertainty_tables,
     "performance": _performance_tables,
-    "sensitivity": _sensitivity_tables,
+    SENSITIVITY: _sensitivity_tables,
 }
 _FIGURES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, Figure]]]] = {
-    "fragility": _fragility_figures,
+    FRAGILITY: _fragility_figures,
     "uncertainty": _uncertainty_figures,
     "performance": _performance_figures,
-    "sensitivity": _sensitivity_figures,
+    SENSITIVITY: _sensitivity_figures,
 }

@@ -17,12 +17,12 @@ import toppling as tp
 from toppling.studies import StudyError
 from toppling.studies import report as module
 from toppling.studies.cli import main
+from toppling.studies.drawable import clean, drawable
 from toppling.studies.report import write_report
 from toppling.studies.report_answers import answer
 from toppling.studies.report_checks import CARE, GOOD, INVALID, UNKNOWN, Check, checks_of, worst_word
-from toppling.studies.report_figures import drawable
 from toppling.studies.report_plain import next_steps, plain_answer
-from toppling.studies.report_text import clean, markdown, page_table
+from toppling.studies.report_text import markdown, page_table
 from toppling.studies.rows import plain_table
 from toppling.studies.words import reference_law, three
 
