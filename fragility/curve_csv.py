@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..units import DIMENSIONLESS
+from ..units import DIMENSIONLESS, PER_YEAR
 from .curves import ISOTONIC, UPLIFT
 from .exchange import (
     BESIDE,
@@ -46,7 +46,7 @@ MEASURED_AT = ("floor", "ground")
 _IN_LEVELS = ("median", "uplift_median", "level", *(name for name, (unit, _) in BESIDE.items() if unit == LEVEL))
 _NUMBERS = (*CurveParameters._fields, *BESIDE, "level", "probability")
 _TEXTS = ("measure", "measured_at", "state", "status", *WORDS)
-_SPELLED = {"m s-2": "m/s2", "m s-1": "m/s"}
+_SPELLED = {"m s-2": "m/s2", "m s-1": "m/s", PER_YEAR: "1/year"}
 
 
 def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str]) -> Written:

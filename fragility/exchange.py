@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..motions.intensity import Measure
 from ..motions.measures import measure_named
-from ..units import DIMENSIONLESS, METRE, STANDARD_GRAVITY
+from ..units import DIMENSIONLESS, METRE, PER_YEAR, STANDARD_GRAVITY
 from .curves import ISOTONIC, UPLIFT
 from .exchange_files import ExchangeError
 from .links import LOGNORMAL
@@ -50,6 +50,8 @@ UNITS: dict[str, tuple[float, str]] = {
     "cm": (0.01, "m"),
     "mm": (0.001, "m"),
     "1": (1.0, "1"),
+    PER_YEAR: (1.0, PER_YEAR),
+    "1/year": (1.0, PER_YEAR),
 }
 
 LEVEL = "level"  # stands for the unit of the measure's levels
@@ -63,6 +65,12 @@ BESIDE: dict[str, tuple[str, str]] = {
     "no_damage_level": (LEVEL, "level up to which the probability is zero"),
     "width": (METRE, "full width"),
     "height": (METRE, "full height"),
+    "rate": (PER_YEAR, "annual rate of overturning"),
+    "rate_lower": (PER_YEAR, "lower end of the interval of the annual rate"),
+    "rate_upper": (PER_YEAR, "upper end of the interval of the annual rate"),
+    "risk_probability": (DIMENSIONLESS, "probability of overturning in the years of the study"),
+    "risk_probability_lower": (DIMENSIONLESS, "lower end of its interval"),
+    "risk_probability_upper": (DIMENSIONLESS, "upper end of its interval"),
     "directional": (DIMENSIONLESS, "whether the demand is taken in the component's own direction"),
     "offset": (DIMENSIONLESS, "floors between the component and its demand"),
 }

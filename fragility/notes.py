@@ -15,7 +15,7 @@ from .intervals import runs_for_half_width, wilson_interval
 from .reasons import ELASTIC_MODE, SCALED_FAR, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason
 from .screen import SQUAT_RATIO
 
-HUGE = 30.0  # m: no content of a building
+HUGE, TINY = 30.0, 0.01  # m: no content of a building
 NAMED = 3  # no sentence names more
 MOST_ALONE = 8  # blocks with a sentence of their own
 _BLOCK, _LAW, _PAIR = ("block",), ("model",), ("block", "model")
@@ -26,11 +26,16 @@ def block_notes(blocks: Iterable[Block]) -> list[str]:
     """What a user should know of the blocks alone, before anything runs: one sentence each."""
     every = list(blocks)
     found = _squat([block.label for block in every], np.array([block.h / block.b for block in every]))
-    large = [block for block in every if max(block.width, block.height) > HUGE]
-    sizes = [f"{block.label}: {block.width:g} m x {block.height:g} m" for block in large]
-    if len(large) > MOST_ALONE:
-        return [*found, f"{len(large):,} blocks are over {HUGE:g} m ({_first(sizes)}): metres meant?"]
-    return [*found, *(f"{one}: metres meant?" for one in sizes)]
+    for text, odd in (
+        (f"over {HUGE:g} m", [block for block in every if max(block.width, block.height) > HUGE]),
+        (f"under {TINY:g} m wide", [block for block in every if block.width < TINY]),
+    ):
+        sizes = [f"{block.label}: {block.width:g} m x {block.height:g} m" for block in odd]
+        if len(odd) > MOST_ALONE:
+            found.append(f"{len(odd):,} of {len(every):,} blocks are {text} ({_first(sizes)}): metres meant?")
+        else:
+            found += [f"{one}: metres meant?" for one in sizes]
+    return found
 
 
 def notes(screened: xr.Dataset) -> list[str]:

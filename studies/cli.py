@@ -80,7 +80,11 @@ def run(
     if dry_run:
         say(console, *forecast(plan, folder).lines())
         if folder.is_dir() and any(folder.iterdir()):
-            say(console, f"in {folder}: {standing(folder).lines(folder)[0]}")
+            try:
+                plan.refuse_occupied(folder)
+                say(console, f"in {folder}: {standing(folder).lines(folder)[0]}")
+            except StudyError as error:
+                say(console, f"in {folder}: {error}")
         return
     client = None if scheduler is None else _connect(scheduler)
     if client is None:

@@ -23,6 +23,8 @@ NOTABLE = 0.05
 """Share of a rate beyond what is known above which it is worth a sentence."""
 SETTLED = 0.95
 """Probability from which a curve has little left to rise."""
+ALIKE = 1e-6
+"""Relative difference below which sizes are one."""
 LARGE = 100.0
 """Ratio that is not said more closely."""
 REACHED = {state_name("overturned"): "overturned", state_name("uplifted"): "uplifted"}
@@ -237,6 +239,28 @@ def rate_notes(rates: xr.Dataset, settled: xr.DataArray, hazard_end: float, leve
                 "where it rises between two levels is not known; take closer levels and more motions"
             )
     return found
+
+
+def family_notes(curves: xr.Dataset, along: str) -> list[str]:
+    """Whether blocks differ in more than the size that is solved for: one sentence, or none.
+
+    A family with one free size has another one in common: all slendernesses of one R, all widths of one height.
+
+    Examples
+    --------
+    >>> blocks = {"width": ("block", [0.3, 0.4]), "height": ("block", [1.6, 1.9]), "R": ("block", [0.81, 0.97])}
+    >>> print(family_notes(xr.Dataset(coords=blocks), "width")[0][:75])
+    the size that is looked for is of blocks that differ in width, R and height
+    """
+    others = [name for name in ("alpha", "R", "width", "height") if name != along and name in curves.coords]
+    values = [np.asarray(curves[name].values, dtype=float) for name in others]
+    if not others or any(np.ptp(one) <= ALIKE * abs(one).max() for one in values):
+        return []
+    return [
+        f"the size that is looked for is of blocks that differ in {along}, {', '.join(others[:-1])}"
+        f"{' and ' if len(others) > 1 else ''}{others[-1]}: a number for them is of no block in particular; take a "
+        "family with one free size, such as widths of one height"
+    ]
 
 
 MOST_NAMED = 3

@@ -23,7 +23,7 @@ MANY_CURVES = 1000
 class Forecast(NamedTuple):
     """Runs, chunks, seconds on so many threads, bytes of memory, of disk meanwhile and in the end: about; free ones.
 
-    curves: how many are fitted when the runs are done.
+    curves: how many are fitted when the runs are done, which takes `fits_seconds` more.
     """
 
     runs: int
@@ -35,6 +35,7 @@ class Forecast(NamedTuple):
     left: float
     free: float | None
     curves: int
+    fits_seconds: float
 
     def lines(self) -> list[str]:
         """For people."""
@@ -51,7 +52,9 @@ class Forecast(NamedTuple):
     @property
     def fits(self) -> str:
         """What follows the runs."""
-        return f"fits of {self.curves:,} curves (some milliseconds each)" if self.curves >= MANY_CURVES else "fits"
+        if self.curves < MANY_CURVES:
+            return "fits"
+        return f"fits of {self.curves:,} curves (about {time_text(self.fits_seconds)})"
 
 
 def forecast(study: Study, folder: Path | None = None) -> Forecast:
@@ -67,6 +70,7 @@ def forecast(study: Study, folder: Path | None = None) -> Forecast:
         room.left,
         None if folder is None else free_bytes(folder),
         study.curves,
+        study.seconds_of_fits(CPU_COUNT),
     )
 
 
@@ -86,6 +90,8 @@ class Standing(NamedTuple):
             return [f"{self.title}: finished, {folder / RESULT_NAME}"]
         share = 100.0 * self.runs / max(self.runs_total, 1)
         said = f"{self.title}: {self.state}, about {self.runs:,} of {self.runs_total:,} runs kept ({share:.0f} %)"
+        if self.runs >= self.runs_total:
+            said += "; what is made of them follows: curves, tables and figures"
         if self.state == "running":
             return [said]
         return [said, "the same command goes on where it stopped (without --fresh, which starts over)"]

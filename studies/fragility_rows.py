@@ -45,10 +45,16 @@ ADVICE = {
 
 def hints(results: xr.Dataset) -> list[str]:
     """One line for each reason why a curve is missing."""
-    found = dict.fromkeys(str(status) for status in results["status"].values.ravel())
+    status = results["status"].values.ravel().astype(str)
     state = str(results.attrs.get("state", OVERTURNING))
     did = "fell" if state == OVERTURNING else reached_of(state)
-    return [f"{status}: {ADVICE[status].format(did=did)}" for status in found if status in ADVICE]
+    lines = []
+    for one in dict.fromkeys(status.tolist()):
+        if one in ADVICE:
+            number = int((status == one).sum())
+            of = f" ({number:,} of {status.size:,} curves)" if status.size > 1 else ""
+            lines.append(f"{one}{of}: {ADVICE[one].format(did=did)}")
+    return lines
 
 
 def fragility_table(results: xr.Dataset) -> Table:

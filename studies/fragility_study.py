@@ -34,6 +34,12 @@ REPLICATE_BYTES = 50.0
 RANKED_BYTES = 3e3
 # What is written of a curve and its rate, most of it the shares of 40 bins.
 STORED_BYTES = 1.2e3
+# Planning figures of a fit, measured on a present core: of a curve and of each of its motions, in
+# one thread; and of each replicate's levels and motions, in all of them.
+SECONDS_A_CURVE = 2e-3
+SECONDS_A_MOTION = 2e-6
+SECONDS_A_LEVEL = 2e-7
+SECONDS_A_WEIGHT = 2e-9
 # Curves without parameters are probabilities, as what is observed is: theirs take another name in results.
 OBSERVED = ("probability", "probability_lower", "probability_upper")
 SIZE = ("size_along", "size_probability")
@@ -113,6 +119,13 @@ class FragilityStudy(OfBlocks, Study):
     @property
     def curves(self) -> int:
         return len(self.blocks) * len(self.models) * max(1, len(self.design.floors))
+
+    def seconds_of_fits(self, threads: int) -> float:
+        drawn = 0 if self.fit.intervals in ("wald", "profile") and self.risk is None else self.fit.replicates
+        alone = SECONDS_A_CURVE + SECONDS_A_MOTION * self.design.shakes
+        levels = max(1, self.design.levels.size)
+        each = SECONDS_A_LEVEL * levels + SECONDS_A_WEIGHT * self.design.shakes / max(1, len(self.design.floors))
+        return self.curves * (alone + drawn * each / threads)
 
     @property
     def kept_outputs(self) -> tuple[str, ...]:

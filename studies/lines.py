@@ -14,6 +14,8 @@ from typing import NamedTuple, NoReturn, TypeVar
 from .. import checks
 from .tables import StudyError, shown
 
+UNITS = {"mm": "divide by 1000", "cm": "divide by 100", "in": "multiply by 0.0254", "ft": "multiply by 0.3048"}
+"""What to do with sizes in other units."""
 MAX_TEXT = 200
 """Characters of a cell."""
 
@@ -61,6 +63,8 @@ class Lines:
                 raise self.kind.error(
                     f"{self.file}, line {number}: has {len(cells)} cells, the header names {len(self.columns)} columns"
                 )
+            if any(cell for name, cell in zip(self.columns, cells, strict=False) if not name):
+                raise self.kind.error(f"{self.file}, line {number}: has a cell below a heading without a name")
             named = {name: cell for name, cell in zip(self.columns, cells, strict=False) if name}
             yield Line(self, number, named)
 
@@ -83,6 +87,12 @@ class Lines:
         name = next((one for one in known if one.lower() == heading.lower()), None)
         if name is not None or not heading:
             return name or ""
+        stem, _, unit = heading.lower().rpartition("_")
+        if unit in UNITS and f"{stem}_m" in known:
+            raise self.kind.error(
+                f"{self.file}, line {self._reader.line_num}: unknown column {shown(heading)}; sizes are in metres: "
+                f"name it {stem}_m, and {UNITS[unit]}"
+            )
         near = difflib.get_close_matches(heading.lower()[:MAX_TEXT], known, n=1, cutoff=0.5)
         hint = f"did you mean {near[0]!r}?" if near else f"allowed are {', '.join(known)}"
         raise self.kind.error(f"{self.file}, line {self._reader.line_num}: unknown column {shown(heading)}; {hint}")
@@ -95,9 +105,12 @@ class Lines:
                 raise error(f"{file}: {'not a file' if file.exists() else 'no such file'}")
             if file.stat().st_size > self.kind.most_bytes:
                 raise error(f"{file}: larger than {self.kind.most_bytes // 2**20} MiB, no {self.kind.name} is")
-            text = file.read_bytes().decode("utf-8-sig")
+            content = file.read_bytes()
+            if content.startswith(b"PK"):
+                raise error(f"{file}: a workbook or archive, no text; save its sheet as CSV in UTF-8")
+            text = content.decode("utf-8-sig")
         except UnicodeDecodeError:
-            raise error(f"{file}: not a text file in UTF-8") from None
+            raise error(f"{file}: not a text file in UTF-8; save it as CSV in UTF-8") from None
         except (OSError, ValueError) as wrong:
             if isinstance(wrong, error):
                 raise

@@ -29,11 +29,16 @@ from .words import (
     in_years,
     input_name,
     interval_text,
+    percent,
     reference_law,
     three,
     years_between,
 )
 
+SPREAD = (0.1, 0.5, 0.9)
+"""Shares of many blocks whose medians are said."""
+CHANCES = (0.5, 0.1, 0.01)
+"""Probabilities in the study's years that are counted among many blocks."""
 MOST_SAID = 12
 """Blocks that the answer speaks of: of more it names the weakest."""
 VERDICTS = {HOLDS: ("holds", "hold"), FAILS: ("does not hold", "do not hold"), OPEN: ("is open", "are open")}
@@ -61,7 +66,7 @@ def _fragility(results: xr.Dataset) -> Answer:
     said = []
     if len(cases) > MOST_SAID:
         held = "the tables hold all" if shown(results) is results else "tables hold more, the results all"
-        said = [f"The {MOST_SAID} that fall first of {len(cases):,}; {held}."]
+        said = [*_spread(results, verb), f"The {MOST_SAID} that fall first of {len(cases):,}; {held}."]
         cases = [cases[i] for i in np.argsort(places(results).values.ravel())[:MOST_SAID]]
     for i, (k, floor) in cases:
         here = _at(results, i, k)
@@ -73,6 +78,31 @@ def _fragility(results: xr.Dataset) -> Answer:
     if "size_along" in results.attrs:
         said.extend(_size_sentences(results))
     return Answer(question, said)
+
+
+def _spread(results: xr.Dataset, verb: str) -> Iterator[str]:
+    """How the medians of many blocks are spread, and how many have a high chance in the study's years: for a whole."""
+    at, _ = reference_law(results)
+    one = results.isel(model=at)
+    medians = one["median"].values.ravel()
+    known = medians[np.isfinite(medians)]
+    every = f"{medians.size:,} {'blocks' if 'floor' not in results.dims else 'blocks and floors'}"
+    if known.size:
+        scale, unit = display_unit(axis_of(results))
+        few, half, most = (three(float(value) / scale) for value in np.quantile(known, SPREAD))
+        unit = f" {unit}" if unit else ""
+        yield (
+            f"Of {every} a tenth {verb} below {few}{unit} and half below {half}{unit}, nine tenths below {most}{unit} "
+            f"(medians of the {known.size:,} that have one)."
+        )
+    if "risk_probability" in one:
+        chance = one["risk_probability"].values.ravel()
+        told = int(np.isfinite(chance).sum())
+        numbers = [f"{int((chance >= share).sum()):,} have {percent(share)} or more" for share in CHANCES]
+        yield (
+            f"In {float(results.attrs['years']):g} years {', '.join(numbers[:-1])} and {numbers[-1]} "
+            f"(of {told:,} with a rate)."
+        )
 
 
 def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
@@ -304,7 +334,7 @@ def _opened(text: str) -> str:
 
 
 def _blocks(results: xr.Dataset) -> str:
-    return f"{results.sizes['block']} blocks"
+    return f"{results.sizes['block']:,} blocks"
 
 
 def _floors(results: xr.Dataset) -> list[tuple[int, str | None]]:

@@ -146,16 +146,9 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[P
         It holds parts of another study, or made by another engine: one sentence that says what differs.
     """
     shards = folder / FOLDER
-    manifest = {"layout": LAYOUT, "engine": engine_identity(), **pinned, "calls": []}
     _refuse_link(shards)
     if shards.exists() and not fresh:
-        before = read_manifest(folder)
-        if before is not None:
-            differs = _difference(before, manifest)
-            if differs:
-                raise StudyError(
-                    f"{shards}: holds parts of another study ({differs}); use another folder, or --fresh to start over"
-                )
+        if refuse_other(folder, pinned):
             return shards, True
         if any(_NAME.fullmatch(path.name) for path in shards.iterdir()):
             raise StudyError(f"{shards}: holds parts of a study without a manifest; use --fresh to start over")
@@ -164,8 +157,25 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[P
         shards.mkdir(exist_ok=True)
     except OSError as error:
         raise StudyError(f"{shards}: cannot be made a folder ({error.strerror})") from None
-    write_whole(shards / MANIFEST, _json(manifest))
+    write_whole(shards / MANIFEST, _json(_manifest(pinned)))
     return shards, False
+
+
+def refuse_other(folder: Path, pinned: Mapping[str, Any]) -> bool:
+    """Whether a folder holds parts of the study that `pinned` is of; StudyError where they are of another one."""
+    before = read_manifest(folder)
+    if before is None:
+        return False
+    differs = _difference(before, _manifest(pinned))
+    if differs:
+        raise StudyError(
+            f"{folder / FOLDER}: holds parts of another study ({differs}); use another folder, or --fresh to start over"
+        )
+    return True
+
+
+def _manifest(pinned: Mapping[str, Any]) -> dict[str, Any]:
+    return {"layout": LAYOUT, "engine": engine_identity(), **pinned, "calls": []}
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:

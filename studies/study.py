@@ -32,7 +32,7 @@ from .designs import Design
 from .remake import cluster
 from .room import Room, chunks_of, refuse_room
 from .schema import StudyFile, read_study_file
-from .shards import Shards, belongs, open_shards, remove_shards
+from .shards import Shards, belongs, open_shards, refuse_other, remove_shards
 from .store import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from .tables import StudyError
 from .watch import Stop, Watch, run_log
@@ -111,6 +111,10 @@ class Study(ABC):
     def curves(self) -> int:
         """Number of curves that are fitted when the runs are done, where these are many."""
         return 0
+
+    def seconds_of_fits(self, threads: int) -> float:
+        """About how long these take on so many threads."""
+        return 0.0
 
     @property
     def kept_outputs(self) -> tuple[str, ...]:
@@ -246,6 +250,16 @@ class Study(ABC):
                 raise StudyError(f"{folder / RESULT_NAME}: is written, but {error}; remove it yourself") from None
         return results
 
+    def refuse_occupied(self, folder: Path) -> None:
+        """StudyError where a folder holds the results or parts of another study."""
+        if not belongs(folder, self.identity):
+            finished(folder / RESULT_NAME, self.identity, self.configuration)
+        refuse_other(folder, self._pinned)
+
+    @property
+    def _pinned(self) -> dict[str, Any]:
+        return {"identity": self.identity, "title": self.title, "study": self.configuration, "work": self.work}
+
     def _kept(
         self,
         folder: Path,
@@ -255,8 +269,7 @@ class Study(ABC):
         watching: Callable[[Watch], None] | None,
     ) -> xr.Dataset:
         """What the study finds, every chunk kept in the folder as it is finished."""
-        pinned = {"identity": self.identity, "title": self.title, "study": self.configuration, "work": self.work}
-        shards, resumed = open_shards(folder, pinned, fresh)
+        shards, resumed = open_shards(folder, self._pinned, fresh)
         stop = Stop()
         with run_log(folder) as log, stop.graceful():
             watch = Watch(self.work, log)
@@ -285,7 +298,9 @@ class Study(ABC):
             found = self._compute(client, progress)
         except ValueError as error:
             raise StudyError(f"{self.title}: {error}") from None
+        said = str(found.attrs.get("notes", "")).splitlines()
         return found.assign_attrs(
+            notes="\n".join([*(note for note in self.notes if note not in said), *said]),
             title=self.title,
             kind=self.kind,
             study=json.dumps(self.configuration, ensure_ascii=False, sort_keys=True),

@@ -16,7 +16,7 @@ from ..fragility.scaling import BLOCK_MEASURES
 from ..fragility.slabs import gathered
 from ..fragility.states import OVERTURNED, State, state_name
 from ..units import DIMENSIONLESS
-from .curve_notes import rate_notes, verb_of
+from .curve_notes import family_notes, rate_notes, verb_of
 from .designs import Design
 
 # In results these stand beside the probabilities and shares of others.
@@ -129,8 +129,9 @@ class Risk:
             "stripes": ("the highest stripe", "add a stripe above it"),
             "cloud": ("the strongest motion", "take stronger motions"),
         }[design.name]
+        said = [] if self.along is None else family_notes(curves, self.along)
         settled = _by_block(_plain(curves), highest, lambda one, level: curve_probability(one, [level], LEAST)[..., 0])
-        return rate_notes(rates, settled, float(self.hazard.levels[-1]), end, cure)
+        return said + rate_notes(rates, settled, float(self.hazard.levels[-1]), end, cure)
 
     def rates(self, curves: xr.Dataset, confidence: float) -> xr.Dataset:
         """Rates of curves alone, under the names of `annual_rate`."""

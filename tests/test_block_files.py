@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import toppling as tp
+from toppling.fragility import rank_measures, slabs
 from toppling.fragility.execution import labelled_sequence
 from toppling.fragility.notes import block_notes
 from toppling.fragility.oscillator_grid import OscillatorGrid
@@ -15,7 +16,8 @@ from toppling.models.simulate import oscillator_of
 from toppling.studies import StudyError, show
 from toppling.studies.block_lines import read_blocks
 from toppling.studies.cli import main
-from toppling.studies.falling import MOST_BLOCKS, places, shown
+from toppling.studies.falling import MOST_BLOCKS, RATE, chosen_of, places, shown
+from toppling.studies.forecast import forecast
 from toppling.studies.progress import Display
 from toppling.studies.report_answers import answer
 from toppling.studies.report_plain import plain_answer
@@ -92,6 +94,12 @@ class TestReading:
             ("name,width_m,alpha_rad,R_m\na,1,0.2,1\n", "column 'width_m': must be empty beside alpha_rad and R_m"),
             ("name,alpha_rad,R_m\na,2,1\n", "column 'alpha_rad': must be finite and > 0 and < 1.57"),
             ("", "empty"),
+            (
+                "name,width_mm,height_mm\n",
+                "unknown column 'width_mm'; sizes are in metres: name it width_m, and divide b",
+            ),
+            ("name,width_m,height_m,\na,1,2,x\n", "line 2: has a cell below a heading without a name"),
+            ("PK\x03\x04", "a workbook or archive, no text; save its sheet as CSV in UTF-8"),
         ],
     )
     def test_refusals_name_line_and_column(self, tmp_path, table, message):
@@ -100,6 +108,12 @@ class TestReading:
         with pytest.raises(StudyError, match=message) as caught:
             read_blocks(path)
         assert "blocks.csv" in str(caught.value)
+
+    def test_comments_end_with_their_lines_whatever_ends_these(self, tmp_path):
+        path = tmp_path / "blocks.csv"
+        for end in ("\n", "\r\n", "\r"):
+            path.write_bytes(end.join(["# of", "name,width_m,height_m", "#old,1,2", "a,1,2", ""]).encode())
+            assert [block.label for block in read_blocks(path)] == ["a"]
 
     @pytest.mark.parametrize(
         ("line", "message"),
@@ -178,6 +192,67 @@ def results(tmp_path_factory):
     return tp.Study.from_toml(written(tmp_path_factory.mktemp("many"), many(120))).run()
 
 
+class TestSlabs:
+    """Blocks that are worked on apart: nothing is other than of all together."""
+
+    RISK = """
+[measures]
+also = ["Sa(0.5)"]
+
+[hazard]
+levels = [0.5, 1.0, 2.0, 4.0, 8.0]
+rates = [0.2, 0.1, 0.03, 0.005, 0.0004]
+unit = "m/s2"
+"""
+
+    def test_same_results(self, tmp_path, monkeypatch):
+        path = written(tmp_path, many(11))
+        text = path.read_text().replace('outputs = ["overturned"]', 'outputs = ["overturned", "peak_rotation"]')
+        path.write_text(text + self.RISK)
+        whole = tp.Study.from_toml(path).run()
+        parts = []
+        monkeypatch.setattr(slabs, "BLOCKS", 4)
+        real = slabs._joined
+        monkeypatch.setattr(slabs, "_joined", lambda found, dim: parts.append(len(found)) or real(found, dim))
+        cut = tp.Study.from_toml(path).run()
+        assert max(parts) >= 3
+        xr.testing.assert_identical(cut, whole)
+
+    def test_what_measures_say_of_a_block_does_not_depend_on_others(self, results):
+        shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(5, seed=3)
+        blocks = [tp.Block(0.4 + 0.02 * i, 1.5, name=f"b{i}") for i in range(5)]
+        outputs = ["overturned", "peak_rotation"]
+        options = {"levels": [1.0, 2.0, 4.0, 8.0], "im": "pga", "outputs": outputs}
+        many, one = (
+            tp.ida(some, tp.HousnerImpact(geometry="linear"), shakes, **options) for some in (blocks, blocks[2])
+        )
+        found = rank_measures(many, shakes, ["Sa(0.5)"], replicates=20).isel(block=[2])
+        alone = rank_measures(one, shakes, ["Sa(0.5)"], replicates=20)
+        for name in alone.data_vars:
+            np.testing.assert_array_equal(found[name].values, alone[name].values, err_msg=str(name))
+
+
+class TestForecast:
+    def test_curves_are_counted_once_for_each_floor(self, tmp_path):
+        path = written(tmp_path, many(30))
+        building = """[building]
+kind = "flexural-shear"
+storeys = 3
+period_s = 0.5
+"""
+        assert tp.Study.from_toml(path).curves == 60
+        path.write_text(path.read_text() + building)
+        plan = tp.Study.from_toml(path)
+        assert plan.curves == 60 * len(plan.design.floors) == 60 * len({*plan.design.floors})
+
+    def test_what_many_curves_take(self, tmp_path):
+        few, many_ = (tp.Study.from_toml(written(tmp_path, many(n))) for n in (10, 510))
+        assert many_.room.memory - few.room.memory >= 1000 * 3e3
+        assert many_.room.left - few.room.left >= 1000 * 1e3
+        assert forecast(few).fits == "fits"
+        assert forecast(many_).fits.startswith("fits of 1,020 curves (")
+
+
 class TestManyBlocks:
     def test_those_with_the_lowest_medians_are_shown(self, results):
         found = shown(results)
@@ -208,7 +283,7 @@ class TestManyBlocks:
         assert np.argsort(place)[:4].tolist() == [110, 115, 10, 11]
         assert np.argsort(place)[-10:].tolist() == [3, 0, 1, 2, 4, 5, 6, 7, 8, 9]
         assert shown(changed)["block"].values[:3].tolist() == ["b110", "b115", "b10"]
-        assert [one.split()[0] for one in answer(changed).sentences[1:4]] == ["b110", "b115", "b10"]
+        assert [one.split()[0] for one in answer(changed).sentences[2:5]] == ["b110", "b115", "b10"]
         always, first, *_ = plain_answer(changed)
         assert always == "2 of 120 (“b110” and 1 more) overturned in every run, even in the weakest shaking."
         assert first == "Of the others, “b10” overturns first."
@@ -219,6 +294,25 @@ class TestManyBlocks:
             "not increasing (1 of 120)."
         ]
 
+    def test_names_are_no_mathematics_in_figures(self, results):
+        few = results.isel(block=[0, 1]).assign_coords(block=[r"$\frac{a}$", "$x$"]).assign_attrs(title="$5 and $6")
+        ((_, figure),) = show.figures(few)
+        figure.canvas.draw()
+        assert figure.get_suptitle().startswith(r"\$5 and \$6")
+
+    def test_other_kinds_are_cut_too(self, results):
+        other = results.assign_attrs(kind="uncertainty")
+        assert shown(other, most=12).sizes["block"] == 12
+        assert chosen_of(shown(other, most=12)) == "the 12 of 120 blocks that fall first"
+        performance = results.assign_attrs(kind="performance")
+        assert shown(performance) is performance
+
+    def test_rates_have_an_order_of_their_own(self, results):
+        rate = results["median"] * 0.0 + np.arange(120.0)[:, None]
+        found = shown(results.assign(rate=rate), RATE)
+        assert found["block"].values[0] == "b119"
+        assert chosen_of(found) == "the 100 of 120 blocks with the highest rates"
+
     def test_titles_say_that_they_are_not_all(self, results):
         (table,) = show.tables(results)
         assert "; the 100 of 120 blocks that fall first" in str(table.title)
@@ -228,8 +322,15 @@ class TestManyBlocks:
 
     def test_answers_are_of_all(self, results):
         first = str(results["block"].values[int(np.nanargmin(results["median"].isel(model=1).values))])
-        assert answer(results).sentences[0] == "The 12 that fall first of 120; tables hold more, the results all."
-        assert first in answer(results).sentences[1]
+        spread, which, *named = answer(results).sentences
+        known = results["median"].isel(model=1).values / 9.80665
+        few, half, most = np.nanquantile(known, [0.1, 0.5, 0.9])
+        assert spread == (
+            f"Of 120 blocks a tenth overturns below {few:.3f} g and half below {half:.3f} g, nine tenths below "
+            f"{most:.3f} g (medians of the {np.isfinite(known).sum()} that have one)."
+        )
+        assert which == "The 12 that fall first of 120; tables hold more, the results all."
+        assert first in named[0]
         assert f"“{first}”" in plain_answer(results)[0]
 
     def test_few_sentences_of_many_blocks(self):
@@ -241,7 +342,10 @@ class TestManyBlocks:
         ]
         huge = [tp.Block(10.0, 40.0, name=f"h{i}") for i in range(9)]
         (said,) = block_notes(huge)
-        assert said.startswith("9 blocks are over 30 m (h0: 10 m x 40 m, h1")
+        assert said.startswith("9 of 9 blocks are over 30 m (h0: 10 m x 40 m, h1")
+        assert block_notes([tp.Block(4e-4, 1.8e-3, name="mm"), tp.Block(0.3, 1.0)]) == [
+            "mm: 0.0004 m x 0.0018 m: metres meant?"
+        ]
 
     def test_one_pass_tells_labels_apart(self):
         blocks = [tp.Block(0.5, 1.5, name=f"b{i}") for i in range(20_000)]

@@ -118,7 +118,7 @@ class TestInversion:
             size_for_rate(rates, "width", rate=1.0, probability=0.1)
         with pytest.raises(ValueError, match="coordinate 'height' on block"):
             size_for_rate(rates, "height", rate=1.0)
-        with pytest.raises(ValueError, match=r"differ in width, got 0.2, 0.2"):
+        with pytest.raises(ValueError, match=r"must all differ in width, got 0.2 of both '0' and '1'"):
             size_for_rate(rates.isel(block=[0, 0]), "width", rate=1.0)
         with pytest.raises(TypeError, match="with `rate` on block"):
             size_for_rate(rates["rate"], "width", rate=1.0)

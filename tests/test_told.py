@@ -470,4 +470,6 @@ class TestTables:
         found = study(
             tmp_path, BLOCKS, '[[models]]\nlaw = "housner"\n', MOTIONS, low, SCREEN, "[fit]\nstate = 0.5\n"
         ).run()
-        assert hints(found) == ["no overturning: nothing reached |theta|/alpha > 0.5 at any level: raise ida.levels.to"]
+        assert hints(found) == [
+            "no overturning (2 of 2 curves): nothing reached |theta|/alpha > 0.5 at any level: raise ida.levels.to"
+        ]
