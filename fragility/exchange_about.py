@@ -7,9 +7,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from .exchange import LARGEST, LIMIT_STATE, OVERTURNING, SMALLEST, Curve, CurveSet
-from .statuses import OK
+from .statuses import OK, SEPARATED
 
 SIZES = ("width", "height")
+
+GUESSED = "The data are separated: the dispersion is a guess (penalised likelihood)."
+"""What is said of a curve that few runs hold up."""
 
 
 class Component(NamedTuple):
@@ -31,6 +34,7 @@ def about(found: CurveSet, rows: Sequence[Curve]) -> dict[str, Any]:
         **({} if found.limit_states == (OVERTURNING,) else {"limit_states": list(found.limit_states)}),
         **{name: rows[0].numbers[name] for name in SIZES if name in rows[0].numbers},
         **({} if reason is None else {"status": reason}),
+        **({"note": GUESSED} if reason is None and any(row.status == SEPARATED for row in rows) else {}),
     }
 
 

@@ -47,7 +47,9 @@ def _entry(found: CurveSet, rows: Sequence[Curve]) -> dict[str, Any]:
     reason = ours.get("status")
     return {
         "Description": f"{', '.join(ours['labels'].values()) or found.title}: fragility in {found.long_name}",
-        "Comments": ADVICE if reason is None else f"No estimate: {reason}.",
+        "Comments": " ".join([*([ours["note"]] if "note" in ours else []), ADVICE])
+        if reason is None
+        else f"No estimate: {reason}.",
         "SuggestedComponentBlockSize": "1 EA",
         "RoundUpToIntegerQuantity": "True",
         "LimitStates": {

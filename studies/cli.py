@@ -24,7 +24,7 @@ from ..models.catalogue import QUALITIES
 from ..models.runs import prepare
 from . import show
 from .designs import count
-from .export import ExportFormat, missing_lines, read_curves, write_curves
+from .export import ExportFormat, guessed_lines, missing_lines, read_curves, write_curves
 from .forecast import forecast, standing
 from .progress import show_progress
 from .rows import plain_table
@@ -267,10 +267,11 @@ def export(
     """
     result = _result_file(result)
     folder = result.parent / "export" if out is None else out
-    written = write_curves(read_curves(result, model), folder, format_)
+    curves = read_curves(result, model)
+    written = write_curves(curves, folder, format_)
     console = terminal()
     lines = [f"{count(len(written.ids) - len(set(written.missing) & set(written.ids)), 'curve')} for {format_}"]
-    lines += missing_lines(written)
+    lines += [*guessed_lines(curves), *missing_lines(written)]
     lines += [f"written: {path}" for path in written.paths]
     console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
 

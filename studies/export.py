@@ -12,6 +12,7 @@ import xarray as xr
 
 from ..fragility import ExchangeError, Written, write_curve_csv, write_nrml, write_pelicun
 from ..fragility.curves import TABULATED
+from ..fragility.statuses import SEPARATED
 from .store import damaged
 from .tables import StudyError
 
@@ -99,6 +100,15 @@ def _floors(stored: xr.Dataset) -> list[str]:
     if "floor" not in stored.coords or stored["floor"].dims != ("motion",):
         return []
     return sorted({str(floor) for floor in stored["floor"].values})
+
+
+def guessed_lines(curves: xr.Dataset) -> list[str]:
+    """How many curves are of separated data, which programs that read them do not see: a line, or none."""
+    status = curves["status"].values if "status" in curves else np.empty(0)
+    number = int((status == SEPARATED).sum())
+    if not number:
+        return []
+    return [f"{number:,} of {status.size:,} curves are of separated data: their dispersions are guesses"]
 
 
 def missing_lines(written: Written) -> list[str]:

@@ -17,7 +17,19 @@ from ..models.friction import FixedFriction, Friction
 from .designs import Design, count
 from .estimates import Fit, ranked
 from .schema import StudyFile
-from .study import SLAB_BYTES_A_RUN, OfBlocks, Progress, Study, blocks_of, each, part_of, plain
+from .study import (
+    CURVE_BYTES,
+    REPLICATE_BYTES,
+    SLAB_BYTES_A_RUN,
+    OfBlocks,
+    Progress,
+    Study,
+    blocks_of,
+    check_laws,
+    each,
+    part_of,
+    plain,
+)
 from .yearly import Risk
 
 if TYPE_CHECKING:
@@ -27,9 +39,6 @@ if TYPE_CHECKING:
 UNDECIDED = 0.08
 LOGNORMAL = Fit()
 OUTPUTS = ("overturned", "peak_rotation")
-# A block and its curve, from the file to the results; and what is kept of each replicate of a curve for its rate.
-CURVE_BYTES = 3e3
-REPLICATE_BYTES = 50.0
 # What is found of all measures for a curve.
 RANKED_BYTES = 3e3
 # What is written of a curve and its rate, most of it the shares of 40 bins.
@@ -82,13 +91,7 @@ class FragilityStudy(OfBlocks, Study):
             OUTPUTS if content.outputs is None else tuple(content.outputs),
         )
         # what only blocks, laws, motions and levels together can get wrong is said before the work, not during it
-        for block in study.blocks:
-            for model in study.models:
-                try:
-                    model.oscillator(block)
-                except ValueError as error:
-                    where = "blocks" if content.blocks_file is None else "blocks_file"
-                    raise ValueError(f"{where}: {block.label!r} under {model.label}: {error}") from None
+        check_laws(content, study.blocks, study.models)
         study.design.check(study.blocks)
         if study.risk is not None:
             study.risk.check(study.design, content.motions.floors_file is not None)

@@ -28,7 +28,19 @@ from .schema import StudyFile
 from .sensitivity import Grid, convergence, findings
 from .sensitivity_claims import claims
 from .sensitivity_tables import GIVEN, OWN, PREVIOUS, RIGID, Sweep
-from .study import MOST_VARIED, OfBlocks, Progress, Study, blocks_of, each, part_of, plain
+from .study import (
+    CURVE_BYTES,
+    MOST_VARIED,
+    REPLICATE_BYTES,
+    OfBlocks,
+    Progress,
+    Study,
+    blocks_of,
+    check_laws,
+    each,
+    part_of,
+    plain,
+)
 
 if TYPE_CHECKING:
     from ..fragility.runners import Runner
@@ -83,9 +95,8 @@ class SensitivityStudy(OfBlocks, Study):
             raise ValueError(f"models must hold one with {study.sweep.parameter}, which is varied, got none")
         if any(array.sizes.get("floor", 1) > 1 for array in design.arrays) or len(design.floors) > 1:
             raise ValueError("sensitivity needs the motions of one floor, got several")
+        check_laws(content, study.blocks, study.grid.laws)
         for block in study.blocks:
-            for law in study.grid.laws:
-                law.oscillator(block)
             for model in study.models:
                 own = study.inputs_of(model)
                 if own is not None:
@@ -111,6 +122,11 @@ class SensitivityStudy(OfBlocks, Study):
     def stored_bytes(self) -> float:
         values = len(self.models) * len(self.sweep.values)
         return float(self.bytes_a_run * self._shaken * (1.0 + values / len(self.grid.laws)))
+
+    @property
+    def together(self) -> float:
+        curves = len(self.blocks) * len(self.grid.laws)
+        return super().together + (CURVE_BYTES + REPLICATE_BYTES * self.sweep.replicates) * curves
 
     @cached_property
     def grid(self) -> Grid:

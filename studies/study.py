@@ -44,6 +44,9 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int], None]
 MOST_VARIED = 2000
 """Blocks of a study whose samples or values make many of each block."""
+# A block and its curve, from the file to the results; and what is kept of each replicate of a curve.
+CURVE_BYTES = 3e3
+REPLICATE_BYTES = 50.0
 SLAB_BYTES_A_RUN = 100.0
 """What is made of a slab of runs at once, at most: comparing measures takes that much."""
 __version__ = metadata.version("toppling")
@@ -370,6 +373,17 @@ def blocks_of(content: StudyFile, folder: Path, most: int = MOST_BLOCKS) -> tupl
     if len(found) > most:
         raise ValueError(f"blocks_file: a study of this kind holds at most {most:,} blocks, got {len(found):,}")
     return found
+
+
+def check_laws(content: StudyFile, blocks: Iterable[Block], laws: Sequence[Law]) -> None:
+    """ValueError that names the block and the law where one cannot have the other."""
+    for block in blocks:
+        for law in laws:
+            try:
+                law.oscillator(block)
+            except ValueError as error:
+                where = "blocks" if content.blocks_file is None else "blocks_file"
+                raise ValueError(f"{where}: {block.label!r} under {law.label}: {error}") from None
 
 
 def each(name: str, tables: Iterable[Any]) -> tuple[Any, ...]:

@@ -1,6 +1,8 @@
 """Studies of many blocks: a file of them, what is shown of them, and what they take."""
 
+import json
 import logging
+import re
 import tracemalloc
 
 import numpy as np
@@ -8,7 +10,7 @@ import pytest
 import xarray as xr
 
 import toppling as tp
-from toppling.fragility import rank_measures, slabs
+from toppling.fragility import rank_measures, read_curve_csv, slabs
 from toppling.fragility.execution import labelled_sequence
 from toppling.fragility.notes import block_notes
 from toppling.fragility.oscillator_grid import OscillatorGrid
@@ -408,3 +410,64 @@ class TestProgressOfFits:
         display.watching(Watch(8, logging.getLogger("nowhere")))
         display.telling("rates", 4, 4)  # of the next study
         assert len(shown) == 2
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A finished study of 15 blocks, which some always fall and some never, with a hazard."""
+    folder = tmp_path_factory.mktemp("commands")
+    lines = [f"thin{i},0.04,2.{i:02}" for i in range(2)] + [f"stout{i},3.{i:02},4" for i in range(13)]
+    path = written(folder, "name,width_m,height_m\n" + "\n".join([*lines, *many(10).splitlines()[1:]]) + "\n")
+    path.write_text(path.read_text() + TestSlabs.RISK.replace('[measures]\nalso = ["Sa(0.5)"]\n', ""))
+    assert main(["run", str(path), "--out", str(folder / "out")]) == 0
+    return folder
+
+
+class TestCommands:
+    def test_rates_stand_beside_the_curves(self, folder, capsys):
+        assert main(["export", str(folder / "out"), "--format", "csv"]) == 0
+        printed = capsys.readouterr().out
+        assert "no estimate (all overturned): thin0" in printed  # (four of them: a line each)
+        assert printed.count("no estimate (no overturning)") == 1  # (13 and more under two laws: one line)
+        assert re.search(r"no estimate \(no overturning\) of 3\d: stout0.* and \d\d more", printed)
+        separated = re.search(r"(\d+) of 50 curves are of separated data", printed)
+        with xr.open_dataset(folder / "out" / "results.nc") as stored:
+            found = stored.load()
+        status = found["status"].values
+        assert int(separated[1]) == (status == "separated").sum() > 0
+        back = read_curve_csv(folder / "out" / "export" / "curves.csv")
+        for name in ("rate", "rate_upper", "risk_probability", "risk_probability_lower"):
+            own = found[name].transpose("block", "model").sel(block=back["block"], model=back["model"])
+            np.testing.assert_array_equal(back[name].values, own.values)
+        assert back["rate"].attrs["units"] == "year-1"
+
+    def test_guesses_are_said_to_be_guesses(self, folder, capsys):
+        assert main(["export", str(folder / "out"), "--format", "pelicun"]) == 0
+        entries = json.loads((folder / "out" / "export" / "fragility.json").read_text())
+        with xr.open_dataset(folder / "out" / "results.nc") as stored:
+            separated = int((stored["status"] == "separated").sum())
+        assert sum("dispersion is a guess" in str(entry.get("Comments")) for entry in entries.values()) == separated
+
+    def test_a_dry_run_says_whose_folder_it_is(self, folder, capsys):
+        out = ["--out", str(folder / "out"), "--dry-run"]
+        assert main(["run", str(folder / "study.toml"), *out]) == 0
+        assert "finished" in capsys.readouterr().out
+        other = folder / "other.toml"
+        other.write_text((folder / "study.toml").read_text().replace("number = 3", "number = 4"))
+        assert main(["run", str(other), *out]) == 0
+        assert "holds the results of another study (motions.number was 3, is 4)" in capsys.readouterr().out
+
+    def test_equal_sizes_are_refused_before_the_work(self, folder):
+        other = folder / "along.toml"
+        other.write_text((folder / "study.toml").read_text() + 'years = 50\nprobability = 0.1\nalong = "height"\n')
+        with pytest.raises(
+            StudyError, match=r"hazard.along: blocks must all differ in height, got 4 of both 'stout0' and"
+        ):
+            tp.Study.from_toml(other)
+
+    def test_a_block_that_a_law_cannot_have_is_named(self, tmp_path):
+        path = written(tmp_path, "name,width_m,height_m\nplate,2,0.5\n")
+        with pytest.raises(
+            StudyError, match=r"blocks_file: 'plate' under discrete .*: Housner's restitution of a block"
+        ):
+            tp.Study.from_toml(path)
