@@ -91,7 +91,7 @@ def consequence_rows(assessment: xr.Dataset, level: float | None = None, model: 
     if level is not None:
         here = here.isel(level=level_index(assessment, level))
     said, name, title = (
-        (_period, "consequence_rate", "What it means: once in")
+        (_years, "consequence_rate", "What it means: once in so many years")
         if level is None
         else (_percent, "consequence_probability", "What it means: probability")
     )
@@ -196,13 +196,17 @@ def _percent(one: xr.Dataset, name: str) -> str:
     return "–" if upper == 0.0 else f"{value:.0f} % ({lower:.0f}–{upper:.0f})"
 
 
-def _period(one: xr.Dataset, name: str) -> str:
+def _period(one: xr.Dataset, name: str, unit: str = " years") -> str:
     """A rate as the years between two events."""
     rate, lower, upper = (float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
     if rate == 0.0:
         return "–"
-    text = f"{three(1.0 / rate)} years"
+    text = f"{three(1.0 / rate)}{unit}"
     return text if math.isnan(lower) else f"{text} ({years_between(upper, lower)})"
+
+
+def _years(one: xr.Dataset, name: str) -> str:
+    return _period(one, name, "")
 
 
 def figure_text(value: float) -> str:

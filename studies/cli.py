@@ -32,7 +32,7 @@ from .simulation_command import simulate_one
 from .store import RESULT_NAME
 from .study import Study
 from .tables import StudyError
-from .terminal import say, terminal
+from .terminal import fitted, say, terminal
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -111,7 +111,8 @@ def run(
 def _show(console: Console, plan: Study, results: Dataset, folder: Path) -> None:
     """Print a study's tables and write its figures."""
     for table in show.tables(results):
-        console.print(table)
+        for part in fitted(table, console.width):
+            console.print(part)
     said_before = plan.notes
     notes = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in said_before]
     say(console, *show.hints(results), *(f"note: {note}" for note in notes))

@@ -585,7 +585,8 @@ class TestTablesAndFigures:
         assert yearly.headings == ("", "building", "ground", "floor 1", "floor 3")
         assert [row[0] for row in yearly.rows] == found.consequence.values.tolist()
         rate = float(found.consequence_rate.isel(model=0, consequence=0).sel(place="building"))
-        assert yearly.rows[0][1].startswith(f"{three(1.0 / rate)} years (")
+        assert yearly.rows[0][1].startswith(f"{three(1.0 / rate)} (")
+        assert "years" in yearly.title
         given = consequence_rows(found, LEVELS[3], tp.DiscreteDamping().label)
         assert "%" in given.rows[0][1]
         assert given.rows[0][3] == "–"
