@@ -21,8 +21,8 @@ ORDERS = {MEDIAN: "that fall first", RATE: "with the highest rates"}
 def places(results: xr.Dataset, by: str = MEDIAN) -> xr.DataArray:
     """The place of each block (and floor), 0 for the one that falls first, under the law that answers are of.
 
-    First come those that fell in every run, of which nothing else is known; then those with a median, from the lowest
-    (or those with a rate, from the highest); then those without, by the share of their runs that fell.
+    First come those that fell in every run, of which nothing else is known; then those with a median, from the lowest;
+    then those without, by the share of their runs that fell.  By rate: those with one, from the highest, then the rest.
     """
     one = results.isel(model=reference_law(results)[0])
     value = one[by].transpose("block", ...)
@@ -34,7 +34,8 @@ def places(results: xr.Dataset, by: str = MEDIAN) -> xr.DataArray:
     if "probability" in one and "level" in one["probability"].dims:
         fell = one["probability"].mean("level").transpose(*value.dims).values
     key = np.where(known, value.values if by == MEDIAN else -value.values, -fell)
-    order = np.lexsort([key.ravel(), np.select([always, known], [0, 1], 2).ravel()])
+    kind = np.select([always, known], [0, 1] if by == MEDIAN else [1, 0], 2)
+    order = np.lexsort([key.ravel(), kind.ravel()])
     place = np.empty(order.size, np.int64)
     place[order] = np.arange(order.size)
     return xr.DataArray(place.reshape(value.shape), dims=value.dims)

@@ -5,7 +5,7 @@ No sentence without its interval: where there is none it says so.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -13,8 +13,9 @@ import numpy as np
 import xarray as xr
 
 from ..fragility.states import OVERTURNED, state_name
+from ..fragility.statuses import ALL
 from .assessment_rows import annual_rows, level_rows, objective_unit, ranking_rows
-from .curve_notes import verb_of
+from .curve_notes import reached_of, verb_of
 from .estimates import middle_level
 from .falling import places, shown
 from .performance_study import ranking_of
@@ -39,6 +40,8 @@ SPREAD = (0.1, 0.5, 0.9)
 """Shares of many blocks whose medians are said."""
 CHANCES = (0.5, 0.1, 0.01)
 """Probabilities in the study's years that are counted among many blocks."""
+MOST_NAMED = 3
+"""Blocks that are named of those that always fell."""
 MOST_SAID = 12
 """Blocks that the answer speaks of: of more it names the weakest."""
 VERDICTS = {HOLDS: ("holds", "hold"), FAILS: ("does not hold", "do not hold"), OPEN: ("is open", "are open")}
@@ -66,8 +69,15 @@ def _fragility(results: xr.Dataset) -> Answer:
     said = []
     if len(cases) > MOST_SAID:
         held = "the tables hold all" if shown(results) is results else "tables hold more, the results all"
-        said = [*_spread(results, verb), f"The {MOST_SAID} that fall first of {len(cases):,}; {held}."]
-        cases = [cases[i] for i in np.argsort(places(results).values.ravel())[:MOST_SAID]]
+        cases = [cases[i] for i in np.argsort(places(results).values.ravel())]
+        status = results["status"].isel(model=reference_law(results)[0]).transpose("block", ...).values
+        always = int((status == ALL).sum())
+        said = [*_spread(results, verb), *([_always(results, cases[:always], len(cases))] if always else [])]
+        others = len(cases) - always
+        if others > MOST_SAID:
+            of = f"of the other {others:,}" if always else f"of {others:,}"
+            said.append(f"The {MOST_SAID} that fall first {of}; {held}.")
+        cases = cases[always : always + MOST_SAID]
     for i, (k, floor) in cases:
         here = _at(results, i, k)
         where = "" if floor is None else f", {floor_name(floor)},"
@@ -98,11 +108,22 @@ def _spread(results: xr.Dataset, verb: str) -> Iterator[str]:
     if "risk_probability" in one:
         chance = one["risk_probability"].values.ravel()
         told = int(np.isfinite(chance).sum())
-        numbers = [f"{int((chance >= share).sum()):,} have {percent(share)} or more" for share in CHANCES]
-        yield (
-            f"In {float(results.attrs['years']):g} years {', '.join(numbers[:-1])} and {numbers[-1]} "
-            f"(of {told:,} with a rate)."
-        )
+        numbers = [f"{int((chance >= share).sum()) or 'none'} at {percent(share)} or more" for share in CHANCES]
+        years = f"{float(results.attrs['years']):g} years"
+        yield f"Chances in {years}, of the {told:,} with a rate: {', '.join(numbers)}."
+
+
+def _always(results: xr.Dataset, cases: Sequence[tuple[int, tuple[int, str | None]]], every: int) -> str:
+    """Which blocks fell in every run, by name as far as they are few."""
+    names = [
+        f"{results['block'].values[i]}{'' if floor is None else f', {floor_name(floor)}'}"
+        for i, (_, floor) in cases[:MOST_NAMED]
+    ]
+    more = f" and {len(cases) - MOST_NAMED:,} more" if len(cases) > MOST_NAMED else ""
+    number = f"{len(cases):,} of {every:,} ({'; '.join(names)}{more})"
+    unknown = "neither median nor rate is known" if "rate" in results else "no median is known"
+    state = str(results.attrs.get("state", state_name(OVERTURNED)))
+    return f"In every run {number} {reached_of(state)}, even in the weakest shaking: {unknown}."
 
 
 def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:

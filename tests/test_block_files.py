@@ -285,7 +285,14 @@ class TestManyBlocks:
         assert np.argsort(place)[:4].tolist() == [110, 115, 10, 11]
         assert np.argsort(place)[-10:].tolist() == [3, 0, 1, 2, 4, 5, 6, 7, 8, 9]
         assert shown(changed)["block"].values[:3].tolist() == ["b110", "b115", "b10"]
-        assert [one.split()[0] for one in answer(changed).sentences[2:5]] == ["b110", "b115", "b10"]
+        _, all_runs, which, *named = answer(changed).sentences
+        assert all_runs == (
+            "In every run 2 of 120 (b110; b115) overturned, even in the weakest shaking: no median is known."
+        )
+        assert which == "The 12 that fall first of the other 118; tables hold more, the results all."
+        assert [one.split()[0] for one in named[:2]] == ["b10", "b11"]
+        few = changed.isel(block=[110, 115, *range(40, 51)])
+        assert len(answer(few).sentences) == 2 + 11
         always, first, *_ = plain_answer(changed)
         assert always == "2 of 120 (“b110” and 1 more) overturned in every run, even in the weakest shaking."
         assert first == "Of the others, “b10” overturns first."
@@ -314,6 +321,11 @@ class TestManyBlocks:
         found = shown(results.assign(rate=rate), RATE)
         assert found["block"].values[0] == "b119"
         assert chosen_of(found) == "the 100 of 120 blocks with the highest rates"
+        # (those that always fell have none: they are the first by medians)
+        status = results["status"].copy()
+        status[7] = "all overturned"
+        place = places(results.assign(rate=rate.where(rate != 7.0), status=status), RATE).values
+        assert place[7] == np.isfinite(np.delete(rate.isel(model=1).values, 7)).sum() > 50
 
     def test_titles_say_that_they_are_not_all(self, results):
         (table,) = show.tables(results)
