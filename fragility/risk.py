@@ -17,8 +17,9 @@ from .curves import OUTSIDE, REFUSE, coordinates_on, has_replicates
 from .deaggregation import bin_edges, deaggregate, share_above
 from .hazard import HazardCurve
 from .hazard_pieces import ABOVE_RULES, BELOW_RULES, EXTEND
-from .provenance import configuration_of
+from .provenance import configuration_of, levels_of_the_ground
 from .rates import probability_in
+from .scaling import of_the_ground
 
 Array = NDArray[np.float64]
 
@@ -116,6 +117,8 @@ def annual_rate(
     found = rates_of(form, pieces[0], outside)
     parts = deaggregate(form, found.rate, pieces[0], edges, outside)
     units, measure = hazard.units, hazard.measure.long_name
+    if levels_of_the_ground(curves):
+        measure = of_the_ground(measure)
     text = f"probability of overturning in {time:g} years"
     variables: dict[str, tuple[tuple[str, ...], NDArray[Any], str, str]] = {
         "rate": (dims, found.rate, PER_YEAR, "annual rate of overturning"),
@@ -157,7 +160,7 @@ def annual_rate(
         },
         coords={
             **coordinates_on(curves, (*dims, "replicate") if samples is not None else dims),
-            **_bin_coordinates(edges, hazard),
+            **_bin_coordinates(edges, hazard, measure),
             **_weights(hazard),
         },
         attrs={
@@ -240,9 +243,8 @@ def _samples(curves: xr.Dataset, hazard: HazardCurve, below: str, above: str, ou
     return Samples(values, dims, weights)
 
 
-def _bin_coordinates(edges: Array, hazard: HazardCurve) -> dict[str, xr.Variable]:
+def _bin_coordinates(edges: Array, hazard: HazardCurve, text: str) -> dict[str, xr.Variable]:
     lower, upper = edges[:-1], edges[1:]
-    text = hazard.measure.long_name
     columns = {
         "bin": (np.sqrt(lower * upper), f"geometric middle of a bin of {text}"),
         "bin_lower": (lower, f"lower edge of a bin of {text}"),

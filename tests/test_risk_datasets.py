@@ -204,6 +204,7 @@ class TestDatasets:
         assert annual_rate(upper.isel(floor=0), SITE)["rate"].item() > 0.0
         upper.attrs["configuration"] = json.dumps({"im_at": "ground"})
         assert annual_rate(upper, SITE)["rate"].dims == ("floor",)
+        assert annual_rate(upper, SITE)["bin"].attrs["long_name"].endswith("bin of peak ground acceleration")
         with pytest.raises(ValueError, match="of the ground's motion, the hazard curve is of a floor's"):
             annual_rate(upper.isel(floor=1), there)
 
