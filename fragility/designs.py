@@ -17,6 +17,7 @@ from ..motions.arrays import Record, records
 from ..motions.intensity import Measure
 from ..units import DIMENSIONLESS
 from .beside import Beside
+from .block_factors import dense
 from .execution import Progress, execute, request
 from .labels import label_runs, measured
 from .scaling import SCALE, Scaling, ground_of, increasing, intensities, intensity_measure, of_the_ground, scaling
@@ -113,7 +114,7 @@ def stripes(
     if len(set(names)) < len(names):
         plain = [one._replace(label=f"{one.label}, stripe {k}") for one, k in zip(plain, stripe, strict=True)]
     together = scaled[0]._replace(
-        factors=np.concatenate([one.factors for one in scaled], axis=2),
+        factors=np.concatenate([dense(one.factors) for one in scaled], axis=2),
         measured=None
         if scaled[0].measured is None
         else np.concatenate([one.measured for one in scaled if one.measured is not None], axis=-1),

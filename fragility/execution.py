@@ -14,6 +14,7 @@ from ..models.oscillator import Oscillator
 from ..models.runs import TALLY
 from ..models.simulate import oscillator_of
 from ..motions.arrays import Record
+from .block_factors import Factors
 from .oscillator_grid import OscillatorGrid
 from .plan import OUTPUT_TYPES, Work, plan_chunks
 from .runners import Runner, runner_of
@@ -96,9 +97,7 @@ def request(
     )
 
 
-def execute(
-    oscillators: Sequence[Oscillator], motions: Sequence[Record], factors: NDArray[np.float64], asked: Request
-) -> Runs:
+def execute(oscillators: Sequence[Oscillator], motions: Sequence[Record], factors: Factors, asked: Request) -> Runs:
     """Every oscillator under factors (block, level, motion; see `Work`) times the motions."""
     names = tuple(dict.fromkeys(DERIVED.get(name, name) for name in asked.outputs))
     return collect(Work(oscillators, tuple(motions), factors, asked.skip, names), asked.runner, asked.progress)

@@ -20,10 +20,11 @@ from ..models import Block, Law
 from ..models.oscillator import Oscillator
 from ..models.simulate import oscillator_of
 from ..units import DIMENSIONLESS
+from .block_factors import either_side
 from .execution import Progress, collect
 from .oscillator_grid import OscillatorGrid
 from .plan import Work
-from .provenance import Motions, blocks_of, factors_of, laws_of, records_of
+from .provenance import Motions, blocks_of, factors_under, laws_of, records_of
 from .runners import Runner, runner_of
 from .slabs import Where, slabs
 
@@ -113,15 +114,14 @@ def repeated(
     chosen = tested(runs.sizes["motion"], share)
     plain = [one for one, is_in in zip(records_of(runs, motions), chosen, strict=True) if is_in]
     blocks, models = blocks_of(runs), laws_of(runs)
-    factors = factors_of(runs)[:, :, chosen]
+    factors = factors_under(runs, chosen)
 
     with_e = [j for j, model in enumerate(models) if model.restitution(blocks[0]) is not None]
     shaken = OscillatorGrid(blocks, lambda block: [oscillator_of(block, model) for model in models], len(models))
     struck = OscillatorGrid(
         blocks, lambda block: [one for j in with_e for one in _either_side(block, models[j])], 2 * len(with_e)
     )
-    up_and_down = np.concatenate([factors * (1.0 + PERTURBATION), factors * (1.0 - PERTURBATION)], axis=1)
-    works = [Work(shaken, tuple(plain), up_and_down, outputs=FLAGS)]
+    works = [Work(shaken, tuple(plain), either_side(factors, PERTURBATION), outputs=FLAGS)]
     if with_e:
         works.append(Work(struck, tuple(plain), factors, outputs=FLAGS))
     total = sum(work.runs for work in works)
@@ -132,7 +132,7 @@ def repeated(
         done.append(collect(work, runner, told).results["overturned"])
 
     each = len(blocks), len(models)
-    levels, n = factors.shape[1:]
+    _, levels, n = factors.shape
     # (oscillator, up and down x level, motion), and (block x law x up and down, level, motion)
     flags_up_down = done[0].reshape(*each, 2, levels, n)
     flags_e = done[1].reshape(each[0], len(with_e), 2, levels, n) if with_e else None

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..models.oscillator import Oscillator, stack
 from ..models.runs import OUTPUTS, TALLY, run_stacked
 from ..motions.arrays import Record
+from .block_factors import BlockFactors, Factors, dense
 from .oscillator_grid import OscillatorGrid
 
 # Planning figures, on the generous side of benchmarks/speed.py: one sample of one run on a present core, closed form
@@ -70,7 +71,7 @@ class Work(NamedTuple):
 
     oscillators: Sequence[Oscillator]
     motions: tuple[Record, ...]
-    factors: NDArray[np.float64]
+    factors: Factors
     skip: bool = True
     outputs: tuple[str, ...] = tuple(OUTPUTS)
 
@@ -90,12 +91,19 @@ class Work(NamedTuple):
 
     def factors_of(self, chunk: Chunk) -> NDArray[np.float64]:
         """The factors of a chunk (oscillator or 1, level, motion)."""
-        own: NDArray[np.float64] = self.factors[:, :, chunk.first : chunk.stop]
-        if own.shape[0] == 1:
-            return own
-        each = len(self.oscillators) // own.shape[0]
+        motions = slice(chunk.first, chunk.stop)
+        blocks = self.factors.shape[0]
+        if blocks == 1:
+            return dense(self.factors)[:, :, motions]
+        each = len(self.oscillators) // blocks
         rows = np.arange(chunk.row, chunk.row_stop) // each
-        return np.ascontiguousarray(own[rows])
+        near = slice(int(rows[0]), int(rows[-1]) + 1)
+        own = (
+            self.factors.part(near, motions)
+            if isinstance(self.factors, BlockFactors)
+            else self.factors[near, :, motions]
+        )
+        return np.ascontiguousarray(own[rows - rows[0]])
 
 
 def seconds_of_a_chunk(total: float) -> float:

@@ -18,6 +18,7 @@ from ..models import LAWS, Block, Law
 from ..motions.arrays import Record, floor_coordinates, records
 from ..motions.intensity import Measure
 from ..units import provenance
+from .block_factors import BlockFactors, Factors
 from .scaling import BlockMeasure, intensity_measure
 
 Motions = xr.DataArray | Iterable[xr.DataArray] | Sequence[Iterable[xr.DataArray]]
@@ -137,6 +138,16 @@ def factors_of(runs: xr.Dataset) -> NDArray[np.float64]:
         if dim not in factors.dims:
             factors = factors.expand_dims(dim)
     return np.ascontiguousarray(factors.transpose("block", "level", "motion").values)
+
+
+def factors_under(runs: xr.Dataset, motions: NDArray[np.bool_]) -> Factors:
+    """`factors_of` some of the motions, made part by part where they differ from block to block at levels."""
+    one = level_measure(runs) if scaled_to_levels(runs) and design_of(runs) == IDA else None
+    if one is None or one.measure is None or "block" not in one.values.dims:
+        return factors_of(runs)[:, :, motions]
+    levels = np.asarray(intensity_of(runs).values, dtype=float)
+    measured = np.ascontiguousarray(one.values.transpose("block", "motion").values[:, motions])
+    return BlockFactors(levels, measured, one.measure, np.ones(levels.size))
 
 
 FLOORS = ("floor", "motion_floor")

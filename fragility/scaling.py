@@ -16,6 +16,7 @@ from ..motions.arrays import Record
 from ..motions.intensity import MEASURES, Measure
 from ..motions.measures import measure_named, positive_measure
 from ..units import DIMENSIONLESS, STANDARD_GRAVITY
+from .block_factors import BlockFactors, Factors
 
 SCALE = "scale"
 MIN_FACTOR = 1e-100
@@ -78,7 +79,7 @@ class Scaling(NamedTuple):
     """
 
     levels: NDArray[np.float64]
-    factors: NDArray[np.float64]
+    factors: Factors
     name: str
     units: str
     long_name: str
@@ -116,13 +117,17 @@ def scaling(
     one = intensity_measure(im)
     values = increasing(levels)
     if one is None:
-        factors = np.broadcast_to(values[None, :, None], (1, values.size, len(motions)))
-        _check_factors(factors, motions)
-        return Scaling(values, factors, SCALE, DIMENSIONLESS, "scale factor")
+        alike = np.broadcast_to(values[None, :, None], (1, values.size, len(motions)))
+        _check_factors(alike, motions)
+        return Scaling(values, alike, SCALE, DIMENSIONLESS, "scale factor")
     base = one.measure if isinstance(one, BlockMeasure) else one
     measured = intensities(one, motions if ground is None else ground, blocks)
-    with np.errstate(over="ignore", under="ignore"):
-        factors = base.factors(values[:, None] / measured.reshape(-1, 1, len(motions)))
+    factors: Factors
+    if measured.ndim == 1:
+        with np.errstate(over="ignore", under="ignore"):
+            factors = base.factors(values[:, None] / measured[None, None, :])
+    else:
+        factors = BlockFactors(values, measured, base, np.ones(values.size))
     _check_factors(factors, motions)
     text = one.long_name if ground is None else of_the_ground(one.long_name)
     return Scaling(values, factors, one.label, one.units, text, measured, ground is not None)
@@ -168,14 +173,15 @@ def of_the_ground(long_name: str) -> str:
     return long_name.replace("floor", "ground") if "floor" in long_name else f"{long_name}, ground motion"
 
 
-def _check_factors(factors: NDArray[np.float64], motions: Sequence[Record]) -> None:
+def _check_factors(factors: Factors, motions: Sequence[Record]) -> None:
     """ValueError where a motion would be scaled beyond any shaking, or to nothing."""
     peaks = np.array([np.abs(motion.acceleration).max() for motion in motions])
-    with np.errstate(over="ignore", invalid="ignore"):
-        bad = ~np.isfinite(factors) | (factors < MIN_FACTOR) | ~(factors * peaks <= checks.MAX_ACCELERATION)
-    if bad.any():
-        block, level, motion = (int(i) for i in np.argwhere(bad)[0])
-        raise ValueError(
-            f"motion {motions[motion].label!r} must be scaled by {MIN_FACTOR:g} at least and to "
-            f"{checks.MAX_ACCELERATION:g} m/s² at most, got a factor of {factors[block, level, motion]:.3g}"
-        )
+    for part in factors.parts() if isinstance(factors, BlockFactors) else [factors]:
+        with np.errstate(over="ignore", invalid="ignore"):
+            bad = ~np.isfinite(part) | (part < MIN_FACTOR) | ~(part * peaks <= checks.MAX_ACCELERATION)
+        if bad.any():
+            block, level, motion = (int(i) for i in np.argwhere(bad)[0])
+            raise ValueError(
+                f"motion {motions[motion].label!r} must be scaled by {MIN_FACTOR:g} at least and to "
+                f"{checks.MAX_ACCELERATION:g} m/s² at most, got a factor of {part[block, level, motion]:.3g}"
+            )

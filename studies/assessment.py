@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .. import checks
 from ..fragility import HazardCurve
+from ..fragility.block_factors import dense
 from ..fragility.expected import Hazard, LevelWeights, hazard_points, level_weights
 from ..fragility.joint import Variability, oscillators_of_pieces, overturning_flags, with_restitution
 from ..fragility.labels import block_coordinates, law_coordinates
@@ -252,7 +253,7 @@ def _run(
         if not oscillators:
             continue
         plain = shaking.on(floor)
-        factors = scaling(scaled.levels, plain, im, (), shaking.ground).factors
+        factors = dense(scaling(scaled.levels, plain, im, (), shaking.ground).factors)
         report = None if progress is None else _shifted(progress, done, total)
         found = overturning_flags(oscillators, plain, factors, runner, report)
         for i, row in enumerate(inventory.rows):

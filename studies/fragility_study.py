@@ -11,6 +11,7 @@ import xarray as xr
 from ..fragility import notes, screen
 from ..fragility.inversion import check_family
 from ..fragility.perturbed import perturbed_runs
+from ..fragility.scaling import BLOCK_MEASURES
 from ..fragility.states import state_name
 from ..models import Block, Law
 from ..models.friction import FixedFriction, Friction
@@ -140,7 +141,9 @@ class FragilityStudy(OfBlocks, Study):
         slab = max(super().together, SLAB_BYTES_A_RUN * self.design.runs)
         drawn = 0.0 if self.risk is None else REPLICATE_BYTES * self.fit.replicates
         ranked = 0.0 if self.measures is None else RANKED_BYTES
-        return slab + (CURVE_BYTES + drawn + ranked) * self.curves
+        # (the measure itself, and as a coordinate of the results)
+        measured = 16.0 * len(self.blocks) * self.design.shakes if self.design.im in BLOCK_MEASURES else 0.0
+        return slab + (CURVE_BYTES + drawn + ranked) * self.curves + measured
 
     @property
     def stored_bytes(self) -> float:

@@ -24,6 +24,7 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fragility.block_factors import BlockFactors
 from ..fragility.plan import OUTPUT_TYPES, Chunk, Done, Work
 from ..fragility.runners import Runner
 from ..models.runs import TALLY, engine_identity
@@ -288,7 +289,12 @@ def _digest_of(work: Work) -> str:
     found = hashlib.sha256(repr((work.skip, work.outputs, work.factors.shape)).encode())
     for oscillator in work.oscillators:
         found.update(repr(oscillator).encode())
-    found.update(np.ascontiguousarray(work.factors).tobytes())
+    factors = work.factors
+    arrays = [factors.levels, factors.measured, factors.times] if isinstance(factors, BlockFactors) else [factors]
+    if isinstance(factors, BlockFactors):
+        found.update(factors.measure.label.encode())
+    for array in arrays:
+        found.update(np.ascontiguousarray(array).tobytes())
     for motion in work.motions:
         found.update(digest(motion).encode())
     return found.hexdigest()

@@ -11,10 +11,15 @@ import xarray as xr
 
 import toppling as tp
 from toppling.fragility import rank_measures, read_curve_csv, slabs
+from toppling.fragility.block_factors import BlockFactors, dense, either_side
 from toppling.fragility.execution import labelled_sequence
 from toppling.fragility.notes import block_notes
 from toppling.fragility.oscillator_grid import OscillatorGrid
+from toppling.fragility.plan import Chunk, Work
+from toppling.fragility.provenance import factors_of, factors_under
+from toppling.fragility.scaling import scaling
 from toppling.models.simulate import oscillator_of
+from toppling.motions.arrays import records
 from toppling.studies import StudyError, show
 from toppling.studies.block_lines import read_blocks
 from toppling.studies.cli import main
@@ -398,6 +403,53 @@ class TestOscillatorsMadeWhenWanted:
         _, peak = tracemalloc.get_traced_memory()
         tracemalloc.stop()
         assert peak < 100_000
+
+
+class TestFactorsOfBlocks:
+    """Factors that differ from block to block are as many as runs: they are made for a chunk at a time."""
+
+    LEVELS = np.array([0.5, 1.0, 2.0])
+    BLOCKS = tuple(tp.Block(0.3 + 0.01 * i, 1.5, name=f"b{i}") for i in range(5))
+
+    def test_parts_are_those_of_all(self):
+        shakes = tp.motions.CloughPenzien(duration=5.0, dt=0.02).sample(4)
+        for im in ("pga_normalised", "pgv_normalised"):
+            found = scaling(self.LEVELS, records(shakes), im, self.BLOCKS)
+            factors = found.factors
+            assert isinstance(factors, BlockFactors)
+            assert factors.shape == (5, 3, 4)
+            whole = self.LEVELS[:, None] / found.measured[:, None, :]
+            np.testing.assert_array_equal(dense(factors), whole)
+            np.testing.assert_array_equal(factors.part(slice(1, 3), slice(2, 4)), whole[1:3, :, 2:4])
+            chosen = np.array([True, False, False, True])
+            np.testing.assert_array_equal(factors.part(motions=chosen), whole[..., chosen])
+            np.testing.assert_array_equal(np.concatenate(list(factors.parts())), whole)
+            for one in (factors, whole):
+                both = dense(either_side(one, 1e-6))
+                np.testing.assert_array_equal(both, np.concatenate([whole * (1 + 1e-6), whole * (1 - 1e-6)], axis=1))
+            runs = tp.ida(self.BLOCKS, tp.HousnerImpact(geometry="linear"), shakes, self.LEVELS, im)
+            np.testing.assert_array_equal(dense(factors_under(runs, chosen)), factors_of(runs)[:, :, chosen])
+
+    def test_a_chunk_has_its_own(self):
+        shakes = records(tp.motions.CloughPenzien(duration=5.0, dt=0.02).sample(4))
+        factors = scaling(self.LEVELS, shakes, "pga_normalised", self.BLOCKS).factors
+        whole = np.repeat(dense(factors), 2, axis=0)  # under two laws
+        law = tp.HousnerImpact(geometry="linear")
+        oscillators = [oscillator_of(block, law) for block in self.BLOCKS for _ in range(2)]
+        for work in (Work(oscillators, tuple(shakes), one) for one in (factors, dense(factors))):
+            for chunk in (Chunk(0, 10, 0, 4), Chunk(3, 4, 1, 2), Chunk(1, 7, 0, 3)):
+                own = whole[chunk.row : chunk.row_stop, :, chunk.first : chunk.stop]
+                np.testing.assert_array_equal(work.factors_of(chunk), own)
+
+    def test_they_take_no_memory(self):
+        shakes = records(tp.motions.CloughPenzien(duration=2.0, dt=0.02).sample(100))
+        blocks = [tp.Block(0.3 + 1e-5 * i, 1.5, name=f"b{i}") for i in range(1000)]
+        tracemalloc.start()
+        found = scaling(np.linspace(0.5, 3.0, 40), shakes, "pga_normalised", blocks)
+        held, _ = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert found.factors.shape == (1000, 40, 100)
+        assert held < 2.5 * 8 * 1000 * 100  # (each block's measures, and no levels of them)
 
 
 class TestProgressOfFits:
