@@ -17,7 +17,7 @@ BINOMIAL, INTERVAL = range(2)
 OK, NO_RUNS, ONE_LEVEL, NONE, ALL, SEPARATED, DECREASING, FAILED = range(8)
 # When to penalise.
 NEVER, WHERE_SEPARATED, ALWAYS = range(3)
-# Columns of a fit.
+# Columns of a fit; the last three are minus the Hessian of its objective.
 A, B, LOG_LIKELIHOOD, STATUS, PENALISED, ITERATIONS, HAA, HAB, HBB = range(9)
 COLUMNS = 9
 STATES = 3

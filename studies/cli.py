@@ -79,7 +79,7 @@ def run(
     say(console, f"{plan.title}: {plan.words}", *(f"note: {note}" for note in plan.notes))
     if dry_run:
         say(console, *forecast(plan, folder).lines())
-        if folder.is_dir() and any(folder.iterdir()):
+        if folder.is_dir() and any(folder.iterdir()) and not fresh:
             try:
                 plan.refuse_occupied(folder)
                 say(console, f"in {folder}: {standing(folder).lines(folder)[0]}")
