@@ -1,6 +1,7 @@
 """The `toppling` command, and `python -m toppling`: an interrupt while the packages still load ends in one line too."""
 
 import os
+import signal
 import sys
 
 INTERRUPTED = 130
@@ -8,9 +9,15 @@ INTERRUPTED = 130
 
 def main() -> int:
     """Load the command and run it; returns the exit code."""
+    # (not where interrupts are ignored: in the background of a shell)
+    interruptible = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if interruptible:
+        signal.signal(signal.SIGINT, _leave)
     try:
-        from .studies.cli import main as command  # noqa: PLC0415 - what takes long, where an interrupt is caught
+        from .studies.cli import main as command  # noqa: PLC0415 - what takes long
 
+        if interruptible:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         code = command()
     except (KeyboardInterrupt, RuntimeError) as error:
         if not is_interrupt(error):
@@ -24,6 +31,12 @@ def main() -> int:
         sys.stderr.flush()
         os._exit(INTERRUPTED)
     return code
+
+
+def _leave(number: int, frame: object) -> None:
+    """End at once, while nothing but packages are loaded: some of these swallow what is raised, or make it theirs."""
+    os.write(2, b"toppling: interrupted\n")
+    os._exit(INTERRUPTED)
 
 
 def is_interrupt(error: BaseException | None) -> bool:
