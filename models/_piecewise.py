@@ -162,6 +162,31 @@ GRADES = (0.5, 0.25)  # largest rate * dt of one step, and of a piece of degree 
 ) = range(11)
 PIECE_ROWS = 11
 
+# Rows of the flights between impacts that are solved together, a column each, and what became of one in its sample.
+(
+    FLIGHT_THETA,
+    FLIGHT_OMEGA,
+    FLIGHT_TIME,
+    FLIGHT_FORCE,
+    FLIGHT_SLOPE,
+    FLIGHT_OFFSET,
+    FLIGHT_OTHER_OFFSET,
+    FLIGHT_STIFFNESS,
+    FLIGHT_HIGHEST,
+    FLIGHT_RESTITUTION,
+    FLIGHT_SETTLING,
+    FLIGHT_LEAST,
+    FLIGHT_STRIKE,
+    FLIGHT_IMPACTS,
+    FLIGHT_END,
+) = range(15)
+FLIGHT_ROWS = 15
+UNSURE, LANDS, LANDS_LOW, FLIES_ON = 0.0, 1.0, 2.0, 3.0
+# A block whose flight ends within so many samples bounces apart from the lanes; such blocks are followed together,
+# every so many samples (where they meet the lanes must not depend on who bounces).
+BOUNCE_FLIGHT = 3.5
+BOUNCE_INTERVAL = 16 * TILE
+
 # What a marked sample needs.
 WAITS, CROSSES, RETURNS, TURNS_BACK, HARD = range(5)
 TURN_COLUMNS = LANES * TILE + 8
@@ -195,7 +220,7 @@ class Model(NamedTuple):
 class Lanes(NamedTuple):
     """The lanes' arrays: lockstep rows, marks (words: eight at a time), states, held propagators, which oscillator and
     run, amplitude; the pieces, zones and turns that wait to be solved together; the lanes parked, where and when; the
-    lanes that have just come to rest, and until which sample.
+    lanes that are to be left (the last entry counts them): at rest, or bouncing; and until, or from, which sample.
     """
 
     rows: Any
@@ -215,12 +240,14 @@ class Lanes(NamedTuple):
     parked: Any
     parked_at: Any
     parked_time: Any
-    resting: Any
+    leaving: Any
     until: Any
 
 
 class Sleepers(NamedTuple):
-    """Runs at rest, without a lane: state, oscillator, run, amplitude, and the sample that ends it."""
+    """Runs without a lane: state, oscillator, run, amplitude, and a sample: where a block's rest ends, or how far a
+    bouncing block has come.
+    """
 
     x: Any
     k: Any
@@ -228,6 +255,16 @@ class Sleepers(NamedTuple):
     run: Any
     amplitude: Any
     until: Any
+
+
+class Flights(NamedTuple):
+    """The flights of bouncing blocks: the time in its sample from which each block goes on; a column for each flight,
+    and whose it is.
+    """
+
+    time: Any
+    columns: Any
+    owner: Any
 
 
 @njit(**_EVENT)
@@ -1162,6 +1199,221 @@ def _sample(x, k, tables, links, parameters, o, force, slope, t, dt, time, poly,
                 k[NOW] = REST
 
 
+@njit(**_DRIVER, inline="always")
+def _flight(theta, omega, a, slope, stiffness, h):
+    """Rotation and velocity after h of a flight (see `_hops`)."""
+    m = -stiffness * h * h
+    one = 1.0 + m * ((1.0 / 6.0) + m * ((1.0 / 120.0) + m * (1.0 / 5040.0)))
+    two = 0.5 + m * ((1.0 / 24.0) + m * ((1.0 / 720.0) + m * (1.0 / 40320.0)))
+    three = (1.0 / 6.0) + m * ((1.0 / 120.0) + m * ((1.0 / 5040.0) + m * (1.0 / 362880.0)))
+    y = theta + h * (omega * one + h * (a * two + h * slope * three))
+    return y, omega + (omega * m * two + h * (a * one + h * slope * two))
+
+
+@njit(**_DRIVER, inline="always")
+def _after(theta, omega, a, t):
+    """Rotation after t under constant acceleration."""
+    return theta + t * (omega + 0.5 * t * a)
+
+
+@njit(**_EVENT)
+def _lands_soon(x, k, tables, links, o, force, dt):
+    """Whether a block bounces so low that it does so apart from the lanes: by the parabola of its flight."""
+    here = k[NOW]
+    if here == REST or k[OVERTURNED] != 0:
+        return False
+    there = _bounces_to(tables, links, o, here)
+    if there == NO_REGION or _bounces_to(tables, links, o, there) != here:
+        return False
+    offset = tables[o, here, REGION_OFFSET]
+    side = 1.0 if offset < 0.0 else -1.0
+    lands = side * _after(x[THETA], x[OMEGA], force + offset, BOUNCE_FLIGHT * dt) < 0.0
+    return lands and tables[o, here, REGION_STIFFNESS] == tables[o, there, REGION_STIFFNESS]
+
+
+@njit(**_EVENT)
+def _solve_flights(v, n, dt):
+    """Each of n flights (columns of v) to its landing at theta = 0 and off again, or to the end of its sample.
+
+    The displacement is that of `_hops`; the parabola's landing, corrected by the next two terms, then a step of
+    Chebyshev's and one of Newton's.  LANDS_LOW where the block may settle, or its flights become too many; UNSURE, and
+    left as it is, where the landing is not exact to rounding, or the flight may not be a single arc (see `_hops`), or
+    rise above FLIGHT_HIGHEST.
+    """
+    for j in range(n):
+        theta = v[FLIGHT_THETA * LANES + j]
+        omega = v[FLIGHT_OMEGA * LANES + j]
+        time = v[FLIGHT_TIME * LANES + j]
+        slope = v[FLIGHT_SLOPE * LANES + j]
+        offset = v[FLIGHT_OFFSET * LANES + j]
+        stiffness = v[FLIGHT_STIFFNESS * LANES + j]
+        at_zero = v[FLIGHT_FORCE * LANES + j] + slope * time + offset
+        a = at_zero - stiffness * theta
+        jerk = slope - stiffness * omega
+        left = dt - time
+        # as seen from the side on which it is: what pulls it back, how fast it goes away, how high it is
+        side = 1.0 if offset < 0.0 else -1.0
+        pull = -side * a
+        away = side * omega
+        height = side * theta
+        square = away * away + 2.0 * pull * height
+        root = math.sqrt(square if square > 0.0 else 0.0)
+        h = (away + root if away > 0.0 else 2.0 * height) / (pull if away > 0.0 else root - away)
+        third = side * jerk * (1.0 / 6.0)
+        falls = 1.0 / (root - 3.0 * third * h * h)
+        step = h * h * h * (third + stiffness * pull * (1.0 / 24.0) * h) * falls
+        h += step * (1.0 + step * (3.0 * third * h - 0.5 * pull) * falls)
+        h = h if 0.0 < h < left else left
+        rises = away if away > 0.0 else 0.0
+        sure = (pull > 0.0) & (abs(jerk) * h <= 0.25 * pull) & (abs(stiffness) * h * h <= 0.0025)
+        sure = sure & (rises * rises <= 1.5 * pull * (v[FLIGHT_HIGHEST * LANES + j] - height))  # (pull falls to 3/4)
+        y, speed = _flight(theta, omega, a, slope, stiffness, h)
+        flies = (h == left) & (side * y > 0.0)
+        inverse = 1.0 / speed
+        step = y * inverse
+        new = h - step * (1.0 + 0.5 * (a + jerk * h) * inverse * step)
+        h = h if flies else (new if new < left else left)
+        y, speed = _flight(theta, omega, a, slope, stiffness, h)
+        step = -y / speed
+        end = time + (h + step)
+        lands = (abs(step) <= 1e-8 * h) & (side * speed < 0.0) & (end <= dt)
+        sure = sure & (flies | lands)
+        landing = speed + step * (at_zero + slope * h)
+        strike = v[FLIGHT_STRIKE * LANES + j]
+        off = v[FLIGHT_RESTITUTION * LANES + j] * landing
+        impacts = v[FLIGHT_IMPACTS * LANES + j]
+        low = (abs(off) < v[FLIGHT_SETTLING * LANES + j] * (dt - end)) | (abs(off) < v[FLIGHT_LEAST * LANES + j])
+        other = v[FLIGHT_OTHER_OFFSET * LANES + j]
+        lands = sure & (not flies)
+        v[FLIGHT_THETA * LANES + j] = (y if flies else 0.0) if sure else theta
+        v[FLIGHT_OMEGA * LANES + j] = (speed if flies else off) if sure else omega
+        v[FLIGHT_TIME * LANES + j] = (dt if flies else end) if sure else time
+        v[FLIGHT_OFFSET * LANES + j] = other if lands else offset
+        v[FLIGHT_OTHER_OFFSET * LANES + j] = offset if lands else other
+        v[FLIGHT_STRIKE * LANES + j] = abs(landing) if lands & (abs(landing) > strike) else strike
+        v[FLIGHT_IMPACTS * LANES + j] = impacts + 1.0 if lands else impacts
+        v[FLIGHT_END * LANES + j] = (FLIES_ON if flies else (LANDS_LOW if low else LANDS)) if sure else UNSURE
+
+
+@njit(**_EVENT)
+def _load_flight(b, f, column, j, tables, links, parameters, record, dt, per_dt):
+    """The flight of bouncing block j, from where it is, into a column."""
+    v = f.columns
+    o = b.oscillator[j]
+    x = b.x[j]
+    i = b.until[j]
+    here = b.k[j, NOW]
+    there = _bounces_to(tables, links, o, here)
+    v[FLIGHT_THETA * LANES + column] = x[THETA]
+    v[FLIGHT_OMEGA * LANES + column] = x[OMEGA]
+    v[FLIGHT_TIME * LANES + column] = f.time[j]
+    v[FLIGHT_FORCE * LANES + column] = b.amplitude[j] * record[i]
+    v[FLIGHT_SLOPE * LANES + column] = b.amplitude[j] * (record[i + 1] - record[i]) * per_dt
+    v[FLIGHT_OFFSET * LANES + column] = tables[o, here, REGION_OFFSET]
+    v[FLIGHT_OTHER_OFFSET * LANES + column] = tables[o, there, REGION_OFFSET]
+    v[FLIGHT_STIFFNESS * LANES + column] = tables[o, here, REGION_STIFFNESS]
+    v[FLIGHT_HIGHEST * LANES + column] = min(
+        x[PEAK],
+        tables[o, here, REGION_UPPER] - tables[o, here, REGION_LOWER],
+        tables[o, there, REGION_UPPER] - tables[o, there, REGION_LOWER],
+    )
+    e = parameters[o, PAR_RESTITUTION]
+    thresholds = parameters[o, PAR_UPLIFT_RIGHT] + parameters[o, PAR_UPLIFT_LEFT]
+    v[FLIGHT_RESTITUTION * LANES + column] = e
+    v[FLIGHT_SETTLING * LANES + column] = 0.25 * (1.0 - e) * thresholds  # (see `_settles`: more is never enough)
+    v[FLIGHT_LEAST * LANES + column] = 0.25 / MANY_HOPS * thresholds * dt  # (or so many flights fill a sample)
+    v[FLIGHT_STRIKE * LANES + column] = x[STRIKE]
+    v[FLIGHT_IMPACTS * LANES + column] = 0.0
+    f.owner[column] = j
+
+
+@njit(**_EVENT)
+def _bounce(b, f, n, model, record, dt, end, poly, trig, turning_points):
+    """Follow n bouncing blocks, all at once, to sample `end` or until they rest or rise: how many events were solved.
+
+    What is out of the ordinary is left to `_sample`, one by one.  NEED says who takes a lane again: it WAITS.
+    """
+    v = f.columns
+    tables, links, parameters, _ = model
+    per_dt = 1.0 / dt
+    solved = 0
+    live = 0
+    for j in range(n):
+        if b.until[j] < end:
+            _load_flight(b, f, live, j, tables, links, parameters, record, dt, per_dt)
+            live += 1
+    while live > 0:
+        padded = (live + 7) // 8 * 8  # (see `_pad`)
+        for column in range(live, padded):
+            for row in range(FLIGHT_ROWS):
+                v[row * LANES + column] = 0.0
+            v[FLIGHT_OMEGA * LANES + column] = 1.0
+            v[FLIGHT_OFFSET * LANES + column] = -1.0
+        _solve_flights(v, padded, dt)
+        column = 0
+        while column < live:
+            what = v[FLIGHT_END * LANES + column]
+            if what == LANDS:
+                column += 1
+                continue
+            j = f.owner[column]
+            i = b.until[j]
+            omega = v[FLIGHT_OMEGA * LANES + column]
+            if what == FLIES_ON and i + 1 < end:
+                force = b.amplitude[j] * record[i + 1]
+                offset = v[FLIGHT_OFFSET * LANES + column]
+                theta = v[FLIGHT_THETA * LANES + column]
+                if theta * _after(theta, omega, force + offset, BOUNCE_FLIGHT * dt) < 0.0:
+                    v[FLIGHT_TIME * LANES + column] = 0.0
+                    v[FLIGHT_FORCE * LANES + column] = force
+                    v[FLIGHT_SLOPE * LANES + column] = b.amplitude[j] * (record[i + 2] - record[i + 1]) * per_dt
+                    b.until[j] = i + 1
+                    column += 1
+                    continue
+            x = b.x[j]
+            k = b.k[j]
+            o = b.oscillator[j]
+            t = v[FLIGHT_TIME * LANES + column]
+            force = v[FLIGHT_FORCE * LANES + column]
+            slope = v[FLIGHT_SLOPE * LANES + column]
+            impacts = int(v[FLIGHT_IMPACTS * LANES + column])
+            settles = False
+            if what == LANDS_LOW:
+                stiffness = v[FLIGHT_STIFFNESS * LANES + column]
+                highest = v[FLIGHT_HIGHEST * LANES + column]
+                settles = _settles(parameters, o, omega, stiffness, force + slope * t, slope, dt - t, highest)
+                if not settles and abs(omega) >= v[FLIGHT_LEAST * LANES + column]:
+                    column += 1
+                    continue
+            x[THETA] = v[FLIGHT_THETA * LANES + column]
+            x[OMEGA] = 0.0 if settles else omega
+            x[STRIKE] = v[FLIGHT_STRIKE * LANES + column]
+            k[IMPACTS] += impacts
+            k[TURNS] += impacts
+            solved += impacts
+            if settles:
+                k[NOW] = REST
+            elif impacts % 2 == 1:
+                k[NOW] = _bounces_to(tables, links, o, k[NOW])
+            if what != FLIES_ON:
+                _sample(x, k, tables, links, parameters, o, force, slope, t, dt, i * dt, poly, trig, turning_points)
+                solved += 1
+            i += 1
+            b.until[j] = i
+            f.time[j] = 0.0
+            low = _lands_soon(x, k, tables, links, o, b.amplitude[j] * record[i], dt)
+            k[NEED] = CROSSES if low else WAITS
+            if low and i < end:
+                _load_flight(b, f, column, j, tables, links, parameters, record, dt, per_dt)
+                column += 1
+                continue
+            live -= 1
+            for row in range(FLIGHT_ROWS):
+                v[row * LANES + column] = v[row * LANES + live]
+            f.owner[column] = f.owner[live]
+    return solved
+
+
 @njit(**_EVENT)
 def _saddle_passed(x, k, tables, links, parameters, o):
     """Whether the unforced block is beyond the saddle of its region, or sure to pass it.
@@ -1862,7 +2114,7 @@ def _until_uplift(record, highs, amplitude, upper, lower, i):
 def _follow(w, lane, model, record, highs, strongest, dt, i, end, now, waiting, recording):
     """Take one lane from sample i to sample `end` alone, or to its next event: the sample reached, turns waiting.
 
-    One that is at rest for longer than that is noted in w.resting (its last entry counts them).
+    One that is at rest for longer than that is noted in w.leaving (its last entry counts them).
     """
     s = w.rows
     x = w.x[lane]
@@ -1872,6 +2124,7 @@ def _follow(w, lane, model, record, highs, strongest, dt, i, end, now, waiting, 
     links = model.links
     region = k[NOW]
     if region == REST:
+        k[NEED] = HARD
         x[THETA] = 0.0
         x[OMEGA] = 0.0
         upper = model.parameters[o, PAR_UPLIFT_RIGHT]
@@ -1879,8 +2132,8 @@ def _follow(w, lane, model, record, highs, strongest, dt, i, end, now, waiting, 
         i = _until_uplift(record, highs, amplitude, upper, lower, i)
         if i >= end:
             w.until[lane] = i
-            w.resting[w.resting[LANES]] = lane
-            w.resting[LANES] += 1
+            w.leaving[w.leaving[LANES]] = lane
+            w.leaving[LANES] += 1
             i = end
         return i, waiting
     row = model.tables[o, region]
@@ -2037,8 +2290,10 @@ def _advance(w, first, n, record, dt, i, end, now, waiting, parked):
 
 
 @njit(**_LANES)
-def _resolve(w, model, record, highs, strongest, dt, end, now, waiting, parked, poly, trig, turning_points):
-    """Solve the events of the parked lanes and bring each to sample `end`: whether any overturned, events solved.
+def _resolve(
+    w, b, f, bouncing, apart, model, record, highs, strongest, dt, end, now, waiting, parked, poly, trig, turning_points
+):
+    """Solve the events of the parked lanes, bring each to `end`: whether any overturned, events solved, who bounces.
 
     In rounds: the turns that wait, then one event a lane (the crossings all at once, then what follows them to the end
     of the sample all at once, and what is out of the ordinary by `_sample`), then on to the next event.
@@ -2097,7 +2352,9 @@ def _resolve(w, model, record, highs, strongest, dt, end, now, waiting, parked, 
             region = k[NOW]
             need = HARD
             t = 0.0
-            if region == REST:
+            if k[NEED] == WAITS:  # (it has bounced to the end of its sample)
+                need = WAITS
+            elif region == REST:
                 t, force = _uplift(parameters, o, x, k, force, slope, dt)
                 need = WAITS if k[NOW] == REST else CROSSES
             elif k[NEED] == CROSSES:
@@ -2172,12 +2429,21 @@ def _resolve(w, model, record, highs, strongest, dt, end, now, waiting, parked, 
             i = w.parked_at[j]
             amplitude = w.amplitude[lane]
             if k[NEED] == CROSSES:
-                if pieces[PIECE_SURE * LANES + read] == 1.0:
-                    x[THETA] += pieces[PIECE_MOVED * LANES + read]
-                    x[OMEGA] = pieces[PIECE_SPEED * LANES + read]
+                read += 1
+                force = amplitude * (record[i] + (record[i + 1] - record[i]) * per_dt * w.parked_time[j])
+                if apart and x[THETA] == 0.0 and _lands_soon(x, k, tables, links, o, force, dt):
+                    w.until[lane] = i
+                    f.time[bouncing] = w.parked_time[j]
+                    _set_apart(w, lane, b, bouncing)
+                    bouncing += 1
+                    w.leaving[w.leaving[LANES]] = lane
+                    w.leaving[LANES] += 1
+                    continue
+                if pieces[PIECE_SURE * LANES + read - 1] == 1.0:
+                    x[THETA] += pieces[PIECE_MOVED * LANES + read - 1]
+                    x[OMEGA] = pieces[PIECE_SPEED * LANES + read - 1]
                 else:
                     k[NEED] = HARD
-                read += 1
             if k[NEED] == HARD:
                 slope = amplitude * (record[i + 1] - record[i]) * per_dt
                 force = amplitude * record[i]
@@ -2195,7 +2461,7 @@ def _resolve(w, model, record, highs, strongest, dt, end, now, waiting, parked, 
                 w.parked_at[again] = reached
                 again += 1
         parked = again
-    return fallen, solved
+    return fallen, solved, bouncing
 
 
 @njit(**_EVENT)
@@ -2295,8 +2561,8 @@ def _set_amplitude(w, lane, amplitude):
 
 
 @njit(**_EVENT)
-def _fall_asleep(w, lane, z, j):
-    """The run in a lane becomes sleeper j."""
+def _set_apart(w, lane, z, j):
+    """The run in a lane goes on as number j of those without one."""
     _copy(z.x[j], w.x[lane])
     _copy(z.k[j], w.k[lane])
     z.oscillator[j] = w.oscillator[lane]
@@ -2306,14 +2572,33 @@ def _fall_asleep(w, lane, z, j):
 
 
 @njit(**_EVENT)
-def _wake(w, lane, z, j):
-    """Sleeper j goes on in a lane."""
+def _take_lane(w, lane, z, j):
+    """Run j of those without a lane goes on in one."""
     _copy(w.x[lane], z.x[j])
     _copy(w.k[lane], z.k[j])
     w.oscillator[lane] = z.oscillator[j]
     w.run[lane] = z.run[j]
     w.own[lane, STEP_DAMPING] = -1.0
     _set_amplitude(w, lane, z.amplitude[j])
+
+
+@njit(**_EVENT)
+def _rejoin(w, b, active, bouncing, parked, everyone):
+    """Lanes for the bouncing blocks that no longer bounce low, or for all: lanes in use, who bounces, lanes parked."""
+    j = 0
+    while j < bouncing:
+        if b.k[j, NEED] != WAITS and not everyone:
+            j += 1
+            continue
+        _take_lane(w, active, b, j)
+        w.k[active, NEED] = WAITS  # its sample is done
+        w.parked[parked] = active
+        w.parked_at[parked] = b.until[j] - 1
+        parked += 1
+        active += 1
+        bouncing -= 1
+        _move_apart(b, bouncing, j)
+    return active, bouncing, parked
 
 
 @njit(**_EVENT)
@@ -2329,14 +2614,27 @@ def _sort(values, n):
 
 
 @njit(**_EVENT)
-def _move_sleeper(z, j, to):
-    """Sleeper j takes the place of another."""
+def _move_apart(z, j, to):
+    """Run j of those without a lane takes the place of another."""
     _copy(z.x[to], z.x[j])
     _copy(z.k[to], z.k[j])
     z.oscillator[to] = z.oscillator[j]
     z.run[to] = z.run[j]
     z.amplitude[to] = z.amplitude[j]
     z.until[to] = z.until[j]
+
+
+@njit(**_DRIVER)
+def _nobody():
+    """Room for LANES runs without a lane."""
+    return Sleepers(
+        np.empty((LANES, STATE_FLOATS)),
+        np.empty((LANES, STATE_INTEGERS), np.int64),
+        np.empty(LANES, np.int64),
+        np.empty(LANES, np.int64),
+        np.empty(LANES),
+        np.empty(LANES, np.int64),
+    )
 
 
 @njit(**_DRIVER)
@@ -2384,14 +2682,9 @@ def _run_lanes(
         np.zeros(LANES + 1, np.int64),
         np.empty(LANES, np.int64),
     )
-    z = Sleepers(
-        np.empty((LANES, STATE_FLOATS)),
-        np.empty((LANES, STATE_INTEGERS), np.int64),
-        np.empty(LANES, np.int64),
-        np.empty(LANES, np.int64),
-        np.empty(LANES),
-        np.empty(LANES, np.int64),
-    )
+    z = _nobody()
+    b = _nobody()
+    f = Flights(np.empty(LANES), np.empty(FLIGHT_ROWS * LANES), np.empty(LANES, np.int64))
     tables, links, parameters, _ = model
     poly = np.empty((3, DEGREE + 1))
     trig = np.empty((2, DEGREE + 1))
@@ -2403,6 +2696,7 @@ def _run_lanes(
     recording = turns.shape[1] > 0
     active = 0
     asleep = 0
+    bouncing = 0
     next_awake = n
     joined = 0
     now = ROW_EVEN
@@ -2418,6 +2712,8 @@ def _run_lanes(
             _store(history, i, w.x[0], w.k[0], tables, links, w.oscillator[0])
         if store and asleep > 0:
             _store(history, i, z.x[0], z.k[0], tables, links, z.oscillator[0])
+        if store and bouncing > 0:
+            _store(history, i, b.x[0], b.k[0], tables, links, b.oscillator[0])
         waiting = 0
         parked = 0
         for lane in range(0, active, BLOCK):
@@ -2425,6 +2721,9 @@ def _run_lanes(
             waiting, parked = _advance(w, lane, n_lanes, record, dt, i, end, now, waiting, parked)
         if (end - i) % 2 == 1:
             now = ROW_ODD if now == ROW_EVEN else ROW_EVEN
+        if bouncing > 0 and (store or end % BOUNCE_INTERVAL == 0 or end == n - 1):
+            tally[TALLY_EVENTS] += _bounce(b, f, bouncing, model, record, dt, end, poly, trig, turns)
+            active, bouncing, parked = _rejoin(w, b, active, bouncing, parked, end == n - 1)
         if next_awake < end:
             next_awake = n
             j = 0
@@ -2433,13 +2732,13 @@ def _run_lanes(
                     next_awake = min(next_awake, z.until[j])
                     j += 1
                     continue
-                _wake(w, active, z, j)
+                _take_lane(w, active, z, j)
                 w.parked[parked] = active
                 w.parked_at[parked] = z.until[j]
                 parked += 1
                 active += 1
                 asleep -= 1
-                _move_sleeper(z, asleep, j)
+                _move_apart(z, asleep, j)
         while joined < runs.shape[0] and (first[runs[joined]] < end or end == n - 1):
             # a run joins alone, and catches up
             j = runs[joined]
@@ -2457,9 +2756,9 @@ def _run_lanes(
                 w, active, model, record, highs, strongest, dt, first[j], end, now, waiting, recording
             )
             joined += 1
-            if w.resting[LANES] > 0:
-                w.resting[LANES] = 0
-                _fall_asleep(w, active, z, asleep)
+            if w.leaving[LANES] > 0:
+                w.leaving[LANES] = 0
+                _set_apart(w, active, z, asleep)
                 next_awake = min(next_awake, z.until[asleep])
                 asleep += 1
                 continue
@@ -2468,23 +2767,47 @@ def _run_lanes(
                 w.parked_at[parked] = reached
                 parked += 1
             active += 1
-        i = end
         leaving = False
-        if parked > 0 or waiting > 0:
-            leaving, solved = _resolve(
-                w, model, record, highs, strongest, dt, end, now, waiting, parked, poly, trig, turns
+        apart = not recording and (i // TILE + 1) * TILE < n - 1
+        while parked > 0 or waiting > 0:
+            fallen, solved, bouncing = _resolve(
+                w,
+                b,
+                f,
+                bouncing,
+                apart,
+                model,
+                record,
+                highs,
+                strongest,
+                dt,
+                end,
+                now,
+                waiting,
+                parked,
+                poly,
+                trig,
+                turns,
             )
             tally[TALLY_EVENTS] += solved
-        if w.resting[LANES] > 0:
+            leaving = leaving or fallen
+            waiting = 0
+            parked = 0
+            if store and bouncing > 0 and b.until[0] < end:  # (its history goes on from here)
+                tally[TALLY_EVENTS] += _bounce(b, f, bouncing, model, record, dt, end, poly, trig, turns)
+                active, bouncing, parked = _rejoin(w, b, active, bouncing, parked, end == n - 1)
+        i = end
+        if w.leaving[LANES] > 0:
             # from the last lane on, so that none of those that are left changes its place
-            _sort(w.resting, w.resting[LANES])
-            for j in range(w.resting[LANES] - 1, -1, -1):
-                _fall_asleep(w, w.resting[j], z, asleep)
-                next_awake = min(next_awake, z.until[asleep])
-                asleep += 1
+            _sort(w.leaving, w.leaving[LANES])
+            for j in range(w.leaving[LANES] - 1, -1, -1):
+                if w.k[w.leaving[j], NOW] == REST:
+                    _set_apart(w, w.leaving[j], z, asleep)
+                    next_awake = min(next_awake, z.until[asleep])
+                    asleep += 1
                 active -= 1
-                _leave_lane(w, w.resting[j], active)
-            w.resting[LANES] = 0
+                _leave_lane(w, w.leaving[j], active)
+            w.leaving[LANES] = 0
         if shaking_left.shape[0] > 0 and (i % SAFETY_INTERVAL == 0 or i == n - 1):
             for lane in range(active):
                 if w.k[lane, OVERTURNED] == 0:
@@ -2504,7 +2827,7 @@ def _run_lanes(
                 found = z.k[j, TURNS]
                 _write_result(out, z.run[j], z.x[j], z.k[j])
                 asleep -= 1
-                _move_sleeper(z, asleep, j)
+                _move_apart(z, asleep, j)
         if leaving:
             lane = 0
             while lane < active:
@@ -2518,10 +2841,10 @@ def _run_lanes(
                     _store_fallen(history, i, w.x[lane])
                 active -= 1
                 _leave_lane(w, lane, active)
-        if i == n - 1 or (active + asleep == 0 and joined == runs.shape[0]):
+        if i == n - 1 or (active + asleep + bouncing == 0 and joined == runs.shape[0]):
             break
     for j in range(asleep):  # they take their lanes again, and end with the others
-        _wake(w, active, z, j)
+        _take_lane(w, active, z, j)
         w.rows[now * LANES + active] = 0.0
         w.rows[(now + 1) * LANES + active] = 0.0
         active += 1
