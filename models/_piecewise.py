@@ -182,9 +182,10 @@ PIECE_ROWS = 11
 ) = range(15)
 FLIGHT_ROWS = 15
 UNSURE, LANDS, LANDS_LOW, FLIES_ON = 0.0, 1.0, 2.0, 3.0
-# A block whose flight ends within so many samples bounces apart from the lanes; such blocks are followed together,
-# every so many samples (where they meet the lanes must not depend on who bounces).
+# A block whose flight ends within so many samples bounces apart from the lanes, if its restitution leaves many bounces;
+# such blocks are followed together, every so many samples (where they meet the lanes must not depend on who bounces).
 BOUNCE_FLIGHT = 3.5
+BOUNCE_RESTITUTION = 0.6
 BOUNCE_INTERVAL = 16 * TILE
 
 # What a marked sample needs.
@@ -1217,10 +1218,10 @@ def _after(theta, omega, a, t):
 
 
 @njit(**_EVENT)
-def _lands_soon(x, k, tables, links, o, force, dt):
+def _lands_soon(x, k, tables, links, parameters, o, force, dt):
     """Whether a block bounces so low that it does so apart from the lanes: by the parabola of its flight."""
     here = k[NOW]
-    if here == REST or k[OVERTURNED] != 0:
+    if here == REST or k[OVERTURNED] != 0 or parameters[o, PAR_RESTITUTION] < BOUNCE_RESTITUTION:
         return False
     there = _bounces_to(tables, links, o, here)
     if there == NO_REGION or _bounces_to(tables, links, o, there) != here:
@@ -1401,7 +1402,7 @@ def _bounce(b, f, n, model, record, dt, end, poly, trig, turning_points):
             i += 1
             b.until[j] = i
             f.time[j] = 0.0
-            low = _lands_soon(x, k, tables, links, o, b.amplitude[j] * record[i], dt)
+            low = _lands_soon(x, k, tables, links, parameters, o, b.amplitude[j] * record[i], dt)
             k[NEED] = CROSSES if low else WAITS
             if low and i < end:
                 _load_flight(b, f, column, j, tables, links, parameters, record, dt, per_dt)
@@ -2431,7 +2432,7 @@ def _resolve(
             if k[NEED] == CROSSES:
                 read += 1
                 force = amplitude * (record[i] + (record[i + 1] - record[i]) * per_dt * w.parked_time[j])
-                if apart and x[THETA] == 0.0 and _lands_soon(x, k, tables, links, o, force, dt):
+                if apart and x[THETA] == 0.0 and _lands_soon(x, k, tables, links, parameters, o, force, dt):
                     w.until[lane] = i
                     f.time[bouncing] = w.parked_time[j]
                     _set_apart(w, lane, b, bouncing)
@@ -2625,15 +2626,15 @@ def _move_apart(z, j, to):
 
 
 @njit(**_DRIVER)
-def _nobody():
-    """Room for LANES runs without a lane."""
+def _nobody(n):
+    """Room for n runs without a lane."""
     return Sleepers(
-        np.empty((LANES, STATE_FLOATS)),
-        np.empty((LANES, STATE_INTEGERS), np.int64),
-        np.empty(LANES, np.int64),
-        np.empty(LANES, np.int64),
-        np.empty(LANES),
-        np.empty(LANES, np.int64),
+        np.empty((n, STATE_FLOATS)),
+        np.empty((n, STATE_INTEGERS), np.int64),
+        np.empty(n, np.int64),
+        np.empty(n, np.int64),
+        np.empty(n),
+        np.empty(n, np.int64),
     )
 
 
@@ -2682,8 +2683,8 @@ def _run_lanes(
         np.zeros(LANES + 1, np.int64),
         np.empty(LANES, np.int64),
     )
-    z = _nobody()
-    b = _nobody()
+    z = _nobody(runs.shape[0])
+    b = _nobody(runs.shape[0])
     f = Flights(np.empty(LANES), np.empty(FLIGHT_ROWS * LANES), np.empty(LANES, np.int64))
     tables, links, parameters, _ = model
     poly = np.empty((3, DEGREE + 1))
