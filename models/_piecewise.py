@@ -18,8 +18,9 @@ is parked.  Every few samples `_resolve` solves what has gathered, the turns tog
 follows them to the end of the sample together (`_solve_turns`, `_solve_crossings`, `_finish_pieces`: written out, so
 that they become vector code too), and what is out of the ordinary one by one (`_sample`, piece by piece: series, first
 event, what happens there); then each lane catches up with the others.  A block at rest has no lane until the sample
-that lifts it.  A lane's bits do not depend on who is beside it.  After the record, `_free` follows the block until
-nothing can change.
+that lifts it.  Nor has one that bounces low about theta = 0, every few samples or more often: such blocks gather, and
+`_bounce` follows them together, flight by flight (`_solve_flights`), to where they rest or rise.  A run's bits do not
+depend on who is beside it.  After the record, `_free` follows the block until nothing can change.
 
 All functions called by a kernel stand in this file: numba's disk cache looks at one file only.
 """
@@ -2431,15 +2432,16 @@ def _resolve(
             amplitude = w.amplitude[lane]
             if k[NEED] == CROSSES:
                 read += 1
-                force = amplitude * (record[i] + (record[i + 1] - record[i]) * per_dt * w.parked_time[j])
-                if apart and x[THETA] == 0.0 and _lands_soon(x, k, tables, links, parameters, o, force, dt):
-                    w.until[lane] = i
-                    f.time[bouncing] = w.parked_time[j]
-                    _set_apart(w, lane, b, bouncing)
-                    bouncing += 1
-                    w.leaving[w.leaving[LANES]] = lane
-                    w.leaving[LANES] += 1
-                    continue
+                if apart and x[THETA] == 0.0:
+                    force = amplitude * (record[i] + (record[i + 1] - record[i]) * per_dt * w.parked_time[j])
+                    if _lands_soon(x, k, tables, links, parameters, o, force, dt):
+                        w.until[lane] = i
+                        f.time[bouncing] = w.parked_time[j]
+                        _set_apart(w, lane, b, bouncing)
+                        bouncing += 1
+                        w.leaving[w.leaving[LANES]] = lane
+                        w.leaving[LANES] += 1
+                        continue
                 if pieces[PIECE_SURE * LANES + read - 1] == 1.0:
                     x[THETA] += pieces[PIECE_MOVED * LANES + read - 1]
                     x[OMEGA] = pieces[PIECE_SPEED * LANES + read - 1]
