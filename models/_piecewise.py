@@ -335,23 +335,35 @@ def _linear_series(poly, acceleration, omega, c, stiffness, slope, n):
 
 
 @njit(**_EVENT)
-def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
-    """The terms of `_exact_series` to degree 8, 10 or 12, written out: the degree, 0 where they are not enough.
+def _sine_and_cosine(x):
+    """Both at once, by their series where the next term is below rounding: sooner than two calls."""
+    if abs(x) > 0.5:
+        return math.sin(x), math.cos(x)
+    y = x * x
+    s = -1.0 / 39916800.0 + y * (1.0 / 6227020800.0)
+    s = -1.0 / 6.0 + y * (1.0 / 120.0 + y * (-1.0 / 5040.0 + y * (1.0 / 362880.0 + y * s)))
+    c = -1.0 / 3628800.0 + y * (1.0 / 479001600.0 + y * (-1.0 / 87178291200.0))
+    c = -0.5 + y * (1.0 / 24.0 + y * (-1.0 / 720.0 + y * (1.0 / 40320.0 + y * c)))
+    return x + x * y * s, 1.0 + y * c
+
+
+@njit(**_DRIVER, inline="always")
+def _first_terms(sine, cosine, w0, a0, p2, force, slope):
+    """The terms of `_exact_series` to degree 12, and what the next ones need.
 
     w and a: velocity and acceleration.  With sine s and cosine c of the running angle, f = force c - p² s and
     g = force s + p² c take turns as they do, k f_k = sum w_j g_(k-1-j) and k g_k = -sum w_j f_(k-1-j), and
     a = f + slope t c: a velocity is in the next but one after one sum and two products.
     """
-    c0 = trig[1, 0]
     f0 = a0
-    g0 = force * trig[0, 0] + p2 * c0
+    g0 = force * sine + p2 * cosine
     unit = 1.0 / (force * force + p2 * p2)
     by_f = slope * force * unit
     by_g = slope * p2 * unit
     w1 = a0
     f1 = w0 * g0
     g1 = -w0 * f0
-    a1 = slope * c0 + f1
+    a1 = slope * cosine + f1
     w2 = a1 * (1.0 / 2.0)
     f2 = (w0 * g1 + w1 * g0) * (1.0 / 2.0)
     g2 = -(w0 * f1 + w1 * f0) * (1.0 / 2.0)
@@ -373,6 +385,48 @@ def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
     g6 = -((w1 * f4 + w2 * f3 + w3 * f2 + w4 * f1) + (w0 * f5 + w5 * f0)) * (1.0 / 6.0)
     a6 = (by_f * f5 + by_g * g5) + f6
     w7 = a6 * (1.0 / 7.0)
+    f7 = ((w1 * g5 + w2 * g4 + w3 * g3 + w4 * g2 + w5 * g1) + (w0 * g6 + w6 * g0)) * (1.0 / 7.0)
+    g7 = -((w1 * f5 + w2 * f4 + w3 * f3 + w4 * f2 + w5 * f1) + (w0 * f6 + w6 * f0)) * (1.0 / 7.0)
+    a7 = (by_f * f6 + by_g * g6) + f7
+    w8 = a7 * (1.0 / 8.0)
+    f8 = ((w1 * g6 + w2 * g5 + w3 * g4 + w4 * g3 + w5 * g2 + w6 * g1) + (w0 * g7 + w7 * g0)) * (1.0 / 8.0)
+    g8 = -((w1 * f6 + w2 * f5 + w3 * f4 + w4 * f3 + w5 * f2 + w6 * f1) + (w0 * f7 + w7 * f0)) * (1.0 / 8.0)
+    a8 = (by_f * f7 + by_g * g7) + f8
+    w9 = a8 * (1.0 / 9.0)
+    f9 = ((w1 * g7 + w2 * g6 + w3 * g5 + w4 * g4 + w5 * g3 + w6 * g2 + w7 * g1) + (w0 * g8 + w8 * g0)) * (1.0 / 9.0)
+    g9 = -((w1 * f7 + w2 * f6 + w3 * f5 + w4 * f4 + w5 * f3 + w6 * f2 + w7 * f1) + (w0 * f8 + w8 * f0)) * (1.0 / 9.0)
+    a9 = (by_f * f8 + by_g * g8) + f9
+    w10 = a9 * (1.0 / 10.0)
+    f10 = ((w1 * g8 + w2 * g7 + w3 * g6 + w4 * g5 + w5 * g4 + w6 * g3 + w7 * g2 + w8 * g1) + (w0 * g9 + w9 * g0)) * (
+        1.0 / 10.0
+    )
+    g10 = -((w1 * f8 + w2 * f7 + w3 * f6 + w4 * f5 + w5 * f4 + w6 * f3 + w7 * f2 + w8 * f1) + (w0 * f9 + w9 * f0)) * (
+        1.0 / 10.0
+    )
+    a10 = (by_f * f9 + by_g * g9) + f10
+    w11 = a10 * (1.0 / 11.0)
+    of_f = (f1, f2, f3, f4, f5, f6, f7, f8, f9, f10)
+    of_g = (g1, g2, g3, g4, g5, g6, g7, g8, g9, g10)
+    of_w = (w2, w3, w4, w5, w6, w7, w8, w9, w10, w11)
+    return unit, of_f, of_g, of_w, (a1, a2, a3, a4, a5, a6, a7, a8, a9, a10)
+
+
+@njit(**_DRIVER, inline="always")
+def _terms_end(w0, a0, a1, a9, a10, h):
+    """Whether the last terms of the displacement at degree 12 are below rounding."""
+    least = 1e-17 * max(abs(w0), 0.5 * abs(a0) * h, 0.5 * abs(a1) * h * h)
+    fifth = h * h * h * h * h
+    return abs(a9) * fifth * fifth <= 10.0 * least and abs(a10) * fifth * fifth * h <= 11.0 * least
+
+
+@njit(**_EVENT)
+def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
+    """The terms of `_exact_series` to degree 12, written out: the degree, 0 where they are not enough."""
+    unit, of_f, of_g, of_w, of_a = _first_terms(trig[0, 0], trig[1, 0], w0, a0, p2, force, slope)
+    f1, f2, f3, f4, f5, f6, f7, f8, f9, f10 = of_f
+    g1, g2, g3, g4, g5, g6, g7, g8, g9, g10 = of_g
+    w2, w3, w4, w5, w6, w7, w8, w9, w10, w11 = of_w
+    a1, a2, a3, a4, a5, a6, a7, a8, a9, a10 = of_a
     poly[MOVED, 0] = 0.0
     poly[SPEED, 0] = w0
     poly[ACCELERATION, 0] = a0
@@ -397,48 +451,19 @@ def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
     poly[ACCELERATION, 6] = a6
     poly[SPEED, 7] = w7
     poly[MOVED, 8] = w7 * (1.0 / 8.0)
-    squared = h * h
-    least = 1e-17 * max(abs(w0), 0.5 * abs(a0) * h, 0.5 * abs(a1) * squared)
-    power = squared * squared * squared
-    if abs(a5) * power <= 6.0 * least and abs(a6) * power * h <= 7.0 * least:
-        return 8
-    f7 = ((w1 * g5 + w2 * g4 + w3 * g3 + w4 * g2 + w5 * g1) + (w0 * g6 + w6 * g0)) * (1.0 / 7.0)
-    g7 = -((w1 * f5 + w2 * f4 + w3 * f3 + w4 * f2 + w5 * f1) + (w0 * f6 + w6 * f0)) * (1.0 / 7.0)
-    a7 = (by_f * f6 + by_g * g6) + f7
-    w8 = a7 * (1.0 / 8.0)
-    f8 = ((w1 * g6 + w2 * g5 + w3 * g4 + w4 * g3 + w5 * g2 + w6 * g1) + (w0 * g7 + w7 * g0)) * (1.0 / 8.0)
-    g8 = -((w1 * f6 + w2 * f5 + w3 * f4 + w4 * f3 + w5 * f2 + w6 * f1) + (w0 * f7 + w7 * f0)) * (1.0 / 8.0)
-    a8 = (by_f * f7 + by_g * g7) + f8
-    w9 = a8 * (1.0 / 9.0)
     poly[ACCELERATION, 7] = a7
     poly[SPEED, 8] = w8
     poly[MOVED, 9] = w8 * (1.0 / 9.0)
     poly[ACCELERATION, 8] = a8
     poly[SPEED, 9] = w9
     poly[MOVED, 10] = w9 * (1.0 / 10.0)
-    power *= squared
-    if abs(a7) * power <= 8.0 * least and abs(a8) * power * h <= 9.0 * least:
-        return 10
-    f9 = ((w1 * g7 + w2 * g6 + w3 * g5 + w4 * g4 + w5 * g3 + w6 * g2 + w7 * g1) + (w0 * g8 + w8 * g0)) * (1.0 / 9.0)
-    g9 = -((w1 * f7 + w2 * f6 + w3 * f5 + w4 * f4 + w5 * f3 + w6 * f2 + w7 * f1) + (w0 * f8 + w8 * f0)) * (1.0 / 9.0)
-    a9 = (by_f * f8 + by_g * g8) + f9
-    w10 = a9 * (1.0 / 10.0)
-    f10 = ((w1 * g8 + w2 * g7 + w3 * g6 + w4 * g5 + w5 * g4 + w6 * g3 + w7 * g2 + w8 * g1) + (w0 * g9 + w9 * g0)) * (
-        1.0 / 10.0
-    )
-    g10 = -((w1 * f8 + w2 * f7 + w3 * f6 + w4 * f5 + w5 * f4 + w6 * f3 + w7 * f2 + w8 * f1) + (w0 * f9 + w9 * f0)) * (
-        1.0 / 10.0
-    )
-    a10 = (by_f * f9 + by_g * g9) + f10
-    w11 = a10 * (1.0 / 11.0)
     poly[ACCELERATION, 9] = a9
     poly[SPEED, 10] = w10
     poly[MOVED, 11] = w10 * (1.0 / 11.0)
     poly[ACCELERATION, 10] = a10
     poly[SPEED, 11] = w11
     poly[MOVED, 12] = w11 * (1.0 / 12.0)
-    power *= squared
-    if abs(a9) * power <= 10.0 * least and abs(a10) * power * h <= 11.0 * least:
+    if _terms_end(w0, a0, a1, a9, a10, h):
         return 12
     trig[0, 1] = (force * g1 - p2 * f1) * unit
     trig[1, 1] = (force * f1 + p2 * g1) * unit
@@ -507,8 +532,7 @@ def _exact_series(poly, trig, theta, omega, p2, tilt, scale, force, slope, h):
     below 1e-17 of the largest kept one and holds at most one zero of the acceleration: proved by a bound on the terms
     of the acceleration, or of the jerk, that follow the first.
     """
-    trig[0, 0] = math.sin(tilt - theta)
-    trig[1, 0] = math.cos(tilt - theta)
+    trig[0, 0], trig[1, 0] = _sine_and_cosine(tilt - theta)
     a = -p2 * trig[0, 0] + force * trig[1, 0] * scale
     if omega == 0.0 and abs(a) <= 2.0 * EPSILON * (p2 * abs(trig[0, 0]) + abs(force * trig[1, 0] * scale)):
         a = 0.0
@@ -980,6 +1004,50 @@ def _piece(x, k, tables, links, parameters, o, force, slope, left, time, poly, t
     x[OMEGA] = max(velocity, 0.0) if upper else min(velocity, 0.0)
     _at_edge(x, k, tables, links, parameters, o, region, upper, force + slope * t, slope, left - t, now)
     return waited + t
+
+
+@njit(**_EVENT)
+def _glide(x, k, tables, parameters, o, force, slope, h):
+    """A step in exact geometry that proves to hold no event, at degree 12: whether it was one (else all is as it was).
+
+    The velocity keeps its sign where the acceleration does and it has the same at both ends, or where it is larger than
+    the acceleration can change it.
+    """
+    region = k[NOW]
+    theta = x[THETA]
+    w0 = x[OMEGA]
+    p2 = -tables[o, region, REGION_STIFFNESS]
+    if w0 == 0.0 or 4.0 * p2 * h * h > 1.0:
+        return False
+    sine, cosine = _sine_and_cosine(-tables[o, region, REGION_OFFSET] / p2 - theta)
+    force *= parameters[o, PAR_EXACT]
+    slope *= parameters[o, PAR_EXACT]
+    a0 = force * cosine - p2 * sine
+    _, _, _, of_w, of_a = _first_terms(sine, cosine, w0, a0, p2, force, slope)
+    w2, w3, w4, w5, w6, w7, w8, w9, w10, w11 = of_w
+    a1, a2, a3, a4, a5, a6, a7, a8, a9, a10 = of_a
+    if not _terms_end(w0, a0, a1, a9, a10, h):
+        return False
+    # (in pairs: the last terms are the last to be known)
+    square = h * h
+    sixth = square * square * square
+    speed = (w6 + h * w7) + square * ((w8 + h * w9) + square * (w10 + h * w11))
+    speed = w0 + (h * (a0 + h * (w2 + h * (w3 + h * (w4 + h * w5)))) + sixth * speed)
+    change = abs(a6) + h * (abs(a7) + h * (abs(a8) + h * (abs(a9) + h * abs(a10))))
+    change = h * (abs(a1) + h * (abs(a2) + h * (abs(a3) + h * (abs(a4) + h * (abs(a5) + h * change)))))
+    steady = abs(a0) > change and w0 * speed > 0.0
+    if not steady and abs(w0) <= h * (abs(a0) + change):
+        return False
+    late = (w6 * (1.0 / 7.0) + h * w7 * (1.0 / 8.0)) + square * (w8 * (1.0 / 9.0) + h * w9 * (1.0 / 10.0))
+    late += square * square * (w10 * (1.0 / 11.0) + h * w11 * (1.0 / 12.0))
+    moved = w3 * (1.0 / 4.0) + h * (w4 * (1.0 / 5.0) + h * w5 * (1.0 / 6.0))
+    moved = h * (w0 + h * (0.5 * a0 + h * (w2 * (1.0 / 3.0) + h * moved)))
+    theta += moved + sixth * h * late
+    if not tables[o, region, REGION_LOWER] < theta < tables[o, region, REGION_UPPER]:
+        return False
+    x[THETA] = theta
+    x[OMEGA] = speed
+    return True
 
 
 @njit(**_EVENT)
@@ -2920,10 +2988,8 @@ def _run_exact(
                 continue
             tally[TALLY_EVENTS] += 1
             slope = (end - force) / dt
-            t = 0.0
-            if x[THETA] != 0.0:  # mostly there is no event, and this is all
-                t = _piece(x, k, tables, links, parameters, o, force, slope, dt, i * dt, poly, trig, turns)
-            if t < dt:
+            if x[THETA] == 0.0 or not _glide(x, k, tables, parameters, o, force, slope, dt):
+                t = 0.0
                 _sample(x, k, tables, links, parameters, o, force, slope, t, dt, i * dt, poly, trig, turns)
             if k[OVERTURNED] != 0:
                 tally[TALLY_OVERTURNED] += n - 2 - i
