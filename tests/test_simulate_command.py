@@ -172,6 +172,7 @@ class TestCommand:
             raise KeyboardInterrupt
 
         monkeypatch.setattr(Scene, "frame", interrupt)
+        monkeypatch.setattr(movies, "ffmpeg", lambda: "ffmpeg")  # (without one there is a note more)
         said = run(capsys, "bookcase-5-shelf", "clough-penzien", *SHORT, "--animate", "--out", tmp_path, code=130)
         assert said == "toppling: interrupted: animation.gif is not written, the history is\n"
         assert sorted(one.name for one in tmp_path.iterdir()) == ["history.csv", "history.png"]
@@ -243,6 +244,7 @@ class TestCommand:
     )  # fmt: skip
     def test_errors_are_one_sentence(self, tmp_path, monkeypatch, capsys, arguments, message):
         monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(movies, "ffmpeg", lambda: "ffmpeg")  # (without one there is a note more)
         Path("noise.txt").write_text("nothing of use\n")
         error = run(capsys, *arguments, code=2)
         assert message in error
