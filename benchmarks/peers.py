@@ -28,8 +28,8 @@ def _missing(package: str) -> str:
     """Why a package cannot be used; "" if it can."""
     try:
         import_module(package)
-    except ImportError as error:  # not installed, or without the libraries it was built for
-        return f"{package}: {error}"
+    except (ImportError, RuntimeError) as error:  # not installed, or without the libraries it was built for
+        return f"{package}: {error.__context__ or error}"
     return ""
 
 

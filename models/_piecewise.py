@@ -31,8 +31,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-# Kernels that allocate nothing run without numba's reference counts (their atomic operations cost more than a piece);
-# fused multiply-add is left to the scalar ones, so that a lane's bits cannot depend on how many lanes go beside it.
+# Kernels that allocate nothing run without numba's reference counts (their atomic operations cost more than a piece).
+# Fused multiply-add is for the scalar ones, and for turns and flights, whose columns fill whole vectors: a lane's bits
+# must not depend on how many lanes go beside it.
 _DRIVER: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
 _LANES: dict[str, Any] = {**_DRIVER, "_nrt": False}
 _EVENT: dict[str, Any] = {**_LANES, "fastmath": {"contract"}}
@@ -1878,7 +1879,7 @@ def _solve_crossings(v, n):
         v[PIECE_SURE * LANES + j] = 1.0 if sure else 0.0
 
 
-@njit(**_LANES)
+@njit(**_EVENT)
 def _solve_turns(v, n):
     """The displacement at the turn of each of n pieces that turn once, or 0 where the velocity only dips."""
     for j in range(n):

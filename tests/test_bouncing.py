@@ -22,10 +22,10 @@ def _compiled():
 
 
 def let_go(p, alpha, e, theta0, t):
-    """Rotations at the times t of theta'' = p² (theta - alpha sgn(theta)), let go at theta0, and its impacts until then.
+    """Rotations at the times t of theta'' = p² (theta - alpha sgn(theta)), let go at theta0; the times of its impacts.
 
-    From an impact at speed v on, |theta| = (v/p) sinh(pt) - 2 alpha sinh²(pt/2), which lands after (2/p) atanh(v/(p alpha))
-    with v; the next leaves with e v, to the other side.
+    From an impact at speed v on, |theta| = (v/p) sinh(pt) - 2 alpha sinh²(pt/2), which lands after
+    (2/p) atanh(v/(p alpha)) with v; the next leaves with e v, to the other side.
     """
     fall = 2.0 / p * math.asinh(math.sqrt(theta0 / (2.0 * (alpha - theta0))))
     theta = np.where(t < fall, theta0 - 2.0 * (alpha - theta0) * np.sinh(0.5 * p * t) ** 2, 0.0)
@@ -71,7 +71,7 @@ class TestOneByOne:
     @pytest.mark.parametrize("model", LINEAR, ids=label)
     @pytest.mark.parametrize("e", [0.6, 0.8, 0.9, 0.99])
     def test_together_as_alone(self, model, e):
-        """A list of turning points makes the engine solve every bounce by itself: flags, impacts and peaks are the same.
+        """Asked for turning points the engine solves every bounce by itself: flags, impacts and peaks are the same.
 
         Where a change of the record by 1e-13 changes the impacts, theirs may differ, too.
         """
