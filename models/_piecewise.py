@@ -137,7 +137,8 @@ SPAN = 32
     ROW_CALM_LOWER,
 ) = range(17)
 LANE_ROWS = 17
-# Samples that a lane may lag behind the others, so that events gather and are solved together.
+# Samples that a lane may lag behind the others, so that events gather and are solved together (one that has just
+# bounced may lag for longer: see below).
 TILE = 6
 # Samples between two looks at whether the rest of a record can still overturn a block.
 SAFETY_INTERVAL = 16 * TILE
@@ -1293,6 +1294,8 @@ def _lands_soon(x, k, tables, links, parameters, o, force, dt):
     here = k[NOW]
     if here == REST or k[OVERTURNED] != 0 or parameters[o, PAR_RESTITUTION] < BOUNCE_RESTITUTION:
         return False
+    if x[THETA] == 0.0 and x[OMEGA] == 0.0:
+        return False  # it has just been lifted
     there = _bounces_to(tables, links, o, here)
     if there == NO_REGION or _bounces_to(tables, links, o, there) != here:
         return False
@@ -2256,6 +2259,12 @@ def _follow(w, lane, model, record, highs, strongest, dt, i, end, now, waiting, 
             bound = -1.0 if listed else x[PEAK]
             need = _need(theta, omega, theta_end, omega_end, push, up, stiffness, c, dt, upper, lower, grade, bound)
             if need in (TURNS_BACK, RETURNS):
+                if waiting == LANES * TILE:
+                    # no room for another turn (a block that has bounced may have far to go): on when they are solved
+                    x[THETA] = theta
+                    x[OMEGA] = omega
+                    k[NEED] = WAITS
+                    return i - 1, waiting
                 last = theta_end if need == TURNS_BACK else theta
                 _add_turn(w.turns, w.turn_lane, waiting, lane, theta, omega, last, push, up, stiffness, c, dt)
                 waiting += 1
@@ -2362,7 +2371,7 @@ def _advance(w, first, n, record, dt, i, end, now, waiting, parked):
 
 @njit(**_LANES)
 def _resolve(
-    w, b, f, bouncing, apart, model, record, highs, strongest, dt, end, now, waiting, parked, poly, trig, turning_points
+    w, b, f, bouncing, model, record, highs, strongest, dt, end, now, waiting, parked, poly, trig, turning_points
 ):
     """Solve the events of the parked lanes, bring each to `end`: whether any overturned, events solved, who bounces.
 
@@ -2501,7 +2510,7 @@ def _resolve(
             amplitude = w.amplitude[lane]
             if k[NEED] == CROSSES:
                 read += 1
-                if apart and x[THETA] == 0.0:
+                if x[THETA] == 0.0 and not recording:
                     force = amplitude * (record[i] + (record[i + 1] - record[i]) * per_dt * w.parked_time[j])
                     if _lands_soon(x, k, tables, links, parameters, o, force, dt):
                         w.until[lane] = i
@@ -2793,7 +2802,8 @@ def _run_lanes(
             waiting, parked = _advance(w, lane, n_lanes, record, dt, i, end, now, waiting, parked)
         if (end - i) % 2 == 1:
             now = ROW_ODD if now == ROW_EVEN else ROW_EVEN
-        if bouncing > 0 and (store or end % BOUNCE_INTERVAL == 0 or end == n - 1):
+        meeting = store or end % BOUNCE_INTERVAL == 0 or end == n - 1
+        if bouncing > 0 and meeting:
             tally[TALLY_EVENTS] += _bounce(b, f, bouncing, model, record, dt, end, poly, trig, turns)
             active, bouncing, parked = _rejoin(w, b, active, bouncing, parked, end == n - 1)
         if next_awake < end:
@@ -2840,14 +2850,12 @@ def _run_lanes(
                 parked += 1
             active += 1
         leaving = False
-        apart = not recording and (i // TILE + 1) * TILE < n - 1
         while parked > 0 or waiting > 0:
             fallen, solved, bouncing = _resolve(
                 w,
                 b,
                 f,
                 bouncing,
-                apart,
                 model,
                 record,
                 highs,
@@ -2865,21 +2873,21 @@ def _run_lanes(
             leaving = leaving or fallen
             waiting = 0
             parked = 0
-            if store and bouncing > 0 and b.until[0] < end:  # (its history goes on from here)
+            if w.leaving[LANES] > 0:
+                # from the last lane on, so that none of those that are left changes its place
+                _sort(w.leaving, w.leaving[LANES])
+                for j in range(w.leaving[LANES] - 1, -1, -1):
+                    if w.k[w.leaving[j], NOW] == REST:
+                        _set_apart(w, w.leaving[j], z, asleep)
+                        next_awake = min(next_awake, z.until[asleep])
+                        asleep += 1
+                    active -= 1
+                    _leave_lane(w, w.leaving[j], active)
+                w.leaving[LANES] = 0
+            if bouncing > 0 and meeting:  # (nobody lags behind it)
                 tally[TALLY_EVENTS] += _bounce(b, f, bouncing, model, record, dt, end, poly, trig, turns)
                 active, bouncing, parked = _rejoin(w, b, active, bouncing, parked, end == n - 1)
         i = end
-        if w.leaving[LANES] > 0:
-            # from the last lane on, so that none of those that are left changes its place
-            _sort(w.leaving, w.leaving[LANES])
-            for j in range(w.leaving[LANES] - 1, -1, -1):
-                if w.k[w.leaving[j], NOW] == REST:
-                    _set_apart(w, w.leaving[j], z, asleep)
-                    next_awake = min(next_awake, z.until[asleep])
-                    asleep += 1
-                active -= 1
-                _leave_lane(w, w.leaving[j], active)
-            w.leaving[LANES] = 0
         if shaking_left.shape[0] > 0 and (i % SAFETY_INTERVAL == 0 or i == n - 1):
             for lane in range(active):
                 if w.k[lane, OVERTURNED] == 0:

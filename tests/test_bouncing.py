@@ -77,7 +77,7 @@ class TestOneByOne:
         """
         oscillator = replace(model, e=e).oscillator(BLOCK)
         factors = np.linspace(0.9, 3.0, 40)
-        compared = impacts = 0
+        compared = impacts = differing = 0
         for seed, n in ((1, 700), (2, 10 * BOUNCE_INTERVAL), (3, 10 * BOUNCE_INTERVAL + 1)):
             record = shake(np.random.default_rng(seed), n=n)
             record *= oscillator.uplift_right / oscillator.gain / np.abs(record).max()
@@ -91,8 +91,62 @@ class TestOneByOne:
                     continue
                 compared += 1
                 impacts += alone[IMPACTS]
+                differing += found[STRIKE] != alone[STRIKE] or found[PEAK] != alone[PEAK]
                 assert found[OVERTURNED] == alone[OVERTURNED]
                 assert found[IMPACTS] == alone[IMPACTS]
                 assert abs(found[PEAK] - alone[PEAK]) <= max(1e-12, 100.0 * abs(twin[PEAK] - alone[PEAK]))
         assert compared > 100
         assert impacts > 10 * compared
+        # (its arithmetic is another one: were all bits the same, nothing would have bounced apart)
+        assert differing > 10
+
+
+def kicks(rng, n, threshold, dt):
+    """Short pulses above the threshold now and then: blocks are lifted, bounce, and are lifted again while they do."""
+    record = np.zeros(n)
+    at = 3
+    while at < n - 2:
+        length = int(rng.integers(2, 8))
+        pulse = rng.choice([-1.0, 1.0]) * rng.uniform(1.05, 1.8) * threshold
+        record[at : at + length] += pulse * np.sin(np.pi * (np.arange(length) + 0.5) / length)[: n - at]
+        at += int(rng.integers(length, 40))
+    return record
+
+
+class TestCompany:
+    @pytest.mark.parametrize("model", LINEAR, ids=label)
+    def test_a_history_is_the_same_run(self, model):
+        """Bit for bit, whatever bounces beside it and wherever the record ends; the history ends where the run does."""
+        oscillator = model.oscillator(BLOCK)
+        threshold = oscillator.uplift_right / oscillator.gain
+        rng = np.random.default_rng(81)
+        impacts = 0.0
+        for n in (90, 97, 103, 200, 5 * BOUNCE_INTERVAL, 5 * BOUNCE_INTERVAL + 2, 600, 601):
+            for _ in range(24):
+                record = rng.uniform(0.8, 2.0) * kicks(rng, n, threshold, 0.005)
+                # (the first is the run of the history)
+                factors = np.concatenate([[1.0], rng.uniform(0.8, 1.5, 20)])
+                found = run_many([oscillator], factors[None], record, 0.005, False)[0, 0]
+                run = trace(oscillator, record, 0.005)
+                np.testing.assert_array_equal(found, run.results)
+                assert np.abs(run.history[0]).max() <= run.results[PEAK]
+                impacts += found[IMPACTS]
+        assert impacts > 2000.0
+
+    def test_many_turns_after_bounces(self):
+        """A full batch bounces low, then is shaken to and fro in every sample: more turns than are kept at once."""
+        oscillator = tp.HousnerImpact(e=0.9, geometry="linear").oscillator(BLOCK)
+        threshold = oscillator.uplift_right / oscillator.gain
+        n = 3 * BOUNCE_INTERVAL
+        record = np.zeros(n)
+        record[2:8] = 1.1 * threshold
+        later = np.arange(20, n - 20)
+        record[later] = 4.0 * threshold * (-1.0) ** later * np.linspace(0.5, 3.0, later.size)
+        factors = np.linspace(1.0, 1.4, 1048)
+        together = run_many([oscillator], factors[None], record, 0.005, False)[0]
+        for j in range(0, 1048, 53):
+            np.testing.assert_array_equal(
+                together[j], run_many([oscillator], factors[None, j : j + 1], record, 0.005, False)[0, 0]
+            )
+            run = trace(oscillator, factors[j] * record, 0.005)
+            assert np.abs(run.history[0]).max() <= run.results[PEAK]
