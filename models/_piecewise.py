@@ -1062,6 +1062,16 @@ def _bounces_to(tables, links, o, region):
     return links[o, region, LINK_UPPER_TARGET] if upper else links[o, region, LINK_LOWER_TARGET]
 
 
+@njit(**_DRIVER, inline="always")
+def _flight_terms(stiffness, h):
+    """M = -K h², and A, B and C of `_hops` by their series: exact to rounding for |m| <= 1/400."""
+    m = -stiffness * h * h
+    one = 1.0 + m * ((1.0 / 6.0) + m * ((1.0 / 120.0) + m * (1.0 / 5040.0)))
+    two = 0.5 + m * ((1.0 / 24.0) + m * ((1.0 / 720.0) + m * (1.0 / 40320.0)))
+    three = (1.0 / 6.0) + m * ((1.0 / 120.0) + m * ((1.0 / 5040.0) + m * (1.0 / 362880.0)))
+    return m, one, two, three
+
+
 @njit(**_EVENT)
 def _hops(x, k, tables, links, parameters, o, force, slope, t, dt):
     """Short flights from an impact at theta = 0 to the next, to the end of the sample where they last so long.
@@ -1116,10 +1126,7 @@ def _hops(x, k, tables, links, parameters, o, force, slope, t, dt):
         speed = 0.0
         lands = False
         for _ in range(6):
-            m = -stiffness * h * h
-            one = 1.0 + m * ((1.0 / 6.0) + m * ((1.0 / 120.0) + m * (1.0 / 5040.0)))
-            two = 0.5 + m * ((1.0 / 24.0) + m * ((1.0 / 720.0) + m * (1.0 / 40320.0)))
-            three = (1.0 / 6.0) + m * ((1.0 / 120.0) + m * ((1.0 / 5040.0) + m * (1.0 / 362880.0)))
+            m, one, two, three = _flight_terms(stiffness, h)
             # rotation over h, whose zero is the landing, and velocity
             f = omega * one + h * (a * two + h * slope * three)
             speed = omega + (omega * m * two + h * (a * one + h * slope * two))
@@ -1274,10 +1281,7 @@ def _sample(x, k, tables, links, parameters, o, force, slope, t, dt, time, poly,
 @njit(**_DRIVER, inline="always")
 def _flight(theta, omega, a, slope, stiffness, h):
     """Rotation and velocity after h of a flight (see `_hops`)."""
-    m = -stiffness * h * h
-    one = 1.0 + m * ((1.0 / 6.0) + m * ((1.0 / 120.0) + m * (1.0 / 5040.0)))
-    two = 0.5 + m * ((1.0 / 24.0) + m * ((1.0 / 720.0) + m * (1.0 / 40320.0)))
-    three = (1.0 / 6.0) + m * ((1.0 / 120.0) + m * ((1.0 / 5040.0) + m * (1.0 / 362880.0)))
+    m, one, two, three = _flight_terms(stiffness, h)
     y = theta + h * (omega * one + h * (a * two + h * slope * three))
     return y, omega + (omega * m * two + h * (a * one + h * slope * two))
 
