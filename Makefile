@@ -44,7 +44,7 @@ docs: $(VENV)/installed-docs
 validation: $(VENV)/installed
 	$(BIN)/python docs/validation.py
 
-# docs/architecture.svg, from the imports as they are
+# docs/architecture.md's tables and docs/architecture.svg: rooms from the docstrings, floors from the imports
 drawing: $(VENV)/installed
 	$(BIN)/python docs/drawing.py
 
@@ -110,9 +110,9 @@ $(EXCHANGE)/openquake/installed: | $(BIN)/python
 	@touch $@
 
 test-exchange: $(VENV)/installed $(EXCHANGE)/pelicun/installed $(EXCHANGE)/openquake/installed
-	$(BIN)/python tests/exchange_set.py $(EXCHANGE)/files
-	$(EXCHANGE)/pelicun/bin/python tests/exchange_pelicun.py $(EXCHANGE)/files
-	$(EXCHANGE)/openquake/bin/python tests/exchange_openquake.py $(EXCHANGE)/files
+	$(BIN)/python tests/support/exchange_set.py $(EXCHANGE)/files
+	$(EXCHANGE)/pelicun/bin/python tests/support/exchange_pelicun.py $(EXCHANGE)/files
+	$(EXCHANGE)/openquake/bin/python tests/support/exchange_openquake.py $(EXCHANGE)/files
 
 # The engine beside its rivals: tables, figures and docs/performance.md (a command, not a test).
 benchmark: $(VENV)/installed-dev

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
         annual_rate,
         cloud,
         fit_fragility,
+        ida,
         overturning_probability,
         read_hazard,
         stripes,
     )
-    from .fragility.ida import ida
     from .models import (
         Block,
         DiscreteDamping,
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
         MakrisKonstantinidis,
         Vassiliou,
         ViscousDamping,
+        catalogue,
         free_rocking,
+        simulate,
     )
-    from .models.catalogue import catalogue
-    from .models.simulate import simulate
     from .studies import Study, plot
-    from .studies.animate import animate
+    from .studies.film.animate import animate
 
     __version__: str
 
@@ -63,7 +63,7 @@ __all__ = [
     "stripes",
 ]
 
-# Everything loads when it is asked for: nobody waits for libraries that are not needed, and the command can be
+# Every name is loaded when it is first used: nobody waits for libraries that are not needed, and the command can be
 # interrupted from its first moment.
 _MODELS = (
     "Block", "DiscreteDamping", "EnergyConsistent", "GianniniMasiani", "HousnerImpact", "MakrisKonstantinidis",
@@ -75,7 +75,7 @@ _FRAGILITY = (
 _HOME = (
     dict.fromkeys(_MODELS, ".models")
     | dict.fromkeys(_FRAGILITY, ".fragility")
-    | {"Study": ".studies", "animate": ".studies.animate"}
+    | {"Study": ".studies", "animate": ".studies.film.animate"}
 )
 _MODULES = ("models", "motions", "fragility", "studies")
 

@@ -8,13 +8,13 @@ INTERRUPTED = 130
 
 
 def main() -> int:
-    """Load the command and run it; returns the exit code."""
-    # (not where interrupts are ignored: in the background of a shell)
+    """Load the command, run it and return its exit code."""
+    # An interrupt that is ignored, as in the background of a shell, stays ignored.
     interruptible = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if interruptible:
         signal.signal(signal.SIGINT, _leave)
     try:
-        from .studies.cli import main as command  # noqa: PLC0415 - what takes long
+        from .studies.command.cli import main as command  # noqa: PLC0415 - what takes long
 
         if interruptible:
             signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -25,8 +25,8 @@ def main() -> int:
         print("toppling: interrupted", file=sys.stderr)
         code = INTERRUPTED
     if code == INTERRUPTED:
-        # CPython would die of the signal where an interrupt has passed through code made from text, as dataclasses are,
-        # although it was caught
+        # Where an interrupt has passed through code that was made from text, as that of dataclasses is, CPython would
+        # end by the signal although the interrupt was caught.
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(INTERRUPTED)
@@ -34,13 +34,13 @@ def main() -> int:
 
 
 def _leave(number: int, frame: object) -> None:
-    """End at once, while nothing but packages are loaded: some of these swallow what is raised, or make it theirs."""
+    """End at once while the packages load: some of them swallow an exception, or replace it by one of their own."""
     os.write(2, b"toppling: interrupted\n")
     os._exit(INTERRUPTED)
 
 
 def is_interrupt(error: BaseException | None) -> bool:
-    """Whether an interrupt is the error, or its cause: CPython 3.11 wraps what is raised while a class is made."""
+    """Return True if the error is an interrupt or was caused by one; CPython 3.11 wraps errors of a class body."""
     return error is not None and (isinstance(error, KeyboardInterrupt) or is_interrupt(error.__cause__))
 
 

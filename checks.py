@@ -1,4 +1,4 @@
-"""Argument checks shared by every room: each raises one sentence that names the value and what is allowed."""
+"""Argument checks shared by all packages: each raises one sentence with the value and the allowed range."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from .aliases import Array
 
 
 def number(
@@ -21,7 +22,7 @@ def number(
     at_most: float | None = None,
     unit: str = "",
 ) -> float:
-    """Return `value` as a float; ValueError where it is not finite or outside the bounds, TypeError where no number."""
+    """Return `value` as a float; ValueError if it is not finite or outside the bounds, TypeError if it is no number."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
         raise TypeError(f"{name} must be a number{_in(unit)}, got {_shown(value)}")
     try:
@@ -44,7 +45,7 @@ def number(
 
 
 def count(name: str, value: Any, *, at_least: int = 0) -> int:
-    """Return `value` as an int; TypeError where it is not a whole number, ValueError where it is too small."""
+    """Return `value` as an int; TypeError if it is not a whole number, ValueError if it is too small."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
         raise TypeError(f"{name} must be a whole number, got {_shown(value)}")
     if int(value) < at_least:
@@ -53,14 +54,14 @@ def count(name: str, value: Any, *, at_least: int = 0) -> int:
 
 
 def choice(name: str, value: Any, allowed: Sequence[str]) -> str:
-    """Return `value` where it is one of the allowed words; ValueError else."""
+    """Return `value` if it is one of the allowed words; ValueError otherwise."""
     if not isinstance(value, str) or value not in allowed:
         raise ValueError(f"{name} must be one of {', '.join(map(repr, allowed))}, got {_shown(value)}")
     return value
 
 
-def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: str = "") -> NDArray[np.float64]:
-    """A C-contiguous float64 copy of `values`, of an allowed dimensionality; no NaN, no infinity, not empty."""
+def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: str = "") -> Array:
+    """Return a C-contiguous float64 copy of `values`; ValueError for NaN, infinity, no values or wrong dimensions."""
     if np.ma.is_masked(values):
         raise ValueError(f"{name} must hold no masked values")
     try:
@@ -83,8 +84,8 @@ def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: 
     return array
 
 
-def acceleration(name: str, values: Any, *, ndim: tuple[int, ...] = (1,)) -> NDArray[np.float64]:
-    """Acceleration histories as `finite_array`, at most 1e9 m/s²."""
+def acceleration(name: str, values: Any, *, ndim: tuple[int, ...] = (1,)) -> Array:
+    """Return acceleration histories as `finite_array` does; ValueError above 1e9 m/s²."""
     array = finite_array(name, values, ndim=ndim, unit="m/s²")
     largest = float(np.abs(array).max())
     if largest > MAX_ACCELERATION:
@@ -92,16 +93,16 @@ def acceleration(name: str, values: Any, *, ndim: tuple[int, ...] = (1,)) -> NDA
     return array
 
 
-# A time axis printed with few digits is still uniform; one with a missing sample is not.
+# Fraction of a step: a time axis printed with few digits counts as uniform, an axis with a missing sample does not.
 UNIFORMITY = 0.05
-# Beyond these a motion is no shaking, and arithmetic on it overflows.
+# Limits (m/s², s) above which a motion is no shaking and arithmetic on it overflows.
 MAX_ACCELERATION = 1e9
 MAX_STEP = 1e3
 ACCELERATION_SPELLINGS = ("m s-2", "m/s2", "m/s^2", "m/s²", "m s^-2", "m s**-2")
 
 
-def time_step(what: str, time: NDArray[np.float64] | None, dt: float | None) -> float:
-    """The step (s) of a motion from its uniform time axis (n >= 2), its stated dt, or both, which must then agree."""
+def time_step(what: str, time: Array | None, dt: float | None) -> float:
+    """Return the step (s) of a motion from its uniform time axis (n >= 2), its stated dt, or both if they agree."""
     step = None
     if time is not None:
         axis = finite_array(f"time of {what}", time, unit="s")
@@ -127,13 +128,13 @@ def time_step(what: str, time: NDArray[np.float64] | None, dt: float | None) -> 
 
 
 def acceleration_units(what: str, units: Any) -> None:
-    """ValueError where the units of an acceleration are stated and not m/s² (none stated: m/s²)."""
+    """Raise ValueError if the stated units of an acceleration are not m/s²; unstated units are taken as m/s²."""
     if units is not None and units not in ACCELERATION_SPELLINGS:
         raise ValueError(f"{what} must be in m s-2, got units {units!r}")
 
 
 def kind(value: Any) -> str:
-    """What a value is, for a message: a class passed instead of an instance is named as such."""
+    """Return the type of a value for a message; a class that was passed instead of an instance is named as such."""
     return f"the class {value.__name__} (call it)" if isinstance(value, type) else type(value).__name__
 
 

@@ -1,4 +1,7 @@
-"""Distributions of numbers: frozen dataclasses from probabilities to values and back, truncated and never clipped."""
+"""Probability distributions as frozen dataclasses: values from probabilities, and probabilities from values.
+
+Bounds truncate a distribution; values are never clipped to them.
+"""
 
 from __future__ import annotations
 
@@ -12,33 +15,32 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from . import checks
-
-Values = NDArray[np.float64]
+from .aliases import Array
 
 
 class Distribution(ABC):
-    """What an input may be; `quantile` turns probabilities into values."""
+    """Distribution of an uncertain input; `quantile` turns probabilities into values."""
 
     @property
     @abstractmethod
     def support(self) -> tuple[float, float]:
-        """Least and largest value that it reaches."""
+        """Least and largest value of the distribution."""
 
     @abstractmethod
-    def quantile(self, probability: Values) -> NDArray[Any]:
-        """Values at probabilities between 0 and 1, of the same shape."""
+    def quantile(self, probability: Array) -> NDArray[Any]:
+        """Return the values at probabilities between 0 and 1, in the same shape."""
 
 
 class Continuous(Distribution):
-    """A distribution of numbers, whose probabilities are known as well."""
+    """Distribution of real numbers, which also gives the probability below a value."""
 
     @abstractmethod
-    def below(self, value: ArrayLike) -> Values:
-        """Probability of less than `value`, of the same shape; NaN where that is NaN."""
+    def below(self, value: ArrayLike) -> Array:
+        """Return the probability of less than `value`, in the same shape; NaN where `value` is NaN."""
 
 
 def _ends(lower: float, upper: float) -> tuple[float, float]:
-    """Bounds of a truncation as floats, either of which may be infinite."""
+    """Return the bounds of a truncation as floats; either may be infinite."""
     ends = []
     for name, value, free in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
         ends.append(free if value == free else checks.number(name, value))
@@ -47,22 +49,22 @@ def _ends(lower: float, upper: float) -> tuple[float, float]:
     return ends[0], ends[1]
 
 
-def _scores(probability: Values, lower: float, upper: float) -> Values:
-    """Standard normal scores at probabilities of the law truncated to scores from lower to upper."""
+def _scores(probability: Array, lower: float, upper: float) -> Array:
+    """Return standard normal scores at probabilities of the normal law truncated to scores from lower to upper."""
     if lower == -math.inf and upper == math.inf:
         return np.asarray(scipy.special.ndtri(probability))
     return np.asarray(scipy.stats.truncnorm.ppf(probability, lower, upper))
 
 
-def _share(value: ArrayLike, lower: float, upper: float) -> Values:
-    """How far between lower and upper a value lies, 0 to 1."""
+def _share(value: ArrayLike, lower: float, upper: float) -> Array:
+    """Return the relative position of a value between lower and upper, 0 to 1."""
     return np.minimum(np.maximum((np.asarray(value, dtype=float) - lower) / (upper - lower), 0.0), 1.0)
 
 
-def _share_below(score: Values, lower: float, upper: float) -> Values:
-    """Probability below a standard normal score of the law truncated to scores from lower to upper."""
+def _share_below(score: Array, lower: float, upper: float) -> Array:
+    """Return the probability below a score of the standard normal law truncated to scores from lower to upper."""
     inside = np.minimum(np.maximum(score, lower), upper)
-    if lower > 0.0:  # differences of the upper tail, not of numbers next to 1
+    if lower > 0.0:  # upper-tail probabilities keep the digits that numbers near 1 would lose
         first, last = scipy.special.ndtr([-lower, -upper])
         return np.asarray((first - scipy.special.ndtr(-inside)) / (first - last))
     first, last = scipy.special.ndtr([lower, upper])
@@ -71,7 +73,7 @@ def _share_below(score: Values, lower: float, upper: float) -> Values:
 
 @dataclass(frozen=True)
 class Normal(Continuous):
-    """A normal law, truncated where `lower` or `upper` is given.
+    """Normal law, truncated where `lower` or `upper` is given.
 
     Parameters
     ----------
@@ -100,10 +102,10 @@ class Normal(Continuous):
     def support(self) -> tuple[float, float]:
         return float(self.lower), float(self.upper)
 
-    def quantile(self, probability: Values) -> Values:
+    def quantile(self, probability: Array) -> Array:
         return self.mean + self.std * _scores(probability, *self._edges)
 
-    def below(self, value: ArrayLike) -> Values:
+    def below(self, value: ArrayLike) -> Array:
         return _share_below((np.asarray(value, dtype=float) - self.mean) / self.std, *self._edges)
 
     @property
@@ -114,7 +116,7 @@ class Normal(Continuous):
 
 @dataclass(frozen=True)
 class Lognormal(Continuous):
-    """A lognormal law, ln x ~ N(ln median, dispersion²), truncated where `lower` or `upper` is given.
+    """Lognormal law, ln x ~ N(ln median, dispersion²), truncated where `lower` or `upper` is given.
 
     Parameters
     ----------
@@ -145,23 +147,23 @@ class Lognormal(Continuous):
     def support(self) -> tuple[float, float]:
         return float(self.lower), float(self.upper)
 
-    def quantile(self, probability: Values) -> Values:
+    def quantile(self, probability: Array) -> Array:
         lower, upper = self._score(self.support)
         return self.median * np.exp(self.dispersion * _scores(probability, float(lower), float(upper)))
 
-    def below(self, value: ArrayLike) -> Values:
+    def below(self, value: ArrayLike) -> Array:
         lower, upper = self._score(self.support)
         return _share_below(self._score(value), float(lower), float(upper))
 
-    def _score(self, value: ArrayLike) -> Values:
-        """Standard normal score; what is not positive lies below all."""
-        with np.errstate(divide="ignore", over="ignore"):  # (a value too far above a tiny median lies above all)
+    def _score(self, value: ArrayLike) -> Array:
+        """Return the standard normal score, minus infinity for values that are not positive."""
+        with np.errstate(divide="ignore", over="ignore"):  # a value far above a tiny median gets infinity
             return np.asarray(np.log(np.maximum(np.asarray(value, dtype=float), 0.0) / self.median) / self.dispersion)
 
 
 @dataclass(frozen=True)
 class Uniform(Continuous):
-    """All values from `lower` to `upper` alike."""
+    """Uniform law from `lower` to `upper`."""
 
     lower: float
     upper: float
@@ -174,16 +176,16 @@ class Uniform(Continuous):
     def support(self) -> tuple[float, float]:
         return float(self.lower), float(self.upper)
 
-    def quantile(self, probability: Values) -> Values:
+    def quantile(self, probability: Array) -> Array:
         return self.lower + (self.upper - self.lower) * np.asarray(probability)
 
-    def below(self, value: ArrayLike) -> Values:
+    def below(self, value: ArrayLike) -> Array:
         return _share(value, self.lower, self.upper)
 
 
 @dataclass(frozen=True)
 class Beta(Continuous):
-    """A beta law of shapes `a` and `b` (> 0), stretched to `lower` … `upper`.
+    """Beta law of shapes `a` and `b` (> 0), stretched to `lower` … `upper`.
 
     Examples
     --------
@@ -205,7 +207,7 @@ class Beta(Continuous):
 
     @classmethod
     def from_moments(cls, mean: float, std: float) -> Beta:
-        """The law on 0 to 1 with a mean and a standard deviation; ValueError where there is none.
+        """Return the law on 0 to 1 with the given mean and standard deviation; ValueError if there is none.
 
         Examples
         --------
@@ -222,9 +224,9 @@ class Beta(Continuous):
     def support(self) -> tuple[float, float]:
         return float(self.lower), float(self.upper)
 
-    def quantile(self, probability: Values) -> Values:
+    def quantile(self, probability: Array) -> Array:
         share = np.asarray(scipy.special.betaincinv(self.a, self.b, probability))
         return self.lower + (self.upper - self.lower) * share
 
-    def below(self, value: ArrayLike) -> Values:
+    def below(self, value: ArrayLike) -> Array:
         return np.asarray(scipy.special.betainc(self.a, self.b, _share(value, self.lower, self.upper)))

@@ -1,4 +1,7 @@
-"""Random streams: every item draws from one of its own, so that results know neither chunks nor order nor number."""
+"""Random streams: every item draws from its own stream.
+
+Results therefore depend neither on the chunks in which items are computed, nor on their order, nor on their number.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ import numpy as np
 
 
 def stream(seed: int, *key: int) -> np.random.Generator:
-    """The random stream of the item `key` under `seed`, both >= 0: it depends on these alone.
+    """Return the random stream of the item `key` under `seed`, both >= 0; the stream depends on these two alone.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Physical constants, the units that labelled arrays carry (SI and radians, written the CF way), and who made them."""
+"""Physical constants, the units of labelled arrays (SI and radians, in CF notation), and the provenance of datasets."""
 
 import json
 from functools import cache
@@ -20,11 +20,14 @@ HERTZ: Final = "Hz"
 PER_YEAR: Final = "year-1"
 
 SCHEMA: Final = 1
-"""Number of the layout of datasets and result files; raised when a name, a dimension or a meaning changes."""
+"""Version number of the layout of datasets and result files; raised when a name, a dimension or a meaning changes."""
 
 
 def provenance(configuration: dict[str, Any]) -> dict[str, Any]:
-    """Attributes of every dataset: conventions, layout number, versions, and what made it (JSON). No clock values."""
+    """Return the attributes of every dataset: conventions, layout number, versions and configuration (JSON).
+
+    They hold no date or time, so that equal computations give equal files.
+    """
     versions = {name: _version(name) for name in ("numpy", "numba", "scipy")}
     return {
         "Conventions": "CF-1.11",

@@ -1,1 +1,1 @@
-"""How fast and how right: the engine beside its rivals, against a 40-digit truth.  `toppling bench` runs it."""
+"""Benchmark of the engine: cost and errors, compared with its rivals and a 40-digit truth (`toppling bench`)."""

@@ -1,22 +1,22 @@
-"""One run of one block, to as many digits as are asked for: Taylor series, and events that cannot hide.
+"""Solution of one run of one block to any number of digits, by Taylor series with proved events.
 
-*Steps.*  In one region the motion is its Taylor series about the current state, by recurrence, over what is left of
-the sample; terms are added until they fall far below rounding.  A step is accepted only if it is proved that the
-acceleration has at most one zero in it: the first term of the acceleration's series, or of the jerk's, outweighs all
-others.  Else it is halved.  The zeros of the velocity are then known from signs alone, the rotation is monotonic
-between them, and no crossing can hide.  Events are roots of the same series, to rounding.
+*Steps.*  In one region the motion is its Taylor series about the current state, by recurrence, over the rest of the
+sample; terms are added until they fall far below rounding.  A step is accepted only if it is proved that the
+acceleration has at most one zero in it: the first term of the acceleration's series, or of the jerk's, exceeds the sum
+of all others.  Otherwise the step is halved.  The zeros of the velocity are then known from signs alone, the rotation
+is monotonic between them, and no crossing is missed.  Events are roots of the same series, to rounding.
 
-*Choices* where the statement leaves one:
+*Choices* that the statement leaves open:
 
 - An inward crossing of ENERGY with v_o² <= 0 and rest="elastic" takes c = 2 w (zeta (1 + 1e-13) + 1e-13), where
   2 w zeta is the c that just stops the unforced block at the far edge and w = sqrt(zone): it turns just inside.
 - A rigid block that has just hit is followed until it is *proved* that all further bounces end inside the sample and
   stay below the peak so far; then it is put at rest, which is exact at every sample.  `impacts` stops counting earlier,
-  where 2 v / ((1 - e) a_min) <= time left, v the speed after the impact, says that the block comes to rest: near rest
-  the count is a convention (it depends on the sample's length), the motion is not.
+  as soon as 2 v / ((1 - e) a_min) <= time left, with v the speed after the impact, shows that the block comes to rest:
+  near rest the count is a convention (it depends on the length of the sample), the motion is not.
 - The potential of the zone lies q2 alpha edge/2 above that of the rigid branch, as rest="rigid" defines it.
-- After the record u'' = 0, and the motion is followed to its next turn: energy never grows, so no later one is higher.
-  `impacts` are those during the record.
+- After the record u'' = 0, and the motion is followed to its next turn: the energy never grows, so that no later turn
+  is higher.  `impacts` counts the impacts during the record.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ import gmpy2
 from gmpy2 import atan2, const_pi, cos, log, mpfr, sin, sqrt
 
 from ..units import STANDARD_GRAVITY
-from ._rivals import ENERGY, ENTRY_SPEED, EXACT, VISCOUS
+from .kernels.rivals import ENERGY, ENTRY_SPEED, EXACT, VISCOUS
 from .multiprecision import root, set_digits, slope, turns, value
 from .problems import DT, Problem
 
 WORKING_DIGITS = 60
-"""Rocking multiplies rounding errors, here by up to 1e9, and starting just above a threshold costs digits as well."""
+"""Working precision: rocking multiplies rounding errors by up to 1e9, and uplift near a threshold loses digits."""
 REST, RIGID, ZONE, OUTSIDE = range(4)
 
 
 class Motion:
-    """A block in motion: region, side, and rotation x and velocity v, both positive away from upright on that side.
+    """State of a block: region, side, and rotation x and velocity v, both positive away from upright on that side.
 
     Forces are given as the floor's push on the right side: gain u'', and u''/g for EXACT.
     """
@@ -69,14 +69,14 @@ class Motion:
         return self.flat if self.overturned else max(self.peaks, default=mpfr(0))
 
     def sample(self, force: mpfr, after: mpfr, dt: mpfr) -> None:
-        """One sample: the force goes linearly from `force` to `after`."""
+        """Follow the motion over one sample, in which the force changes linearly from `force` to `after`."""
         time = mpfr(0)
         rate = (after - force) / dt
         self.coming_to_rest = False
         while time < dt and not self.overturned:
             lifts = self.region == REST
             if lifts:
-                # at rest |force| <= threshold, and it is linear: it passes once or not
+                # at rest |force| <= threshold, and the force is linear: it exceeds the threshold once or not at all
                 threshold = gmpy2.tan(self.alpha) if self.exact else self.q2 * self.alpha
                 if abs(after) <= threshold:
                     return
@@ -99,7 +99,7 @@ class Motion:
                 self.meet(force + rate * time, after, dt - time)
 
     def series(self, h: mpfr, push: mpfr, growth: mpfr, lifts: bool) -> list[mpfr]:
-        """Taylor coefficients of x in t/h about the state; at lift-off the acceleration is zero by definition."""
+        """Return the Taylor terms of x in t/h about the state; at lift-off the acceleration is zero by definition."""
         x, h2 = [self.x, self.v * h], h * h
         small = self.tolerance * h
         if self.exact:
@@ -135,7 +135,7 @@ class Motion:
         before, x_before = mpfr(0), self.x
         for at in [*zeros, mpfr(1)]:
             x = value(series, at) if at < 1 else sum(series)
-            # monotonic from `before` to `at`; a start on an edge is no crossing of it
+            # monotonic from `before` to `at`; a start on an edge does not cross it
             limit = high if x > x_before else low
             if (x >= high and x > x_before) or (x <= low and x < x_before):
                 fraction = root(lambda t: value(series, t) - limit, before, at)  # noqa: B023
@@ -151,7 +151,7 @@ class Motion:
         return None
 
     def meet(self, force: mpfr, after: mpfr, left: mpfr) -> None:
-        """What happens where `follow` stopped: at an edge, upright, flat, or turning inside the zone."""
+        """Change the state where `follow` stopped: at an edge, upright, flat, or at a turn inside the zone."""
         if self.region == ZONE:
             outward = self.x * self.v > 0
             if self.x < 0:
@@ -173,7 +173,7 @@ class Motion:
             self.enter()
 
     def enter(self) -> None:
-        """An inward crossing of the edge: into the zone with the law's damping, or along the rigid branch."""
+        """Change the state at an inward crossing of the edge: into the damped zone, or along the rigid branch."""
         e2, kind = self.e**2, self.problem.kind
         # twice the potential of the rigid branch at the edge
         barrier = self.q2 * self.edge * (2 * self.alpha - self.edge)
@@ -191,10 +191,10 @@ class Motion:
                 self.held += (self.held + 2 * sqrt(self.zone)) * mpfr("1e-13")
 
     def crossing(self, entry: mpfr, exit_: mpfr) -> mpfr:
-        """The damping with which the unforced crossing of the zone takes the speed from `entry` to `exit_`.
+        """Return the damping with which the unforced crossing of the zone has the speeds `entry` and `exit_`.
 
-        With beta = c/2 and w_d = sqrt(zone - beta²), v + (beta + i w_d) x turns by w_d and decays at the rate beta; its
-        size and angle at both edges leave one equation for c.
+        With beta = c/2 and w_d = sqrt(zone - beta²), v + (beta + i w_d) x rotates at the rate w_d and decays at the
+        rate beta; its size and angle at both edges give one equation for c.
         """
         edge = self.edge
 
@@ -207,15 +207,15 @@ class Motion:
             )
             return log(sizes) / 2 + beta / turn * angle
 
-        # critical damping is out of reach with the benchmark's e
+        # the damping is below critical for the benchmark's e
         return root(balance, mpfr(0), mpfr("1.999999") * sqrt(self.zone))
 
     def rests(self, force: mpfr, after: mpfr, left: mpfr) -> bool:
-        """Whether it is proved that all bounces after this impact end within the time `left` and below the peak.
+        """Return True if it is proved that all bounces after this impact end within the time `left` and below the peak.
 
         The inward acceleration is at least margin - softening x, and its part due to the force changes by `jerk` in
-        the time left.  So a bounce lasts at most 2 v/a, is at most v²/2a high, and comes back at most
-        sqrt(a_max/a_min) as fast as it left: where that and e still lose speed, all later bounces are bounded as well.
+        the time left.  A bounce therefore lasts at most 2 v/a, is at most v²/2a high, and ends with at most
+        sqrt(a_max/a_min) times its initial speed: if this factor times e is below 1, all later bounces are bounded too.
         """
         strongest = max(abs(force), abs(after))
         margin, softening, jerk = self.q2 * self.alpha - strongest, self.q2, abs(after - force)
@@ -242,7 +242,7 @@ class Result(NamedTuple):
 
 
 def integrate(problem: Problem, record: Iterable[float], factor: mpfr, digits: int = WORKING_DIGITS) -> Result:
-    """One run from rest, through the record times `factor` and the free motion after it."""
+    """Solve one run from rest, over the record times `factor` and the free motion after it."""
     set_digits(digits)
     motion = Motion(problem)
     dt = mpfr(DT)

@@ -1,4 +1,4 @@
-"""The benchmark's figures: error against cost, and what an IDA costs."""
+"""Figures of the benchmark: error against cost, and the cost of an IDA."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .measure import ENGINE, Row
 from .precision import SHOWN
 
 FLOOR = 1e-16
-"""Smaller errors are drawn here."""
+"""Error at which smaller errors are drawn."""
 FONT = 12.0
 
 
 class Family(NamedTuple):
-    """Integrators that are one line: how their names start, colour (Okabe and Ito), marker, line style."""
+    """Integrators that share one line: start of their names, colour (Okabe and Ito), marker, line style."""
 
     title: str
     start: str
@@ -49,7 +49,7 @@ _TITLES = dict(
 
 
 def work_precision(rows: Sequence[Row], laws: Sequence[str] = SHOWN) -> Figure:
-    """Largest error of the trajectory against cost, a panel for each law, integrators of one kind joined."""
+    """Draw the largest error of the trajectory against cost, in a panel for each law, with a line for each family."""
     columns = min(2, len(laws))
     lines = math.ceil(len(laws) / columns)
     figure = Figure(figsize=(3.9 * columns, 3.3 * lines + 1.5), layout="constrained")
@@ -110,7 +110,7 @@ def _panel(ax: Axes, rows: Sequence[Row]) -> None:
 
 
 def cost_curve(points: Sequence[Row]) -> Figure:
-    """Wall time and peak memory of an IDA against the number of runs."""
+    """Draw wall time and peak memory of an IDA against the number of runs."""
     done = [point for point in points if "failed" not in point]
     runs = np.array([point["runs"] for point in done])
     figure = Figure(figsize=(7.2, 3.6), layout="constrained")

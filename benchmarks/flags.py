@@ -1,22 +1,20 @@
-"""Wrong verdicts: how many overturned flags of a usual study the usual integrators get wrong, and what that does to
-fragility curves."""
+"""Wrong overturned flags of the usual integrators in a usual study, and their effect on fragility curves."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..fragility.fit import fit_lognormal
-from ..fragility.likelihood import LognormalFit
+from ..aliases import Array, Flags
+from ..fragility.fitting.fit import LognormalFit, fit_lognormal
 from ..models import Block, DiscreteDamping, EnergyConsistent, GianniniMasiani, HousnerImpact, Law
 from ..models.runs import OUTPUTS, run_many
 from ..motions.arrays import Record
 from ..units import STANDARD_GRAVITY
 from .measure import Row, oscillators
 from .problems import problem, typical
-from .rivals import Array, Rival, located_runge_kutta, newmark, runge_kutta
+from .rivals import Rival, located_runge_kutta, newmark, runge_kutta
 from .speed import motions
 
 FLAG_LAWS: tuple[Law, ...] = (
@@ -38,7 +36,7 @@ SMALLEST = 0.38  # m: R of the smallest block, to which the levels refer
 
 
 def levels_of(block: Block, number: int = 40) -> Array:
-    """Peak accelerations, m/s², that leave some motions standing and overturn others: they grow as sqrt(R)."""
+    """Return peak accelerations, m/s², at which the block stands or overturns: they grow as sqrt(R)."""
     scale = STANDARD_GRAVITY * np.tan(block.alpha) * np.sqrt(block.R / SMALLEST)
     return np.asarray(scale * np.linspace(0.2, 2.6, number))
 
@@ -50,7 +48,7 @@ def flags(
     number: int = 10,
     levels: int = 40,
 ) -> list[Row]:
-    """Wrong flags of each rival under each law against the engine's, and the change of the curves fitted to them."""
+    """Count the flags of each rival under each law that differ from the engine's, and compare the fitted curves."""
     blocks = typical() if blocks is None else blocks
     shakes = motions(number, SEED)
     grid = np.array([levels_of(block, levels) for block in blocks])
@@ -95,15 +93,15 @@ def _of_law(law: Law, rivals: Sequence[Rival], blocks: Sequence[Block], shakes: 
     return rows
 
 
-def _curves(overturned: NDArray[np.bool_], grid: Array) -> list[LognormalFit]:
-    """A curve for each block, from flags (motion, block, level)."""
+def _curves(overturned: Flags, grid: Array) -> list[LognormalFit]:
+    """Return a curve for each block, from flags (motion, block, level)."""
     counts = overturned.sum(axis=0)
     runs = np.full(grid.shape[1], overturned.shape[0])
     return [fit_lognormal(levels, fell, runs) for levels, fell in zip(grid, counts, strict=True)]
 
 
 def _changes(right: Sequence[LognormalFit], found: Sequence[LognormalFit]) -> Row:
-    """Relative changes of median and dispersion over the blocks with both curves (None where there are none)."""
+    """Return relative changes of median and dispersion over the blocks with both curves (None without such blocks)."""
     pairs = [(a, b) for a, b in zip(right, found, strict=True) if np.isfinite([a.median, b.median]).all()]
     changes: Row = {"curves": len(pairs)}
     for name in ("median", "dispersion"):

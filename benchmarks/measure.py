@@ -1,4 +1,4 @@
-"""Measuring and nothing else: medians of repeated CPU times, errors against the truth, the machine.  Plain data out."""
+"""Measurements as plain data: medians of repeated CPU times, errors against the truth, the machine."""
 
 from __future__ import annotations
 
@@ -16,29 +16,30 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from ..aliases import Array, Flags
 from ..models import Block, Law
 from ..models.oscillator import Oscillator
 from ..models.runs import OUTPUTS, run_many, trace
-from .problems import DT, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, TRUTH_FILE, problem
-from .rivals import Answer, Array, Rival
+from .problems import DT, TRUTH_BLOCKS, TRUTH_FACTORS, TRUTH_FILE, problem
+from .rivals import Answer, Rival
 
 Row = dict[str, Any]
 """One line of a table: names and plain values."""
 
 SHORTEST = 0.01
-"""s: shorter tasks are repeated within one measurement."""
+"""Duration, s, below which tasks are repeated within one measurement."""
 ENGINE = "toppling"
 LEAST_ROCKING = 1e-12
-"""Peak over alpha below which a run does not count as rocking (one is at its threshold but for rounding: see truth)."""
+"""Peak over alpha below which a run does not count as rocking (one run is at its threshold, see `truth`)."""
 TRUTH_RUNS = len(TRUTH_BLOCKS) * len(TRUTH_FACTORS)
 
 
 def seconds(tasks: Sequence[Callable[[], Any]], repeats: int) -> list[float]:
-    """Median CPU time of each task, in turns, so that what slows the machine for a while slows all of them.
+    """Return the median CPU time of each task, s.
 
-    The calling thread's CPU time: other programs on the machine do not count.
+    The tasks are run in turns, so that a temporary slowdown of the machine affects all of them.  The CPU time is that
+    of the calling thread; other programs on the machine do not count.
     """
     number = []
     for task in tasks:
@@ -58,20 +59,20 @@ def seconds(tasks: Sequence[Callable[[], Any]], repeats: int) -> list[float]:
 
 
 def oscillators(law: Law, blocks: Sequence[Block]) -> list[Oscillator]:
-    """`law` for every block, as the engine takes it."""
+    """Return the oscillators of `law` for all blocks, as the engine takes them."""
     return [law.oscillator(block) for block in blocks]
 
 
 def is_rigid(law: Law) -> bool:
-    """Whether a block under `law` rests rigidly, so that a rival may leave out the time in which it rests."""
+    """Return True if a block under `law` rests rigidly, so that a rival may leave out the time at rest."""
     return problem(next(iter(TRUTH_BLOCKS.values())), law).rigid
 
 
 class Truth(NamedTuple):
-    """One law's true runs (block, factor): flags; peaks, rad; rotations (…, sample), rad; and all but the flags when
-    the record is multiplied by 1 + 1e-13: how much they change, rad."""
+    """True runs (block, factor) of one law: flags; peaks, rad; rotations (…, sample), rad; and the changes of peaks and
+    rotations, rad, when the record is multiplied by 1 + 1e-13."""
 
-    overturned: NDArray[np.bool_]
+    overturned: Flags
     peak: Array
     rotation: Array
     twin: Array
@@ -80,25 +81,25 @@ class Truth(NamedTuple):
 
 @cache
 def truth_data() -> xr.Dataset:
-    """The file of the truth, in memory."""
+    """Return the file of the truth, loaded into memory."""
     with xr.open_dataset(TRUTH_FILE) as data:
         return data.load()
 
 
 def truth_of(law: Law) -> Truth:
-    """The true runs of one law."""
+    """Return the true runs of one law."""
     one = truth_data().sel(law=law.label)
     names = ("overturned", "peak_rotation", "rotation", "twin", "rotation_twin")
     return Truth(*(one[name].values.astype(bool if name == "overturned" else float) for name in names))
 
 
 def stride() -> int:
-    """Every how many samples a rotation of the truth is kept."""
+    """Return the number of samples between two stored rotations of the truth."""
     return int(np.diff(truth_data()["sample"].values[:2])[0])
 
 
 def engine_answer(law: Law, block: Block, shaking: Array, factors: Array, every: int) -> Answer:
-    """The engine's runs in the form of the rivals' answers; histories run by run, as `simulate` does."""
+    """Return the engine's runs as the rivals' answers; histories are solved run by run, as in `simulate`."""
     oscillator = law.oscillator(block)
     runs = run_many([oscillator], factors[None, :], shaking, DT, skip=False)[0]
     histories = [trace(oscillator, factor * shaking, DT).history[0, ::every] for factor in factors]
@@ -106,7 +107,7 @@ def engine_answer(law: Law, block: Block, shaking: Array, factors: Array, every:
 
 
 def answers(law: Law, rival: Rival | None, shaking: Array) -> list[Answer]:
-    """The runs of the truth by one rival, or by the engine (None), an answer for each block."""
+    """Return the runs of the truth by one rival, or by the engine (None), with an answer for each block."""
     factors, every = np.array(TRUTH_FACTORS), stride()
     if rival is None:
         return [engine_answer(law, block, shaking, factors, every) for block in TRUTH_BLOCKS.values()]
@@ -114,10 +115,10 @@ def answers(law: Law, rival: Rival | None, shaking: Array) -> list[Answer]:
 
 
 def errors(law: Law, found: Sequence[Answer]) -> Row:
-    """Errors of `found`, an answer for each block, as fractions of alpha (a peak may be zero, alpha is not).
+    """Return errors of `found`, an answer for each block, as fractions of alpha (a peak may be zero, alpha is not).
 
-    The largest over the runs that truly stand, the median over those of them that rock (a rigid block may just rest);
-    and the number of wrong flags among all.  None: not a number, or infinite.
+    They are the largest error over the runs that truly stand, the median over those of them that rock (a rigid block
+    may stay at rest), and the number of wrong flags of all runs.  None stands for values that are not finite.
     """
     truth = truth_of(law)
     alphas = np.array([block.alpha for block in TRUTH_BLOCKS.values()])[:, None]
@@ -142,19 +143,14 @@ def errors(law: Law, found: Sequence[Answer]) -> Row:
 
 
 def multiplication(law: Law) -> float:
-    """How far the true trajectories that stand move, over alpha, if the record is multiplied by 1 + 1e-13."""
+    """Return the change of the true standing trajectories, over alpha, if the record is multiplied by 1 + 1e-13."""
     truth = truth_of(law)
     alphas = np.array([block.alpha for block in TRUTH_BLOCKS.values()])[:, None]
     return float((truth.rotation_twin / alphas)[~truth.overturned].max())
 
 
-def law_names(laws: Sequence[Law] = LAWS) -> list[str]:
-    """Labels of the laws, in order."""
-    return [law.label for law in laws]
-
-
 def in_a_process(code: str, *arguments: Any) -> Row:
-    """What `code` prints as JSON on its last line, run in a Python process of its own with `arguments` as JSON."""
+    """Run `code` in a separate Python process with `arguments` as JSON; return the JSON of its last output line."""
     command = [sys.executable, "-c", code, json.dumps(arguments)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
@@ -165,7 +161,7 @@ def in_a_process(code: str, *arguments: Any) -> Row:
 
 
 def machine() -> Row:
-    """The processor's model and the versions that decide the figures; nothing that names a computer."""
+    """Return the processor's model and the versions that affect the figures, without the name of the computer."""
     model = platform.processor() or platform.machine()
     try:
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():

@@ -1,4 +1,4 @@
-"""Numbers of many digits for the benchmark's truth: roots, and polynomials whose turning points are proved."""
+"""Multiple-precision arithmetic of the benchmark's truth: roots, and polynomials with proved turning points."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from gmpy2 import mpfr
 
 
 def set_digits(digits: int) -> None:
-    """Working precision of all that follows in this process."""
+    """Set the working precision of all later arithmetic in this process."""
     gmpy2.get_context().precision = int(digits * 3.33) + 8
 
 
 def root(f: Callable[[mpfr], mpfr], a: mpfr, b: mpfr) -> mpfr:
-    """The root of f, of opposite signs at a and b, to rounding (Chandrupatla's bracketed inverse interpolation)."""
+    """Return the root of f between a and b, to rounding (Chandrupatla's bracketed inverse interpolation)."""
     tolerance = mpfr(2) ** (3 - gmpy2.get_context().precision)
     fa, fb = f(a), f(b)
     if fa * fb > 0:
@@ -41,7 +41,7 @@ def root(f: Callable[[mpfr], mpfr], a: mpfr, b: mpfr) -> mpfr:
 
 
 def value(series: list[mpfr], x: mpfr) -> mpfr:
-    """A polynomial at x."""
+    """Return the value of a polynomial at x."""
     total = series[-1]
     for term in reversed(series[:-1]):
         total = total * x + term
@@ -49,18 +49,18 @@ def value(series: list[mpfr], x: mpfr) -> mpfr:
 
 
 def slope(series: list[mpfr]) -> list[mpfr]:
-    """The derivative of a polynomial."""
+    """Return the derivative of a polynomial."""
     return [k * series[k] for k in range(1, len(series))]
 
 
 def outweighs(series: list[mpfr]) -> bool:
-    """Whether the first coefficient exceeds the sum of all others: then the polynomial has no zero in (0, 1]."""
+    """Return True if the first coefficient exceeds the sum of all others: the polynomial has no zero in (0, 1]."""
     sizes = [abs(float(term)) for term in series]
     return sizes[0] > 1.000001 * sum(sizes[1:])
 
 
 def turns(series: list[mpfr]) -> list[mpfr] | None:
-    """The zeros of the derivative in (0, 1), in order; None where the series is too long a step to prove them all."""
+    """Return the zeros of the derivative in (0, 1), in order; None if the step is too long to prove all of them."""
     velocity = slope(series)
     acceleration = slope(velocity)
     nodes = [mpfr(0), mpfr(1)]

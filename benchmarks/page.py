@@ -1,4 +1,4 @@
-"""The benchmark's page: question and answer first, every sentence with a figure made from the results."""
+"""Page of the benchmark: question and answer first; every sentence with a figure is made from the results."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ from .tables import (
 )
 
 FREE_CORES = 1.9
-"""Of two: fewer, and the machine was shared while it measured."""
+"""Number of cores, of two, below which other programs used the machine during the measurement."""
 PAGE, WORK_PRECISION, COST = "performance.md", "work_precision.png", "cost.png"
 
 
 def write(results: Row, folder: Path) -> list[Path]:
-    """Write the page and the figures of the parts that were measured; returns their paths."""
+    """Write the page and the figures of the measured parts; return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     written = [folder / PAGE]
     if "precision" in results:
@@ -59,7 +59,7 @@ def write(results: Row, folder: Path) -> list[Path]:
 
 
 def text(results: Row, pictures: Iterable[str] = ()) -> str:
-    """The page as Markdown."""
+    """Return the page as Markdown."""
     pictures = set(pictures)
     machine = results["machine"]
     versions = ", ".join(f"{name} {machine[name]}" for name in ("python", "numpy", "numba", "dask", "toppling"))
@@ -79,7 +79,7 @@ def text(results: Row, pictures: Iterable[str] = ()) -> str:
 
 
 def markdown(table: Table, title: bool = False) -> str:
-    """A table in Markdown, figures to the right."""
+    """Return a table in Markdown, with figures aligned to the right."""
     lines = [f"**{table.title}**\n"] if title else []
     lines.append("| " + " | ".join(table.headings) + " |")
     lines.append("|---|" + "---:|" * (len(table.headings) - 1))
@@ -88,7 +88,7 @@ def markdown(table: Table, title: bool = False) -> str:
 
 
 def summary(results: Row) -> list[Table]:
-    """The tables for a terminal: all but those of single integrators."""
+    """Return the tables for a terminal: all tables except those of single integrators."""
     tables = []
     if "speed" in results:
         tables.append(speed_table(results["speed"]["rows"]))

@@ -1,7 +1,7 @@
-"""Integrators of other packages, each used the best way a competent user would: the far rivals of the engine.
+"""Integrators of other packages, each used as a competent user would: further rivals of the engine.
 
-scipy is in `general` and heyoka in `taylor`; numbalsoda and OpenSeesPy are here.  Packages are imported when first
-used, and one that is missing is reported, not fatal.
+scipy is in `solve_ivp` and heyoka in `taylor`; numbalsoda and OpenSeesPy are here.  Packages are imported when they are
+first used; a missing package is reported and is no error.
 """
 
 from __future__ import annotations
@@ -16,16 +16,17 @@ from typing import Any, Literal
 import numpy as np
 from numba import carray, cfunc, njit  # type: ignore[attr-defined]
 
-from . import _rivals as kernels
-from ._rivals import ENERGY, ENTRY_SPEED, EXACT, IMPACT, VISCOUS
-from .general import SolveIvp
+from ..aliases import Array
+from .kernels import rivals as kernels
+from .kernels.rivals import ENERGY, ENTRY_SPEED, EXACT, IMPACT, VISCOUS
 from .problems import Problem
-from .rivals import RIVALS, Answer, Array, Rival, empty, finish, label
+from .rivals import RIVALS, Answer, Rival, empty, finish, label
+from .solve_ivp import SolveIvp
 from .taylor import Heyoka
 
 
 def _missing(package: str) -> str:
-    """Why a package cannot be used; "" if it can."""
+    """Return the reason for which a package cannot be used; "" if it can."""
     try:
         import_module(package)
     except (ImportError, RuntimeError) as error:  # not installed, or without the libraries it was built for
@@ -39,7 +40,7 @@ def _missing(package: str) -> str:
 
 @cache
 def _compiled_runs(method: str) -> Callable[..., None]:
-    """All runs of a viscous problem within compiled code."""
+    """Return a function that solves all runs of a viscous problem within compiled code."""
     package = import_module("numbalsoda")
     solver = getattr(package, method)
     acceleration = kernels.viscous_acceleration
@@ -62,7 +63,7 @@ def _compiled_runs(method: str) -> Callable[..., None]:
             out[j], _ = solver(address, np.zeros(2), times, data=data, rtol=rtol, atol=1e-2 * rtol)
 
     def keeps_field(*arguments: Any) -> None:
-        assert field is not None  # its machine code must outlive the loop that has its address
+        assert field is not None  # keeps its machine code alive, whose address the loop uses
         runs(*arguments)
 
     return keeps_field
@@ -70,9 +71,9 @@ def _compiled_runs(method: str) -> Callable[..., None]:
 
 @dataclass(frozen=True)
 class NumbaLsoda:
-    """numbalsoda: the same right-hand side and solver without Python in between; it has no events.
+    """numbalsoda: the same right-hand side and solvers without Python in between; it has no events.
 
-    Its step has no bound.  `dop853` is there from numbalsoda 0.3 on.
+    The step has no bound.  `dop853` exists from numbalsoda 0.3 on.
     """
 
     method: Literal["lsoda", "dop853"]
@@ -113,7 +114,8 @@ class NumbaLsoda:
 class OpenSees:
     """OpenSeesPy: one degree of freedom on an elastic multilinear spring and a dashpot; Newmark, `steps` a sample.
 
-    A held damping is set from Python after each step, which no material does.  Impacts and rigid rest have no element.
+    A held damping is set from Python after each step, because no material does so.  There is no element for impacts and
+    rigid rest.
     """
 
     steps: int
@@ -147,7 +149,7 @@ class OpenSees:
         return answer
 
     def _samples(self, ops: Any, problem: Problem, dt: float, intervals: int) -> Iterator[tuple[float, float]]:
-        """Rotation at each sample, and the largest since the last."""
+        """Yield the rotation at each sample, and the largest since the sample before."""
         holds = problem.kind in {ENTRY_SPEED, ENERGY}
         kind, q2, alpha, edge, zone, c, e, _, _ = problem[1:]
         calls, steps = (self.steps, 1) if holds else (1, self.steps)
@@ -168,7 +170,7 @@ class OpenSees:
 
     @staticmethod
     def _build(ops: Any, problem: Problem, shaking: Array, dt: float) -> None:
-        far = 10.0  # rad: beyond it the last stiffness goes on
+        far = 10.0  # rad; beyond it the last stiffness continues
         knee = problem.zone * problem.edge
         last = knee - problem.q2 * (far - problem.edge)
         ops.wipe()
@@ -208,4 +210,4 @@ PEERS: tuple[Rival, ...] = (
     *(Heyoka(tolerance) for tolerance in (1e-6, 1e-9, 1e-12, 1e-15)),
 )
 ALL: tuple[Rival, ...] = (*RIVALS, *PEERS)
-"""Every rival, those of other packages last."""
+"""All rivals; those of other packages come last."""

@@ -1,4 +1,4 @@
-"""Work and precision: what each integrator costs, and how far from the 40-digit truth it ends."""
+"""Work and precision: the cost of each integrator, and its errors against the 40-digit truth."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from time import thread_time
 
 import numpy as np
 
+from ..aliases import Array
 from ..models import Law
 from ..models.runs import run_many
 from .measure import ENGINE, TRUTH_RUNS, Row, answers, errors, multiplication, oscillators, seconds
 from .peers import ALL
 from .problems import DT, HARD, LAWS, TRUTH_FACTORS, problem, record
-from .rivals import Array, Rival
+from .rivals import Rival
 
 SHOWN = (
     "discrete e=0.9 δ=0.05",
@@ -21,23 +22,23 @@ SHOWN = (
     "energy-consistent e=0.9 δ=0.05",
     "housner e=0.9",
 )
-"""Labels of the laws in the figure: one for each way to lose energy, and exact geometry."""
+"""Labels of the laws in the figure: one for each kind of dissipation, and exact geometry."""
 ALLOWED, ALLOWED_ELSEWHERE, ALLOWED_FULL = 10.0, 0.6, 30.0
-"""s: what the runs of the truth may take under one law: shown, not shown, with --full."""
+"""Time limits, s, of the runs of the truth under one law: shown, not shown, with --full."""
 TIMED = np.linspace(0.05, 0.45, 256)
-"""Factors on which an integrator is timed, on the hard block; a dear one is timed on the runs of the truth."""
+"""Factors with which an integrator is timed on the hard block; an expensive one is timed on the runs of the truth."""
 TIMING_ALLOWED = 3.0
-"""s: what one timing on them may take."""
+"""Time limit, s, of one timing with these factors."""
 ALL_LAWS = "all laws"
 MISSING, UNABLE, DEAR, FAILED = "not installed", "no means for the law", "too dear", "gave up"
-"""Why a rival is left out."""
+"""Reasons for which a rival is left out."""
 _PROBE = slice(400, 800)  # 2 s of strong shaking
 
 
 def precision(
     laws: Sequence[Law] = LAWS, rivals: Sequence[Rival] = ALL, full: bool = False, timed: Array = TIMED
 ) -> dict[str, list[Row]]:
-    """`found`: cost and errors of the engine and every rival under every law; `left_out`: who is not there, and why."""
+    """Measure cost and errors of the engine and all rivals under all laws (`found`); `left_out`: missing rivals."""
     shaking = record()
     found: list[Row] = []
     left_out: list[Row] = []
@@ -64,7 +65,7 @@ def _engine(law: Law, shaking: Array, timed: Array) -> Row:
 
 
 def _rival(law: Law, rival: Rival, shaking: Array, allowed: float, timed: Array) -> Row:
-    """Cost and errors, or why there are none."""
+    """Return cost and errors, or the reason for which there are none."""
     hard = problem(HARD, law)
     if not rival.handles(hard):
         return {"why": UNABLE, "reason": "has no means for this law"}
@@ -89,7 +90,7 @@ def _rival(law: Law, rival: Rival, shaking: Array, allowed: float, timed: Array)
 
 
 def _estimate(rival: Rival, law: Law, shaking: Array) -> float:
-    """About how many seconds of CPU time one of several runs takes, from a part of the record."""
+    """Estimate the CPU time, s, of one of several runs from a part of the record."""
     factors = np.array(TRUTH_FACTORS)
     part = shaking[_PROBE]
     hard = problem(HARD, law)
@@ -101,7 +102,7 @@ def _estimate(rival: Rival, law: Law, shaking: Array) -> float:
     start = thread_time()
     one_and_all(part, factors[-3:-2])()
     alone = thread_time() - start
-    if alone * factors.size < 0.2:  # cheap enough to see what it gains from several at once
+    if alone * factors.size < 0.2:  # cheap enough to measure the gain from several runs at once
         start = thread_time()
         one_and_all(part, factors)()
         alone = min(alone, (thread_time() - start) / factors.size)

@@ -1,4 +1,4 @@
-"""What the benchmark asks every integrator: blocks, laws and one record, as plain numbers (SI, per unit inertia)."""
+"""Problems of the benchmark: blocks, laws and one record, as plain numbers (SI, per unit inertia)."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..aliases import Array
 from ..models import (
     Block,
     DiscreteDamping,
@@ -20,7 +20,7 @@ from ..models import (
 )
 from ..motions import CloughPenzien, RiseStrongDecay, scale_to
 from ..units import STANDARD_GRAVITY
-from ._rivals import ENERGY, ENTRY_SPEED, EXACT, IMPACT, VISCOUS
+from .kernels.rivals import ENERGY, ENTRY_SPEED, EXACT, IMPACT, VISCOUS
 
 TRUTH_FILE = Path(__file__).with_name("truth.nc")
 """Peaks to 40 digits and rotations of every law x block x factor: made by `truth`."""
@@ -43,17 +43,17 @@ HARD = Block.from_slenderness(alpha=0.2, R=0.38)
 LARGE = Block.from_slenderness(alpha=0.28, R=1.5)
 TRUTH_BLOCKS = {"hard": HARD, "large": LARGE}
 TRUTH_FACTORS = (0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45)
-"""Scale factors of the runs whose truth is kept: the record's peak is 1 g."""
+"""Scale factors of the runs of the truth, on a record with a peak of 1 g."""
 
 
 class Problem(NamedTuple):
     """One block under one law: theta'' + c theta' + f(theta) = -gain u''(t), per unit inertia, rad and s.
 
     f = zone theta for abs(theta) <= edge and sgn(theta) q2 (alpha - abs(theta)) beyond; edge = 0: no zone.  `kind`
-    says what c is: VISCOUS: `c` everywhere.  ENTRY_SPEED: inside the zone (1 - e) v/(2 edge), v the speed at its last
-    inward crossing (0 before the first), 0 outside.  ENERGY: inside the zone, held from each inward crossing, the c
-    for which the unforced crossing leaves with v² -> e² v² - (1 - e²) q2 edge (2 alpha - edge), 0 outside.  IMPACT: no
-    zone; v -> e v at theta = 0, at rest until gain abs(u'') > q2 alpha.  EXACT: as IMPACT with
+    gives the meaning of c.  VISCOUS: `c` at every rotation.  ENTRY_SPEED: inside the zone (1 - e) v/(2 edge), v the
+    speed at its last inward crossing (0 before the first), 0 outside.  ENERGY: inside the zone, held from each inward
+    crossing, the c for which the unforced crossing leaves with v² -> e² v² - (1 - e²) q2 edge (2 alpha - edge), 0
+    outside.  IMPACT: no zone; v -> e v at theta = 0, at rest until gain abs(u'') > q2 alpha.  EXACT: as IMPACT with
     theta'' = -q2 (sin(s alpha - theta) + u''/g cos(s alpha - theta)), s = sgn theta (q2 is p²), at rest until
     abs(u'') > g tan alpha.  `rigid`: rest="rigid" of ENTRY_SPEED and ENERGY.
     """
@@ -71,7 +71,7 @@ class Problem(NamedTuple):
 
 
 def problem(block: Block, law: Law) -> Problem:
-    """The numbers of `block` under `law`."""
+    """Return the problem of `block` under `law`."""
     oscillator = law.oscillator(block)
     q2 = -oscillator.regions[0].stiffness
     rigid = getattr(law, "rest", "elastic") == "rigid"
@@ -89,21 +89,21 @@ def problem(block: Block, law: Law) -> Problem:
     )
 
 
-def record() -> NDArray[np.float64]:
-    """The record, m/s², peak 1 g: filtered white noise (omega_g = 15 rad/s, xi_g = 0.6, high-pass), 20 s at 0.005 s."""
+def record() -> Array:
+    """Return the record, m/s², peak 1 g: filtered noise (omega_g = 15 rad/s, xi_g = 0.6, high-pass), 20 s, 0.005 s."""
     envelope = RiseStrongDecay(2.0, 10.0, 0.2)
     shaking = CloughPenzien(omega_g=15.0, xi_g=0.6, duration=DURATION, dt=DT, envelope=envelope)
     return np.ascontiguousarray(scale_to(shaking.sample(1, seed=5), STANDARD_GRAVITY).values[0])
 
 
 def typical() -> list[Block]:
-    """The blocks of a typical study: five slendernesses by five sizes."""
+    """Return the blocks of a typical study: five slendernesses by five sizes."""
     return [
         Block.from_slenderness(alpha, R) for alpha in (0.16, 0.20, 0.24, 0.28, 0.32) for R in (0.38, 0.8, 1.5, 2.5, 4.0)
     ]
 
 
-CASES: dict[str, tuple[list[Block], NDArray[np.float64]]] = {
+CASES: dict[str, tuple[list[Block], Array]] = {
     "K": ([HARD], np.linspace(0.05, 0.45, 1024)),
     "B": (typical(), np.linspace(0.05, 0.44, 40)),
 }

@@ -1,8 +1,8 @@
-"""Fixed-step integrators of rocking blocks, as a careful user would write them: the near rivals of the engine.
+"""Fixed-step integrators of rocking blocks, as a careful user would write them: rivals of the engine.
 
-Plain Runge-Kutta and Newmark locate no event: they read damping, impacts and rest at the ends of their steps.
-Runge-Kutta with events ends its steps where something happens, and is the strongest rival on speed.  Integrators of
-other packages are in `peers`.
+Plain Runge-Kutta and Newmark locate no events: they change damping, impacts and rest at the ends of their steps.
+Runge-Kutta with events ends its steps at events, and is the strongest rival in speed.  Integrators of other packages
+are in `peers`.
 """
 
 from __future__ import annotations
@@ -12,46 +12,44 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from . import _rivals as kernels
+from ..aliases import Array, Flags
+from .kernels import rivals as kernels
 from .problems import Problem
-
-Array = NDArray[np.float64]
 
 
 class Answer(NamedTuple):
-    """Of m runs: peak (m,) of abs(theta), rad, pi/2 if overturned; overturned (m,); rotation (m, samples), rad."""
+    """Results of m runs: peak (m,) of abs(theta), pi/2 if overturned; overturned (m,); rotation (m, samples); rad."""
 
     peak: Array
-    overturned: NDArray[np.bool_]
+    overturned: Flags
     rotation: Array
 
 
 class Rival(Protocol):
-    """One integrator with its settings."""
+    """Integrator with its settings."""
 
     @property
     def name(self) -> str: ...
 
     def available(self) -> str:
-        """Why it cannot run here; "" if it can."""
+        """Return the reason for which it cannot run here; "" if it can."""
         ...
 
     def handles(self, problem: Problem) -> bool:
-        """Whether it can solve `problem` at all."""
+        """Return True if it can solve `problem`."""
         ...
 
     def run(self, problem: Problem, record: Array, dt: float, factors: Array, every: int) -> Answer:
         """Solve `problem` from rest under every factor (m,) times the record (n,), m/s², linear between samples.
 
-        Rotations are given at every `every`-th sample; `every` = 0: not at all, for timing.
+        Rotations are given at every `every`-th sample; with `every` = 0 none are given, for timing.
         """
         ...
 
 
 def empty(record: Array, factors: Array, every: int) -> Answer:
-    """An answer to be filled in, at rest."""
+    """Return an answer at rest, to be filled in."""
     m = factors.size
     samples = -(-record.size // every) if every else 0
     return Answer(np.zeros(m), np.zeros(m, dtype=np.bool_), np.zeros((m, samples)))
@@ -60,7 +58,7 @@ def empty(record: Array, factors: Array, every: int) -> Answer:
 def finish(
     answer: Answer, j: int, problem: Problem, path: Array, ended: int, velocity: float, peak: float, every: int
 ) -> None:
-    """Write run j: rotations at the samples up to number `ended`, where it ends or overturns."""
+    """Write run j into the answer: rotations up to sample `ended`, where the run ends or overturns."""
     fallen = abs(path[ended]) >= kernels.FLAT
     path[ended + 1 :] = path[ended]
     kind, q2, alpha, edge, c = problem.kind, problem.q2, problem.alpha, problem.edge, problem.c
@@ -71,13 +69,13 @@ def finish(
 
 
 def label(name: str, steps: int) -> str:
-    """A method's name with its step."""
+    """Return the name of a method with its step."""
     return f"{name} dt" if steps == 1 else f"{name} dt/{steps}"
 
 
 @dataclass(frozen=True)
 class FixedSteps:
-    """A method in numba with `steps` equal steps per sample; handles every problem."""
+    """Method in numba with `steps` equal steps per sample; it handles every problem."""
 
     title: str
     kernel: Callable[..., Any]
@@ -101,22 +99,22 @@ class FixedSteps:
 
 
 def runge_kutta(steps: int) -> FixedSteps:
-    """Classical Runge-Kutta; it takes no steps where a rigid block rests."""
+    """Return classical Runge-Kutta, which takes no steps while a rigid block rests."""
     return FixedSteps("RK4", kernels.fixed_steps, (kernels.RK4,), steps)
 
 
 def runge_kutta_at_rest() -> FixedSteps:
-    """As `runge_kutta(1)`, but one step at every sample, rest or not: the yardstick of the engine's speed."""
+    """Return `runge_kutta(1)` with a step at every sample, also at rest: the yardstick of the engine's speed."""
     return FixedSteps("RK4, one step a sample", kernels.fixed_steps, (kernels.RK4_AT_REST,), 1)
 
 
 def newmark(steps: int) -> FixedSteps:
-    """Newmark's average acceleration, iterated to convergence: what structural programs do."""
+    """Return Newmark's average acceleration, iterated to convergence, as in structural programs."""
     return FixedSteps("Newmark", kernels.fixed_steps, (kernels.NEWMARK,), steps)
 
 
 def located_runge_kutta(steps: int) -> FixedSteps:
-    """Classical Runge-Kutta that ends a step at each event; an excursion within one step goes unseen."""
+    """Return classical Runge-Kutta that ends a step at each event; an excursion within one step is not detected."""
     return FixedSteps("RK4 with events", kernels.located_events, (), steps)
 
 

@@ -1,4 +1,4 @@
-"""`ida` end to end: the engine's share, what a process costs before its first run, time and memory up to 10^7 runs."""
+"""Whole analyses by `ida`: share of the engine, cost before the first run, time and memory up to 10^7 runs."""
 
 from __future__ import annotations
 
@@ -18,8 +18,7 @@ import numpy as np
 import xarray as xr
 
 from ..fragility import ida
-from ..models import DiscreteDamping, EnergyConsistent, GianniniMasiani, HousnerImpact
-from ..models import _piecewise as engine
+from ..models import DiscreteDamping, EnergyConsistent, GianniniMasiani, HousnerImpact, runs
 from ..models.runs import run_many
 from ..motions import CloughPenzien, RiseStrongDecay
 from ..units import STANDARD_GRAVITY
@@ -58,7 +57,7 @@ print(json.dumps(dict(answer, loading=imported - start)))
 
 
 def scale(sizes: Sequence[int] = SIZES, share_runs: int = SHARE_RUNS, repeats: int = 3) -> Row:
-    """The three measurements, each in processes of their own, all with THREADS threads."""
+    """Make the three measurements, each in separate processes, all with THREADS threads."""
     share = in_a_process(_CHILD, "kernel_share", share_runs, repeats)
     starts = [in_a_process(_FIRST_CALL) for _ in range(repeats)]
     points = [_point_or_failure(size) for size in sizes]
@@ -67,7 +66,7 @@ def scale(sizes: Sequence[int] = SIZES, share_runs: int = SHARE_RUNS, repeats: i
 
 
 def _point_or_failure(size: int) -> Row:
-    """One point of the cost curve; a process that the system ended (for memory) is a result as well."""
+    """Measure one point of the cost curve; a process that the system ended (for memory) is a result as well."""
     try:
         return in_a_process(_CHILD, "point", size)
     except RuntimeError as error:
@@ -75,24 +74,24 @@ def _point_or_failure(size: int) -> Row:
 
 
 def ensemble(number: int) -> list[xr.DataArray]:
-    """Motions by the hundred, so that no more than their own memory is needed."""
+    """Return motions in arrays of a hundred, so that no more memory than their own is needed."""
     shaking = CloughPenzien(omega_g=15.0, xi_g=0.6, duration=DURATION, dt=DT, envelope=RiseStrongDecay(2.0, 10.0, 0.2))
     return [shaking.sample(min(_AT_ONCE, number - first), seed=3, first=first) for first in range(0, number, _AT_ONCE)]
 
 
 def analyse(motions: list[xr.DataArray], outputs: Sequence[str]) -> xr.Dataset:
-    """The IDA that is measured."""
+    """Return the results of the IDA that is measured."""
     with dask.config.set(num_workers=THREADS):
         return ida(typical(), MODELS, motions, LEVELS, outputs=outputs)
 
 
 class KernelClock:
-    """Adds up the CPU time that all threads spend in the engine: stands in for `run_batch`, in the benchmark only."""
+    """Sum of the CPU time of all threads in the engine; it replaces `run_batch`, in the benchmark only."""
 
     def __init__(self) -> None:
         self.total = 0.0
         self._lock = Lock()
-        self._kernel = engine.run_batch
+        self._kernel = runs.run_batch
 
     def __call__(self, *arguments: Any) -> Any:
         start = thread_time()
@@ -103,15 +102,15 @@ class KernelClock:
         return answer
 
     def __enter__(self) -> KernelClock:
-        engine.run_batch = self
+        runs.run_batch = self  # type: ignore[assignment]
         return self
 
     def __exit__(self, *_: object) -> None:
-        engine.run_batch = self._kernel
+        runs.run_batch = self._kernel
 
 
 def kernel_share(runs: int, repeats: int) -> Row:
-    """Kernels' CPU time as a share of wall time x threads, and of the process's CPU time: medians by output."""
+    """Measure the share of the kernels in wall time x threads and in the process's CPU time: medians by output."""
     motions = ensemble(max(1, runs // RUNS_A_MOTION))
     analyse(motions[:1], ("overturned",))
     found: Row = {"runs": len(typical()) * len(MODELS) * LEVELS.size * sum(m.sizes["motion"] for m in motions)}
@@ -130,7 +129,7 @@ def kernel_share(runs: int, repeats: int) -> Row:
 
 
 def _cores() -> float:
-    """How many cores THREADS equal tasks of the engine get that wait for nothing."""
+    """Measure the number of cores that THREADS equal, independent tasks of the engine get."""
     task = partial(run_many, oscillators(MODELS[1], typical()), np.ones((25, 20)), record(), DT, skip=False)
     with ThreadPoolExecutor(THREADS) as pool:
         wall, cpu = perf_counter(), process_time()
@@ -140,7 +139,7 @@ def _cores() -> float:
 
 
 def first_and_second() -> Row:
-    """Wall time of the first small analysis in this process, and of the same again."""
+    """Measure the wall time of the first small analysis in this process, and of its repetition."""
     motions = ensemble(1)
     times = []
     for _ in range(2):
@@ -151,7 +150,7 @@ def first_and_second() -> Row:
 
 
 def point(runs: int) -> Row:
-    """Wall time and memory of one analysis, flags alone; the engine is loaded before."""
+    """Measure wall time and memory of one analysis, flags alone, after the engine is loaded."""
     motions = ensemble(max(1, runs // RUNS_A_MOTION))
     analyse(ensemble(1), ("overturned",))
     before = _peak_memory()
@@ -170,6 +169,6 @@ def point(runs: int) -> Row:
 
 
 def _peak_memory() -> float:
-    """The most memory this process has had, bytes."""
+    """Return the peak memory of this process, bytes."""
     unit = 1 if sys.platform == "darwin" else 1024
     return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)

@@ -1,4 +1,4 @@
-"""What a sample costs: the engine beside plain Runge-Kutta, exact geometry beside linear, and what skipping saves."""
+"""Cost of a sample: the engine and plain Runge-Kutta, exact and linear geometry, and the saving by skipping."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..aliases import Array
 from ..models import Block, Law
 from ..models.runs import TALLY, run_many
 from ..motions import CloughPenzien, RiseStrongDecay, records
@@ -15,17 +16,17 @@ from ..motions.arrays import Record
 from ..units import STANDARD_GRAVITY
 from .measure import Row, is_rigid, oscillators, seconds
 from .problems import CASES, DT, DURATION, LAWS, problem, record, typical
-from .rivals import Array, Rival, runge_kutta, runge_kutta_at_rest
+from .rivals import Rival, runge_kutta, runge_kutta_at_rest
 
 YARDSTICK = runge_kutta_at_rest()
 PASSING = runge_kutta(1)
 EXACT_GEOMETRY, LINEAR_GEOMETRY = "housner e=0.9", "housner e=0.9 geometry=linear"
 SKIPPING_LEVELS = np.linspace(0.1, 2.0, 20)
-"""Peak acceleration over g tan alpha, below which a rigid block does not even uplift."""
+"""Peak accelerations over g tan alpha, at which a rigid block uplifts."""
 
 
 def motions(number: int, seed: int = 0) -> list[Record]:
-    """Simulated motions of the benchmark's kind."""
+    """Return simulated motions of the benchmark's kind."""
     envelope = RiseStrongDecay(2.0, 10.0, 0.2)
     shaking = CloughPenzien(omega_g=15.0, xi_g=0.6, duration=DURATION, dt=DT, envelope=envelope)
     return records(shaking.sample(number, seed=seed))
@@ -34,10 +35,10 @@ def motions(number: int, seed: int = 0) -> list[Record]:
 def speed(
     laws: Sequence[Law] = LAWS, cases: Mapping[str, tuple[list[Block], Array]] = CASES, repeats: int = 7
 ) -> list[Row]:
-    """ns per sample and run of the engine, without skipping, and of the yardstick, for each law and case.
+    """Measure ns per sample and run of the engine, without skipping, and of the yardstick, for each law and case.
 
-    `share`: the engine's cost over the yardstick's, one step a sample; `share_passing`: over that of the same RK4 which
-    takes no steps where a rigid block rests.
+    `share` is the engine's cost over that of the yardstick, one step per sample; `share_passing` is the cost over that
+    of the same RK4 without steps while a rigid block rests.
     """
     shaking = record()
     rows = []
@@ -61,7 +62,7 @@ def _run(rival: Rival, law: Law, blocks: Sequence[Block], factors: Array, shakin
 
 
 def exact_over_linear(rows: Sequence[Row]) -> dict[str, float]:
-    """Cost of exact geometry over linear by case, from the rows of `speed`."""
+    """Return the cost of exact over linear geometry by case, from the rows of `speed`."""
     cost = {(row["law"], row["case"]): row["engine"] for row in rows}
     return {
         case: cost[EXACT_GEOMETRY, case] / cost[LINEAR_GEOMETRY, case]
@@ -73,7 +74,7 @@ def exact_over_linear(rows: Sequence[Row]) -> dict[str, float]:
 def skipping(
     laws: Sequence[Law] = LAWS, blocks: Sequence[Block] | None = None, number: int = 5, repeats: int = 5
 ) -> list[Row]:
-    """How much sooner a typical IDA is done with skipping, for peaks and for flags alone, and what is left out."""
+    """Measure the speed-up of a typical IDA by skipping, for peaks and for flags alone, and the share left out."""
     blocks = typical() if blocks is None else blocks
     shakes = motions(number)
     thresholds = np.array([STANDARD_GRAVITY * np.tan(block.alpha) for block in blocks])
@@ -102,7 +103,7 @@ def skipping(
 
 
 def _shares(analysis: Callable[..., None], flags_only: bool) -> tuple[float, float]:
-    """Shares of all samples that skipping leaves out, and that come after overturning (left out in any case)."""
+    """Return the shares of all samples that skipping leaves out, and that follow overturning (left out in any case)."""
     tally = np.zeros(len(TALLY), np.int64)
     analysis(True, flags_only, tally)
     counts = dict(zip(TALLY, tally.tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""The benchmark as a whole: which parts there are, and all their results as one plain dictionary (JSON)."""
+"""The whole benchmark: its parts, and all their results as one plain dictionary (JSON)."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ _MEASURES: dict[str, Callable[[bool], Any]] = {
 
 
 def parts_of(text: str) -> list[str]:
-    """The parts named in a comma-separated list, in the order in which they are run.
+    """Return the parts that a comma-separated list names, in the order in which they are run.
 
     Raises
     ------
     ValueError
-        A part that does not exist, or none.
+        A part that does not exist, or an empty list.
     """
     names = [name.strip() for name in text.split(",") if name.strip()]
     allowed = f"allowed: {', '.join(PARTS)}"
@@ -50,7 +50,7 @@ def parts_of(text: str) -> list[str]:
 
 
 def command(parts: Sequence[str], full: bool) -> str:
-    """The command that measures these parts."""
+    """Return the command that measures these parts."""
     chosen = "" if tuple(parts) == PARTS else f" --parts {','.join(parts)}"
     return f"{COMMAND}{chosen}{' --full' if full else ''}"
 

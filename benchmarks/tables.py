@@ -1,4 +1,4 @@
-"""The benchmark's results as tables of strings, the same for the terminal and the page."""
+"""Tables of the benchmark's results as strings, the same for the terminal and the page."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .precision import ALL_LAWS, DEAR, FAILED, MISSING, UNABLE
 from .speed import YARDSTICK
 
 TARGETS = {"K": 1.0 / 3.0, "B": 1.0 / 6.0}
-"""Cost of the engine over that of plain Runge-Kutta."""
+"""Target cost of the engine over that of plain Runge-Kutta, by case."""
 EXACT_TARGET = 10.0
 SHARE_TARGET = 0.85
 SHARED = "e = 0.9 and δ = 0.05 wherever a law has them"
@@ -19,7 +19,7 @@ RIGHT = 1e-6
 
 
 class Table(NamedTuple):
-    """A title, headings (the first column is text, the others are figures), rows."""
+    """Title, headings (the first column is text, the others are figures) and rows of a table."""
 
     title: str
     headings: tuple[str, ...]
@@ -27,19 +27,19 @@ class Table(NamedTuple):
 
 
 def error(value: float | None) -> str:
-    """An error in one significant digit."""
+    """Return an error in one significant digit."""
     if value is None:
         return "diverges"
     return "0" if value == 0.0 else f"{value:.0e}".replace("e-0", "e-").replace("e+00", "").replace("e+0", "e+")
 
 
 def cost(value: float) -> str:
-    """ns, in two or three digits."""
+    """Return a cost in ns, in two or three digits."""
     return f"{value:.1f}" if value < 100.0 else f"{value:,.0f}"
 
 
 def percent(value: float | None, signed: bool = False) -> str:
-    """A share or a relative change."""
+    """Return a share or a relative change in per cent."""
     if value is None:
         return "–"
     shown = f"{100.0 * value:{'+' if signed else ''}.{1 if abs(value) >= 0.00095 else 2}f}"
@@ -47,14 +47,14 @@ def percent(value: float | None, signed: bool = False) -> str:
 
 
 def span(values: Iterable[float], digits: int = 1) -> str:
-    """The least and the largest, or the one."""
+    """Return the least and the largest value, or the only one."""
     known = list(values)
     low, high = f"{min(known):,.{digits}f}", f"{max(known):,.{digits}f}"
     return low if low == high else f"{low}–{high}"
 
 
 def short(law: str) -> str:
-    """A law's label without what all laws share (see `SHARED`)."""
+    """Return a law's label without the options that all laws share (see `SHARED`)."""
     name = law.replace(" e=0.9", "").replace(" δ=0.05", "")
     return f"{name} geometry=exact" if name == "housner" else name
 
@@ -69,7 +69,7 @@ SHARES = ("share", "share_passing")
 
 
 def speed_table(rows: Sequence[Row]) -> Table:
-    """Both cases of each law in one row."""
+    """Return the costs of each law, with both cases in one row."""
     each = ("engine", "RK4", "ratio", "passing over rest")
     headings = ("law", *(f"{case}: {one}" for case in TARGETS for one in each))
     lines = []
@@ -86,7 +86,7 @@ def speed_table(rows: Sequence[Row]) -> Table:
 
 
 def skipping_table(rows: Sequence[Row]) -> Table:
-    """How many times sooner, and the share of samples left out."""
+    """Return the speed-up by skipping, and the share of samples that are left out."""
     headings = (
         *("law", "no skipping, ns", "after overturning"),
         *("peaks: times faster", "left out", "flags only: times faster", "left out"),
@@ -107,7 +107,7 @@ def skipping_table(rows: Sequence[Row]) -> Table:
 
 
 def share_table(share: Row) -> Table:
-    """Kernels' share of an IDA."""
+    """Return the share of the kernels in an IDA."""
     lines = [
         (title, f"{one['wall']:.2f}", f"{one['cores']:.2f}", percent(one["of_wall"]), percent(one["of_cpu"]))
         for title, one in (("flags and peaks", share["peaks"]), ("flags only", share["flags"]))
@@ -123,7 +123,7 @@ def share_table(share: Row) -> Table:
 
 
 def scale_table(points: Sequence[Row]) -> Table:
-    """Time and memory by the number of runs."""
+    """Return time and memory by the number of runs."""
     lines = []
     for point in points:
         if "failed" in point:
@@ -145,7 +145,7 @@ def scale_table(points: Sequence[Row]) -> Table:
 
 
 def errors_table(law: str, rows: Sequence[Row]) -> Table:
-    """All integrators under one law, cheapest first."""
+    """Return cost and errors of all integrators under one law, the cheapest first."""
     here = sorted((row for row in rows if row["law"] == law), key=lambda row: float(row["cost"]))
     headings = ("integrator", "ns", "trajectory, largest", "trajectory, median", "peak, largest", "wrong flags")
     lines = [
@@ -161,7 +161,7 @@ def errors_table(law: str, rows: Sequence[Row]) -> Table:
 
 
 def next_right(law: str, rows: Sequence[Row]) -> Row | None:
-    """The cheapest rival that is right under a law."""
+    """Return the cheapest rival that is right under a law."""
     right = [
         row
         for row in rows
@@ -175,7 +175,7 @@ def next_right(law: str, rows: Sequence[Row]) -> Row | None:
 
 
 def precision_table(rows: Sequence[Row]) -> Table:
-    """The engine under each law, how sensitive the truth is, and the cheapest rival that is right."""
+    """Return the engine's figures under each law, the sensitivity of the truth, and the cheapest right rival."""
     headings = (
         "law",
         "ns",
@@ -199,7 +199,7 @@ def precision_table(rows: Sequence[Row]) -> Table:
 
 
 def absences(left_out: Sequence[Row]) -> list[str]:
-    """One line for each rival that is missing somewhere, and why."""
+    """Return one line for each rival that is missing under some law, with the reason."""
     lines = []
     for why in (MISSING, UNABLE, DEAR, FAILED):
         rows = [row for row in left_out if row["why"] == why]
@@ -221,7 +221,7 @@ def absences(left_out: Sequence[Row]) -> list[str]:
 
 
 def flags_table(law: str, rows: Sequence[Row]) -> Table:
-    """Wrong flags under one law, and what they do to curves."""
+    """Return the wrong flags under one law, and their effect on curves."""
     headings = (
         *("integrator", "wrong flags", "share", "of them overturned"),
         *("median: mean change", "largest", "β: mean change", "largest"),
@@ -242,5 +242,5 @@ def flags_table(law: str, rows: Sequence[Row]) -> Table:
 
 
 def laws_of(rows: Sequence[Row]) -> list[str]:
-    """Labels of the laws in some rows, in order."""
+    """Return the labels of the laws in some rows, in order."""
     return list(dict.fromkeys(row["law"] for row in rows))

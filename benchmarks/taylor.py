@@ -1,7 +1,7 @@
-"""heyoka as a rival: Taylor's method in SIMD lanes, with events located to rounding; the strongest rival on accuracy.
+"""Rival heyoka: Taylor's method in SIMD lanes, with events located to rounding; the strongest rival in accuracy.
 
 Every lane solves its own run on its own branch: stiffness, offset, damping, bounds and the linear piece of the record
-are parameters, so that a step ends at a sample or at an event and nothing is smoothed over.
+are parameters, so that a step ends at a sample or at an event and no kink is smoothed.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from . import _rivals as kernels
-from ._rivals import EXACT
+from ..aliases import Array, Index
+from .kernels import rivals as kernels
+from .kernels.rivals import EXACT
 from .problems import Problem
-from .rivals import Answer, Array, empty
+from .rivals import Answer, empty
 
-_MOST_STEPS = 20  # per sample and run; one and its events are usual
+_MOST_STEPS = 20  # per sample and run; usual are one step and the events
 
 
 class _Note:
-    """A callback that notes which event ended a lane's step."""
+    """Callback that notes the event that ended a lane's step."""
 
-    def __init__(self, found: NDArray[np.int64], event: int) -> None:
+    def __init__(self, found: Index, event: int) -> None:
         self.found = found
         self.event = event
 
@@ -39,10 +39,10 @@ class _Note:
 
 
 @lru_cache(maxsize=8)
-def _integrator(exact: bool, tolerance: float, batch: int) -> tuple[Any, NDArray[np.int64]]:
-    """A compiled integrator (seconds), and where its events are noted."""
+def _integrator(exact: bool, tolerance: float, batch: int) -> tuple[Any, Index]:
+    """Return a compiled integrator (which takes seconds) and the array in which its events are noted."""
     hy = import_module("heyoka")
-    # A bounce of 1e-17 rad is a root it gives up on, with a warning; `next_stops` sees that theta passed its bound.
+    # heyoka misses the root of a bounce of 1e-17 rad and warns; `next_stops` detects that theta passed its bound.
     hy.set_logger_level_error()
     theta, omega = hy.make_vars("theta", "omega")
     stiffness, offset, damping, shaking, slope, lower, upper, way = (hy.par[i] for i in range(8))
@@ -53,8 +53,8 @@ def _integrator(exact: bool, tolerance: float, batch: int) -> tuple[Any, NDArray
         acceleration = offset + stiffness * theta - damping * omega - forcing
     found = np.full(batch, kernels.NOTHING)
     down, up = hy.event_direction.negative, hy.event_direction.positive
-    # A branch starts on its bound, moving inward: the directions keep that from being an event, so none has to be
-    # kept from happening again for a while (the cooldown, which would miss short excursions).
+    # A branch starts on its bound, moving inward: because of the directions this is no event, so that no cooldown after
+    # an event is needed, which would miss short excursions.
     events = [
         hy.t_event_batch(expression, callback=_Note(found, event), cooldown=0.0, direction=direction)
         for expression, event, direction in (
@@ -75,7 +75,7 @@ def _integrator(exact: bool, tolerance: float, batch: int) -> tuple[Any, NDArray
 
 @dataclass(frozen=True)
 class Heyoka:
-    """Taylor's method at a tolerance, in at most `batch` lanes; handles every problem."""
+    """Taylor's method at a tolerance, in at most `batch` lanes; it handles every problem."""
 
     tolerance: float
     batch: int = 64
@@ -92,7 +92,7 @@ class Heyoka:
 
     def run(self, problem: Problem, record: Array, dt: float, factors: Array, every: int) -> Answer:
         answer = empty(record, factors, every)
-        batch = min(self.batch, 8 * -(-factors.size // 8))  # whole vectors, and no more of them than runs
+        batch = min(self.batch, 8 * -(-factors.size // 8))  # whole vectors of 8, no more than the runs need
         integrator, found = _integrator(problem.kind == EXACT, self.tolerance, batch)
         found[:] = kernels.NOTHING
         integrator.state[:] = 0.0

@@ -1,12 +1,12 @@
 """The benchmark's truth: every run of blocks x laws x factors to 40 digits, by a method of its own.
 
-Nothing is shared with the compiled engine but the statement in `problems`: its doubles, and the record's, are taken
-as exact numbers, the forcing is linear between samples, and everything after that is 60-digit arithmetic.
+The truth shares only the statement in `problems` with the compiled engine: its doubles, and those of the record, are
+taken as exact numbers, the forcing is linear between samples, and all further arithmetic has 60 digits.
 
-How a run is followed, and what is chosen where the statement leaves a choice: `exact_motion`.
+The method, and the choices that the statement leaves open, are described in `exact_motion`.
 
-One run is at its threshold but for the rounding of its doubles (hard block, Housner's linear geometry, factor 0.2):
-its peak of 3e-49 rad is what these doubles say, and any integrator in doubles is right to say 0.
+One run is at its threshold except for the rounding of its doubles (hard block, Housner's linear geometry, factor 0.2):
+its peak of 3e-49 rad follows from these doubles, and a peak of 0 is right for any integrator in doubles.
 
 Run: python -m toppling.benchmarks.truth [--out FILE] [--processes N]; needs gmpy2.
 """
@@ -31,13 +31,13 @@ from .problems import record as the_record
 
 DIGITS = 40
 STRIDE = 20
-"""Every STRIDE-th sample of the rotation is kept."""
+"""Number of samples between two stored rotations."""
 TWIN = "1e-13"
-"""Relative change of the record in the twin run, whose result says how far a run multiplies errors."""
+"""Relative change of the record in the twin run, which shows by how much a run multiplies errors."""
 
 
 def run(case: tuple[Problem, float], digits: int = WORKING_DIGITS) -> tuple[str, Result, float, float]:
-    """The peak in DIGITS digits, the run, and the twin's changes of peak and rotation."""
+    """Return the peak in DIGITS digits, the run, and the changes of peak and rotation in the twin run."""
     problem, factor = case
     set_digits(digits)
     record = the_record()
@@ -48,7 +48,7 @@ def run(case: tuple[Problem, float], digits: int = WORKING_DIGITS) -> tuple[str,
 
 
 def dataset(results: list[tuple[str, Result, float, float]]) -> xr.Dataset:
-    """All runs, labelled."""
+    """Return all runs as a labelled dataset."""
     dims = ("block", "law", "factor")
     shape = (len(TRUTH_BLOCKS), len(LAWS), len(TRUTH_FACTORS))
     record = the_record()

@@ -9,7 +9,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from toppling.studies.cli import main as toppling
+from toppling.studies.command.cli import main as toppling
 
 HERE = Path(__file__).parent
 STUDIES = HERE.parent / "studies/examples"

@@ -21,10 +21,10 @@ from PIL import Image
 
 from toppling import motions
 from toppling.motions.arrays import records
-from toppling.motions.cumulative import husid
-from toppling.motions.peaks import velocity
-from toppling.studies.look import draw_spectra
-from toppling.studies.plots import COLOURS
+from toppling.motions.intensity.cumulative import husid
+from toppling.motions.intensity.peaks import velocity
+from toppling.studies.plots.axes import COLOURS
+from toppling.studies.single.motions import draw_spectra
 from toppling.units import STANDARD_GRAVITY
 
 HERE = Path(__file__).parent

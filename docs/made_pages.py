@@ -24,9 +24,9 @@ ELSEWHERE = {"toppling": {"motions", "plot"}}
 """Names that are packages or modules with pages of their own."""
 MODULES = {
     "toppling.models.friction": "The friction that a block needs so that it does not slide, and what a floor may have.",
-    "toppling.fragility.published": "Published overturning criteria as curves.",
+    "toppling.fragility.curves.published": "Published overturning criteria as curves.",
     "toppling.studies.plot": "Figures of results: `tp.plot`.",
-    "toppling.studies.animate": "The film of one block: `tp.animate`.",
+    "toppling.studies.film.animate": "The film of one block: `tp.animate`.",
 }
 """Modules beside the packages that pages of this site refer to."""
 
@@ -77,9 +77,9 @@ def api_page(package: str, about: str) -> str:
 
 def study_file_page() -> str:
     """Every key of a study file: from the schema."""
-    if importlib.util.find_spec("toppling.studies.reference") is None:
+    if importlib.util.find_spec("toppling.studies.file.reference") is None:
         return "# Study files: every key\n\n[Study files](../study.md) lists them.\n"
-    key_reference = importlib.import_module("toppling.studies.reference").key_reference
+    key_reference = importlib.import_module("toppling.studies.file.reference").key_reference
     head = (
         "# Study files: every key\n\nMade from the schema that reads study files, so that page and program cannot "
         "differ. [Study files](../study.md) explains them with examples.\n\n"

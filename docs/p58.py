@@ -25,11 +25,11 @@ from toppling.fragility import (
     Uniform,
     capacity_variance_shares,
     median_ratio,
-    published,
     size_regression,
     uncertain_ida,
 )
-from toppling.studies.plots import COLOURS, MARKERS
+from toppling.fragility.curves import published
+from toppling.studies.plots.axes import COLOURS, MARKERS
 
 HERE = Path(__file__).parent
 STUDY = HERE.parent / "studies/examples/fema_p58.toml"

@@ -26,7 +26,8 @@ from toppling.units import STANDARD_GRAVITY
 HERE = Path(__file__).parent
 SHOWN = (1, 2, 5, 10)
 # Free decay at e = 0.925, alpha = atan 0.2, delta = 0.05 from alpha/2, peaks 1, 2, 5 and 10: integrated at 1e-12 by an
-# adaptive 8th-order method that shares nothing with the engine (tests/test_published.py holds the engine to them, too).
+# adaptive 8th-order method that shares nothing with the engine (tests/models/test_published.py compares them with the
+# engine's, too).
 INTEGRATED = {
     "discrete": (0.41131983, 0.34490885, 0.21770197, 0.11808315),
     "Vassiliou": (0.43717884, 0.38875676, 0.29051030, 0.19996001),

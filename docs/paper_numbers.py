@@ -1,7 +1,7 @@
 """What docs/paper.md says in numbers: each computed here, from the package and from closed forms.
 
 The paper is Liu, Huang and Qu (2024), A discretely damped SDOF model for the rocking response of freestanding blocks.
-tests/test_paper.py holds the main ones, and the page's sentences, to closed forms and to independent integrations.
+tests/docs/test_paper.py holds the main ones, and the page's sentences, to closed forms and to independent integrations.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 import toppling as tp
 from toppling.models import Law
 from toppling.models.runs import trace
-from toppling.studies.plots import COLOURS
+from toppling.studies.plots.axes import COLOURS
 from toppling.units import STANDARD_GRAVITY
 
 E, DELTA, X0 = 0.925, 0.05, 0.5

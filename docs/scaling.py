@@ -28,14 +28,14 @@ from distributed import Client, LocalCluster
 
 import toppling as tp
 from toppling.fragility import Work
-from toppling.fragility.cluster import Cluster
-from toppling.fragility.plan import MOST_CHUNKS, Chunk, Done, seconds_of_a_chunk
-from toppling.fragility.runners import Runner
+from toppling.fragility.runs.cluster import Cluster
+from toppling.fragility.runs.plan import MOST_CHUNKS, Chunk, ChunkResult, seconds_of_a_chunk
+from toppling.fragility.runs.runners import Runner
 from toppling.models.runs import TALLY
 from toppling.motions import records
-from toppling.studies import shards as store
-from toppling.studies.progress import time_text
-from toppling.studies.watch import Stop, Watch, run_log
+from toppling.studies.store import shards as store
+from toppling.studies.store.watch import Stop, Watch, run_log
+from toppling.wording import time_text
 
 HERE = Path(__file__).parent
 FIGURES = HERE / "scaling_measured.json"
@@ -258,7 +258,7 @@ class _Nothing(Runner):
     def run(self, work: Work, chunks: Any) -> Any:
         """Every chunk with an empty result."""
         for chunk in chunks:
-            yield chunk, Done((np.zeros((1, 1, 1), bool),), np.zeros(len(TALLY), np.int64))
+            yield chunk, ChunkResult((np.zeros((1, 1, 1), bool),), np.zeros(len(TALLY), np.int64))
 
 
 def _shards(folder: Path) -> dict[str, Any]:

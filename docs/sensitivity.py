@@ -14,9 +14,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import toppling as tp
-from toppling.studies.plots_sensitivity import figures
-from toppling.studies.sensitivity_claims import FAILS, HOLDS, OPEN, OURS, PAPER, Claim
-from toppling.studies.sensitivity_rows import claims_of
+from toppling.studies.plots.sensitivity import figures
+from toppling.studies.sensitivity.claims import FAILS, HOLDS, OPEN, OURS, PAPER, Claim
+from toppling.studies.tables.sensitivity import claims_of
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "studies/examples"

@@ -18,7 +18,8 @@ import xarray as xr
 from scipy.stats import binom
 
 import toppling as tp
-from toppling.fragility import binomial_interval, discrete_rate, fit_fragility, published
+from toppling.fragility import binomial_interval, discrete_rate, fit_fragility
+from toppling.fragility.curves import published
 from toppling.models.friction import friction_at_impact, friction_at_uplift
 from toppling.models.laws import Law
 from toppling.models.oscillator import Oscillator

@@ -1,41 +1,42 @@
 """From runs to probabilities and rates: analyses, estimators, comparisons of measures, uncertain inputs, risk."""
 
-from .capacity import overturning_capacity
-from .comparison import median_ratio, size_regression
-from .curve_csv import read_curve_csv, write_curve_csv
-from .curves import curve_probability
-from .designs import cloud, stripes
-from .distributions import Beta, Categorical, Distribution, Lognormal, Normal, Uniform
-from .efficiency import rank_measures
-from .exchange import Written
-from .exchange_files import ExchangeError
-from .fit import FORMS, fit_fragility, fit_lognormal
-from .goodness import compare_forms, goodness_of_fit
-from .hazard import HazardCurve
-from .hazard_files import read_hazard
-from .hazard_reading import HazardError
-from .ida import ida
-from .inputs import RandomInputs
-from .intervals import binomial_interval, wilson_interval
-from .inversion import Design, design_for_rate, size_for_rate
-from .notes import block_notes, notes
-from .nrml import write_nrml
-from .nrml_reading import read_nrml
-from .pelicun import read_pelicun, write_pelicun
-from .perturbed import flips
-from .plan import Chunk, Work, plan_chunks, run_chunk
-from .probability import overturning_probability
-from .rates import discrete_rate, probability_in, rate_from_probability
-from .response import overturning_response
-from .resurrection import returned
-from .risk import annual_rate, rate_share_above
-from .screen import screen
-from .screen_without_runs import standing
-from .sensitivity import morris_indices, sobol_indices, tornado
-from .slenderness import slenderness_for_rate
-from .states import reached
-from .uncertain import uncertain_ida
-from .variance import capacity_variance_shares, variance_shares
+from .analyses.cloud import cloud
+from .analyses.ida import ida
+from .analyses.stripes import stripes
+from .curves.comparison import median_ratio, size_regression
+from .curves.curve import curve_probability
+from .curves.probability import overturning_probability
+from .curves.resurrection import resurrections
+from .efficiency.capacity import overturning_capacity
+from .efficiency.ranking import rank_measures
+from .exchange.curve_csv import read_curve_csv, write_curve_csv
+from .exchange.files import ExchangeError
+from .exchange.nrml.reading import read_nrml
+from .exchange.nrml.writing import write_nrml
+from .exchange.pelicun import read_pelicun, write_pelicun
+from .exchange.rows import Written
+from .fitting.fit import FORMS, fit_fragility, fit_lognormal
+from .fitting.goodness import compare_forms, goodness_of_fit
+from .fitting.states import reached
+from .hazard.curve import HazardCurve
+from .hazard.files import read_hazard
+from .hazard.rates import discrete_rate, probability_in, rate_from_probability
+from .hazard.reading import HazardError
+from .numerics.proportions import binomial_interval, wilson_interval
+from .risk.annual_rate import annual_rate, rate_share_above
+from .risk.inversion import Design, design_for_rate, size_for_rate
+from .risk.slenderness import slenderness_for_rate
+from .runs.plan import Chunk, Work, plan_chunks, run_chunk
+from .uncertainty.distributions import Beta, Categorical, Distribution, Lognormal, Normal, Uniform
+from .uncertainty.ida import uncertain_ida
+from .uncertainty.indices import morris_indices, sobol_indices, tornado
+from .uncertainty.inputs import RandomInputs
+from .uncertainty.response import overturning_response
+from .uncertainty.variance import capacity_variance_shares, variance_shares
+from .validity.notes import block_notes, notes
+from .validity.screen import screen
+from .validity.static_screen import preliminary_screen
+from .validity.undecided import undecided_outcomes
 
 __all__ = [
     "FORMS",
@@ -64,7 +65,6 @@ __all__ = [
     "discrete_rate",
     "fit_fragility",
     "fit_lognormal",
-    "flips",
     "goodness_of_fit",
     "ida",
     "median_ratio",
@@ -74,6 +74,7 @@ __all__ = [
     "overturning_probability",
     "overturning_response",
     "plan_chunks",
+    "preliminary_screen",
     "probability_in",
     "rank_measures",
     "rate_from_probability",
@@ -83,17 +84,17 @@ __all__ = [
     "read_hazard",
     "read_nrml",
     "read_pelicun",
-    "returned",
+    "resurrections",
     "run_chunk",
     "screen",
     "size_for_rate",
     "size_regression",
     "slenderness_for_rate",
     "sobol_indices",
-    "standing",
     "stripes",
     "tornado",
     "uncertain_ida",
+    "undecided_outcomes",
     "variance_shares",
     "wilson_interval",
     "write_curve_csv",

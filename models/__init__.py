@@ -1,7 +1,8 @@
-"""What a block is and how it loses energy: blocks, damping laws, the engine that solves them, single histories."""
+"""Freestanding blocks and their loss of energy: blocks, damping laws, the engine that solves them, single histories."""
 
-from .block import Block
-from .catalogue import Catalogue, Item, catalogue
+from .block import Block, describe_block
+from .history import free_rocking, simulate
+from .items import Catalogue, Item, catalogue
 from .laws import (
     LAWS,
     DiscreteDamping,
@@ -12,8 +13,8 @@ from .laws import (
     MakrisKonstantinidis,
     Vassiliou,
     ViscousDamping,
+    describe_law,
 )
-from .simulate import describe_block, describe_law, free_rocking, simulate
 
 __all__ = [
     "LAWS",

@@ -1,9 +1,13 @@
-"""The block: sizes in, Housner's parameters out.  Knows nothing of damping laws, motions or units other than SI."""
+"""The block: Housner's parameters from its sizes.
+
+The module does not depend on damping laws or motions; all quantities are in SI units.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from .. import checks
 from ..units import STANDARD_GRAVITY
@@ -14,7 +18,7 @@ MIN_SIZE, MAX_SIZE, MIN_ANGLE = 1e-6, 1e6, 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """A freestanding rigid block on a rigid floor.
+    """Freestanding rigid block on a rigid floor.
 
     Parameters
     ----------
@@ -23,10 +27,10 @@ class Block:
     height : float
         Full outer height (2h for a uniform block), m.
     cm_height : float, optional
-        Height of the centre of mass above the floor, m; mid-height where not given.
+        Height of the centre of mass above the floor, m; mid-height if not given.
     inertia_factor : float, optional
-        lambda = I_O/(m R²), 1 < lambda <= 2; 4/3 (a uniform rectangle) where not given.  It must be given where the
-        centre of mass is not at mid-height: it then depends on how the mass is spread.
+        lambda = I_O/(m R²), 1 < lambda <= 2; 4/3 (a uniform rectangle) if not given.  It must be given if the centre
+        of mass is not at mid-height, because it then depends on how the mass is spread.
     name : str, optional
         Label in results.
 
@@ -91,7 +95,7 @@ class Block:
     def from_slenderness(
         cls, alpha: float, R: float, inertia_factor: float = UNIFORM_INERTIA_FACTOR, name: str | None = None
     ) -> Block:
-        """The block with slenderness alpha (rad, 0 < alpha < pi/2) and size R (m, > 0), mass centre at mid-height."""
+        """Return the block of slenderness alpha (rad, 0 < alpha < pi/2) and size R (m, > 0), mass at mid-height."""
         angle = checks.number("alpha", alpha, above=0.0, below=0.5 * math.pi, unit="rad")
         size = checks.number("R", R, above=0.0, unit="m")
         return cls(2.0 * size * math.sin(angle), 2.0 * size * math.cos(angle), None, inertia_factor, name)
@@ -100,10 +104,10 @@ class Block:
     def from_tilt_test(
         cls, angle: float, width: float, height: float, inertia_factor: float | None = None, name: str | None = None
     ) -> Block:
-        """The block that starts to fall at the measured tilt `angle` (rad): that angle *is* alpha.
+        """Return the block that starts to fall at the measured tilt `angle` (rad), which *is* its alpha.
 
-        The centre of mass then lies at width/(2 tan angle) above the floor, which must be inside the height (m).
-        `inertia_factor` must be given unless that is mid-height.
+        The centre of mass lies at width/(2 tan angle) above the floor; this height must be below `height` (m).
+        `inertia_factor` must be given unless the centre of mass is at mid-height.
 
         Examples
         --------
@@ -144,7 +148,7 @@ class Block:
 
     @property
     def inertia(self) -> float:
-        """Lambda = I_O/(m R²): moment of inertia about the corner over m R²."""
+        """Inertia factor lambda = I_O/(m R²): moment of inertia about the corner over m R²."""
         assert self.inertia_factor is not None  # set in __post_init__
         return self.inertia_factor
 
@@ -155,7 +159,7 @@ class Block:
 
     @property
     def restitution(self) -> float:
-        """Housner's coefficient of restitution e_R = 1 - (2/lambda) sin² alpha; ValueError where it is not positive."""
+        """Housner's coefficient of restitution e_R = 1 - (2/lambda) sin² alpha; ValueError if it is not positive."""
         e = 1.0 - 2.0 / self.inertia * math.sin(self.alpha) ** 2
         if e <= 0.0:
             raise ValueError(
@@ -166,7 +170,18 @@ class Block:
 
     @property
     def label(self) -> str:
-        """The name, or the sizes where there is none."""
+        """The name, or alpha and R if the block has no name."""
         if self.name is not None:
             return self.name
         return f"alpha={self.alpha:.4g} R={self.R:.4g} m"
+
+
+def describe_block(block: Block) -> dict[str, Any]:
+    """Return the parameters that define the block, as plain values (SI)."""
+    return {
+        "name": block.label,
+        "width": block.width,
+        "height": block.height,
+        "cm_height": block.cm_height,
+        "inertia_factor": block.inertia_factor,
+    }

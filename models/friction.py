@@ -1,7 +1,8 @@
-"""Friction: what a block needs so that it rocks and does not slide, and what a floor may have.
+"""Friction: the coefficient that a block needs to rock without sliding, and the coefficient that a floor has.
 
-What is needed follows from the block, its shaking and its restitution alone; the laws of rocking themselves know no
-friction.  What there is may be a number or a distribution: `below(need)` is the probability that it does not suffice.
+The needed coefficient follows from the block, its shaking and its restitution alone; the laws of rocking do not include
+friction.  The coefficient of the floor is a number or a distribution: `below(need)` is the probability that it does not
+suffice.
 """
 
 from __future__ import annotations
@@ -15,24 +16,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import checks
+from ..aliases import Array, Flags
 from ..distributions import Lognormal, Normal, Uniform
 from ..units import STANDARD_GRAVITY
 from .block import UNIFORM_INERTIA_FACTOR
 
-Values = NDArray[np.float64]
-
 
 def friction_at_uplift(
     slenderness: ArrayLike, acceleration: ArrayLike | None = None, inertia_factor: ArrayLike = UNIFORM_INERTIA_FACTOR
-) -> Values:
-    """Coefficient of friction that a block at rest needs so that it does not slide, up to uplift and right after it.
+) -> Array:
+    """Return the coefficient of friction that keeps a block at rest from sliding, up to uplift and right after it.
 
     Parameters
     ----------
     slenderness : array_like
         h/b: height of the centre of mass over the half width, > 0.
     acceleration : array_like, optional
-        Floor acceleration while the block stands upright, m/s² (its sign does not matter).  Where not given, the
+        Floor acceleration while the block stands upright, m/s² (its sign does not matter); if not given, the
         acceleration that just lifts the block, g b/h.
     inertia_factor : array_like
         lambda = I_O/(m R²), > 1.  All three broadcast.
@@ -40,8 +40,8 @@ def friction_at_uplift(
     Returns
     -------
     numpy.ndarray
-        Dimensionless: |a|/g where that is below b/h (the block moves with the floor); b/h at uplift; above, what the
-        rocking block needs as long as it has hardly turned.
+        Dimensionless: |a|/g where |a|/g is below b/h (the block moves with the floor); b/h at uplift; above it, the
+        coefficient that the rocking block needs while its rotation is still small.
 
     Raises
     ------
@@ -56,9 +56,9 @@ def friction_at_uplift(
         mu >= [a (lambda (1 + gamma²) - gamma²) + gamma]/[lambda (1 + gamma²) - 1 + a gamma],
 
     Shenton's [a (4 + gamma²) + 3 gamma]/[3 a gamma + 1 + 4 gamma²] for lambda = 4/3 (general lambda: derived).  It
-    grows with a from b/h at a = b/h towards (lambda (1 + gamma²) - gamma²)/gamma.  Acceleration that is continuous
-    passes b/h, where b/h suffices, and comes to its peak when the block has turned by a little: for the peak the
-    formula stands, too.
+    grows with a from b/h at a = b/h towards (lambda (1 + gamma²) - gamma²)/gamma.  A continuous acceleration passes
+    b/h, where b/h suffices, and reaches its peak when the block has turned by a small angle: the formula holds for the
+    peak, too.
 
     References
     ----------
@@ -72,20 +72,20 @@ def friction_at_uplift(
     (True, 0.708)
     """
     gamma = np.asarray(slenderness, dtype=float)
-    _all("slenderness", gamma, gamma > 0.0, "> 0")
+    _check_all("slenderness", gamma, gamma > 0.0, "> 0")
     if acceleration is None:
         return np.asarray(1.0 / gamma)
     inertia = np.asarray(inertia_factor, dtype=float)
-    _all("inertia_factor", inertia, inertia > 1.0, "> 1")
+    _check_all("inertia_factor", inertia, inertia > 1.0, "> 1")
     a = np.abs(np.asarray(acceleration, dtype=float)) / STANDARD_GRAVITY
-    _all("acceleration", a, np.isfinite(a), "finite")
+    _check_all("acceleration", a, np.isfinite(a), "finite")
     about = inertia * (1.0 + gamma**2)
     rocking = (a * (about - gamma**2) + gamma) / (about - 1.0 + a * gamma)
     return np.asarray(np.where(a * gamma <= 1.0, a, rocking))
 
 
-def friction_at_impact(slenderness: ArrayLike, e: ArrayLike) -> Values:
-    """Coefficient of friction that an impact with restitution e needs so that the block does not slide.
+def friction_at_impact(slenderness: ArrayLike, e: ArrayLike) -> Array:
+    """Return the coefficient of friction that keeps a block from sliding in an impact with restitution e.
 
     Parameters
     ----------
@@ -106,9 +106,9 @@ def friction_at_impact(slenderness: ArrayLike, e: ArrayLike) -> Values:
 
     Notes
     -----
-    The centre of mass comes down with (h, -b) theta' and goes on with (h, b) e theta': the impulse is (1 - e) h across
-    and (1 + e) b upward, wherever it acts and whatever the inertia (derived).  A slender block with a small e asks for
-    friction that no floor has.
+    The centre of mass has the velocity (h, -b) theta' before the impact and (h, b) e theta' after it: the impulse is
+    (1 - e) h across and (1 + e) b upward, wherever it acts and whatever the inertia (derived).  A slender block with a
+    small e needs friction that no floor has.
 
     Examples
     --------
@@ -117,29 +117,29 @@ def friction_at_impact(slenderness: ArrayLike, e: ArrayLike) -> Values:
     """
     gamma = np.asarray(slenderness, dtype=float)
     restitution = np.asarray(e, dtype=float)
-    _all("slenderness", gamma, gamma > 0.0, "> 0")
-    _all("e", restitution, np.isnan(restitution) | ((restitution >= 0.0) & (restitution <= 1.0)), ">= 0 and <= 1")
+    _check_all("slenderness", gamma, gamma > 0.0, "> 0")
+    _check_all("e", restitution, np.isnan(restitution) | ((restitution >= 0.0) & (restitution <= 1.0)), ">= 0 and <= 1")
     return np.asarray(gamma * (1.0 - restitution) / (1.0 + restitution))
 
 
 class Friction(ABC):
-    """The coefficient of friction between a block and its floor, known or random."""
+    """Coefficient of friction between a block and its floor, known or random."""
 
     distribution: ClassVar[str]
 
     @abstractmethod
-    def below(self, need: ArrayLike) -> Values:
-        """Probability that the coefficient is below `need` (>= 0); NaN where that is NaN."""
+    def below(self, need: ArrayLike) -> Array:
+        """Return the probability that the coefficient is below `need` (>= 0); NaN where `need` is NaN."""
 
     @property
     def description(self) -> dict[str, Any]:
-        """Distribution and parameters, as plain values."""
+        """The distribution and its parameters, as plain values."""
         return {"distribution": self.distribution, **asdict(self)}  # type: ignore[call-overload]
 
 
 @dataclass(frozen=True)
 class FixedFriction(Friction):
-    """A coefficient that is known, > 0."""
+    """Known coefficient of friction, > 0."""
 
     distribution: ClassVar[str] = "fixed"
     value: float
@@ -147,14 +147,14 @@ class FixedFriction(Friction):
     def __post_init__(self) -> None:
         checks.number("friction", self.value, above=0.0)
 
-    def below(self, need: ArrayLike) -> Values:
+    def below(self, need: ArrayLike) -> Array:
         wanted = np.asarray(need, dtype=float)
         return np.where(np.isnan(wanted), np.nan, self.value < wanted)
 
 
 @dataclass(frozen=True)
 class LognormalFriction(Friction):
-    """A lognormal coefficient: median > 0, dispersion (standard deviation of its logarithm) > 0.
+    """Lognormal coefficient of friction: median > 0, dispersion (standard deviation of its logarithm) > 0.
 
     Examples
     --------
@@ -170,13 +170,13 @@ class LognormalFriction(Friction):
         checks.number("median of friction", self.median, above=0.0)
         checks.number("dispersion of friction", self.dispersion, above=0.0)
 
-    def below(self, need: ArrayLike) -> Values:
+    def below(self, need: ArrayLike) -> Array:
         return Lognormal(self.median, self.dispersion).below(need)
 
 
 @dataclass(frozen=True)
 class NormalFriction(Friction):
-    """A normal coefficient, its part below zero cut off: mean and standard deviation, both > 0, before the cut."""
+    """Normal coefficient of friction, truncated at zero: mean and standard deviation, both > 0, before truncation."""
 
     distribution: ClassVar[str] = "normal"
     mean: float
@@ -186,13 +186,13 @@ class NormalFriction(Friction):
         checks.number("mean of friction", self.mean, above=0.0)
         checks.number("standard deviation of friction", self.standard_deviation, above=0.0)
 
-    def below(self, need: ArrayLike) -> Values:
+    def below(self, need: ArrayLike) -> Array:
         return Normal(self.mean, self.standard_deviation, lower=0.0).below(need)
 
 
 @dataclass(frozen=True)
 class UniformFriction(Friction):
-    """A coefficient anywhere between `lower` >= 0 and `upper` > lower."""
+    """Coefficient of friction that is uniform between `lower` >= 0 and `upper` > lower."""
 
     distribution: ClassVar[str] = "uniform"
     lower: float
@@ -202,12 +202,12 @@ class UniformFriction(Friction):
         checks.number("lower end of friction", self.lower, at_least=0.0)
         checks.number("upper end of friction", self.upper, above=self.lower)
 
-    def below(self, need: ArrayLike) -> Values:
+    def below(self, need: ArrayLike) -> Array:
         return Uniform(self.lower, self.upper).below(need)
 
 
 def friction_of(value: Any) -> Friction:
-    """A number as a known coefficient; a `Friction` as it is; TypeError for anything else."""
+    """Return a number as a `FixedFriction` and a `Friction` unchanged; TypeError for anything else."""
     if isinstance(value, Friction):
         return value
     if isinstance(value, bool) or not isinstance(value, Real):
@@ -215,6 +215,6 @@ def friction_of(value: Any) -> Friction:
     return FixedFriction(float(value))
 
 
-def _all(name: str, values: NDArray[Any], holds: NDArray[np.bool_], allowed: str) -> None:
+def _check_all(name: str, values: NDArray[Any], holds: Flags, allowed: str) -> None:
     if not np.all(holds):
         raise ValueError(f"{name} must be {allowed}, got {np.ravel(values)[np.argmin(np.ravel(holds))]:g}")

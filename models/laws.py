@@ -1,7 +1,8 @@
-"""The damping laws: one small frozen dataclass each, which turns a block into an oscillator.  Nothing compiled here.
+"""Damping laws: each is a small frozen dataclass that turns a block into an oscillator.
 
-Provenance is stated with each formula: *paper* is Liu, Huang and Qu (2024); *derived* is worked out here and checked
-numerically in the tests; *recalled* is known from the literature but was not re-read.
+The module holds no compiled code.  The provenance of each formula is stated with it: *paper* is Liu, Huang and Qu
+(2024); *derived* was worked out here and is checked numerically in the tests; *recalled* is known from the literature
+but was not re-read.
 
 References
 ----------
@@ -18,29 +19,30 @@ from typing import Any, ClassVar
 
 from .. import checks
 from ..units import STANDARD_GRAVITY
-from . import _piecewise as engine
 from .block import Block
+from .engine import tables as engine
 from .oscillator import Oscillator, bilinear, impact
 
 LEVERS = ("h", "R")
 RESTS = ("elastic", "rigid")
 GEOMETRIES = ("exact", "linear", "bilinear")
 MIN_DELTA = 1e-9
-"""Least half width of the elastic zone: its frequency grows as delta^-½, and the work with it."""
+"""Least half width of the elastic zone over alpha: the zone's frequency grows as delta^-½, and so does the work."""
 MAX_DAMPING = 100.0
-"""Largest damping ratio (and coefficient of Vassiliou's law): far beyond any sense, and the zone becomes stiff."""
+"""Largest damping ratio (and coefficient of Vassiliou's law): beyond any physical value, where the zone gets stiff."""
 
 
 class Law(ABC):
-    """A damping law; `oscillator(block)` is all that the engine asks of it.
+    """Damping law: the way in which a rocking block dissipates energy.
 
-    `law` is its short name in labels and study files.  A new law with an existing rule is one dataclass.
+    The engine only calls `oscillator(block)`.  `law` is the short name in labels and study files.  A new law that uses
+    an existing rule of the engine is one dataclass.
     """
 
     law: ClassVar[str]
 
     def __post_init__(self) -> None:
-        """Validate the options that laws share, once, where they enter."""
+        """Validate the options that laws share, once, when the law is made."""
         values = self.options
         if values.get("e") is not None:
             checks.number("e", values["e"], above=0.0, at_most=1.0)
@@ -62,23 +64,24 @@ class Law(ABC):
 
     @abstractmethod
     def oscillator(self, block: Block) -> Oscillator:
-        """The oscillator of `block` under this law; ValueError where the block needs an explicit e."""
+        """Return the oscillator of `block` under this law; ValueError if the block needs an explicit e."""
 
     def restitution(self, block: Block) -> float | None:
-        """The coefficient of restitution used for `block`, or None where the law has none.
+        """Return the coefficient of restitution used for `block`, or None if the law has none.
 
-        The law's own e, or Housner's e_R of the block times `restitution_factor`: never clipped, above 1 is an error.
+        It is the law's own e or, if e is not given, Housner's e_R of the block times `restitution_factor`.  The value
+        is never clipped: a value above 1 is an error.
         """
         return None
 
     @property
     def options(self) -> dict[str, Any]:
-        """Every option by name."""
+        """All options by name."""
         return {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
 
     @property
     def label(self) -> str:
-        """Law, e, delta, and every option that is not the default: ``discrete e=0.92 δ=0.05 rest=rigid``."""
+        """Short name, e, delta and every option that is not the default, as ``discrete e=0.92 δ=0.05 rest=rigid``."""
         parts = [self.law]
         values = self.options
         defaults = {f.name: f.default for f in fields(self)}  # type: ignore[arg-type]
@@ -98,7 +101,7 @@ class Law(ABC):
 
 
 class _ImpactLaw(Law):
-    """A law with a coefficient of restitution: fields `e` and `restitution_factor`."""
+    """Law with a coefficient of restitution; its fields are `e` and `restitution_factor`."""
 
     e: float | None
     restitution_factor: float
@@ -114,23 +117,23 @@ class _ImpactLaw(Law):
 
 
 def _q2(block: Block) -> float:
-    """p² sin(alpha)/alpha: the falling branch's stiffness per unit inertia, 1/s² (derived)."""
+    """Return p² sin(alpha)/alpha, the negative of the falling branch's stiffness per unit inertia, 1/s² (derived)."""
     return block.p**2 * math.sin(block.alpha) / block.alpha
 
 
 def _gain(block: Block, lever: str) -> float:
-    """Lever arm over lambda R²: angular acceleration per floor acceleration, 1/m (derived; h: the paper's Eq. 5)."""
+    """Return lever arm/(lambda R²): angular per floor acceleration, 1/m (derived; for h: the paper's Eq. 5)."""
     arm = block.h if lever == "h" else block.R
     return arm / (block.inertia * block.R**2)
 
 
 def _zone_frequency(block: Block, delta: float) -> float:
-    """sqrt(k0/I_O) = q sqrt(1/delta - 1), rad/s: the elastic zone's circular frequency."""
+    """Return the elastic zone's circular frequency sqrt(k0/I_O) = q sqrt(1/delta - 1), rad/s."""
     return math.sqrt(_q2(block) * (1.0 / delta - 1.0))
 
 
 class _HeldZoneLaw(_ImpactLaw):
-    """A law whose zone holds a damping set at each entry, by the rule `rule` of the engine."""
+    """Law whose zone damping is set at each entry by the engine's rule `rule` and held until the next entry."""
 
     rule: ClassVar[int]
     delta: float
@@ -151,22 +154,24 @@ class _HeldZoneLaw(_ImpactLaw):
 
 @dataclass(frozen=True)
 class DiscreteDamping(_HeldZoneLaw):
-    """The paper's own law: f_d = c_D theta' inside |theta| <= delta alpha, nothing outside.
+    """The paper's own law: damping force f_d = c_D theta' inside |theta| <= delta alpha, none outside.
 
     c_D = c' |theta'_in| with c' = I_O (1 - e)/(2 delta alpha) (paper, Eqs. 15-17); theta'_in is the velocity at the
-    last inward crossing of |theta| = delta alpha, held until the next; the zone is undamped before the first.
+    last inward crossing of |theta| = delta alpha.  c_D is held until the next inward crossing; before the first one the
+    zone is undamped.
 
     Parameters
     ----------
     e : float, optional
-        Restitution, 0 < e <= 1; the block's own e_R times `restitution_factor` where not given.
+        Coefficient of restitution, 0 < e <= 1; the block's own e_R times `restitution_factor` if not given.
     delta : float
         Half width of the elastic zone over alpha, 0 < delta < 1; 0.05 is the paper's recommendation.
     lever : {"h", "R"}
-        Lever arm of the shaking: the mass centre's height (threshold g tan alpha), or R (the paper's lumped mass,
+        Lever arm of the shaking: the mass centre's height (threshold g tan alpha) or R (the paper's lumped mass,
         threshold g sin alpha).
     rest : {"elastic", "rigid"}
-        Elastic zone at rest as in the paper, or at rest until the static threshold is exceeded (derived).
+        "elastic": the block at rest is in the elastic zone, as in the paper.  "rigid": it stays at rest until the
+        static threshold is exceeded (derived).
     """
 
     law: ClassVar[str] = "discrete"
@@ -180,12 +185,13 @@ class DiscreteDamping(_HeldZoneLaw):
 
 @dataclass(frozen=True)
 class EnergyConsistent(_HeldZoneLaw):
-    """Discrete damping with the c_D for which the zone takes out exactly what an impact with e takes out (derived).
+    """Discrete damping whose c_D makes the zone dissipate exactly the energy of an impact with e (derived).
 
     c >= 0 is the root for which the unforced crossing leaves the zone with
     v_o² = e² v_i² - (1 - e²) s (2 delta - delta²), where v = theta'/(p alpha) and s = sin(alpha)/alpha.  Free rocking
-    then has Housner's peaks for every delta.  Where v_o² <= 0, ``rest="rigid"`` keeps the block on the rigid branch
-    and ``rest="elastic"`` takes the c that just stops it at the far edge.  Options as `DiscreteDamping`.
+    then has Housner's peaks for every delta.  Where v_o² <= 0, ``rest="rigid"`` keeps the block on the rigid branch,
+    and ``rest="elastic"`` takes the c that just stops the block at the far edge.  The options are those of
+    `DiscreteDamping`.
     """
 
     law: ClassVar[str] = "energy-consistent"
@@ -199,7 +205,7 @@ class EnergyConsistent(_HeldZoneLaw):
 
 @dataclass(frozen=True)
 class _RestitutionViscous(_ImpactLaw):
-    """f_d = 2 zeta(e) sqrt(I_O k0) theta' everywhere: initial-stiffness proportional (paper, Eq. 11)."""
+    """Initial-stiffness proportional damping f_d = 2 zeta(e) sqrt(I_O k0) theta' at every rotation (paper, Eq. 11)."""
 
     e: float | None = None
     delta: float = 0.05
@@ -209,7 +215,7 @@ class _RestitutionViscous(_ImpactLaw):
     @staticmethod
     @abstractmethod
     def damping_ratio(e: float) -> float:
-        """Zeta as a function of the restitution coefficient."""
+        """Return the damping ratio zeta for the coefficient of restitution e."""
 
     def oscillator(self, block: Block) -> Oscillator:
         ratio = self.damping_ratio(self.restitution(block))
@@ -221,8 +227,8 @@ class _RestitutionViscous(_ImpactLaw):
 class GianniniMasiani(_RestitutionViscous):
     """Continuous viscous damping with zeta = (2/pi)(1 - e)/(1 + e).
 
-    The form is derived: zero for e = 1 and 2/pi for e = 0, as the paper states; the damping coefficient
-    c = 2 zeta sqrt(I_O k0) is the paper's.  Options `e`, `delta`, `lever` as `DiscreteDamping`.
+    The form is derived: zero for e = 1 and 2/pi for e = 0, as the paper states.  The damping coefficient
+    c = 2 zeta sqrt(I_O k0) is the paper's.  The options `e`, `delta` and `lever` are those of `DiscreteDamping`.
 
     References
     ----------
@@ -240,8 +246,8 @@ class GianniniMasiani(_RestitutionViscous):
 class MakrisKonstantinidis(_RestitutionViscous):
     """Continuous viscous damping with zeta = -0.68 ln e.
 
-    Fitted by its authors to an oscillator of amplitude-dependent period; attached to the initial stiffness, as the
-    paper does, it over-damps.  Options `e`, `delta`, `lever` as `DiscreteDamping`.
+    The authors fitted the formula to an oscillator of amplitude-dependent period; with the initial stiffness, as in the
+    paper, it over-damps.  The options `e`, `delta` and `lever` are those of `DiscreteDamping`.
 
     References
     ----------
@@ -260,7 +266,7 @@ class MakrisKonstantinidis(_RestitutionViscous):
 class Vassiliou(Law):
     """Continuous viscous damping c = coefficient (alpha/0.1)² m g^½ R^(3/2), independent of e and delta.
 
-    The coefficient 0.02 is recalled, so it is a parameter (>= 0).
+    The coefficient 0.02 is recalled and is therefore a parameter (>= 0).
 
     References
     ----------
@@ -281,7 +287,7 @@ class Vassiliou(Law):
 
 @dataclass(frozen=True)
 class ViscousDamping(Law):
-    """Continuous viscous damping of any ratio `zeta` >= 0 of the initial stiffness: c = 2 zeta sqrt(I_O k0)."""
+    """Continuous viscous damping c = 2 zeta sqrt(I_O k0), with any ratio `zeta` >= 0 of the initial stiffness."""
 
     law: ClassVar[str] = "viscous"
     zeta: float
@@ -290,7 +296,7 @@ class ViscousDamping(Law):
 
     @classmethod
     def fema356(cls, e: float, delta: float = 0.05, lever: str = "h") -> ViscousDamping:
-        """FEMA 356's zeta = 0.4 (1 - e), as quoted by Makris and Konstantinidis (2003)."""
+        """Return the law with FEMA 356's zeta = 0.4 (1 - e), as quoted by Makris and Konstantinidis (2003)."""
         return cls(0.4 * (1.0 - checks.number("e", e, above=0.0, at_most=1.0)), delta, lever)
 
     def oscillator(self, block: Block) -> Oscillator:
@@ -300,18 +306,18 @@ class ViscousDamping(Law):
 
 @dataclass(frozen=True)
 class HousnerImpact(_ImpactLaw):
-    """The field's reference: a rigid block at rest until its threshold is exceeded, theta' -> e theta' at each impact.
+    """Housner's rigid block, the reference of the field: theta' -> e theta' at each impact, rest below a threshold.
 
     Parameters
     ----------
     e : float, optional
-        Restitution, 0 < e <= 1; the block's own e_R times `restitution_factor` where not given.
+        Coefficient of restitution, 0 < e <= 1; the block's own e_R times `restitution_factor` if not given.
     geometry : {"exact", "linear", "bilinear"}
         ``exact``: theta'' = -p² (sin(alpha sgn theta - theta) + (u''/g) cos(alpha sgn theta - theta)), threshold
         g tan alpha; ``linear``: theta'' = p² (theta - alpha sgn theta - u''/g), threshold g alpha; ``bilinear``: the
         delta -> 0 limit of the single-degree-of-freedom laws, with p² sin(alpha)/alpha and their lever arm.
     lever : {"h", "R"}
-        For ``bilinear`` only.
+        Lever arm of the shaking, for ``bilinear`` only.
 
     References
     ----------
@@ -352,4 +358,18 @@ LAWS: dict[str, type[Law]] = {
         HousnerImpact,
     )
 }
-"""Every law by its short name, as study files and labels use it."""
+"""The laws by the short names that study files and labels use."""
+
+
+def oscillator_of(block: Any, model: Any) -> Oscillator:
+    """Return the oscillator of a block under a law; TypeError if either argument is of another type."""
+    if not isinstance(block, Block):
+        raise TypeError(f"block must be a toppling Block, got {checks.kind(block)}")
+    if not isinstance(model, Law):
+        raise TypeError(f"model must be a damping law such as DiscreteDamping(), got {checks.kind(model)}")
+    return model.oscillator(block)
+
+
+def describe_law(model: Law) -> dict[str, Any]:
+    """Return the law's short name and all options, as plain values."""
+    return {"law": model.law, **model.options}

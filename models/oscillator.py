@@ -1,8 +1,8 @@
-"""What a damping law makes of a block: a short table of regions with edges, in plain numbers per unit inertia.
+"""Oscillators: a block under a damping law as a short table of regions, in plain numbers per unit inertia.
 
-To the engine an oscillator is regions in the rotation (stiffness, damping, offset), what happens at each edge (cross,
-enter a zone whose damping is then held, impact, overturn), and where it rests.  Three tables are built here; blocks
-beside a wall, brittle restraints and centres of mass off the middle are other tables for the same engine.
+For the engine an oscillator consists of regions of the rotation (stiffness, damping, offset), the event at each edge
+(crossing, entry into a zone whose damping is then held, impact, overturning) and the state of rest.  Three tables are
+built here; blocks beside a wall, brittle restraints and eccentric centres of mass are other tables for the same engine.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from . import _piecewise as engine
+from ..aliases import Array, Index
+from .engine import tables as engine
 
 
 class Edge(NamedTuple):
-    """What happens where the rotation reaches an edge: action, region beyond, the region an entry rule may prefer."""
+    """Event at the edge of a region: the action, the region beyond, and the region that an entry rule may prefer."""
 
     action: int
     target: int = engine.NO_REGION
@@ -29,12 +29,13 @@ OVERTURN = Edge(engine.OVERTURN)
 
 
 class Region(NamedTuple):
-    """x'' = -stiffness x - damping x' + offset + forcing for lower <= x <= upper (SI, per unit inertia).
+    """Region of an oscillator: x'' = -stiffness x - damping x' + offset + forcing for lower <= x <= upper.
 
-    `potential` is added to stiffness x²/2 - offset x so that the potential of the oscillator is continuous; `held`
-    says that the damping is set at each entry and kept; `turn_left`, `turn_right` name the regions that take over at
-    the same energy where the velocity vanishes inside this one.  Exact geometry reads stiffness = -p² and
-    offset = -+p² alpha, and solves the sin/cos form instead.
+    All values are in SI units per unit inertia.  `potential` is added to stiffness x²/2 - offset x so that the
+    potential of the oscillator is continuous.  If `held` is True, the damping is set at each entry and kept.
+    `turn_left` and `turn_right` name the regions in which the motion goes on with the same energy when the velocity
+    vanishes inside this region.  In exact geometry stiffness is -p² and offset is -+p² alpha, and the engine solves
+    the sin/cos form instead.
     """
 
     lower: float
@@ -51,12 +52,12 @@ class Region(NamedTuple):
 
     @property
     def captures(self) -> bool:
-        """Whether another region takes over where the velocity vanishes inside this one."""
+        """True if the motion goes on in another region when the velocity vanishes inside this one."""
         return self.turn_left != engine.NO_REGION or self.turn_right != engine.NO_REGION
 
 
 class Oscillator(NamedTuple):
-    """An oscillator in numbers: regions, forcing gain (rad/s² per m/s²), entry rule, thresholds and where it rests."""
+    """Oscillator in numbers: regions, forcing gain (rad/s² per m/s²), entry rule, thresholds and state of rest."""
 
     regions: tuple[Region, ...]
     gain: float
@@ -71,12 +72,12 @@ class Oscillator(NamedTuple):
     exact: bool = False
 
     def region_at(self, theta: float, omega: float) -> int:
-        """The region in which a run started at (theta, omega) begins."""
+        """Return the region in which a run from (theta, omega) begins."""
         if theta == 0.0 and omega == 0.0:
             return self.start
         candidates = list(range(len(self.regions)))
         if self.start == engine.REST:
-            # a rigid block comes into a zone by an inward crossing only
+            # a rigid block enters a zone only by an inward crossing
             candidates = [i for i in candidates if not self.regions[i].captures]
         else:
             candidates.insert(0, self.start)
@@ -89,15 +90,15 @@ class Oscillator(NamedTuple):
 
 
 class Stack(NamedTuple):
-    """Oscillators as the arrays that the engine reads."""
+    """Several oscillators as the arrays that the engine reads."""
 
-    tables: NDArray[np.float64]
-    links: NDArray[np.int64]
-    parameters: NDArray[np.float64]
+    tables: Array
+    links: Index
+    parameters: Array
 
 
 def stack(oscillators: Sequence[Oscillator]) -> Stack:
-    """Region tables (o, r, 6), links (o, r, 9) and parameters (o, 10) of several oscillators, padded to one size."""
+    """Return region tables (o, r, 6), links (o, r, 9) and parameters (o, 10) of oscillators, padded to one size."""
     rows = max(len(oscillator.regions) for oscillator in oscillators)
     tables = np.zeros((len(oscillators), rows, engine.REGION_COLUMNS))
     links = np.full((len(oscillators), rows, engine.LINK_COLUMNS), engine.NO_REGION, dtype=np.int64)
@@ -123,14 +124,14 @@ def stack(oscillators: Sequence[Oscillator]) -> Stack:
 
 
 def exact_lever(oscillator: Oscillator) -> float:
-    """1/cos(alpha) of an oscillator in exact geometry, whose shaking is given by its gain at rest; 0 of any other."""
+    """Return 1/cos(alpha) for exact geometry, where `gain` is the gain at rest; 0 for any other oscillator."""
     if not oscillator.exact:
         return 0.0
     return 1.0 / math.cos(oscillator.regions[0].offset / oscillator.regions[0].stiffness)
 
 
 def _check_table(oscillator: Oscillator) -> None:
-    """Refuse what the engine does not solve: ValueError."""
+    """Raise ValueError for an oscillator that the engine cannot solve."""
     for index, region in enumerate(oscillator.regions):
         if region.stiffness == 0.0 or not region.lower < region.upper:
             raise ValueError(f"region {index} must have a stiffness other than 0 and lower < upper, got {region}")
@@ -152,11 +153,12 @@ def bilinear(
     e: float = 1.0,
     rigid_rest: bool = False,
 ) -> Oscillator:
-    """Falling branches -+q² beyond |theta| = delta alpha, an elastic zone of stiffness (1/delta - 1) q² between them.
+    """Return the oscillator with falling branches beyond |theta| = delta alpha and an elastic zone between them.
 
-    With `rigid_rest` the falling branches go on to theta = 0, where the block rests until |forcing| > q² alpha, and a
-    block comes into the zone only where an impact with e would carry it through (same energy everywhere: the zone's
-    potential lies q² alpha² delta/2 higher).
+    The falling branches have the stiffness -q², the zone (1/delta - 1) q².  With `rigid_rest` the falling branches go
+    on to theta = 0, where the block rests until |forcing| > q² alpha, and the block enters the zone only if an impact
+    with e would carry it through (the energy is the same everywhere: the zone's potential lies q² alpha² delta/2
+    higher).
     """
     edge = delta * alpha
     held = rule in (engine.RULE_ENTRY_SPEED, engine.RULE_ENERGY)
@@ -197,9 +199,10 @@ def bilinear(
 
 
 def impact(q2: float, alpha: float, gain: float, e: float, *, exact: bool = False) -> Oscillator:
-    """Two falling branches that meet in an impact at theta = 0, where the block rests: Housner's block.
+    """Return Housner's block: two falling branches that meet in an impact at theta = 0, where the block rests.
 
-    `exact`: sin/cos geometry with q2 = p²; its threshold is p² sin alpha, else q² alpha.
+    With `exact` the geometry is the sin/cos form with q2 = p² and the threshold p² sin alpha; otherwise the threshold
+    is q² alpha.
     """
     left, right = range(2)
     regions = (

@@ -7,48 +7,53 @@ from collections.abc import Sequence
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
-from . import _piecewise as engine
+from ..aliases import Array, Index
+from .engine import tables
+from .engine.exact_runs import run_exact
+from .engine.linear_runs import run_lanes
+from .engine.starts import begin_runs
 from .oscillator import Oscillator, Stack, stack
 
 OUTPUTS: dict[str, int] = {
-    "overturned": engine.OUT_OVERTURNED,
-    "peak_rotation": engine.OUT_PEAK,
-    "uplifted": engine.OUT_UPLIFTED,
-    "impacts": engine.OUT_IMPACTS,
-    "overturning_time": engine.OUT_OVERTURN_TIME,
-    "impact_velocity": engine.OUT_STRIKE,
-    "direction": engine.OUT_DIRECTION,
+    "overturned": tables.OUT_OVERTURNED,
+    "peak_rotation": tables.OUT_PEAK,
+    "uplifted": tables.OUT_UPLIFTED,
+    "impacts": tables.OUT_IMPACTS,
+    "overturning_time": tables.OUT_OVERTURN_TIME,
+    "impact_velocity": tables.OUT_STRIKE,
+    "direction": tables.OUT_DIRECTION,
 }
 """Results of a run by name, and their column."""
 
-TALLY: tuple[str, ...] = ("samples", "before_uplift", "after_overturning", "cannot_overturn", "events")
-"""What the engine counts: samples of all runs, the samples left out by reason, and the events solved."""
+TALLY: tuple[str, ...] = tables.TALLY
+"""The engine's counts: samples of all runs, samples left out by reason, and events solved."""
 
 _NO_START = np.empty(0)
+_NO_TURNS = np.empty((2, 0))
+_NO_HISTORY = np.empty((tables.HISTORY_ROWS, 0))
 
 # Accelerations and states below this are zero: products of denormal numbers have no sign left to decide an event.
 _NOTHING = 1e-200
 
 
-def _flushed(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _flushed(values: Array) -> Array:
     tiny = np.abs(values) < _NOTHING
     return np.where(tiny, 0.0, values) if tiny.any() else values
 
 
 def run_many(
     oscillators: Sequence[Oscillator],
-    factors: NDArray[np.float64],
-    acceleration: NDArray[np.float64],
+    factors: Array,
+    acceleration: Array,
     dt: float,
     skip: bool = True,
     flags_only: bool = False,
-    tally: NDArray[np.int64] | None = None,
-) -> NDArray[np.float64]:
+    tally: Index | None = None,
+) -> Array:
     """Results (o, m, 7) of every oscillator under factors (o, m) times one record (n,), m/s², all starting at rest.
 
     `skip` leaves out what is known before the first uplift; flags do not change, peaks only by rounding.  With
@@ -59,66 +64,105 @@ def run_many(
 
 
 def run_stacked(
-    tables: Stack,
-    factors: NDArray[np.float64],
-    acceleration: NDArray[np.float64],
+    stacked: Stack,
+    factors: Array,
+    acceleration: Array,
     dt: float,
     skip: bool = True,
     flags_only: bool = False,
-    tally: NDArray[np.int64] | None = None,
-) -> NDArray[np.float64]:
-    """As `run_many`, of oscillators that are stacked already: that takes as long as some runs, so once for all motions.
+    tally: Index | None = None,
+) -> Array:
+    """Run oscillators that are stacked already, as `run_many` does.
 
-    The tables belong to one caller at a time.
+    Stacking costs as much as several runs, so a caller stacks once for all motions.  The stacked tables belong to one
+    caller at a time: the engine changes them for a while.
     """
-    counts = np.zeros(engine.TALLY_COLUMNS, np.int64) if tally is None else tally
+    counts = np.zeros(len(TALLY), np.int64) if tally is None else tally
     which = np.repeat(np.arange(factors.shape[0]), factors.shape[1])
-    out = np.empty((which.size, engine.OUT_COLUMNS))
-    engine.run_batch(
-        _flushed(acceleration),
-        dt,
-        *tables,
-        which,
-        np.ascontiguousarray(factors).ravel(),
-        _NO_START,
-        skip,
-        flags_only,
-        out,
-        np.empty((2, 0)),
-        np.empty((engine.HISTORY_ROWS, 0)),
-        counts,
-    )
+    batch = _batch(_flushed(acceleration), dt, stacked, which, np.ascontiguousarray(factors).ravel(), counts)
+    run_batch(batch, _NO_START, skip, flags_only)
     if flags_only:
-        out[:, 1:] = np.nan
-    return out.reshape(*factors.shape, engine.OUT_COLUMNS)
+        batch.out[:, 1:] = np.nan
+    return cast("Array", batch.out).reshape(*factors.shape, tables.OUT_COLUMNS)
+
+
+def run_batch(batch: tables.Batch, start: Array, skip: bool, flags_only: bool) -> int:
+    """Run a batch from `start` (theta, omega, region), or all from rest where it is empty.
+
+    `skip`: leave out what is known before the first uplift; with `flags_only` also what cannot overturn the block any
+    more, and then only OUT_OVERTURNED is right.  Returns the number of turning points of the last run.
+    """
+    if skip and flags_only:
+        batch = batch._replace(shaking_left=np.zeros(batch.record.size))
+    # Each driver is compiled when it is first called: an analysis without exact geometry never compiles the other one.
+    linear, exact = begin_runs(batch, start, skip, flags_only)
+    turns = 0
+    if exact.size > 0:
+        turns = run_exact(batch, exact)
+    linear = linear[np.argsort(batch.first[linear], kind="stable")]
+    for j in range(0, linear.size, tables.LANES):
+        turns = run_lanes(batch, linear[j : j + tables.LANES])
+    return turns
+
+
+def _batch(
+    record: Array,
+    dt: float,
+    stacked: Stack,
+    which: Index,
+    factors: Array,
+    tally: Index,
+    turns: Array = _NO_TURNS,
+    history: Array = _NO_HISTORY,
+) -> tables.Batch:
+    """Runs of oscillators which[j] under factors[j] * record, with room for their results (see `tables.Batch`)."""
+    oscillators, regions, _ = stacked.tables.shape
+    return tables.Batch(
+        record=record,
+        dt=dt,
+        model=tables.Model(*stacked),
+        steps=np.zeros((oscillators, regions, tables.STEP_COLUMNS)),
+        which=which,
+        factors=factors,
+        first=np.zeros(which.size, np.int64),
+        begin=np.zeros((which.size, 4)),
+        shaking_left=np.empty(0),
+        barriers=np.zeros((oscillators, 3)),
+        out=np.empty((which.size, tables.OUT_COLUMNS)),
+        turns=turns,
+        history=history,
+        tally=tally,
+    )
 
 
 @lru_cache(maxsize=1)
 def engine_identity() -> dict[str, str]:
-    """What decides the bits of a run beside its numbers: versions, and a hash of the engine's source."""
+    """Return the versions and the source hash that, with the inputs, determine a run to the last bit."""
     source = hashlib.sha256()
-    for file in sorted(Path(__file__).parent.glob("*.py")):
+    here = Path(__file__).parent
+    for file in (here.parent / "compiled.py", *sorted(here.rglob("*.py"))):
         source.update(file.read_bytes())
     versions = {name: metadata.version(name) for name in ("toppling", "numpy", "numba")}
     return {**versions, "engine": source.hexdigest()[:12]}
 
 
 def prepare(oscillators: Sequence[Oscillator]) -> None:
-    """Load the compiled engine, or compile it (some 20 s, once after installation), so that no run waits for it."""
-    run_many(oscillators[:1], np.ones((1, 1)), np.zeros(2), 0.01)
+    """Load or compile the engine's drivers that these oscillators need (once after installation: half a minute)."""
+    kinds = {oscillator.exact: oscillator for oscillator in oscillators}
+    run_many(list(kinds.values()), np.ones((len(kinds), 1)), np.zeros(2), 0.01, skip=False)
 
 
 class Trace(NamedTuple):
     """One run in full: results (7,), history (4, n) at the samples, turning points (2, t): time and rotation."""
 
-    results: NDArray[np.float64]
-    history: NDArray[np.float64]
-    turning_points: NDArray[np.float64]
+    results: Array
+    history: Array
+    turning_points: Array
 
 
 def trace(
     oscillator: Oscillator,
-    acceleration: NDArray[np.float64],
+    acceleration: Array,
     dt: float,
     theta0: float = 0.0,
     omega0: float = 0.0,
@@ -127,21 +171,15 @@ def trace(
     """One run with its history, from (theta0, omega0)."""
     theta, omega = _flushed(np.array([theta0, omega0]))
     start = np.array([theta, omega, float(oscillator.region_at(theta, omega))])
-    out = np.empty((1, engine.OUT_COLUMNS))
-    history = np.empty((engine.HISTORY_ROWS, acceleration.size))
-    turning_points = np.empty((2, max_turning_points))
-    found = engine.run_batch(
+    batch = _batch(
         _flushed(acceleration),
         dt,
-        *stack([oscillator]),
+        stack([oscillator]),
         np.zeros(1, np.int64),
         np.ones(1),
-        start,
-        False,
-        False,
-        out,
-        turning_points,
-        history,
-        np.zeros(engine.TALLY_COLUMNS, np.int64),
+        np.zeros(len(TALLY), np.int64),
+        np.empty((2, max_turning_points)),
+        np.empty((tables.HISTORY_ROWS, acceleration.size)),
     )
-    return Trace(out[0], history, turning_points[:, : min(found, max_turning_points)])
+    found = run_batch(batch, start, False, False)
+    return Trace(batch.out[0], batch.history, batch.turns[:, : min(found, max_turning_points)])

@@ -1,26 +1,31 @@
-"""What shakes the contents: simulated motions, pulses, records, and their intensity measures."""
+"""Motions that shake the contents: simulated motions, pulses, records, floor motions, and their intensity measures."""
 
-from .ac156 import AC156, ac156_acceptance
 from .arrays import from_array, records
-from .at2 import read_at2, write_at2
 from .corrections import bandpass, baseline, highpass, lowpass, pad, resample, taper, trim, trim_husid
-from .ensembles import Generator
-from .envelopes import ENVELOPES, DoubleExponential, Envelope, Gamma, RiseStrongDecay, Stationary
-from .evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
-from .files import RecordError
-from .filters import CloughPenzien, KanaiTajimi
-from .floor_files import read_floors
-from .floors import Building
+from .floors.building import Building
+from .floors.files import read_floors
+from .floors.p58 import p58_floor_demands
 from .generators import GENERATORS
-from .intensity import MEASURES, Measure
-from .matching import match
-from .measures import measure_named, measures
-from .misfit import matching_report
-from .nearfault import NearFault
-from .p58 import p58_floor_demands
-from .parametrised import FIV3, AvgSa, Sa, Sd, Sv
-from .processing import parabolic_baseline, scale_to, scale_to_mean
-from .pulses import (
+from .intensity.dataset import measure_named, measures
+from .intensity.measure import MEASURES, Measure
+from .intensity.parametric_measures import FIV3, AvgSa, Sa, Sd, Sv
+from .intensity.spectra import response_spectrum
+from .matching.ac156 import AC156, ac156_acceptance
+from .matching.match import match
+from .matching.misfit import matching_report
+from .matching.spectrum_compatible import SpectrumCompatible
+from .matching.targets import TargetSpectrum
+from .readers.at2 import read_at2, write_at2
+from .readers.csv import read_csv
+from .readers.lines import RecordError
+from .readers.read import example_path, read, read_all
+from .scaling import parabolic_baseline, scale_to, scale_to_mean
+from .simulated.envelopes import ENVELOPES, DoubleExponential, Envelope, Gamma, RiseStrongDecay, Stationary
+from .simulated.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
+from .simulated.generator import Generator, ensemble, steps_of
+from .simulated.kanai_tajimi import CloughPenzien, KanaiTajimi
+from .simulated.near_fault import NearFault
+from .simulated.pulses import (
     PULSES,
     HalfSine,
     MavroeidisPapageorgiou,
@@ -30,13 +35,8 @@ from .pulses import (
     RectangularPulse,
     Ricker,
 )
-from .reading import example_path, read, read_all
-from .seismological import Seismological
-from .sitebased import SiteBased, SiteBasedScenario
-from .spectra import response_spectrum
-from .spectrum_compatible import SpectrumCompatible
-from .targets import TargetSpectrum
-from .text import read_csv
+from .simulated.seismological import Seismological
+from .simulated.site_based import SiteBased, SiteBasedScenario
 
 __all__ = [
     "AC156",
@@ -78,6 +78,7 @@ __all__ = [
     "ac156_acceptance",
     "bandpass",
     "baseline",
+    "ensemble",
     "example_path",
     "from_array",
     "highpass",
@@ -99,6 +100,7 @@ __all__ = [
     "response_spectrum",
     "scale_to",
     "scale_to_mean",
+    "steps_of",
     "taper",
     "trim",
     "trim_husid",

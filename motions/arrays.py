@@ -1,7 +1,8 @@
-"""The labelled array that every motion is, and the plain records inside it.
+"""The labelled array in which motions are kept, and the plain records that it holds.
 
-One array: name ``acceleration``, dims (motion, time) (floor histories add ``floor``), m/s², linear between samples.
-Several arrays with their own steps and lengths are one set of motions: nothing is resampled or padded.
+An array has the name ``acceleration`` and the dims (motion, time), with ``floor`` in floor histories; its values are in
+m/s² and linear between samples.  Several arrays with their own steps and lengths form one set of motions: nothing is
+resampled or padded.
 """
 
 from __future__ import annotations
@@ -15,20 +16,22 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
+from ..aliases import Array
 from ..units import ACCELERATION, METRE, SECOND
 
 OWN_AMPLITUDE = {"units": "1", "long_name": "whether the amplitude is the motion's own and no parameter"}
 
 
 class Record(NamedTuple):
-    """One motion as plain numbers: label, acceleration (n,) in m/s², step in s, where it came from, floor or ''.
+    """One motion as plain numbers: label, acceleration (n,) in m/s², step in s, source, and floor ('' for none).
 
-    own_amplitude: whether its amplitude means something, as that of a record or a scenario does, so that scaling leads
-    away from it; not so where it is a parameter, as of filtered noise, pulses and target spectra.
+    `own_amplitude` is True if the amplitude is a property of the motion, as that of a record or a scenario, so that
+    scaling changes its meaning; it is False if the amplitude is a parameter, as in filtered noise, pulses and motions
+    of a target spectrum.
     """
 
     label: str
-    acceleration: NDArray[np.float64]
+    acceleration: Array
     dt: float
     source: str
     floor: str = ""
@@ -41,7 +44,7 @@ class Record(NamedTuple):
 
 
 def digest(record: Record) -> str:
-    """Step and samples as a hash: where two agree, the shaking is the same to the last bit."""
+    """Return a hash of step and samples: two records with equal hashes are the same to the last bit."""
     found = hashlib.sha256(record.dt.hex().encode())
     found.update(np.ascontiguousarray(record.acceleration).tobytes())
     return found.hexdigest()
@@ -54,7 +57,7 @@ def from_array(
     source: str | Sequence[str] = "array",
     own_amplitude: bool = True,
 ) -> xr.DataArray:
-    """Motions from numbers.
+    """Return plain numbers as labelled motions.
 
     Parameters
     ----------
@@ -63,11 +66,11 @@ def from_array(
     dt : float
         Time step, s, > 0.
     labels : sequence of str, optional
-        One unique label a motion; ``motion 1``, ``motion 2`` … where not given.
+        One unique label for each motion; ``motion 1``, ``motion 2`` … if not given.
     source : str or sequence of str
-        Where the motions come from, for all or for each.
+        Source of the motions: one for all, or one for each.
     own_amplitude : bool
-        Whether their amplitude means something, as that of records and scenarios does; not so where it is a parameter
+        True if the amplitude is a property of the motions, as that of records and scenarios; False if it is a parameter
         that scaling replaces (noise, pulses, target spectra).
 
     Returns
@@ -96,7 +99,7 @@ def from_array(
     if len(names) != n or not all(isinstance(name, str) and name for name in names):
         raise ValueError(f"labels must be {n} non-empty strings, one a motion, got {names!r:.80}")
     if len(set(names)) != n:
-        raise ValueError(f"labels must be unique, got {_repeated(names)!r} more than once")
+        raise ValueError(f"labels must be unique, got {_first_repeated(names)!r} more than once")
     sources = list(source) if isinstance(source, Iterable) and not isinstance(source, str) else [source] * n
     if len(sources) != n or not all(isinstance(name, str) for name in sources):
         raise ValueError(f"source must be one string or {n}, one a motion, got {source!r:.80}")
@@ -118,12 +121,12 @@ def from_array(
 
 
 def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
-    """The plain records of one labelled array or a sequence of them, in order; a ``floor`` dimension is stacked.
+    """Return the plain records of one labelled array or a sequence of them, in order; a ``floor`` dimension is stacked.
 
     Raises
     ------
     TypeError
-        Something that is no labelled acceleration array.
+        An argument that is no labelled acceleration array.
     ValueError
         No motion, a label used twice, units other than m s-2, a time axis that is not uniform or does not agree with
         dt, NaN or infinity.
@@ -142,7 +145,7 @@ def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
     names = [record.label for record in found]
     if len(set(names)) != len(names):
         raise ValueError(
-            f"motions must have unique labels, got {_repeated(names)!r} more than once: give one set other labels"
+            f"motions must have unique labels, got {_first_repeated(names)!r} more than once: give one set other labels"
         )
     return found
 
@@ -161,7 +164,7 @@ def _records_of(array: xr.DataArray) -> list[Record]:
         pieces = [(array.transpose("motion", "time"), "")]
     n = array.sizes["motion"]
     columns = [
-        {name: _of_each_motion(piece, name, n) for name in ("motion", "source", "dt", "own_amplitude", "time")}
+        {name: _values_by_motion(piece, name, n) for name in ("motion", "source", "dt", "own_amplitude", "time")}
         for piece, _ in pieces
     ]
     waves = [piece.values for piece, _ in pieces]
@@ -181,8 +184,8 @@ def _records_of(array: xr.DataArray) -> list[Record]:
     return found
 
 
-def _of_each_motion(piece: xr.DataArray, name: str, n: int) -> Sequence[Any] | None:
-    """A coordinate motion by motion: its value, or all of it where it is on time; None where there is none."""
+def _values_by_motion(piece: xr.DataArray, name: str, n: int) -> Sequence[Any] | None:
+    """Return a coordinate motion by motion, its value or, for time, its array; None if there is no such coordinate."""
     if name not in piece.coords:
         return None
     coordinate = piece.coords[name]
@@ -194,7 +197,7 @@ def _of_each_motion(piece: xr.DataArray, name: str, n: int) -> Sequence[Any] | N
 
 
 def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
-    """Label, step, duration, source, own_amplitude (and floor, where there is one) of records, on ``motion``."""
+    """Return label, step, duration, source, own_amplitude (and floor, if there is one) of records, on ``motion``."""
     labels = np.array([record.label for record in plain], dtype=object)
     sources = np.array([record.source for record in plain], dtype=object)
     coordinates = {
@@ -210,8 +213,8 @@ def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
     return coordinates
 
 
-def floor_coordinates(floors: Sequence[Any], heights: NDArray[np.float64] | None = None) -> dict[str, xr.Variable]:
-    """Labels of floors, and their heights (m) where known, as variables on ``floor``."""
+def floor_coordinates(floors: Sequence[Any], heights: Array | None = None) -> dict[str, xr.Variable]:
+    """Return labels of floors, and their heights (m) if known, as variables on ``floor``."""
     whole = all(isinstance(one, int) for one in floors)
     labels = np.array(list(floors), dtype=np.int64 if whole else object)
     text = "floor, 0 is the ground" if whole else "floor"
@@ -223,15 +226,15 @@ def floor_coordinates(floors: Sequence[Any], heights: NDArray[np.float64] | None
 
 
 def floor_array(
-    values: NDArray[np.float64],
+    values: Array,
     dt: float,
     labels: NDArray[np.object_],
     sources: NDArray[np.object_],
     floors: Sequence[Any],
-    heights: NDArray[np.float64] | None = None,
+    heights: Array | None = None,
     own_amplitude: Sequence[bool] | None = None,
 ) -> xr.DataArray:
-    """Floor histories (motion, floor, time), m/s², as the labelled array that `toppling.motions.records` takes."""
+    """Return floor histories (motion, floor, time), m/s², as the labelled array that `records` takes."""
     time = np.arange(values.shape[2]) * dt
     own = [True] * len(labels) if own_amplitude is None else list(own_amplitude)
     return xr.DataArray(
@@ -250,7 +253,7 @@ def floor_array(
     )
 
 
-def _repeated(names: Sequence[str]) -> str:
+def _first_repeated(names: Sequence[str]) -> str:
     seen: set[str] = set()
     for name in names:
         if name in seen:

@@ -1,7 +1,8 @@
-"""Baseline, filters, windows and resampling of labelled motions: each asked for, each noted in `processing`.
+"""Corrections of labelled motions: baseline, filters, windows and resampling.
 
-Every function takes motions of dims (motion, time) and returns new ones; the attribute `processing` lists what was
-done, in order.  A motion comes out with the same bits alone or among a thousand.
+Every function takes motions of dims (motion, time) and returns new ones; the attribute `processing` lists the
+corrections in the order in which they were made.  A correction gives the same bits for a motion alone as for the same
+motion among a thousand.
 """
 
 from __future__ import annotations
@@ -13,13 +14,13 @@ from typing import Any, Literal
 import numpy as np
 import scipy
 import xarray as xr
-from numpy.typing import NDArray
 
 from .. import checks
+from ..aliases import Array
 from .arrays import records
 
-# Band-limited interpolation: zero crossings of the sinc on each side, and Kaiser's beta, which keep 1e-5 up to 0.9 of
-# the coarser step's Nyquist frequency.
+# Band-limited interpolation: zero crossings of the sinc on each side, and Kaiser's beta; errors stay below 1e-5 up to
+# 0.9 of the coarser step's Nyquist frequency.
 _CROSSINGS, _KAISER = 48, 12.0
 _LARGEST_RATIO = 10_000
 _MAX_SAMPLES = 50_000_000
@@ -28,7 +29,7 @@ Kind = Literal["bandpass", "highpass", "lowpass"]
 
 
 def baseline(motions: xr.DataArray, order: int = 1) -> xr.DataArray:
-    """Subtract from each acceleration the polynomial in time that fits it best (least squares).
+    """Subtract from each acceleration its best-fitting polynomial in time (least squares).
 
     Parameters
     ----------
@@ -40,7 +41,8 @@ def baseline(motions: xr.DataArray, order: int = 1) -> xr.DataArray:
     Raises
     ------
     TypeError, ValueError
-        No labelled motions, an order that is no whole number from 0 to 10 or not below the number of samples.
+        An argument without labelled motions, an order that is no whole number from 0 to 10 or not below the number of
+        samples.
 
     Examples
     --------
@@ -57,36 +59,37 @@ def baseline(motions: xr.DataArray, order: int = 1) -> xr.DataArray:
     n = _values(motions)[0].shape[1]
     if n <= degree:
         raise ValueError(f"order must be below the number of samples, got {degree} for {n}")
-    # orthonormal columns: the fit is then one product, well conditioned at any order
+    # with orthonormal columns the fit is one product, which is well conditioned at any order
     basis = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), degree))[0]
-    return _each(motions, f"baseline(order={degree})", lambda a: a - basis @ (basis.T @ a))
+    return _corrected(motions, f"baseline(order={degree})", lambda a: a - basis @ (basis.T @ a))
 
 
 def bandpass(motions: xr.DataArray, low: float, high: float, order: int = 4, zero_phase: bool = True) -> xr.DataArray:
-    """Butterworth band-pass filter from `low` to `high` (Hz).
+    """Filter motions with a Butterworth band-pass from `low` to `high` (Hz).
 
     Parameters
     ----------
     motions : xarray.DataArray
-        Dims (motion, time), m s-2; their offset should be gone (`baseline`): a step to or from zero at the ends rings.
+        Dims (motion, time), m s-2.  Remove their offset first (`baseline`): the filter rings at a step to or from zero
+        at the ends.
     low, high : float
         Corner frequencies, Hz, 0 < low < high < 1 / (2 dt).
     order : int, 1 to 10
-        Of each corner.
+        Order of the filter at each corner.
     zero_phase : bool
-        True runs the filter forth and back: no phase shift, twice the order, -6 dB at the corners.  False runs it
-        forth alone: causal, -3 dB at the corners.
+        True runs the filter forwards and backwards: no phase shift, twice the order, -6 dB at the corners.  False runs
+        it forwards only: causal, -3 dB at the corners.
 
     Raises
     ------
     TypeError, ValueError
-        No labelled motions, corners out of order or beyond the Nyquist frequency.
+        An argument without labelled motions, corners out of order or beyond the Nyquist frequency.
 
     Notes
     -----
-    Forth and back, the record stands between zeros of 1.5 order / low seconds on either side, which the filter needs
-    for its transients [1]_; they are cut off again.  To keep them, so that velocity and displacement end at rest, `pad`
-    the record first.
+    For the filter in both directions the record is padded with zeros of 1.5 order / low seconds on either side, which
+    the filter needs for its transients [1]_; they are cut off afterwards.  To keep them, so that velocity and
+    displacement end at rest, `pad` the record first.
 
     References
     ----------
@@ -105,39 +108,39 @@ def bandpass(motions: xr.DataArray, low: float, high: float, order: int = 4, zer
 
 
 def highpass(motions: xr.DataArray, low: float, order: int = 4, zero_phase: bool = True) -> xr.DataArray:
-    """Butterworth high-pass filter above `low` (Hz); everything else as `bandpass`."""
+    """Filter motions with a Butterworth high-pass above `low` (Hz); everything else as in `bandpass`."""
     corners = _corners(motions, low)
     return _filtered(motions, corners, "highpass", f"low={corners[0]:g} Hz", order, zero_phase)
 
 
 def lowpass(motions: xr.DataArray, high: float, order: int = 4, zero_phase: bool = True) -> xr.DataArray:
-    """Butterworth low-pass filter below `high` (Hz); everything else as `bandpass`."""
+    """Filter motions with a Butterworth low-pass below `high` (Hz); everything else as in `bandpass`."""
     corners = _corners(motions, high)
     return _filtered(motions, corners, "lowpass", f"high={corners[0]:g} Hz", order, zero_phase)
 
 
 def taper(motions: xr.DataArray, duration: float) -> xr.DataArray:
-    """Let each motion rise from zero and fall to zero as a half cosine of `duration` seconds at either end.
+    """Taper each motion at both ends with a half cosine of `duration` seconds.
 
     Raises
     ------
     TypeError, ValueError
-        No labelled motions, a duration <= 0 or above half the motions'.
+        An argument without labelled motions, a duration <= 0 or above half that of the motions.
     """
     values, dt = _values(motions)
     n = values.shape[1]
     length = checks.number("duration", duration, above=0.0, at_most=0.5 * (n - 1) * dt, unit="s")
     window = scipy.signal.windows.tukey(n, 2.0 * length / ((n - 1) * dt))
-    return _each(motions, f"taper(duration={length:g} s)", lambda a: a * window)
+    return _corrected(motions, f"taper(duration={length:g} s)", lambda a: a * window)
 
 
 def pad(motions: xr.DataArray, before: float, after: float) -> xr.DataArray:
-    """Set each motion between zeros, `before` and `after` seconds of them (rounded up to steps).
+    """Pad each motion with zeros: `before` and `after` seconds of them (rounded up to whole steps).
 
     Raises
     ------
     TypeError, ValueError
-        No labelled motions, a negative length, more than 50 million samples.
+        An argument without labelled motions, a negative length, more than 50 million samples.
     """
     values, dt = _values(motions)
     steps = [
@@ -145,16 +148,16 @@ def pad(motions: xr.DataArray, before: float, after: float) -> xr.DataArray:
         for name, value in (("before", before), ("after", after))
     ]
     _size(values.shape[0] * (values.shape[1] + sum(steps)))
-    return _each(motions, f"pad(before={before:g} s, after={after:g} s)", lambda a: np.pad(a, steps))
+    return _corrected(motions, f"pad(before={before:g} s, after={after:g} s)", lambda a: np.pad(a, steps))
 
 
 def trim(motions: xr.DataArray, start: float = 0.0, stop: float | None = None) -> xr.DataArray:
-    """Keep the samples from `start` to `stop` (s, both included; to the end where None); time begins at 0 again.
+    """Keep the samples from `start` to `stop` (s, both included; to the end if None); time begins at 0 again.
 
     Raises
     ------
     TypeError, ValueError
-        No labelled motions, a window that holds fewer than two samples or reaches beyond the motions.
+        An argument without labelled motions, a window that holds fewer than two samples or reaches beyond the motions.
 
     Examples
     --------
@@ -171,19 +174,20 @@ def trim(motions: xr.DataArray, start: float = 0.0, stop: float | None = None) -
     i, j = int(np.ceil((begin - margin) / dt)), int(np.floor((end + margin) / dt))
     if j - i < 1:
         raise ValueError(f"start and stop must leave at least 2 samples of {dt:g} s, got {begin:g} s to {end:g} s")
-    return _each(motions, f"trim(start={begin:g} s, stop={end:g} s)", lambda a: a[i : j + 1])
+    return _corrected(motions, f"trim(start={begin:g} s, stop={end:g} s)", lambda a: a[i : j + 1])
 
 
 def trim_husid(motions: xr.DataArray, low: float = 0.05, high: float = 0.95) -> xr.DataArray:
-    """Keep the strong shaking: from where ∫ü² reaches the fraction `low` of its end to where it reaches `high`.
+    """Keep the strong shaking: from the time at which ∫ü² reaches the fraction `low` of its total to that of `high`.
 
-    Motions in one array are one record's components: all keep the same window, from the earliest start to the latest
-    stop, so that they stay simultaneous.  An offset counts as shaking: subtract it first (`baseline`).
+    Motions in one array are taken as the components of one record: all keep the same window, from the earliest start to
+    the latest stop, so that they stay simultaneous.  An offset counts as shaking: subtract it first (`baseline`).
 
     Raises
     ------
     TypeError, ValueError
-        No labelled motions, fractions not 0 <= low < high <= 1, a motion that is zero throughout.
+        An argument without labelled motions, fractions that are not 0 <= low < high <= 1, a motion that is zero
+        throughout.
 
     References
     ----------
@@ -194,40 +198,40 @@ def trim_husid(motions: xr.DataArray, low: float = 0.05, high: float = 0.95) -> 
     values = _values(motions)[0]
     windows = []
     for a in values:
-        # the exact integral of the square of an acceleration that is linear between samples, but for dt / 3
+        # the exact integral of the square of an acceleration that is linear between samples, without the factor dt / 3
         growth = np.concatenate([[0.0], np.cumsum(a[:-1] ** 2 + a[:-1] * a[1:] + a[1:] ** 2)])
         if growth[-1] == 0.0:
             raise ValueError("motions to be trimmed must shake, got one that is zero throughout")
         reached = growth / growth[-1]
-        # the last sample not above low, the first not below high: the window never loses what was asked for
+        # from the last sample not above low to the first not below high, so that the window holds both fractions
         windows.append((np.searchsorted(reached, first, side="right") - 1, np.searchsorted(reached, last)))
     i, j = min(int(w[0]) for w in windows), max(int(w[1]) for w in windows)
-    return _each(motions, f"trim_husid(low={first:g}, high={last:g})", lambda a: a[i : max(j, i + 1) + 1])
+    return _corrected(motions, f"trim_husid(low={first:g}, high={last:g})", lambda a: a[i : max(j, i + 1) + 1])
 
 
 def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
-    """The band-limited motions at another time step `dt` (s).
+    """Resample band-limited motions to another time step `dt` (s).
 
     Parameters
     ----------
     motions : xarray.DataArray
         Dims (motion, time), m s-2; they should begin and end near zero (`baseline`, `taper`): beyond its ends a motion
-        is zero, and a step there rings.
+        is taken as zero, and the filter rings at a step there.
     dt : float
-        New step, s.  It and the old one must be as two whole numbers up to 10,000.
+        New step, s.  Its ratio to the old step must be a ratio of two whole numbers up to 10,000.
 
     Raises
     ------
     TypeError, ValueError
-        No labelled motions, dt <= 0, steps in no such ratio, fewer than two samples left.
+        An argument without labelled motions, dt <= 0, steps in no such ratio, fewer than two samples left.
 
     Notes
     -----
-    A polyphase filter (`scipy.signal.resample_poly`) with a Kaiser-windowed sinc of 48 zero crossings a side: unlike an
-    FFT it does not take the motion for periodic, and its cost does not depend on the length's factors.  A finer step
-    that divides the old one keeps every old sample; a coarser one removes what lies above its Nyquist frequency first.
-    toppling's models take a motion as linear between its samples, so a finer step changes what they see: it fills in
-    the curve that the samples stand for, where no resampling keeps the chords between them.
+    A polyphase filter (`scipy.signal.resample_poly`) with a Kaiser-windowed sinc of 48 zero crossings on each side:
+    unlike an FFT it does not take the motion as periodic, and its cost does not depend on the factors of the length.  A
+    finer step that divides the old one keeps every old sample; for a coarser step the content above its Nyquist
+    frequency is removed first.  toppling's models take a motion as linear between its samples, so a finer step changes
+    their input: resampling follows the band-limited curve through the samples instead of the chords between them.
 
     References
     ----------
@@ -253,19 +257,19 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
     if n < 2:
         raise ValueError(f"dt must leave at least 2 samples of {(values.shape[1] - 1) * old:g} s, got {new:g} s")
     _size(values.shape[0] * n)
-    said = f"resample(dt={new:g} s)"
+    note = f"resample(dt={new:g} s)"
     if up == down:
-        return _each(motions, said, lambda a: a)
+        return _corrected(motions, note, lambda a: a)
     rate = max(up, down)
     window = scipy.signal.firwin(2 * _CROSSINGS * rate + 1, 1.0 / rate, window=("kaiser", _KAISER))
     if down == 1:
         window = window / (window[_CROSSINGS * rate] * up)
-    taps: Any = window  # scipy's type stubs know no array here, its documentation does
-    return _each(motions, said, lambda a: scipy.signal.resample_poly(a, up, down, window=taps)[:n], dt=new)
+    taps: Any = window  # scipy's documentation allows an array here, its type stubs do not
+    return _corrected(motions, note, lambda a: scipy.signal.resample_poly(a, up, down, window=taps)[:n], dt=new)
 
 
 def _filtered(
-    motions: xr.DataArray, corners: tuple[float, ...], kind: Kind, said: str, order: int, zero_phase: bool
+    motions: xr.DataArray, corners: tuple[float, ...], kind: Kind, note: str, order: int, zero_phase: bool
 ) -> xr.DataArray:
     poles = checks.count("order", order, at_least=1)
     if poles > 10:
@@ -274,17 +278,17 @@ def _filtered(
         raise TypeError(f"zero_phase must be True or False, got {zero_phase!r}")
     values, dt = _values(motions)
     sections = scipy.signal.butter(poles, corners if len(corners) > 1 else corners[0], kind, fs=1.0 / dt, output="sos")
-    said = f"{kind}({said}, order={poles}, zero_phase={zero_phase})"
+    note = f"{kind}({note}, order={poles}, zero_phase={zero_phase})"
     if not zero_phase:
-        return _each(motions, said, lambda a: scipy.signal.sosfilt(sections, a))
+        return _corrected(motions, note, lambda a: scipy.signal.sosfilt(sections, a))
     zeros = int(np.ceil(1.5 * poles / (corners[0] * dt)))
     _size(values.shape[1] + 2 * zeros)
 
-    def both_ways(a: NDArray[np.float64]) -> NDArray[np.float64]:
+    def both_ways(a: Array) -> Array:
         padded = scipy.signal.sosfiltfilt(sections, np.pad(a, zeros), padtype=None)
         return np.asarray(padded[zeros : zeros + a.size])
 
-    return _each(motions, said, both_ways)
+    return _corrected(motions, note, both_ways)
 
 
 def _corners(motions: xr.DataArray, low: float, high: float | None = None) -> tuple[float, ...]:
@@ -295,8 +299,8 @@ def _corners(motions: xr.DataArray, low: float, high: float | None = None) -> tu
     return first, checks.number("high", high, above=first, below=nyquist, unit="Hz")
 
 
-def _values(motions: xr.DataArray) -> tuple[NDArray[np.float64], float]:
-    """Accelerations (motion, time) and their step; refuses what is no set of motions."""
+def _values(motions: xr.DataArray) -> tuple[Array, float]:
+    """Return accelerations (motion, time) and their step; an error if the argument is no set of motions."""
     plain = records(motions)
     if set(motions.dims) != {"motion", "time"}:
         raise ValueError(f"motions to be corrected must have dims (motion, time), got {motions.dims}")
@@ -308,13 +312,13 @@ def _size(samples: int) -> None:
         raise ValueError(f"the result would hold {samples:,} samples, allowed are {_MAX_SAMPLES:,}")
 
 
-def _each(
+def _corrected(
     motions: xr.DataArray,
-    said: str,
-    function: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    note: str,
+    function: Callable[[Array], Array],
     dt: float | None = None,
 ) -> xr.DataArray:
-    """`function` of every motion, labelled as the motions are, what was done added to `processing`."""
+    """Apply `function` to every motion, keep the labels, and add the correction `note` to `processing`."""
     values, step = _values(motions)
     if dt is not None:
         step = dt
@@ -325,7 +329,7 @@ def _each(
         dims=("motion", "time"),
         coords={name: c for name, c in motions.coords.items() if "time" not in c.dims},
         name=motions.name,
-        attrs={**motions.attrs, "processing": f"{done}; {said}" if done else said},
+        attrs={**motions.attrs, "processing": f"{done}; {note}" if done else note},
     )
     time = {"units": "s", "long_name": "time"}
     array = array.assign_coords(time=("time", np.arange(found.shape[1]) * step, time))

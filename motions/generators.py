@@ -1,15 +1,15 @@
-"""Every generator by the name that study files use."""
+"""Table of all generators, by the names that study files use."""
 
 from __future__ import annotations
 
-from .ac156 import AC156
-from .ensembles import Generator
-from .evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
-from .filters import CloughPenzien, KanaiTajimi
-from .nearfault import NearFault
-from .seismological import Seismological
-from .sitebased import SiteBased, SiteBasedScenario
-from .spectrum_compatible import SpectrumCompatible
+from .matching.ac156 import AC156
+from .matching.spectrum_compatible import SpectrumCompatible
+from .simulated.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
+from .simulated.generator import Generator
+from .simulated.kanai_tajimi import CloughPenzien, KanaiTajimi
+from .simulated.near_fault import NearFault
+from .simulated.seismological import Seismological
+from .simulated.site_based import SiteBased, SiteBasedScenario
 
 GENERATORS: dict[str, type[Generator]] = {
     "kanai-tajimi": KanaiTajimi,
@@ -23,4 +23,4 @@ GENERATORS: dict[str, type[Generator]] = {
     "spectrum-compatible": SpectrumCompatible,
     "ac156": AC156,
 }
-"""Every generator by the name that study files use."""
+"""The generators by the names that study files use."""

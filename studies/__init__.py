@@ -1,15 +1,15 @@
 """What a user runs: study files, results, plots, the command line."""
 
-from .anchoring import anchoring
-from .assessment import assess
-from .contents import Contents, Inventory
-from .fragility_study import FragilityStudy
-from .inventory import read_inventory
-from .performance_study import PerformanceStudy
-from .sensitivity_study import SensitivityStudy
-from .study import Study
-from .tables import StudyError
-from .uncertainty_study import UncertaintyStudy
+from .buildings.anchoring import anchoring
+from .buildings.assessment import assess
+from .buildings.contents import Contents, Inventory
+from .buildings.inventory import read_inventory
+from .file.table import StudyError
+from .kinds.fragility import FragilityStudy
+from .kinds.performance import PerformanceStudy
+from .kinds.sensitivity import SensitivityStudy
+from .kinds.study import Study
+from .kinds.uncertainty import UncertaintyStudy
 
 __all__ = [
     "Contents",

@@ -1,21 +1,21 @@
-"""`toppling.plot`: every figure as a function, axes in and axes out.
+"""`toppling.plot`: one function for each kind of panel, which takes matplotlib axes and returns them.
 
-A dataset first, then the axes to draw into, one panel each: every figure of several is made of calls with ``ax=``.
-Where there are none they are of a new figure, with its legend (``ax.figure.savefig("name.png")``); axes that are handed
-in get no legend, their lines have labels (``ax.legend()``).  Options are keywords, one line's look is matplotlib's
-``color`` and ``label``, and one block, law or floor is chosen by its label: where there are several, that must be said.
-Nothing here touches pyplot, or chooses a backend.
+Each function takes a dataset first and then the axes to draw into, so that a figure of several panels is made of
+several calls with ``ax=``.  Without axes the function makes a new figure with a legend
+(``ax.figure.savefig("name.png")``); axes that the caller provides get no legend, but their lines have labels
+(``ax.legend()``).  Options are keywords; ``color`` and ``label`` are matplotlib's.  A block, law or floor is chosen by
+its label, which must be given where there are several.  Nothing here uses pyplot or chooses a backend.
 """
 
-from .plots_assessment import inventory
-from .plots_efficiency import measures
-from .plots_fragility import fragility
-from .plots_indices import indices
-from .plots_moments import hysteresis, moment
-from .plots_response import history, phase
-from .plots_risk import risk
-from .plots_sensitivity import sensitivity
-from .plots_uncertainty import uncertainty
+from .plots.assessment import inventory
+from .plots.efficiency import measures
+from .plots.fragility import fragility
+from .plots.indices import indices
+from .plots.moments import hysteresis, moment
+from .plots.response import history, phase
+from .plots.risk import risk
+from .plots.sensitivity import sensitivity
+from .plots.uncertainty import uncertainty
 
 __all__ = [
     "fragility",

@@ -1,4 +1,4 @@
-"""What a study found, for people: tables for a terminal and figures, by the kind of study."""
+"""Tables for a terminal and figures of a study's results, chosen by the kind of the study."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from .drawable import drawable
-from .falling import MOST_DRAWN, RATE, chosen_of, shown
-from .store import without_link
-from .tables import StudyError
+from .file.table import StudyError
+from .store.folder import without_link
+from .text.block_order import MOST_DRAWN, RATE, chosen_of, shown
+from .text.names import drawable
+from .text.rows import plain_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,19 +21,19 @@ if TYPE_CHECKING:
 
 FRAGILITY, SENSITIVITY = "fragility", "sensitivity"
 MOST_RANKINGS = 8
-"""Figures of rankings, a block (and floor) each: what more there is stands in the results."""
+"""Figures of rankings at the most, one for each block (and floor); the results hold all rankings."""
 
-# (matplotlib loads slowly, and is not needed for an error message: each function imports what it draws with)
+# (matplotlib loads slowly and is not needed for an error message: each function imports the plots that it needs)
 
 
 def tables(results: xr.Dataset) -> list[Table]:
-    """The tables of a study's results."""
+    """Return the tables of a study's results."""
     kind = str(results.attrs["kind"])
     if kind == FRAGILITY:
         return list(_TABLES[kind](results))
     first = shown(results)
     made = list(_TABLES[kind](first))
-    # (a sensitivity study's tables are of one block each: the first says it for all)
+    # (each table of a sensitivity study is of one block: the title of the first names the selection for all)
     said = made[:1] if kind == SENSITIVITY else made
     for table in said if chosen_of(first) else ():
         table.title = f"{table.title}; {chosen_of(first)}"
@@ -40,14 +41,14 @@ def tables(results: xr.Dataset) -> list[Table]:
 
 
 def hints(results: xr.Dataset) -> list[str]:
-    """What to change where something could not be found: one line each."""
-    from .fragility_rows import hints as of_curves  # noqa: PLC0415
+    """Return advice on curves and values that could not be found, one line each."""
+    from .tables.fragility import hints as of_curves  # noqa: PLC0415
 
     return of_curves(results) if "status" in results else []
 
 
 def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    """The figures of a study's results, each with the name of its file."""
+    """Yield the figures of a study's results, each with the name of its file."""
     kind = str(results.attrs["kind"])
     plain = drawable(results)
     if kind == FRAGILITY:
@@ -69,7 +70,7 @@ def draw(results: xr.Dataset, folder: Path) -> list[Path]:
         path = folder / f"{name}.png"
         engine = figure.get_layout_engine()
         if engine is not None:
-            # laid out here once and for all: savefig would draw everything twice for it
+            # the layout is computed here once: savefig would draw everything twice to compute it
             engine.execute(figure)
             figure.set_layout_engine("none")
         try:
@@ -82,8 +83,7 @@ def draw(results: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .fragility_rows import fragility_table, measure_rows, risk_table, size_table  # noqa: PLC0415
-    from .rows import plain_table  # noqa: PLC0415
+    from .tables.fragility import fragility_table, measure_rows, risk_table, size_table  # noqa: PLC0415
 
     first = shown(results)
     yield fragility_table(first)
@@ -97,10 +97,10 @@ def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
 
 
 def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    from .estimates import ranking_of_measures  # noqa: PLC0415
-    from .plots_efficiency import ranking_figure  # noqa: PLC0415
-    from .plots_fragility import fragility_figure  # noqa: PLC0415
-    from .plots_risk import risk_figure  # noqa: PLC0415
+    from .plan.estimates import ranking_of_measures  # noqa: PLC0415
+    from .plots.efficiency import ranking_figure  # noqa: PLC0415
+    from .plots.fragility import fragility_figure  # noqa: PLC0415
+    from .plots.risk import risk_figure  # noqa: PLC0415
 
     first = shown(results)
     yield FRAGILITY, fragility_figure(first)
@@ -115,8 +115,7 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 
 def _uncertainty_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .rows import plain_table  # noqa: PLC0415
-    from .uncertainty_rows import index_rows, median_rows, rate_rows, share_rows  # noqa: PLC0415
+    from .tables.uncertainty import index_rows, median_rows, rate_rows, share_rows  # noqa: PLC0415
 
     yield plain_table(*median_rows(results))
     if "rate" in results:
@@ -129,8 +128,8 @@ def _uncertainty_tables(results: xr.Dataset) -> Iterator[Table]:
 
 
 def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    from .plots_indices import index_figure  # noqa: PLC0415
-    from .plots_uncertainty import uncertainty_figure  # noqa: PLC0415
+    from .plots.indices import index_figure  # noqa: PLC0415
+    from .plots.uncertainty import uncertainty_figure  # noqa: PLC0415
 
     yield "uncertainty", uncertainty_figure(results)
     for name in ("sobol", "morris"):
@@ -139,9 +138,8 @@ def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 
 def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .assessment_rows import annual_rows, consequence_rows, level_rows, ranking_rows  # noqa: PLC0415
-    from .performance_study import ranking_of  # noqa: PLC0415
-    from .rows import plain_table  # noqa: PLC0415
+    from .kinds.performance import ranking_of  # noqa: PLC0415
+    from .tables.assessment import annual_rows, consequence_rows, level_rows, ranking_rows  # noqa: PLC0415
 
     for model in results["model"].values:
         level = None if "annual_number" in results else float(results.attrs["at_level"])
@@ -154,8 +152,8 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
 
 
 def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    from .plots_anchoring import anchoring_figure  # noqa: PLC0415
-    from .plots_assessment import exceedance_figure, levels_figure  # noqa: PLC0415
+    from .plots.anchoring import anchoring_figure  # noqa: PLC0415
+    from .plots.assessment import exceedance_figure, levels_figure  # noqa: PLC0415
 
     quantities = ["number", *(["loss"] if "loss_mean" in results else [])]
     if results.sizes["level"] > 1:
@@ -167,8 +165,7 @@ def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 
 def _sensitivity_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .rows import plain_table  # noqa: PLC0415
-    from .sensitivity_rows import claim_table, decay_rows, median_rows, probability_rows  # noqa: PLC0415
+    from .tables.sensitivity import claim_table, decay_rows, median_rows, probability_rows  # noqa: PLC0415
 
     for rows in (*median_rows(results), *probability_rows(results), *decay_rows(results)):
         yield plain_table(*rows)
@@ -176,7 +173,7 @@ def _sensitivity_tables(results: xr.Dataset) -> Iterator[Table]:
 
 
 def _sensitivity_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    from .plots_sensitivity import figures  # noqa: PLC0415
+    from .plots.sensitivity import figures  # noqa: PLC0415
 
     yield from figures(results)
 

@@ -1,11 +1,18 @@
-"""docs/architecture.md and its drawing, held to the imports as they are."""
+"""Rooms, floors, kernel folders, names and the architecture page, held to the code as it is."""
 
+import ast
 import importlib.util
 import re
+import shutil
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+
+import toppling as tp
+from toppling import fragility, models, motions, studies
+from toppling.models import runs
 
 ROOT = Path(__file__).resolve().parents[1]
 ALLOWED = {
@@ -19,6 +26,52 @@ ALLOWED = {
     ("studies", "fragility"),
     ("studies", "benchmarks"),
 }
+"""Packages and those that they use."""
+# From the ground up, a paragraph for each floor: a room uses only rooms of lower floors.
+# A new arrow that lifts a room is a decision, made here.
+FLOORS = """
+benchmarks/kernels benchmarks/multiprecision fragility/kernels fragility/numerics models/block models/engine
+motions/arrays motions/kernels
+
+models/friction models/items models/oscillator motions/corrections motions/intensity motions/readers
+
+models/laws models/runs motions/floors motions/scaling
+
+fragility/runs models/history motions/simulated
+
+benchmarks/problems fragility/fitting fragility/hazard fragility/validity motions/matching
+
+benchmarks/exact_motion benchmarks/rivals fragility/analyses fragility/curves fragility/efficiency
+motions/generators studies/text
+
+benchmarks/measure benchmarks/solve_ivp benchmarks/taylor benchmarks/truth fragility/exchange fragility/risk
+fragility/uncertainty
+
+benchmarks/peers benchmarks/scale benchmarks/speed fragility/exchange/nrml studies/plan
+
+benchmarks/flags benchmarks/precision studies/file
+
+benchmarks/figures benchmarks/suite benchmarks/tables studies/buildings studies/sensitivity studies/store
+
+benchmarks/page studies/kinds studies/tables
+
+studies/plots
+
+studies/film studies/plot studies/show
+
+studies/report studies/single
+
+studies/command
+"""
+KERNEL_FOLDERS = {"models/engine", "motions/kernels", "fragility/kernels", "benchmarks/kernels"}
+NUMBA = {"compiled.py", "benchmarks/peers.py"}
+"""Files that import numba: the decorator of kernels, and the integrators of others, which take numba's C callbacks."""
+ONE_MODULE = {"benchmarks/kernels": "the rivals are one module, and a kernel folder of their own stamps their cache"}
+"""Rooms of a single module, with the reason."""
+SAME_PREFIX: dict[tuple[str, str], str] = {}
+"""Prefixes that two files of a room share, with the reason."""
+PARAGRAPHS = {"models/engine": "the method of the engine is described once, for all of its modules"}
+"""Rooms whose docstring has more than one paragraph, with the reason."""
 
 
 def load(name):
@@ -30,48 +83,248 @@ def load(name):
 
 
 drawing = load("drawing")
-TABLE = drawing.ideas((ROOT / "docs/architecture.md").read_text(encoding="utf-8"))
+USES = drawing.uses()
+ROOMS = drawing.rooms_of()
+FOLDERS = [f"{room.package}/{room.name}" for room in ROOMS if room.modules]
+CODE = {
+    path: ROOT.joinpath(*path).with_suffix(".py") for path in [*drawing.modules(), *((one,) for one in drawing.BELOW)]
+}
 
 
-@pytest.mark.parametrize("package", drawing.PACKAGES)
-def test_every_module_has_one_idea(package):
-    listed = [name for names in TABLE[package].values() for name in names]
-    assert len(listed) == len(set(listed)), "a module stands twice"
-    assert sorted(listed) == drawing.modules()[package], "docs/architecture.md lists other modules than there are"
+def tree(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("package", drawing.PACKAGES)
-def test_ideas_use_only_those_above_them(package):
-    order = list(TABLE[package])
-    wrong = [
-        (user, used)
-        for where, user, used in drawing.idea_arrows(TABLE)
-        if where == package and order.index(used) > order.index(user)
-    ]
-    assert not wrong, f"ideas of {package} that use one below them in docs/architecture.md"
+def from_elsewhere(path):
+    """The packages that a file imports by their full names."""
+    found = set()
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.Import):
+            found |= {one.name.split(".")[0] for one in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            found.add(node.module.split(".")[0])
+    return found
 
 
-def test_arrows_between_packages():
-    arrows = drawing.package_arrows()
-    assert {pair for pair in arrows if pair[1] not in drawing.BELOW} == ALLOWED
-    assert {used for _, used in arrows} <= {*drawing.PACKAGES, *drawing.BELOW}
+def files_of(root, texts):
+    """A small package in a folder: files and their texts."""
+    for name, text in texts.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
 
 
-def test_the_drawing_is_of_today():
-    kept = (ROOT / "docs/architecture.svg").read_text(encoding="utf-8")
-    assert kept == drawing.svg(TABLE), "run `make drawing`"
-    # as many arrows as there are between packages
-    assert len(re.findall(r"marker-end", kept)) == len(ALLOWED)
+class TestImports:
+    def test_rooms_use_only_lower_floors(self):
+        """A circle of rooms raises; without one, every room stands above all that it uses."""
+        floors = drawing.floors(USES)
+        assert len(floors) == len(ROOMS) > 50
+        for room, used in USES.items():
+            assert all(floors.get(one, 0) < floors[room] for one in used), room
+        declared = enumerate(FLOORS.strip().split("\n\n"), start=1)
+        assert floors == {room: floor for floor, text in declared for room in text.split()}
+
+    def test_files_form_no_circle(self):
+        """Not even within a room, imports inside functions among them."""
+        files = drawing.modules()
+        used = {}
+        for module, file in files.items():
+            targets = {(*place, name) if (*place, name) in files else place for place, name in drawing.imported(file)}
+            used[module] = {one for one in targets if one in files and one[-1] != "__init__"}
+        assert sum(map(len, used.values())) > 500
+        done, path = set(), []
+
+        def follow(module):
+            assert module not in path, [*path[path.index(module) :], module]
+            if module in done:
+                return
+            path.append(module)
+            for one in sorted(used[module]):
+                follow(one)
+            path.pop()
+            done.add(module)
+
+        for module in used:
+            follow(module)
+
+    def test_packages_use_only_those_below_them(self):
+        arrows = drawing.package_arrows(USES)
+        assert {pair for pair in arrows if pair[1] not in drawing.BELOW} == ALLOWED
+        assert {used for _, used in arrows} <= {*drawing.PACKAGES, *drawing.BELOW}
+
+    def test_root_modules_import_only_each_other(self):
+        used = {
+            name: {place[0] for place, _ in drawing.imported(ROOT / f"{name}.py")} - {name} for name in drawing.BELOW
+        }
+        assert set(used) == {"aliases", "checks", "compiled", "distributions", "streams", "units", "wording"}
+        assert set().union(*used.values()) <= set(drawing.BELOW)
+        drawing.floors(used)  # no circle
+
+    def test_imports_inside_the_package_are_relative_and_lead_somewhere(self):
+        for path in CODE.values():
+            assert "toppling" not in from_elsewhere(path), path
+            for place, name in drawing.imported(path):
+                whole = ROOT.joinpath(*place)
+                assert whole.is_dir() or whole.with_suffix(".py").is_file(), f"{path} imports {name} of {place}"
+
+    def test_a_forbidden_import_is_seen(self, tmp_path):
+        """Wherever it stands, through the face of a package, and of a package as a whole."""
+        files_of(
+            tmp_path,
+            {
+                "models/__init__.py": "from .block import Block\n",
+                "models/block.py": "from ..motions import read\nfrom .. import checks\n",
+                "motions/__init__.py": "from .readers.lines import read\n",
+                "motions/readers/__init__.py": "",
+                "motions/readers/lines.py": "from ...units import METRE\n",
+                "motions/readers/csv.py": "from . import lines\nfrom .lines import read\n",
+            },
+        )
+        for package in drawing.PACKAGES:
+            (tmp_path / package).mkdir(exist_ok=True)
+        used = drawing.uses(tmp_path)
+        assert used == {"models/block": {"motions/readers", "checks"}, "motions/readers": {"units"}}
+        assert drawing.floors(used) == {"models/block": 2, "motions/readers": 1}
+        assert drawing.package_arrows(used) == {("models", "motions"), ("models", "checks"), ("motions", "units")}
+        with pytest.raises(ValueError, match="no place is known for the arrows"):
+            drawing.svg([], drawing.package_arrows(used))
+
+        circles = (
+            "def late():\n    from ...models import Block\n",
+            "if TYPE_CHECKING:\n    from ...models.block import Block\n",
+            "from ... import models\n",
+        )
+        for text in circles:
+            files_of(tmp_path, {"motions/readers/lines.py": text})
+            assert drawing.uses(tmp_path)["motions/readers"] == {"models/block"}
+            with pytest.raises(ValueError, match=r"circle: models/block → motions/readers → models/block"):
+                drawing.floors(drawing.uses(tmp_path))
 
 
-def test_the_test_sees_a_forbidden_import(tmp_path):
-    for package in drawing.PACKAGES:
-        (tmp_path / package).mkdir()
-    (tmp_path / "models/block.py").write_text("from ..motions import read\nfrom .. import checks\n", encoding="utf-8")
-    (tmp_path / "motions/arrays.py").write_text("from . import files\nfrom ..units import METRE\n", encoding="utf-8")
-    (tmp_path / "motions/files.py").write_text("import numpy\n", encoding="utf-8")
-    assert drawing.package_arrows(tmp_path) == {("models", "motions"), ("models", "checks"), ("motions", "units")}
-    table = {"motions": {"a": ["arrays"], "b": ["files"]}}
-    assert drawing.idea_arrows(table, tmp_path) == {("motions", "a", "b")}
-    with pytest.raises(ValueError, match="no place is known for the arrows"):
-        drawing.svg({one: {} for one in drawing.PACKAGES}, tmp_path)
+class TestKernels:
+    def test_kernel_folders_import_only_the_decorator(self):
+        for room in KERNEL_FOLDERS:
+            assert USES[room] == {"compiled"}, room
+
+    def test_kernels_are_defined_in_kernel_folders_only(self):
+        """Only rooms that import the decorator can define a kernel, for only `NUMBA` knows of numba's own."""
+        assert {room for room, used in USES.items() if "compiled" in used} == KERNEL_FOLDERS
+        assert {folder for folder in FOLDERS if folder.endswith("/kernels")} <= KERNEL_FOLDERS
+
+    def test_numba_is_imported_by_the_decorator_alone(self):
+        found = {str(path.relative_to(ROOT)) for path in CODE.values() if "numba" in from_elsewhere(path)}
+        assert found == NUMBA
+
+    def test_the_identity_of_the_engine_covers_its_folder(self, tmp_path, monkeypatch):
+        """Shards and workers of clusters are compared by it: a changed kernel or compiler option is another engine."""
+        shutil.copytree(ROOT / "models", tmp_path / "models", ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copy(ROOT / "compiled.py", tmp_path)
+        now = runs.engine_identity()
+        monkeypatch.setattr(runs, "__file__", str(tmp_path / "models/runs.py"))
+        assert runs.engine_identity.__wrapped__() == now
+        seen = {now["engine"]}
+        files = [tmp_path / "compiled.py", *sorted((tmp_path / "models/engine").glob("*.py"))]
+        for path in files:
+            with path.open("a", encoding="utf-8") as file:
+                file.write("# another line\n")
+            seen.add(runs.engine_identity.__wrapped__()["engine"])
+        assert len(seen) == 1 + len(files) > 10
+
+
+class TestWheel:
+    """What pyproject.toml lists: a folder or file that it leaves out is missing in the wheel, and nothing says so."""
+
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+
+    def test_packages_are_the_folders_that_hold_code(self):
+        folders = {path.parent.relative_to(ROOT) for path in CODE.values()}
+        names = [".".join(("toppling", *folder.parts)) for folder in folders]
+        assert sorted(self.settings["packages"]) == sorted(names)
+        for package in drawing.PACKAGES:
+            for path in (ROOT / package).rglob("*.py"):
+                assert (path.parent / "__init__.py").is_file(), path
+
+    def test_data_files_are_listed_and_there(self):
+        listed = set()
+        for package, patterns in self.settings["package-data"].items():
+            folder = ROOT.joinpath(*package.split(".")[1:])
+            for pattern in patterns:
+                found = set(folder.glob(pattern))
+                assert found, f"{package}: {pattern}"
+                listed |= found
+        here = {
+            path
+            for package in drawing.PACKAGES
+            for path in (ROOT / package).rglob("*")
+            if path.is_file() and path.suffix != ".py" and "__pycache__" not in path.parts
+        }
+        assert listed == here | {ROOT / "py.typed"}
+
+
+class TestNames:
+    @pytest.mark.parametrize("package", [models, motions, fragility, studies], ids=lambda one: one.__name__)
+    def test_no_room_bears_a_public_name(self, package):
+        """A module or folder of that name would be an attribute of the package, and hide the function."""
+        short = package.__name__.split(".")[1]
+        names = {room.name.split("/")[0].removesuffix(".py") for room in ROOMS if room.package == short}
+        assert len(names) > 5
+        assert not names & set(package.__all__)
+
+    def test_root_modules_hide_no_module_of_python(self):
+        assert not set(drawing.BELOW) & sys.stdlib_module_names
+        assert not set(drawing.BELOW) & set(tp.__all__)
+
+    def test_rooms_are_of_few_modules(self):
+        sizes = {f"{room.package}/{room.name}": len(room.modules) for room in ROOMS if room.modules}
+        assert {room for room, size in sizes.items() if size < 2} == set(ONE_MODULE)
+        assert max(sizes.values()) <= 18
+        for package in drawing.PACKAGES:
+            assert sum(not room.modules for room in ROOMS if room.package == package) <= 18, package
+
+    @pytest.mark.parametrize("folder", FOLDERS)
+    def test_the_face_of_a_room_is_one_paragraph(self, folder):
+        """It imports nothing, so that importing a room loads nothing."""
+        body = tree(ROOT / folder / "__init__.py").body
+        assert len(body) == 1, "more than a docstring"
+        text = ast.get_docstring(tree(ROOT / folder / "__init__.py"))
+        assert text
+        assert ("\n\n" in text) == (folder in PARAGRAPHS)
+
+    def test_no_two_files_of_a_room_share_a_prefix(self):
+        """Two files with a prefix are a room asking to be made."""
+        found = set()
+        for folder in [*drawing.PACKAGES, *FOLDERS]:
+            names = [path.stem for path in (ROOT / folder).glob("*.py") if path.stem != "__init__"]
+            words = [name.split("_")[0] for name in names]
+            prefixes = {name.split("_")[0] for name in names if "_" in name}
+            found |= {(folder, prefix) for prefix in prefixes if words.count(prefix) > 1}
+        assert found == set(SAME_PREFIX)
+
+
+class TestPage:
+    text = (ROOT / "docs/architecture.md").read_text(encoding="utf-8")
+    drawn = (ROOT / "docs/architecture.svg").read_text(encoding="utf-8")
+
+    def test_tables_are_of_today(self):
+        assert drawing.page(self.text, ROOMS) == self.text, "run `make drawing`"
+
+    def test_the_drawing_is_of_today(self):
+        assert drawing.svg(ROOMS, drawing.package_arrows(USES)) == self.drawn, "run `make drawing`"
+        # as many arrows as there are between packages
+        assert len(re.findall(r"marker-end", self.drawn)) == len(ALLOWED)
+
+    def test_every_room_and_module_is_on_the_page(self):
+        made = self.text.split(drawing.BEGIN)[1]
+        for room in ROOMS:
+            assert room.text, f"{room.package}/{room.name} has no docstring"
+            assert f"| `{room.name}{'/' if room.modules else ''}` | " in made
+            assert f">{room.name}{'/' if room.modules else ''}</text>" in self.drawn
+        listed = sum(len(room.modules) or 1 for room in ROOMS)
+        assert listed == len([place for place in drawing.modules() if place[-1] != "__init__"])
+
+    def test_folders_that_the_page_names_are_there(self):
+        before = self.text.split(drawing.BEGIN)[0]
+        named = re.findall(rf"`((?:{'|'.join(drawing.PACKAGES)})/[\w/.]+)`", before)
+        assert len(named) > 8
+        for name in named:
+            assert (ROOT / name).exists(), name

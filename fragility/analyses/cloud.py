@@ -1,0 +1,101 @@
+"""Cloud analysis: every motion is run once, unscaled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from ...aliases import Progress
+from ...models import Block, Law
+from ...motions.arrays import records
+from ...motions.intensity.measure import Measure
+from ..runs.factors import unscaled
+from ..runs.provenance import CLOUD, GROUND
+from ..runs.request import check_request
+from ..runs.scaling import SCALE, ground_of, intensities, intensity_measure, of_the_ground, scaling
+from .analysis import Design, analyse, specimens_of
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from ..runs.runners import Runner
+
+Motions = xr.DataArray | Iterable[xr.DataArray]
+
+
+def cloud(
+    blocks: Block | Sequence[Block],
+    models: Law | Sequence[Law],
+    motions: Motions,
+    im: str | Measure = "pga",
+    outputs: Sequence[str] = ("overturned", "peak_rotation"),
+    client: Client | Runner | None = None,
+    skip: bool = True,
+    *,
+    screen: bool = True,
+    ground: Motions | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Cloud analysis: every motion is run once, unscaled.
+
+    Parameters
+    ----------
+    blocks, models : one or a sequence
+        Blocks and damping laws, with unique labels.
+    motions : xarray.DataArray or a sequence of them
+        Labelled motions (m s-2); nothing is scaled.
+    im : str or Measure
+        The intensity measure of the runs: any but ``scale``.
+    outputs, client, skip, screen, progress
+        As for `toppling.ida`.
+    ground : xarray.DataArray or a sequence of them, optional
+        The ground motions of which `motions` are floor motions: the measure is then that of the ground motions.
+
+    Returns
+    -------
+    xarray.Dataset
+        The outputs on (block, model, motion), with the measure as coordinate `intensity`: on motion, or on (block,
+        motion) where it depends on the block.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `toppling.ida`.
+
+    References
+    ----------
+    Jalayer, F., Ebrahimian, H., Miano, A., Manfredi, G., Sezen, H. (2017). Analytical fragility assessment using
+    unscaled ground motion records. Earthquake Engineering & Structural Dynamics 46(15), 2639-2663.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01, s0=0.05).sample(4)
+    >>> runs = cloud(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, "pgv")
+    >>> runs["intensity"].dims
+    ('motion',)
+    """
+    request = check_request(blocks, models, outputs, skip, client, progress, screen)
+    plain = records(motions)
+    at = plain if ground is None else ground_of(plain, records(ground))
+    measure = intensity_measure(im)
+    if measure is None:
+        raise ValueError(f"im must be a measure of the motions in a cloud analysis, got {im!r}")
+    values = intensities(measure, at, request.blocks)
+    scaled = scaling([1.0], plain, SCALE)
+    long_name = measure.long_name if ground is None else of_the_ground(measure.long_name)
+    attributes = {"units": measure.units, "long_name": long_name, "im": measure.label}
+    dims = ("motion",) if values.ndim == 1 else ("block", "motion")
+    design = Design(
+        CLOUD,
+        "Cloud analysis of freestanding blocks",
+        plain,
+        scaled.factors,
+        unscaled(len(plain)),
+        {"motion": len(plain)},
+        {"intensity": xr.Variable(dims, values, attributes)},
+        {"design": CLOUD, "im": measure.label, **({} if ground is None else {"im_at": GROUND})},
+    )
+    return analyse(request, specimens_of(request), design)

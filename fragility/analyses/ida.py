@@ -1,0 +1,134 @@
+"""Incremental dynamic analysis: every block is run under every law and every motion at every level."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from ...aliases import Progress
+from ...models import Block, Law
+from ...motions.arrays import records
+from ...motions.intensity.measure import Measure
+from ..runs.labels import measured
+from ..runs.provenance import GROUND, IDA
+from ..runs.request import check_request
+from ..runs.scaling import ground_of, scaling
+from .analysis import Design, analyse, specimens_of
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from ..runs.runners import Runner
+
+
+def ida(
+    blocks: Block | Sequence[Block],
+    models: Law | Sequence[Law],
+    motions: xr.DataArray | Iterable[xr.DataArray],
+    levels: Any,
+    im: str | Measure = "pga",
+    outputs: Sequence[str] = ("overturned", "peak_rotation"),
+    client: Client | Runner | None = None,
+    skip: bool = True,
+    *,
+    screen: bool = True,
+    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Incremental dynamic analysis.
+
+    Parameters
+    ----------
+    blocks, models : one or a sequence
+        Blocks and damping laws, with unique labels.
+    motions : xarray.DataArray or a sequence of them
+        Labelled motions (m s-2), each with its own time step and length; nothing is resampled or padded.
+    levels : array_like, shape (level,)
+        Levels of the intensity measure, SI, > 0, strictly increasing.
+    im : str or Measure
+        The measure to which every motion is scaled: a measure that grows with the motion (`motions.MEASURES`), one with
+        parameters such as ``motions.Sa(1.0)`` or ``"Sa(1.0)"``, ``pga_normalised`` = PGA/(g tan alpha) or
+        ``pgv_normalised`` = p PGV/(g tan alpha), whose factors depend on the block too, or ``scale``: plain factors.
+    outputs : sequence of str
+        Any of overturned, peak_rotation, uplifted, impacts, overturning_time, impact_velocity (the greatest angular
+        speed at which the block comes down, before an impact or at the edge of the elastic zone), direction (1 or -1:
+        the sign of the rotation in which it fell; 0 if it stands), top_displacement (the way of the upper corner it
+        leans to, height x sin(peak_rotation): to be compared with the gap to a wall).
+    client : distributed.Client, optional
+        The cluster that computes the runs; threads of this process where not given.
+    skip : bool
+        Skip samples that cannot change the outcome: those before the first uplift, and, where ``outputs`` is overturned
+        alone, those after which the rest of the record cannot overturn a block.  Flags do not change, peaks only by
+        rounding.  The attribute ``skipped`` (JSON) states how many samples all runs have, which share was skipped and
+        why (also after overturning, which `skip` does not change), and how many events were solved per run.
+    screen : bool
+        Add the validity screen to the outputs: friction needed, squat blocks, an elastic mode in the motion's band,
+        far scaling, few motions, and a ``verdict`` for every run, as `toppling.fragility.screen` returns them without
+        a coefficient of friction and without repeating runs.  False leaves them out.
+    ground : xarray.DataArray or a sequence of them, optional
+        The ground motions of which `motions` are floor motions, with the same labels: the levels then refer to the
+        measure of the ground motions, and each floor motion is scaled like its ground motion (the building is elastic).
+    progress : callable, optional
+        Called with (runs done, runs in all) after every chunk.
+
+    Returns
+    -------
+    xarray.Dataset
+        The outputs on (block, model, level, motion), computed, with the properties of blocks, laws and motions as
+        coordinates, and the variables of the validity screen.
+        Bit-identical for any chunking and any number of workers.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No or wrong blocks, laws or motions, labels used twice, levels out of order, an unknown measure or output, a
+        measure that scaling does not change, a motion whose measure is zero, a block that needs an explicit e.
+
+    References
+    ----------
+    Vamvatsikos, D. and Cornell, C. A. (2002). Incremental dynamic analysis. Earthquake Engineering & Structural
+    Dynamics 31(3), 491-514.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
+    >>> result = ida(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, [1.0, 4.0])
+    >>> dict(result.sizes)
+    {'block': 1, 'model': 1, 'level': 2, 'motion': 4, 'reason': 8}
+    """
+    request = check_request(blocks, models, outputs, skip, client, progress, screen)
+    design = incremental(levels, motions, im, request.blocks, ground)
+    return analyse(request, specimens_of(request), design)
+
+
+def incremental(
+    levels: Any,
+    motions: xr.DataArray | Iterable[xr.DataArray],
+    im: str | Measure,
+    blocks: Sequence[Block],
+    ground: xr.DataArray | Iterable[xr.DataArray] | None,
+) -> Design:
+    """Return the design in which every motion is run at every level; arguments as for `ida`."""
+    plain = records(motions)
+    below = None if ground is None else ground_of(plain, records(ground))
+    scaled = scaling(levels, plain, im, blocks, below)
+    attributes = {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
+    level = xr.Variable("level", scaled.levels, attributes)
+    return Design(
+        IDA,
+        "Incremental dynamic analysis of freestanding blocks",
+        plain,
+        scaled.factors,
+        scaled.factors_at(level, len(plain)),
+        {"level": level.size, "motion": len(plain)},
+        {"level": level, **measured(scaled)},
+        {
+            "design": IDA,
+            "im": scaled.name,
+            "levels": scaled.levels.tolist(),
+            **({"im_at": GROUND} if scaled.ground else {}),
+        },
+    )

@@ -1,0 +1,55 @@
+"""Measures and characteristics of motions, computed on a thread of their own while other threads run the engine."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import xarray as xr
+
+from ...motions.arrays import Record
+from ...motions.intensity.dataset import measure_variables
+from ...motions.intensity.measure import RESULT_MEASURES
+from ..validity.characteristics import Characteristics
+
+
+class MotionProperties(NamedTuple):
+    """The measures that every result carries, and the characteristics for the screen (None without a screen)."""
+
+    measures: dict[str, xr.Variable]
+    characteristics: Characteristics | None
+
+
+class MeasuringThread:
+    """Thread that starts at once; an analysis that ends early (interrupted, or its cluster lost) does not wait for it.
+
+    Parameters
+    ----------
+    motions : sequence of Record
+    screen : bool
+        Compute the characteristics of the motions, too.
+    """
+
+    def __init__(self, motions: Sequence[Record], screen: bool) -> None:
+        self._motions = list(motions)
+        self._screen = screen
+        self._found: MotionProperties | None = None
+        self._error: Exception | None = None
+        self._thread = threading.Thread(target=self._work, name="toppling-motions", daemon=True)
+        self._thread.start()
+
+    def _work(self) -> None:
+        try:
+            measures = measure_variables(self._motions, RESULT_MEASURES)
+            self._found = MotionProperties(measures, Characteristics.of(self._motions) if self._screen else None)
+        except Exception as error:
+            self._error = error
+
+    def result(self) -> MotionProperties:
+        """Wait for the thread and return what it computed, or raise its error."""
+        self._thread.join()
+        if self._error is not None:
+            raise self._error
+        assert self._found is not None
+        return self._found

@@ -1,0 +1,168 @@
+"""Multiple-stripe analysis: every motion is run once, at the level of its stripe."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Progress
+from ...models import Block, Law
+from ...motions.arrays import Record, records
+from ...motions.intensity.measure import Measure
+from ...units import DIMENSIONLESS
+from ..runs.factors import dense, unscaled
+from ..runs.labels import measured
+from ..runs.provenance import GROUND, STRIPES
+from ..runs.request import check_request
+from ..runs.scaling import Scaling, ground_of, increasing, scaling
+from .analysis import Design, analyse, specimens_of
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from ..runs.runners import Runner
+
+Motions = xr.DataArray | Iterable[xr.DataArray]
+
+
+def stripes(
+    blocks: Block | Sequence[Block],
+    models: Law | Sequence[Law],
+    motions: Sequence[Motions],
+    levels: Any,
+    im: str | Measure = "pga",
+    outputs: Sequence[str] = ("overturned", "peak_rotation"),
+    client: Client | Runner | None = None,
+    skip: bool = True,
+    *,
+    screen: bool = True,
+    scale: bool = True,
+    ground: Sequence[Motions] | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Multiple-stripe analysis: motions that differ from level to level, as selected consistently with the hazard.
+
+    Parameters
+    ----------
+    blocks, models : one or a sequence
+        Blocks and damping laws, with unique labels.
+    motions : sequence of motions or of sequences of them
+        The motions of each level (m s-2); a motion may be in several stripes.
+    levels : array_like, shape (level,)
+        Level of each stripe, SI, > 0, strictly increasing.
+    im : str or Measure
+        The intensity measure of the levels, as for `toppling.ida`.
+    outputs, client, skip, screen, progress
+        As for `toppling.ida`.
+    scale : bool
+        True (default) scales every motion of a stripe to its level; False runs the motions as they are, because they
+        were selected, or simulated, for that level and scatter about it.
+    ground : sequence of motions or of sequences of them, optional
+        For each stripe the ground motions of which `motions` are floor motions: the levels then refer to the measure of
+        the ground motions.
+
+    Returns
+    -------
+    xarray.Dataset
+        The outputs on (block, model, motion); on motion the coordinates `intensity` (the level of the motion's stripe),
+        `stripe` (1, 2, …) and `record` (its label as given; if a motion is in several stripes, the stripe is added to
+        the labels of the dimension).  `overturning_probability` counts the runs by level.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Numbers of stripes and levels that differ; otherwise as `toppling.ida`.
+
+    Notes
+    -----
+    Because motions differ between stripes, stripes are independent of each other, whereas the levels of an incremental
+    analysis are not.
+
+    References
+    ----------
+    Jalayer, F. (2003). Direct probabilistic seismic analysis: implementing non-linear dynamic assessments. PhD thesis,
+    Stanford University.  Baker, J. W. (2015). Efficient analytical fragility function fitting using dynamic structural
+    analysis. Earthquake Spectra 31(1), 579-599.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> weak, strong = (tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4, seed) for seed in (1, 2))
+    >>> runs = stripes(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), [weak, strong], [2.0, 4.0])
+    >>> runs["intensity"].values.tolist()
+    [2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0, 4.0]
+    """
+    request = check_request(blocks, models, outputs, skip, client, progress, screen)
+    if not isinstance(scale, bool):
+        raise TypeError(f"scale must be True or False, got {scale!r:.40}")
+    values = increasing(levels)
+    sets = _sets("motions", motions, values.size)
+    below = [None] * values.size if ground is None else _sets("ground", ground, values.size)
+    plain = [record for own in sets for record in own]
+    scalings = [
+        scaling([level], own, im, request.blocks, None if earth is None else ground_of(own, earth))
+        for level, own, earth in zip(values, sets, below, strict=True)
+    ]
+    if not scale:
+        scalings = [one._replace(factors=np.ones((1, 1, len(own)))) for one, own in zip(scalings, sets, strict=True)]
+    scaled = _joined(scalings)
+    stripe = np.repeat(np.arange(1, values.size + 1), [len(own) for own in sets])
+    names = [record.label for record in plain]
+    if len(set(names)) < len(names):
+        plain = [one._replace(label=f"{one.label}, stripe {k}") for one, k in zip(plain, stripe, strict=True)]
+    attributes = {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
+    intensity = xr.Variable("motion", values[stripe - 1], attributes)
+    design = Design(
+        STRIPES,
+        "Multiple-stripe analysis of freestanding blocks",
+        plain,
+        scaled.factors,
+        scaled.factors_at(intensity, len(plain)) if scale else unscaled(len(plain)),
+        {"motion": len(plain)},
+        {
+            "intensity": intensity,
+            "stripe": xr.Variable("motion", stripe, {"units": DIMENSIONLESS, "long_name": "stripe"}),
+            "record": xr.Variable(
+                "motion", np.array(names, dtype=object), {"units": DIMENSIONLESS, "long_name": "motion as given"}
+            ),
+            **measured(scaled),
+        },
+        {
+            "design": STRIPES,
+            "im": scaled.name,
+            "levels": values.tolist(),
+            "scale": scale,
+            **({"im_at": GROUND} if scaled.ground else {}),
+        },
+    )
+    return analyse(request, specimens_of(request), design)
+
+
+def _joined(scalings: Sequence[Scaling]) -> Scaling:
+    """The scaling of all stripes: factors and measured values of one stripe after the other, along motions."""
+    first = scalings[0]
+    values = [one.measured for one in scalings if one.measured is not None]
+    return first._replace(
+        factors=np.concatenate([dense(one.factors) for one in scalings], axis=2),
+        measured=np.concatenate(values, axis=-1) if values else None,
+    )
+
+
+def _sets(name: str, motions: Sequence[Motions], n: int) -> list[list[Record]]:
+    """The plain records of each stripe."""
+    if not isinstance(motions, list | tuple):
+        raise TypeError(f"{name} must be a list of motions, one set a level, got {checks.kind(motions)}")
+    sets = list(motions)
+    if len(sets) != n:
+        raise ValueError(f"{name} must hold one set of motions for each of the {n} levels, got {len(sets)}")
+    found = []
+    for i, one in enumerate(sets, start=1):
+        try:
+            found.append(records(one))
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"{name}[{i}]: {error}") from None
+    return found

@@ -1,0 +1,3 @@
+"""Fragility curves as functions: observed probabilities, comparisons of curves, means over motions, and published
+criteria.
+"""

@@ -1,0 +1,209 @@
+"""Confidence intervals of means and quantiles over motions, by resampling whole motions.
+
+A motion is one draw: its results at all levels, on all floors and for all items are resampled together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from ... import checks
+from ...aliases import Array
+from ..fitting.bootstrap import draw_motions
+from ..numerics.proportions import wilson_interval
+from ..numerics.slabs import Allocator, in_memory
+
+REPLICATES = 1000
+# Statistics resampled at a time, and their values: these bound the memory and have no effect on results.
+_BLOCK = 512
+_VALUES = 2**20
+
+
+class Interval(NamedTuple):
+    """Lower and upper ends of intervals, one shape."""
+
+    lower: Array
+    upper: Array
+
+
+def resampled_means(values: Array, replicates: int = REPLICATES, seed: int = 0, array: Allocator = in_memory) -> Array:
+    """Return means (…, replicate) over resampled motions of values (…, motion), in an array that `array` allocates.
+
+    Every call with the same number of motions, replicates and seed resamples the same motions: differences of two
+    results are paired.
+    """
+    n = values.shape[-1]
+    counts = draw_motions((np.arange(n),), replicates, seed)
+    flat = values.reshape(-1, n)
+    found = array((flat.shape[0], replicates), np.float64)
+    for part in _parts(*flat.shape):
+        found[part] = _means(flat[part], counts)
+    return found.reshape(*values.shape[:-1], replicates)
+
+
+def _parts(statistics: int, motions: int) -> Iterator[slice]:
+    """Yield slices of the statistics that are resampled at a time."""
+    step = max(1, min(_BLOCK, _VALUES // motions))
+    return (slice(first, first + step) for first in range(0, statistics, step))
+
+
+def _means(values: Array, counts: Array) -> Array:
+    """Return means (statistic, replicate) of values (statistic, motion) under draw counts (replicate, motion)."""
+    return np.asarray(np.einsum("sn,rn->sr", values, counts) / values.shape[1])
+
+
+def mean_interval(
+    values: Array,
+    confidence: float = 0.95,
+    replicates: int = REPLICATES,
+    seed: int = 0,
+    most: Array | float | None = None,
+    drawn: Array | None = None,
+) -> Interval:
+    """Return bootstrap intervals of means over motions, bias-corrected and accelerated (BCa).
+
+    Parameters
+    ----------
+    values : ndarray, shape (…, motion)
+        One value a motion.
+    confidence : float
+        Between 0 and 1.
+    replicates, seed : int
+        Number of resamples, at least 50, and the seed that decides them.
+    most : array_like, optional
+        The greatest possible value (the least is 0), broadcast over (…).  Where all motions agree, resampling gives no
+        interval: the ends then assume that the share of motions that Wilson's interval allows to differ does so by as
+        much as possible.  Without `most` the ends are NaN there.
+
+    Returns
+    -------
+    Interval
+        (…) each.
+
+    Notes
+    -----
+    Annual values are skewed: most of the sum comes from the few motions under which items fall at low levels.  The
+    coverage of 95 % intervals of the rate of a lognormal threshold of dispersion 0.4 was some 91 % with 100 motions and
+    93 % with 200; larger dispersions need more motions (tests/fragility/uncertainty/test_joint.py).
+
+    References
+    ----------
+    Efron, B. (1987). Better bootstrap confidence intervals. Journal of the American Statistical Association 82(397),
+    171-185 (recalled); the acceleration of a mean is its skewness over 6.
+
+    Examples
+    --------
+    >>> found = mean_interval(np.array([0.0, 0.0, 1.0, 0.0, 3.0, 0.0, 0.0, 2.0]))
+    >>> bool(found.lower < 0.75 < found.upper)
+    True
+    """
+    level = checks.number("confidence", confidence, above=0.0, below=1.0)
+    checks.count("replicates", replicates, at_least=50)
+    checks.count("seed", seed)
+    n = values.shape[-1]
+    flat = np.ascontiguousarray(values, dtype=np.float64).reshape(-1, n)
+    mean = flat.mean(axis=-1)
+    agree = flat.min(axis=-1) == flat.max(axis=-1)
+    ends = np.empty((2, flat.shape[0]))
+    counts = draw_motions((np.arange(n),), replicates, seed) if drawn is None else drawn
+    for part in _parts(*flat.shape):
+        means = np.sort(_means(flat[part], counts), axis=-1)
+        ends[:, part] = _accelerated(flat[part], mean[part], means, level)
+    if most is None:
+        ends[:, agree] = np.nan
+    else:
+        bound = np.broadcast_to(np.asarray(most, dtype=np.float64), values.shape[:-1]).ravel()[agree]
+        differing = float(wilson_interval(np.zeros(1, np.int64), np.array([n]), level)[1][0])
+        ends[0, agree] = mean[agree] * (1.0 - differing)
+        ends[1, agree] = ends[0, agree] + bound * differing
+    lower, upper = ends.reshape(2, *values.shape[:-1])
+    return Interval(lower, upper)
+
+
+class Quantiles(NamedTuple):
+    """Quantiles with the ends of their intervals, (…, quantile) each."""
+
+    value: Array
+    lower: Array
+    upper: Array
+
+
+def quantiles(
+    values: Array, probabilities: Array, most: Array | float, confidence: float = 0.95, least: float = 0.0
+) -> Quantiles:
+    """Return quantiles of values (…, motion, realisation), with distribution-free intervals.
+
+    Parameters
+    ----------
+    values : ndarray, shape (…, motion, realisation)
+        Motions are independent draws; the realisations of one motion are not taken as further draws.
+    probabilities : ndarray, shape (quantile,)
+        Between 0 and 1.
+    most, least : array_like
+        The greatest and the least possible value, over (…): the ends of intervals beyond the motions' values.
+    confidence : float
+        Between 0 and 1.
+
+    Returns
+    -------
+    Quantiles
+        The least value that is not exceeded with each probability, and the values of the ranks between which the
+        quantile lies with at least the confidence.
+
+    References
+    ----------
+    Order statistics as bounds of quantiles: David, H. A. and Nagaraja, H. N. (2003). Order statistics, 3rd ed., Wiley,
+    section 7.1 (recalled).
+
+    Examples
+    --------
+    >>> found = quantiles(np.arange(20.0)[:, None], np.array([0.5]), most=100.0)
+    >>> float(found.value[0]), float(found.lower[0]), float(found.upper[0])
+    (9.0, 5.0, 14.0)
+    """
+    n, realisations = values.shape[-2:]
+    pooled = np.sort(values.reshape(*values.shape[:-2], -1), axis=-1)
+    bound = np.broadcast_to(np.asarray(most, dtype=np.float64), pooled.shape[:-1])
+    found = np.empty((3, *pooled.shape[:-1], probabilities.size))
+    for i, q in enumerate(probabilities):
+        cumulative = scipy.special.bdtr(np.arange(n + 1), n, q)
+        tail = 0.5 - 0.5 * confidence
+        # the rank-th of n draws exceeds the quantile where fewer than rank of them lie below it
+        low = int(np.searchsorted(cumulative, tail))
+        high = int(np.searchsorted(cumulative, 1.0 - tail)) + 1
+        rank = max(1, math.ceil(q * n * realisations * (1.0 - 1e-12)))
+        found[0, ..., i] = pooled[..., rank - 1]
+        found[1, ..., i] = pooled[..., (low - 1) * realisations] if low > 0 else least
+        found[2, ..., i] = pooled[..., high * realisations - 1] if high <= n else bound
+    return Quantiles(*found)
+
+
+def _accelerated(values: Array, mean: Array, means: Array, confidence: float) -> Array:
+    """Return the ends (2, statistic) of the BCa interval from sorted resampled means (statistic, replicate)."""
+    replicates = means.shape[1]
+    # means that differ in the last digits alone, from another order of summation, count as equal
+    close = 1e-12 * np.abs(mean)[:, None]
+    below = np.count_nonzero(means < mean[:, None] - close, axis=1)
+    equal = np.count_nonzero(np.abs(means - mean[:, None]) <= close, axis=1)
+    share = (below + 0.5 * equal) / replicates
+    half = 0.5 / replicates
+    bias = scipy.special.ndtri(np.minimum(np.maximum(share, half), 1.0 - half))
+    deviation = values - mean[:, None]
+    spread = np.sum(deviation**2, axis=1)
+    acceleration = np.zeros(mean.size)
+    np.divide(np.sum(deviation**3, axis=1), 6.0 * spread**1.5, out=acceleration, where=spread > 0.0)
+    ends = np.empty((2, mean.size))
+    normal = scipy.special.ndtri([0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence])
+    for row, z in zip(ends, normal, strict=True):
+        shifted = bias + z
+        # beyond the pole of the acceleration the end is that of the distribution
+        at = scipy.special.ndtr(bias + shifted / np.maximum(1.0 - acceleration * shifted, 1e-6)) * (replicates - 1)
+        floor = np.minimum(np.floor(at).astype(np.int64), replicates - 2)
+        here = np.arange(mean.size)
+        row[:] = means[here, floor] + (at - floor) * (means[here, floor + 1] - means[here, floor])
+    return ends

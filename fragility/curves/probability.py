@@ -1,0 +1,103 @@
+"""Observed probabilities of damage states, with binomial intervals."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...units import DIMENSIONLESS
+from ...wording import given_percent
+from ..fitting.states import OVERTURNED, State, reached, state_name
+from ..numerics.proportions import METHOD_NAMES, binomial_interval
+from ..runs.provenance import carried_attributes, motions_by_floor
+
+
+def overturning_probability(
+    runs: xr.Dataset, confidence: float = 0.95, state: State = OVERTURNED, interval: str = "wilson"
+) -> xr.Dataset:
+    """Observed probability of overturning, or of another damage state, and its binomial interval.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        Runs on (block, model, level, motion) as `toppling.ida` returns them, or on (block, model, motion) as
+        `toppling.stripes` does.
+    confidence : float
+        Confidence level of the interval, between 0 and 1.
+    state : str or float
+        ``overturned``, ``uplifted``, or a threshold of |theta|/alpha, see `reached`.
+    interval : {"wilson", "clopper-pearson", "jeffreys"}
+        As `method` of `binomial_interval`.
+
+    Returns
+    -------
+    xarray.Dataset
+        probability, lower, upper, overturnings and runs on (block, model, level), dimensionless; `overturnings` counts
+        the runs that reached the state.  Motions of several floors (`floor`, or in a study's results `motion_floor`, on
+        motion) are not pooled: floor becomes a dimension, (block, model, floor, level).  Drop that coordinate to pool.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Runs without what the state needs, or of a cloud analysis, whose motions have no levels; a confidence outside
+        (0, 1); an unknown interval.
+
+    Notes
+    -----
+    At one level every motion counts once, so the runs are independent and the interval is binomial.  Floors of
+    one building shake together: their probabilities are not independent of each other.
+    """
+    within = checks.number("confidence", confidence, above=0.0, below=1.0)
+    flags = reached(runs, state)
+    overturnings, trials = _counts(flags)
+    lower, upper = binomial_interval(overturnings.values, trials.values, within, interval)
+    kind = f"{given_percent(within)} {METHOD_NAMES[interval]} interval"
+    name = state_name(state)
+    variables = {
+        "probability": (overturnings / trials, f"probability of {name}"),
+        "lower": (overturnings.copy(data=lower), f"lower end of the {kind}"),
+        "upper": (overturnings.copy(data=upper), f"upper end of the {kind}"),
+        "overturnings": (overturnings, f"runs with {name}"),
+        "runs": (trials, "runs"),
+    }
+    return xr.Dataset(
+        {name: array.assign_attrs(units=DIMENSIONLESS, long_name=text) for name, (array, text) in variables.items()},
+        attrs={
+            **carried_attributes(runs.attrs),
+            "title": f"Probability of {name}",
+            "state": name,
+            "confidence": within,
+        },
+    )
+
+
+def _counts(flags: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return the runs that reached the state and all runs, at each level and, if there are several, for each floor."""
+    floor, groups = motions_by_floor(flags)
+    if floor is None:
+        return _at_levels(flags)
+    parts = [_at_levels(flags.isel(motion=here)) for here in groups]
+    rest = [dim for dim in parts[0][0].dims if dim != "level"]
+    overturnings, runs = (xr.concat(one, floor).transpose(*rest, "floor", ...) for one in zip(*parts, strict=True))
+    return overturnings, runs
+
+
+def _at_levels(flags: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return counts at each level from flags of motions; a motion is run at all levels, or belongs to one stripe."""
+    if "level" in flags.dims or "intensity" not in flags.coords:
+        overturnings = flags.sum("motion").astype(np.int64)
+        return overturnings, xr.full_like(overturnings, flags.sizes["motion"])
+    at = flags["intensity"]
+    if "stripe" not in flags.coords:
+        raise ValueError(
+            "a cloud analysis has every motion at an intensity of its own, and so no counts at levels: "
+            "fit a curve to it (fit_fragility)"
+        )
+    levels, which = np.unique(at.values, return_inverse=True)
+    level = xr.Variable("level", levels, at.attrs)
+    member = xr.DataArray(
+        which[:, None] == np.arange(levels.size), {"level": level}, ("motion", "level"), name=flags.name
+    ).astype(np.int64)
+    overturnings = flags.astype(np.int64).dot(member, dim="motion")
+    return overturnings, xr.zeros_like(overturnings) + member.sum("motion")

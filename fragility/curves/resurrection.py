@@ -1,0 +1,91 @@
+"""Resurrections: blocks that stand above the level at which the same motion first overturned them."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ...units import DIMENSIONLESS
+from ..fitting.states import OVERTURNED, State, reached
+from ..runs.provenance import IDA, carried_attributes, design_of, motions_by_floor
+
+
+def resurrections(ida: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
+    """Count how often a block stands at a level above the one at which the same motion first overturned it.
+
+    Parameters
+    ----------
+    ida : xarray.Dataset
+        With `overturned` on (block, model, level, motion), as `toppling.ida` returns it.
+    state : str or float
+        Another damage state that stands for overturning, see `reached`.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (block, model, with several floors floor): pairs, the (motion, level) pairs above the motion's first
+        overturning; stood, how many of them stand; returned = stood/pairs (NaN where there is none); motions, how many
+        motions overturn and have a level above; motions_returned, the share of these that stand at least once.
+
+    Raises
+    ------
+    TypeError, ValueError
+        A dataset that is no IDA.
+
+    Notes
+    -----
+    The outcome of rocking is not monotone in the amplitude.  A fit to first overturnings
+    (``method="first-overturning"`` of `fit_fragility`) counts a block that returned as overturned, so its curve lies
+    above one fitted to all runs; the share returned here bounds the distance between the two curves.
+
+    Examples
+    --------
+    >>> import numpy as np, xarray as xr
+    >>> flags = np.array([[0, 1], [1, 0], [0, 1], [1, 1]], dtype=bool)  # level, motion
+    >>> runs = xr.Dataset({"overturned": (("level", "motion"), flags)}, coords={"level": [1.0, 2.0, 3.0, 4.0]})
+    >>> shares = resurrections(runs)
+    >>> float(shares["returned"]), float(shares["motions_returned"])
+    (0.4, 1.0)
+    """
+    flags = reached(ida, state)
+    if design_of(flags) != IDA:
+        raise ValueError("resurrections needs an IDA dataset, got one without a level dimension")
+    floor, groups = motions_by_floor(flags)
+    flags = flags.sortby("level").transpose(..., "level", "motion")
+    parts = [_counts(flags.isel(motion=motions)) for motions in groups]
+    found = parts[0] if floor is None else xr.concat(parts, floor).transpose(..., "floor")
+    found = found.assign(
+        returned=found["stood"] / found["pairs"].where(found["pairs"] > 0),
+        motions_returned=found["motions_stood"] / found["motions"].where(found["motions"] > 0),
+    ).drop_vars("motions_stood")
+    for name, text in _LONG_NAMES.items():
+        found[name].attrs = {"units": DIMENSIONLESS, "long_name": text}
+    return found.assign_attrs(
+        {**carried_attributes(ida.attrs), "title": "Blocks that stand above their first overturning"}
+    )
+
+
+_LONG_NAMES = {
+    "pairs": "motions and levels above the motion's first overturning",
+    "stood": "those of them at which the block stands",
+    "returned": "share of them at which the block stands",
+    "motions": "motions that overturn the block below the highest level",
+    "motions_returned": "share of these motions under which it stands at a higher level",
+}
+
+
+def _counts(flags: xr.DataArray) -> xr.Dataset:
+    """Count pairs above the first overturning, pairs that stand, and the same of motions; flags (…, level, motion)."""
+    fell = flags.values
+    above = np.zeros_like(fell)
+    above[..., 1:, :] = np.logical_or.accumulate(fell, axis=-2)[..., :-1, :]
+    stood = above & ~fell
+    dims = flags.dims[:-2]
+    coords = {name: one for name, one in flags.coords.items() if set(one.dims) <= set(dims)}
+    counts = {
+        "pairs": above.sum(axis=(-2, -1)),
+        "stood": stood.sum(axis=(-2, -1)),
+        "motions": above.any(axis=-2).sum(axis=-1),
+        "motions_stood": stood.any(axis=-2).sum(axis=-1),
+    }
+    return xr.Dataset({name: (dims, values) for name, values in counts.items()}, coords)

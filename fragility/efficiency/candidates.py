@@ -1,0 +1,175 @@
+"""Candidate intensity measures of every motion, and the covariates for a test of sufficiency.
+
+Their values come from the coordinates of the runs and, where these are given, from the motions themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ...motions.arrays import Record, records
+from ...motions.intensity.dataset import measure
+from ...motions.intensity.measure import MEASURES, Measure
+from ...units import DIMENSIONLESS, METRE, SECOND
+from ..runs.provenance import blocks_of, records_of
+from ..runs.scaling import BLOCK_MEASURES, SCALE, BlockMeasure, intensity_measure
+from .capacity import OrderedRuns
+
+Motions = xr.DataArray | Iterable["Motions"]
+
+SCENARIO = ("magnitude", "distance", "epicentral_distance")
+"""Coordinates of motions that describe their earthquake."""
+
+
+class Candidate(NamedTuple):
+    """Intensity measure to be ranked: its ln for the unscaled motions, (motion,) or (block, motion), and its power."""
+
+    label: str
+    units: str
+    long_name: str
+    power: float
+    log_values: Array
+
+
+class RunMotions(NamedTuple):
+    """Motions of runs: their labels, the arrays as given, and their records in the order of the labels."""
+
+    labels: tuple[str, ...]
+    arrays: tuple[xr.DataArray, ...] = ()
+    records: tuple[Record, ...] | None = None
+
+
+def motions_of_runs(runs: xr.Dataset, motions: Motions | None) -> RunMotions:
+    """Return the motions of the runs, found by label; ValueError where a motion is missing.
+
+    In stripes, a motion may be in several of the sets, and its label as given is the coordinate `record`.
+    """
+    labels = tuple(str(one) for one in runs["record" if "record" in runs.coords else "motion"].values)
+    if motions is None:
+        return RunMotions(labels)
+    # (the sets of stripes may be an iterator)
+    given = motions if isinstance(motions, xr.DataArray) or not isinstance(motions, Iterable) else list(motions)
+    arrays = tuple(_arrays(given))
+    known: dict[str, Record] = {}
+    for array in arrays:
+        for one in records(array):
+            before = known.setdefault(one.label, one)
+            if before is not one and not np.array_equal(before.acceleration, one.acceleration):
+                raise ValueError(f"motions must have unique labels, got two different ones labelled {one.label!r}")
+    return RunMotions(labels, arrays, tuple(records_of(runs, given)))
+
+
+def _arrays(motions: Motions) -> Iterator[xr.DataArray]:
+    """Yield labelled arrays one by one, whether given alone, in a sequence or in sets of stripes."""
+    if isinstance(motions, xr.DataArray) or not isinstance(motions, Iterable):
+        records(motions)  # raises the error for anything that is no motion
+        yield motions
+    else:
+        for one in motions:
+            yield from _arrays(one)
+
+
+def candidates_of(
+    runs: xr.Dataset, ordered: OrderedRuns, run_motions: RunMotions, also: Any, blocks_too: bool
+) -> list[Candidate]:
+    """Return the runs' own measure, all others that grow with the motion, and those asked for; no label twice.
+
+    `blocks_too`: include the block-normalised measures.
+
+    Raises
+    ------
+    TypeError, ValueError
+        A measure that is not known, does not grow with the motion or is zero; or needs motions that are not given.
+    """
+    chosen: dict[str, Measure | BlockMeasure] = {
+        name: one
+        for name, one in MEASURES.items()
+        if one.power != 0.0 and (run_motions.records is not None or name in runs.coords)
+    }
+    if not isinstance(also, Iterable):
+        raise TypeError(f"also must be measures or their names, got {checks.kind(also)}")
+    for name in [*also, *(BLOCK_MEASURES if blocks_too else ())]:
+        one = intensity_measure(name)
+        if one is None:
+            raise ValueError(f"also must name intensity measures, got {SCALE!r}, which is none")
+        chosen[one.label] = one
+    found = [_candidate(one, runs, run_motions) for one in chosen.values()]
+    if ordered.name not in chosen:
+        own = Candidate(ordered.name, ordered.units, ordered.long_name, ordered.power, ordered.log_measured.values)
+        found.insert(0, own)
+    return found
+
+
+def _candidate(one: Measure | BlockMeasure, runs: xr.Dataset, run_motions: RunMotions) -> Candidate:
+    base = one.measure if isinstance(one, BlockMeasure) else one
+    if base.power == 0.0:
+        raise ValueError(f"{base.label!r} does not grow with the motion: it is a covariate, not a measure to rank")
+    values = _values(base, runs, run_motions)
+    if values is None:
+        raise ValueError(f"the runs do not carry {base.label!r}: motions must be given, got none")
+    if not np.all(values > 0.0):
+        label = run_motions.labels[int(np.argmin(values > 0.0))]
+        raise ValueError(f"motion {label!r} has {base.label} = {values.min():g} and no capacity in it")
+    logs = np.log(values)
+    if isinstance(one, BlockMeasure):
+        logs = logs + np.log([[one.per_block(block)] for block in blocks_of(runs)])
+    return Candidate(one.label, one.units, one.long_name, base.power, logs)
+
+
+def _values(one: Measure, runs: xr.Dataset, run_motions: RunMotions) -> Array | None:
+    """Return a measure of every unscaled motion, from the runs' coordinates or the records; None without either."""
+    if one.label in runs.coords and runs[one.label].dims == ("motion",):
+        return np.asarray(runs[one.label].values, dtype=float)
+    return None if run_motions.records is None else measure(one, run_motions.records)
+
+
+def covariates_of(runs: xr.Dataset, run_motions: RunMotions, given: xr.Dataset | None) -> list[xr.DataArray]:
+    """Return covariates of every motion, (motion,), as they enter a regression: lengths and times as logarithms.
+
+    They are magnitude and distances of the motions, the measures that do not grow with the motion, and those given.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Something other than a dataset on motion; a length or time that is not positive.
+    """
+    found: dict[str, tuple[Array, dict[str, Any]]] = {}
+    for name in SCENARIO:
+        having = [one[name] for one in run_motions.arrays if name in one.coords and one[name].dims == ("motion",)]
+        if having:
+            found[name] = _matched(having, run_motions.labels), having[0].attrs
+    for name, one in MEASURES.items():
+        values = _values(one, runs, run_motions) if one.power == 0.0 else None
+        if values is not None:
+            found[name] = values, {"units": one.units, "long_name": one.long_name}
+    if given is not None:
+        if not isinstance(given, xr.Dataset) or "motion" not in given.coords:
+            raise TypeError(f"covariates must be a dataset on motion with its labels, got {checks.kind(given)}")
+        for key, variable in given.data_vars.items():
+            if variable.dims != ("motion",):
+                raise ValueError(f"covariate {key!r} must lie on motion, got dims {variable.dims}")
+            found[str(key)] = _matched([variable], run_motions.labels), variable.attrs
+    return [_regressor(name, values, attributes) for name, (values, attributes) in found.items()]
+
+
+def _matched(arrays: Sequence[xr.DataArray], labels: Sequence[str]) -> Array:
+    """Return values of the motions by label, or by the label of the ground motion below; NaN where not known."""
+    known: dict[str, float] = {}
+    for array in arrays:
+        known |= dict(zip(map(str, array["motion"].values), array.values.astype(float).tolist(), strict=True))
+    return np.array([known.get(label, known.get(label.rsplit(" floor ", 1)[0], np.nan)) for label in labels])
+
+
+def _regressor(name: str, values: Array, attributes: dict[str, Any]) -> xr.DataArray:
+    units, long_name = attributes.get("units", DIMENSIONLESS), attributes.get("long_name", name)
+    if units in (METRE, SECOND):
+        if np.any(values <= 0.0):
+            raise ValueError(f"{name} must be > 0 (in {units}) to enter as a logarithm, got {np.nanmin(values):g}")
+        values, long_name = np.log(values), f"ln {long_name}"
+    return xr.DataArray(values, dims="motion", name=name, attrs={"units": DIMENSIONLESS, "long_name": long_name})

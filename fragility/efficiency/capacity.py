@@ -1,0 +1,197 @@
+"""Capacities: the level of a measure at which each motion first overturns a block, known to lie between two levels.
+
+Runs of any design give it in levels and as a factor on the unscaled motion.  The factor converts into every other
+measure, since a motion times f has f**power times the measure.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...aliases import Array, Flags
+from ...units import DIMENSIONLESS
+from ..fitting.states import OVERTURNED, State, reached, state_name
+from ..runs.provenance import carried_attributes, intensity_of, level_measure, scaled_to_levels
+
+
+class OrderedRuns(NamedTuple):
+    """Runs in the order of growing levels, with the scaling of every run.
+
+    overturned: flags on (…, motion, level), in the order of growing levels.
+    log_levels: ln of the level, on level; without levels on motion (or block, motion) and a level of size 1.
+    log_measured: ln of the measure of the unscaled motions, 0 for plain factors.
+    power: of the measure.
+    name, units, long_name: the measure's, ``ground_pga`` where it is of the ground motion below.
+    order: of the levels in the runs.
+    unscaled: True where the motions were run without scaling.
+    """
+
+    overturned: xr.DataArray
+    log_levels: xr.DataArray
+    log_measured: xr.DataArray
+    power: float
+    name: str
+    units: str
+    long_name: str
+    order: NDArray[np.intp]
+    unscaled: bool
+
+    @property
+    def factors_by_block(self) -> Array:
+        """Ln of the scale factor of every run, (block, motion, level); one block where all blocks have the same."""
+        factors = (self.log_levels - self.log_measured) / self.power
+        if self.unscaled:
+            factors = xr.zeros_like(factors)
+        if "block" not in factors.dims:
+            factors = factors.expand_dims("block")
+        return np.asarray(factors.transpose("block", "motion", "level").values)
+
+    def in_order(self, values: xr.DataArray) -> xr.DataArray:
+        """Return results of the runs, without coordinates, on (…, motion, level) in the order of the levels."""
+        shaped = values.isel(level=self.order) if "level" in values.dims else values.expand_dims("level", axis=-1)
+        return without_coordinates(shaped.transpose(..., "motion", "level"))
+
+
+def ordered_runs(runs: xr.Dataset, state: State = OVERTURNED) -> OrderedRuns:
+    """Return the runs of an IDA, of stripes or of a cloud, level by level.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `reached`; runs without levels or intensities, ones that are not positive, or without their measure.
+    """
+    flags = reached(runs, state)
+    levels = intensity_of(runs)
+    if "level" in flags.dims:
+        order = np.argsort(levels.values)
+        levels = levels.isel(level=order)
+    else:
+        levels, order = levels.expand_dims("level", axis=-1), np.zeros(1, np.intp)
+    values = np.asarray(levels.values, dtype=float)
+    if not np.all(np.isfinite(values)) or np.any(values <= 0.0):
+        raise ValueError(f"levels must be finite and > 0, got {values.min():g} to {values.max():g}")
+    one = level_measure(runs)
+    found = OrderedRuns(
+        flags,
+        without_coordinates(levels.copy(data=np.log(levels.values))),
+        without_coordinates(one.values.copy(data=np.log(one.values.values))),
+        1.0 if one.measure is None else one.measure.power,
+        one.name,
+        str(levels.attrs.get("units", DIMENSIONLESS)),
+        str(levels.attrs.get("long_name", one.name)),
+        order,
+        not scaled_to_levels(runs),
+    )
+    return found._replace(overturned=found.in_order(flags).astype(bool))
+
+
+def without_coordinates(array: xr.DataArray) -> xr.DataArray:
+    """Return an array without coordinates, so that arithmetic goes by dimension alone."""
+    return array.drop_vars(list(array.coords))
+
+
+class Brackets(NamedTuple):
+    """Intervals of the capacities: lower and upper ends (…, motion); infinite where only the other end is known."""
+
+    lower: Array
+    upper: Array
+    stood_above: Flags
+
+
+def brackets(overturned: Flags, values: Array) -> Brackets:
+    """Return the interval of the first overturning, from flags and values (…, motion, level) in order of the levels.
+
+    `values` may be of any shape that broadcasts.  The lower end is -inf where the lowest level overturns, the upper end
+    inf where no level does; `stood_above` is True where some level above the first overturning does not.
+    """
+    along = np.broadcast_to(values, overturned.shape)
+    n = overturned.shape[-1]
+    fell = overturned.any(axis=-1)
+    first = np.where(fell, overturned.argmax(axis=-1), n)
+    lower = np.take_along_axis(along, np.maximum(first - 1, 0)[..., None], axis=-1)[..., 0]
+    upper = np.take_along_axis(along, np.minimum(first, n - 1)[..., None], axis=-1)[..., 0]
+    above = np.arange(n) > first[..., None]
+    return Brackets(
+        np.where(first > 0, lower, -np.inf),
+        np.where(fell, upper, np.inf),
+        np.asarray((~overturned & above).any(axis=-1)),
+    )
+
+
+def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
+    """Return the capacity of each block under each motion: the two levels between which it first overturns.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        On level and motion and any other dimensions, as `toppling.ida` returns them.
+    state : str or float
+        ``overturned``, ``uplifted``, or a threshold of |theta|/alpha, see `reached`.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (…, motion): `lower` and `upper` ends, in the unit of the level (0 where the lowest level overturns, inf
+        where none does); `capacity`, their geometric mean, NaN where one end is not known; `stood_above`, True where
+        some higher level does not overturn.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Runs without what the state needs or without levels (stripes and clouds), levels that are not positive.
+
+    Notes
+    -----
+    Overturning is not monotonic in the scale of a motion: the capacity is the first overturning at the levels that were
+    run.  Below it there may be intervals of overturning narrower than the spacing of the levels, which closer levels
+    would find.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
+    >>> runs = tp.ida(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, [2.0, 4.0, 8.0])
+    >>> overturning_capacity(runs).upper.dims
+    ('block', 'model', 'motion')
+    """
+    ordered = ordered_runs(runs, state)
+    if "level" not in runs.dims:
+        raise ValueError("capacities need every motion at several levels, got runs at one intensity each")
+    found = brackets(ordered.overturned.values, np.exp(ordered.log_levels.values))
+    lower = np.where(np.isfinite(found.lower), found.lower, 0.0)
+    middle = np.sqrt(lower) * np.sqrt(found.upper)
+    known = (lower > 0.0) & np.isfinite(found.upper)
+    dims = tuple(d for d in ordered.overturned.dims if d != "level")
+    name = state_name(state)
+    variables = {
+        "lower": (lower, ordered.units, f"highest level below the first {name}: {ordered.long_name}"),
+        "upper": (found.upper, ordered.units, f"lowest level with {name}: {ordered.long_name}"),
+        "capacity": (np.where(known, middle, np.nan), ordered.units, "geometric mean of lower and upper"),
+        "stood_above": (
+            found.stood_above,
+            DIMENSIONLESS,
+            f"whether a level above is without {name}",
+        ),
+    }
+    coords = {
+        name: coordinate
+        for name, coordinate in runs.coords.items()
+        if set(coordinate.dims) <= set(dims) and name != "intensity"
+    }
+    return xr.Dataset(
+        {
+            name: (dims, values, {"units": units, "long_name": text})
+            for name, (values, units, text) in variables.items()
+        },
+        coords=coords,
+        attrs={
+            **carried_attributes(runs.attrs),
+            "title": f"Capacities: levels of the first {name}",
+            "state": name,
+            "im": ordered.name,
+        },
+    )

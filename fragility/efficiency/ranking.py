@@ -1,0 +1,415 @@
+"""Ranking of intensity measures: efficiency, sufficiency, practicality and proficiency, from one set of runs.
+
+Each motion's first overturning as a factor on the motion converts into every measure exactly, so that one analysis in
+any measure compares them all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ... import checks
+from ...aliases import Array, Flags, Index
+from ...motions.intensity.measure import Measure
+from ...units import DIMENSIONLESS
+from ...wording import given_percent
+from ..fitting.bootstrap import draw_motions, percentile_interval
+from ..fitting.states import OVERTURNED, State, state_name
+from ..numerics.slabs import gathered, sizes_of
+from ..runs.provenance import motions_by_floor, provenance_from, without_floors
+from .candidates import Candidate, Motions, candidates_of, covariates_of, motions_of_runs
+from .capacity import OrderedRuns, brackets, ordered_runs
+from .trends import STATUSES, DispersionFits, LogCapacityEnds, capacity_trends, demand_trends, fit_dispersions
+
+TYPICAL_MEASURES = 32
+"""Typical number of measures compared: slabs are sized for the bootstrap samples of so many."""
+POOLED = "all blocks"
+SAME = 1e-9
+"""Relative difference of dispersions below which two measures tie (a block's PGA and its normalised PGA)."""
+
+
+def rank_measures(
+    runs: xr.Dataset,
+    motions: Motions | None = None,
+    also: str | Measure | Sequence[str | Measure] = (),
+    *,
+    state: State = OVERTURNED,
+    covariates: xr.Dataset | None = None,
+    pool: bool = False,
+    least_demand: float = 0.01,
+    replicates: int = 200,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Rank intensity measures by efficiency, with their sufficiency, practicality and proficiency.
+
+    An efficient measure has capacities of small dispersion.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        Runs on (block, model, level, motion) as `toppling.ida` returns them, in any measure; or of stripes or a cloud,
+        on (block, model, motion) with a coordinate `intensity`.
+    motions : xarray.DataArray or a sequence of them (or of sets, for stripes), optional
+        The motions of the runs, as they were before scaling: for measures that the runs do not carry, and for their
+        coordinates `magnitude`, `distance` and `epicentral_distance`, which scenario generators and record files give.
+    also : measures or their names
+        To be ranked beside the runs' own and all of `motions.MEASURES` that grow with the motion: ``"Sa(1.0)"``,
+        ``motions.AvgSa(…)``, ``"FIV3(1.0)"``, ``"pga_normalised"``, ``"pgv_normalised"``.
+    state : str or float
+        Damage state of the capacities: ``overturned``, ``uplifted``, or a threshold of |theta|/alpha, see `reached`.
+    covariates : xarray.Dataset, optional
+        Further numbers on ``motion``, on which the capacity in a sufficient measure does not depend; lengths (m) and
+        times (s) enter as logarithms.  A floor motion takes those of the ground motion below, by its label.
+    pool : bool
+        Pool all blocks: a good measure then also brings the capacities of different blocks together.  Only pooling
+        tells the block-normalised measures, which are then included, from PGA and PGV.
+    least_demand : float
+        |theta|/alpha, 0 to below 1, above which a run counts as rocking (and above the elastic zone's delta).
+    replicates : int
+        Bootstrap samples of the motions, the same for all measures (0: no intervals).
+    confidence : float
+        Of the intervals, between 0 and 1.
+    seed : int
+        Of the bootstrap.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (block, model, measure):
+
+        - efficiency: `dispersion`, the standard deviation of ln capacity in the measure, and `status`;
+          `amplitude_dispersion`, that over the measure's power, which makes measures comparable (Arias intensity grows
+          with the square of the motion, and its root ranks as it does); `rank` by it, 1 for the least; `excess` of it
+          over the least, and `distinguishable`, whether the interval of that is above zero; `share_best`, the share of
+          bootstrap samples in which the measure is the best;
+        - `practicality`, the slope b of ln(|theta|/alpha) on ln im over the runs that rock and stand,
+          `demand_dispersion`, the scatter about that line, and `proficiency`, the second over the first; only where the
+          runs hold `peak_rotation`.
+
+        Estimates have `_lower` and `_upper` ends of their intervals; `power` is a coordinate.
+
+        On (block, model, measure, covariate): `slope` of ln capacity, `slope_se`, `p_value` of no slope (sufficiency;
+        not with `pool`, where a motion comes several times).  On (block, model): `best`; `share_below` and
+        `share_above`, of capacities below the lowest and above the highest level; `stood_above`, of motions with a
+        level above the first overturning at which the block stands.  Motions of several floors: a dimension `floor`
+        after (block, model).
+
+    Raises
+    ------
+    TypeError, ValueError
+        No such dataset; a measure that is not known, does not grow with the motion or is zero; one that the
+        runs do not carry, without `motions`; motions without one of the runs' labels.
+
+    Notes
+    -----
+    A capacity is the measure at the first overturning.  It lies between two levels, below the lowest or above the
+    highest: the dispersion is that of a lognormal law fitted to these intervals by maximum likelihood.  For single
+    runs (stripes, clouds) this is a probit regression in ln im, of slope 1/dispersion.  Where many motions never
+    overturn (`share_above`) the dispersion depends on the lognormal form, the more so the further the measure is from
+    that of the levels.
+
+    Intervals are percentiles over bootstrap samples of motions; those of `excess` are paired.  There is no correction
+    for multiple comparisons: of many equal measures some are told apart by chance.
+
+    Trends are fitted together with the dispersion to the same intervals, one covariate at a time; standard errors are
+    those of the observed information times sqrt(n/(n - 2)), p-values Student's with n - 2 degrees of freedom: for
+    capacities known exactly this is ordinary least squares.
+
+    Demands are conditional on rocking without overturning, and the runs of one motion at all levels count alike.
+
+    References
+    ----------
+    Luco, N. and Cornell, C. A. (2007). Structure-specific scalar intensity measures for near-source and ordinary
+    earthquake ground motions. Earthquake Spectra 23(2), 357-392.
+    Padgett, J. E., Nielson, B. G. and DesRoches, R. (2008). Selection of optimal intensity measures in probabilistic
+    seismic demand models of highway bridge portfolios. Earthquake Engineering and Structural Dynamics 37, 711-725.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import toppling as tp
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(20)
+    >>> runs = tp.ida(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, np.linspace(1.0, 12.0, 23))
+    >>> found = rank_measures(runs, shakes, ["Sa(1.0)"], replicates=50)
+    >>> found.sizes["measure"], float(found.excess.min()), int(found["rank"].min())
+    (7, 0.0, 1)
+    """
+    options = RankingOptions(
+        motions,
+        [also] if isinstance(also, str | Measure) else list(also) if isinstance(also, Iterable) else also,
+        state,
+        covariates,
+        bool(pool),
+        checks.number("least_demand", least_demand, at_least=0.0, below=1.0),
+        checks.count("replicates", replicates),
+        checks.number("confidence", confidence, above=0.0, below=1.0),
+        checks.count("seed", seed),
+    )
+    ordered = ordered_runs(runs if options.pool else _first_block_and_law(runs), state)
+    if set(ordered.overturned.dims) != {"block", "model", "motion", "level"}:
+        raise ValueError(f"overturned must lie on block, model, motion and level, got {ordered.overturned.dims}")
+    index, groups = motions_by_floor(runs)
+    if options.pool:
+        return _by_floor(runs, index, groups, options)
+    whole = _with_measures(runs, options)
+    sizes = sizes_of(runs)
+    of_one = math.prod(sizes[dim] for dim in ("level", "motion") if dim in sizes)
+    sizes = {
+        "block": sizes["block"],
+        "model": sizes["model"],
+        "sample": max(of_one, TYPICAL_MEASURES * (1 + options.replicates)),
+    }
+    return gathered(lambda part: _by_floor(part, index, groups, options), whole, sizes=sizes)
+
+
+def _by_floor(
+    runs: xr.Dataset, index: xr.Variable | None, groups: list[NDArray[np.intp]], options: RankingOptions
+) -> xr.Dataset:
+    """Compare all measures, floor by floor where the motions are of several floors."""
+    if index is None:
+        return _compare(runs, options)
+    apart = without_floors(runs)
+    parts = [_compare(apart.isel(motion=one), options) for one in groups]
+    joined = xr.concat(parts, xr.DataArray(index, name="floor"), combine_attrs="override")
+    return joined.transpose("block", "model", "floor", ...)
+
+
+def _with_measures(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
+    """Return the runs with every measure as a coordinate, so that the slabs need not compute it again."""
+    few = _first_block_and_law(runs)
+    candidates = candidates_of(
+        few, ordered_runs(few, options.state), motions_of_runs(runs, options.motions), options.also, False
+    )
+    known = {
+        one.label: ("motion", np.exp(one.log_values))
+        for one in candidates
+        if one.label not in runs.coords and one.log_values.shape == (runs.sizes["motion"],)
+    }
+    return runs.assign_coords(known)
+
+
+def _first_block_and_law(runs: Any) -> Any:
+    """Return the runs of the first block under the first law; anything else unchanged."""
+    if not isinstance(runs, xr.Dataset):
+        return runs
+    return runs.isel({dim: slice(1) for dim in ("block", "model") if dim in runs.dims})
+
+
+class RankingOptions(NamedTuple):
+    """Options of `rank_measures`, checked."""
+
+    motions: Motions | None
+    also: Any
+    state: State
+    covariates: xr.Dataset | None
+    pool: bool
+    least_demand: float
+    replicates: int
+    confidence: float
+    seed: int
+
+    @property
+    def described(self) -> dict[str, Any]:
+        """Options as plain values, without the motions, which are those of the runs."""
+        return {
+            "also": [one if isinstance(one, str) else one.label for one in self.also],
+            "state": state_name(self.state),
+            "covariates": [] if self.covariates is None else [str(name) for name in self.covariates.data_vars],
+            "pool": self.pool,
+            "least_demand": self.least_demand,
+            "replicates": self.replicates,
+            "confidence": self.confidence,
+            "seed": self.seed,
+        }
+
+
+def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
+    """Compare all measures for the motions of one floor."""
+    ordered = ordered_runs(runs, options.state)
+    run_motions = motions_of_runs(runs, options.motions)
+    candidates = candidates_of(runs, ordered, run_motions, options.also, options.pool)
+    n = len(run_motions.labels)
+    # how often each motion is drawn, (1 + replicate, motion); in the first row every motion once
+    weights = np.concatenate([np.ones((1, n)), draw_motions((np.arange(n),), options.replicates, options.seed)])
+    capacities = _capacities(ordered, options.pool)
+    ends = [_log_capacities(capacities, one) for one in candidates]
+    dims = ("block", "model", "measure")
+    powers = np.array([one.power for one in candidates])
+    columns = _efficiency(fit_dispersions(ends, np.tile(weights, (1, capacities.repeats))), powers, options.confidence)
+    if "peak_rotation" in runs:
+        columns |= _practicality(runs, ordered, candidates, weights, options)
+    variables: dict[str, Any] = {name: (dims, *column) for name, column in columns.items()}
+    coords = _coordinates(runs, candidates, options.pool)
+    if not options.pool:
+        known = covariates_of(runs, run_motions, options.covariates)
+        found = capacity_trends(ends, known)
+        for name, values, text in (
+            ("slope", found.slope, "slope of ln capacity on the covariate"),
+            ("slope_se", found.error, "standard error of the slope"),
+            ("p_value", found.p, "p-value of no slope"),
+        ):
+            variables[name] = ((*dims, "covariate"), *_column(values, text))
+        coords |= {
+            "covariate": ("covariate", *_texts([one.name for one in known], "covariate")),
+            "covariate_long_name": ("covariate", *_texts([one.attrs["long_name"] for one in known], "what it is")),
+            "covariate_motions": ("covariate", *_column(found.motions, "motions whose covariate is known")),
+        }
+    labels = [one.label for one in candidates]
+    summary = _summary(capacities, columns["rank"][0], labels)
+    variables |= {name: (("block", "model"), *column) for name, column in summary.items()}
+    return xr.Dataset(
+        variables,
+        coords,
+        {
+            "title": "Intensity measures compared",
+            **provenance_from("comparison of intensity measures", options.described, runs=runs),
+            "method": "lognormal maximum likelihood on interval-censored capacities; paired bootstrap over motions",
+            "state": state_name(options.state),
+            "im": ordered.name,
+            "confidence": options.confidence,
+            "replicates": options.replicates,
+            "seed": options.seed,
+            "motions": len(run_motions.labels),
+        },
+    )
+
+
+class Capacities(NamedTuple):
+    """Capacities as ln factors (block, model, motion); pooled: (1, model, block x motion), each motion `repeats` times.
+
+    lower, upper: their ends; stood_above: True where the block stands at a higher level.
+    """
+
+    lower: Array
+    upper: Array
+    stood_above: Flags
+    repeats: int
+
+    def spread(self, values: Array) -> Array:
+        """Return values (motion,) or (block, motion) in a shape that broadcasts with the capacities."""
+        table = np.atleast_2d(values)
+        if self.repeats == 1:
+            return table[:, None, :]
+        return np.broadcast_to(table, (self.repeats, table.shape[1])).reshape(1, 1, -1)
+
+
+def _capacities(ordered: OrderedRuns, pool: bool) -> Capacities:
+    flags = ordered.overturned.transpose("block", "model", "motion", "level").values
+    found = brackets(flags, ordered.factors_by_block[:, None])
+    blocks, models = flags.shape[:2]
+    if not pool:
+        return Capacities(found.lower, found.upper, found.stood_above, 1)
+
+    def joined(values: NDArray[Any]) -> NDArray[Any]:
+        return np.moveaxis(values, 0, 1).reshape(1, models, -1)
+
+    return Capacities(joined(found.lower), joined(found.upper), joined(found.stood_above), blocks)
+
+
+def _log_capacities(capacities: Capacities, one: Candidate) -> LogCapacityEnds:
+    """Return the ends of ln capacity in a measure, in the shape of the capacities."""
+    values = capacities.spread(one.log_values)
+    return values + one.power * capacities.lower, values + one.power * capacities.upper
+
+
+Column = tuple[NDArray[Any], dict[str, str]]
+
+
+def _column(values: NDArray[Any], long_name: str) -> Column:
+    return values, {"units": DIMENSIONLESS, "long_name": long_name}
+
+
+def _texts(values: Iterable[Any], long_name: str) -> Column:
+    return _column(np.array([str(one) for one in values], dtype=object), long_name)
+
+
+def _with_interval(name: str, values: Array, confidence: float, long_name: str) -> dict[str, Column]:
+    """An estimate (first along the last axis) and its percentile interval over the samples that have a value."""
+    samples = values[..., 1:]
+    ends = percentile_interval(samples, confidence)
+    lower, upper = (np.where(ends.used > 1, end, np.nan) for end in ends[:2])
+    of = f"end of the {given_percent(confidence)} bootstrap interval: {long_name}"
+    return {
+        # (a copy: a view would hold all samples)
+        name: _column(values[..., 0].copy(), long_name),
+        f"{name}_lower": _column(lower, f"lower {of}"),
+        f"{name}_upper": _column(upper, f"upper {of}"),
+    }
+
+
+def _efficiency(fits: DispersionFits, powers: Array, confidence: float) -> dict[str, Column]:
+    amplitude = fits.dispersion / powers[:, None]
+    ranked = np.where(np.isnan(amplitude), np.inf, amplitude)
+    first, samples = ranked[..., 0], ranked[..., 1:]
+    below = first[..., None, :] < first[..., :, None] * (1.0 - SAME)
+    rank = np.where(np.isfinite(first), 1 + below.sum(axis=-1), 0)
+    best = np.take_along_axis(amplitude, first.argmin(axis=-1)[..., None, None], axis=2)
+    excess = _with_interval("excess", amplitude - best, confidence, "amplitude_dispersion above the least")
+    share = np.full(first.shape, np.nan)
+    if samples.shape[-1] > 0:
+        least = samples.min(axis=2, keepdims=True)
+        wins = (samples <= least * (1.0 + SAME)) & np.isfinite(least)
+        share = (wins / np.maximum(wins.sum(axis=2, keepdims=True), 1)).mean(axis=-1)
+    text = "standard deviation of ln capacity"
+    return {
+        **_with_interval("dispersion", fits.dispersion, confidence, text),
+        "status": _column(np.array(STATUSES, dtype=object)[fits.status], "ok, or why there is no dispersion"),
+        **_with_interval("amplitude_dispersion", amplitude, confidence, f"{text} over the measure's power"),
+        "rank": _column(rank, "place by amplitude_dispersion, 1 for the least, 0 without one"),
+        **excess,
+        "distinguishable": _column(excess["excess_lower"][0] > 0.0, "whether the excess is told from 0"),
+        "share_best": _column(share, "share of bootstrap samples in which the measure is the best"),
+        "resampled": _column(np.isfinite(samples).sum(axis=-1), "bootstrap samples with a dispersion"),
+    }
+
+
+def _practicality(
+    runs: xr.Dataset, ordered: OrderedRuns, candidates: Sequence[Candidate], weights: Array, options: RankingOptions
+) -> dict[str, Column]:
+    slope, scatter = demand_trends(runs, ordered, candidates, weights, options.least_demand, options.pool)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        proficiency = np.where(slope > 0.0, scatter / slope, np.nan)
+    columns: dict[str, Column] = {}
+    for name, values, text in (
+        ("practicality", slope, "slope of ln demand on ln im, runs that rock and stand"),
+        ("demand_dispersion", scatter, "standard deviation of ln demand about that line"),
+        ("proficiency", proficiency, "demand_dispersion over practicality"),
+    ):
+        columns |= _with_interval(name, values, options.confidence, text)
+    return columns
+
+
+def _summary(capacities: Capacities, rank: Index, labels: Sequence[str]) -> dict[str, Column]:
+    first = np.where(rank > 0, rank, len(labels) + 1).argmin(axis=-1)
+    best = np.where(rank.any(axis=-1), np.array(labels, dtype=object)[first], "")
+    return {
+        "best": _column(best, "measure with the least amplitude_dispersion"),
+        "share_below": _column(np.isinf(capacities.lower).mean(axis=-1), "share of capacities below the lowest level"),
+        "share_above": _column(np.isinf(capacities.upper).mean(axis=-1), "share of capacities above the highest level"),
+        "stood_above": _column(
+            capacities.stood_above.mean(axis=-1), "share of motions that overturn at a level and not at a higher one"
+        ),
+    }
+
+
+def _coordinates(runs: xr.Dataset, candidates: Sequence[Candidate], pool: bool) -> dict[str, Any]:
+    dims = {"model"} if pool else {"block", "model"}
+    kept: dict[str, Any] = {
+        str(name): one.variable for name, one in runs.coords.items() if one.dims and dims >= {*map(str, one.dims)}
+    }
+    if pool:
+        kept["block"] = ("block", *_texts([POOLED], "block"))
+    return {
+        **kept,
+        "measure": ("measure", *_texts([one.label for one in candidates], "intensity measure")),
+        "measure_units": ("measure", *_texts([one.units for one in candidates], "unit of the measure")),
+        "power": ("measure", *_column(np.array([one.power for one in candidates]), "power with which it grows")),
+        "measure_long_name": ("measure", *_texts([one.long_name for one in candidates], "what the measure is")),
+    }

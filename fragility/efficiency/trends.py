@@ -1,0 +1,157 @@
+"""Regressions for the ranking of measures: capacities on covariates, and demands on the measure itself.
+
+Capacities are interval-censored; compiled kernels fit their lognormal distributions and trends, many at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...aliases import Array, Index
+from ..fitting.states import ALL, DECREASING, FAILED, NONE, OK, SEPARATED
+from ..kernels import censored as engine
+from ..runs.runners import shared, thread_count
+from .candidates import Candidate
+from .capacity import OrderedRuns, without_coordinates
+
+LogCapacityEnds = tuple[Array, Array]
+"""Lower and upper ends of ln capacity, (…, motion); infinite where only the other end is known."""
+
+STATUSES = (OK, NONE, ALL, SEPARATED, DECREASING, FAILED)
+"""Statuses of a fit in the order of the codes in `kernels.censored`."""
+RESAMPLE_TOLERANCE = 0.03
+"""Tolerance of a bootstrap fit before its last step, in standard errors; replicates scatter by about 1."""
+
+
+class DispersionFits(NamedTuple):
+    """Dispersions (…, measure, sample) and the status of the first sample; NaN where there is none."""
+
+    dispersion: Array
+    status: NDArray[np.int8]
+
+
+def fit_dispersions(ends: Sequence[LogCapacityEnds], weights: Array) -> DispersionFits:
+    """Fit the standard deviation of ln capacity in each measure, under weights (sample, motion), the first row all 1.
+
+    Rows are shared between threads; the result of a row depends on that row alone.
+    """
+    shape = (*ends[0][0].shape[:-1], len(ends))
+    lower, upper = (np.stack(one, axis=-2).reshape(-1, weights.shape[1]) for one in zip(*ends, strict=True))
+    sizes = (lower.shape[0], weights.shape[0])
+    location, dispersion, status = np.empty(sizes), np.empty(sizes), np.empty(sizes, np.int8)
+    workers = min(thread_count(), sizes[0])
+    bounds = np.linspace(0, sizes[0], workers + 1).astype(int).tolist()
+
+    def part(ends: tuple[int, int]) -> None:
+        own = slice(*ends)
+        results = location[own], dispersion[own], status[own]
+        engine.fit_rows(lower[own], upper[own], weights, RESAMPLE_TOLERANCE, *results)
+
+    list(shared(part, list(pairwise(bounds))))
+    return DispersionFits(dispersion.reshape(*shape, -1), status[:, 0].copy().reshape(shape))
+
+
+def fit_trend(ends: LogCapacityEnds, covariate: Array) -> tuple[Array, Array]:
+    """Return the slope (…) of ln capacity on a covariate (motion,) and its standard error; NaN without a fit."""
+    shape = ends[0].shape[:-1]
+    lower, upper = (np.ascontiguousarray(end.reshape(-1, covariate.size)) for end in ends)
+    found = np.empty(lower.shape[0]), np.empty(lower.shape[0]), np.empty(lower.shape[0], np.int8)
+    engine.fit_trends(lower, upper, covariate, *found)
+    return found[0].reshape(shape), found[1].reshape(shape)
+
+
+class Trends(NamedTuple):
+    """Slopes of ln capacity, their standard errors and p-values (…, covariate), and the motions of each covariate."""
+
+    slope: Array
+    error: Array
+    p: Array
+    motions: Index
+
+
+def capacity_trends(ends: Sequence[LogCapacityEnds], covariates: Sequence[xr.DataArray]) -> Trends:
+    """Fit the slope of ln capacity on each covariate (motion,), given ends (…, motion) in each measure.
+
+    Results are (…, measure, covariate).  Slope and dispersion are fitted together to the intervals, over the motions
+    whose covariate is known; the slope is NaN where the covariate does not vary.
+    """
+    shape = (*ends[0][0].shape[:-1], len(ends), len(covariates))
+    slope, error, p = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
+    counts = np.zeros(len(covariates), np.int64)
+    for c, covariate in enumerate(covariates):
+        here = np.isfinite(covariate.values)
+        x = covariate.values[here]
+        counts[c] = x.size
+        for j, (lower, upper) in enumerate(ends):
+            slope[..., j, c], error[..., j, c] = fit_trend((lower[..., here], upper[..., here]), x)
+        p[..., c] = 2.0 * scipy.special.stdtr(max(x.size - 2, 1), -np.abs(slope[..., c] / error[..., c]))
+    return Trends(slope, error, p, counts)
+
+
+class DemandTrends(NamedTuple):
+    """Slope of ln demand on ln im and scatter about it, (block, model, measure, sample of motions)."""
+
+    slope: Array
+    scatter: Array
+
+
+def demand_trends(
+    runs: xr.Dataset, ordered: OrderedRuns, candidates: Sequence[Candidate], weights: Array, least: float, pool: bool
+) -> DemandTrends:
+    """Regress ln(|theta|/alpha) on ln im by least squares, over runs that rock (above `least`) without overturning.
+
+    weights (sample, motion): how often each motion counts.  The sums for every measure follow from the same sums over
+    the levels of each motion.
+    """
+    order = ("block", "model", "motion", "level")
+    demand = ordered.in_order(runs["peak_rotation"]) / without_coordinates(runs["alpha"])
+    used = (
+        (demand > np.maximum(least, _elastic_zone_edge(runs))) & ~without_coordinates(ordered.overturned)
+    ).transpose(*order)
+    kept = used.values
+    y = np.log(demand.transpose(*order).where(used, 1.0).values)
+    t = np.where(kept, np.broadcast_to(ordered.factors_by_block[:, None], kept.shape), 0.0)
+    ones = kept.astype(float)
+    count, s_t, s_tt, s_y, s_ty, s_yy = (one.sum(axis=-1) for one in (ones, t, t * t, y, t * y, y * y))
+    blocks, models, motions = count.shape
+    shape = (1 if pool else blocks, models, len(candidates), weights.shape[0])
+    slope, scatter = np.full(shape, np.nan), np.full(shape, np.nan)
+    for j, one in enumerate(candidates):
+        a = np.broadcast_to(np.atleast_2d(one.log_values), (blocks, motions))[:, None, :]
+        # relative to the mean, since the squares would cancel; each block's own mean, so that other blocks do not
+        # change its digits
+        a = a - (a.mean() if pool else a.mean(axis=-1, keepdims=True))
+        k = one.power
+        sums = np.stack(
+            [
+                count,
+                count * a + k * s_t,
+                count * a * a + 2.0 * k * a * s_t + k * k * s_tt,
+                s_y,
+                a * s_y + k * s_ty,
+                s_yy,
+            ]
+        )
+        if pool:
+            sums = sums.sum(axis=1, keepdims=True)
+        n, x, xx, sy, xy, yy = sums @ weights.T
+        with np.errstate(invalid="ignore", divide="ignore"):
+            spread, joint = xx - x * x / n, xy - x * sy / n
+            b = np.where(spread > 1e-12 * n, joint / spread, np.nan)
+            rest = np.maximum(yy - sy * sy / n - b * joint, 0.0)
+            slope[:, :, j] = b
+            scatter[:, :, j] = np.sqrt(np.where(n > 2.0, rest / (n - 2.0), np.nan))
+    return DemandTrends(slope, scatter)
+
+
+def _elastic_zone_edge(runs: xr.Dataset) -> xr.DataArray:
+    """Return the demand at the edge of the elastic zone, below which a block does not rock; 0 for rigid rest."""
+    delta = without_coordinates(runs["delta"]).fillna(0.0)
+    return delta.where(without_coordinates(runs["rest"]) != "rigid", 0.0)

@@ -1,0 +1,167 @@
+"""Identity of curves in files: ids that every program accepts, and the labels that are written beside them.
+
+Each format stores the labels in its own way, so that curves are read back with them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import unicodedata
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ..fitting.states import OK, SEPARATED
+from .files import ExchangeError
+from .rows import LARGEST, LIMIT_STATE, OVERTURNING, SMALLEST, CurveRow, CurveSet
+
+SIZES = ("width", "height")
+
+GUESSED = "The data are separated: the dispersion is a guess (penalised likelihood)."
+"""Note on a curve whose dispersion few runs determine."""
+
+MAX_ID = 75
+DIGITS = 10  # of the hash that tells alike ids apart
+
+# Words that tables take for a missing or infinite number or a truth value, and names of rows that pelicun reserves.
+_RESERVED = {"na", "nan", "null", "none", "n", "nil", "inf", "infinity", "true", "false"}
+_RESERVED |= {"units", "collapse", "irreparable", "excessiverid", "aggregate"}
+_ID = re.compile(rf"[A-Za-z][A-Za-z0-9_.]{{0,{MAX_ID - 1}}}")
+
+
+def is_id(text: str) -> bool:
+    """Return True if every program accepts a text as an id.
+
+    An id is a letter, then letters, digits, underscores and points: no hyphen (pelicun splits ids there), no quotes or
+    blanks (OpenQuake), no word that a table reads as a missing number.
+    """
+    return _ID.fullmatch(text) is not None and text.lower() not in _RESERVED
+
+
+def make_ids(labels: Sequence[tuple[str, ...]], dims: Sequence[str] = ()) -> dict[tuple[str, ...], str]:
+    """Return an id for each combination of labels: independent of their order, and unique even without capitals.
+
+    Examples
+    --------
+    >>> list(make_ids([("bookcase-5-shelf", "discrete e=0.92 δ=0.05")]).values())
+    ['bookcase_5_shelf.discrete_e_0.92_delta_0.05']
+    >>> list(make_ids([("vase", "3")], ["block", "floor"]).values())
+    ['vase.floor_3']
+    """
+    at = dims.index("floor") if "floor" in dims else None
+    plain = {
+        one: _plain([f"floor {x}" if k == at and x.isdecimal() else x for k, x in enumerate(one)]) for one in labels
+    }
+    counts = Counter(made.lower() for made in plain.values())
+    found = {
+        one: made if counts[made.lower()] == 1 and is_id(made) else f"{made[: MAX_ID - DIGITS - 1]}_{_digest(one)}"
+        for one, made in plain.items()
+    }
+    if len({made.lower() for made in found.values()}) < len(found):
+        raise ExchangeError(f"{len(found)} curves get ids that are alike: rename their blocks or models")
+    return found
+
+
+def _plain(labels: Sequence[str]) -> str:
+    text = ".".join(word for word in map(_slug, labels) if word) or "curve"
+    return text if text[0].isalpha() else f"c_{text}"
+
+
+def _slug(label: str) -> str:
+    """Return a label's letters and digits: Greek letters by name, no accents, an underscore for runs of all else."""
+    found = []
+    for character in unicodedata.normalize("NFKD", label):
+        if character.isascii():
+            found.append(character if character.isalnum() or character == "." else "_")
+            continue
+        words = unicodedata.name(character, "").split(" ")
+        if words[0] == "GREEK" and words[2:3] == ["LETTER"] and len(words) == 4:
+            found.append(words[3].lower())
+        elif not unicodedata.combining(character):
+            found.append("_")
+    return re.sub(r"_+", "_", "".join(found)).strip("_.")
+
+
+def _digest(labels: tuple[str, ...]) -> str:
+    return hashlib.sha256(json.dumps(labels).encode()).hexdigest()[:DIGITS]
+
+
+class Component(NamedTuple):
+    """Our record of a component: labels by dimension, limit states, sizes (m), and the reason for a missing curve."""
+
+    labels: Mapping[str, str]
+    limit_states: Sequence[str]
+    sizes: Mapping[str, float]
+    reason: str | None
+
+
+def component_record(found: CurveSet, rows: Sequence[CurveRow]) -> dict[str, Any]:
+    """Return our record of a component in the types that JSON holds."""
+    labels = found.labels_of(rows[0])
+    labels.pop(LIMIT_STATE, None)
+    reason = next((row.status for row in rows if not row.estimated), None)
+    return {
+        "labels": labels,
+        **({} if found.limit_states == (OVERTURNING,) else {"limit_states": list(found.limit_states)}),
+        **{name: rows[0].numbers[name] for name in SIZES if name in rows[0].numbers},
+        **({} if reason is None else {"status": reason}),
+        **({"note": GUESSED} if reason is None and any(row.status == SEPARATED for row in rows) else {}),
+    }
+
+
+def component_of(written: Any) -> Component | None:
+    """Return the component of a record that was read back; None for anything that `component_record` does not make."""
+    labels = written.get("labels") if isinstance(written, dict) else None
+    if not isinstance(written, dict) or not isinstance(labels, dict) or LIMIT_STATE in labels:
+        return None
+    if not all(isinstance(value, str) and re.fullmatch(r"[a-z_]{1,40}", key) for key, value in labels.items()):
+        return None
+    states = written.get("limit_states")
+    reason = written.get("status")
+    return Component(
+        labels,
+        [one for one in states if isinstance(one, str)] if isinstance(states, list) else [],
+        {key: size for key in SIZES if isinstance(size := written.get(key), float) and SMALLEST < size < LARGEST},
+        reason if isinstance(reason, str) and reason != OK else None,
+    )
+
+
+def labelled_curves(
+    rows: Sequence[tuple[str, int, CurveRow]], components: Mapping[str, Component], states: Sequence[str]
+) -> tuple[tuple[str, ...], tuple[CurveRow, ...]]:
+    """Return dimensions, and curves with all their labels, from rows of (id, index of the limit state, curve).
+
+    Labels come from our records where every component has them on the same dimensions, else from the ids, on ``block``;
+    limit states form a dimension where a component has more than the first.
+    """
+    written = [components.get(name) for name, _, _ in rows]
+    dims_of = {None if one is None else tuple(one.labels) for one in written}
+    dims = next(iter(dims_of)) if len(dims_of) == 1 else None
+    several = any(at > 0 for _, at, _ in rows)
+    named = []
+    for (name, at, curve), one in zip(rows, written, strict=True):
+        labels = (name,) if dims is None or one is None else tuple(one.labels.values())
+        state, status, sizes = states[at], curve.status, {}
+        if one is not None:
+            state = one.limit_states[at] if at < len(one.limit_states) else state
+            status = one.reason if status != OK and one.reason is not None else status
+            sizes = dict(one.sizes)
+        named.append(
+            curve._replace(
+                labels=(*labels, state) if several else labels, status=status, numbers={**curve.numbers, **sizes}
+            )
+        )
+    found = ("block",) if dims is None else dims
+    return (*found, LIMIT_STATE) if several else found, tuple(named)
+
+
+def common_limit_state(
+    rows: Sequence[tuple[str, int, CurveRow]], components: Mapping[str, Component], state: str
+) -> str:
+    """Return the limit state of curves that have only one: that of our records, `state` where these differ or lack."""
+    written = [components.get(name) for name, _, _ in rows]
+    named = {None if one is None else (*one.limit_states, OVERTURNING)[0] for one in written}
+    found = named.pop() if len(named) == 1 else None
+    return state if found is None else found

@@ -1,0 +1,274 @@
+"""Writing of curves as OpenQuake's fragility models (NRML 0.5): lognormal functions, and discrete ones for all others.
+
+NRML's mean and stddev are those of the lognormal variable itself, not its median and dispersion; PGA and SA are in g,
+PGV and PGD in cm/s and cm.  `reading` reads the models back.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+import scipy
+import xarray as xr
+
+from .... import checks
+from ....aliases import Array
+from ....units import STANDARD_GRAVITY
+from ...fitting.links import LOGNORMAL
+from ..datasets import curve_set
+from ..files import ExchangeError, target, write_text
+from ..ids import component_record
+from ..rows import CurveParameters, CurveRow, CurveSet, Written, spectral_period
+from .document import NAMESPACE
+
+CATEGORY = "contents"  # of the assets, and of the losses: one that OpenQuake knows
+ERROR = 1e-4  # of linear interpolation between the levels of a curve that is not lognormal
+STEP = 1e-9  # width of a step in probability, relative to its level
+COMMENT_MARK = "toppling"  # beginning of our comments
+
+
+class Imt(NamedTuple):
+    """OpenQuake's name of a measure, the SI unit here, and the SI value of its own unit."""
+
+    name: str
+    units: str
+    factor: float
+
+
+IMTS = {
+    "pga": Imt("PGA", "m s-2", STANDARD_GRAVITY),
+    "pgv": Imt("PGV", "m s-1", 0.01),
+    "pgd": Imt("PGD", "m", 0.01),
+    "arias": Imt("IA", "m s-1", 1.0),
+    "cav": Imt("CAV", "m s-1", STANDARD_GRAVITY),
+}
+SA = Imt("SA", "m s-2", STANDARD_GRAVITY)
+
+
+def write_nrml(curves: xr.Dataset, path: str | os.PathLike[str], tail: float = 1e-4) -> Written:
+    """Write curves as a fragility model of OpenQuake, each a function named by its id.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        Curves of any form on block, model, floor or any other dimensions; ``limit_state`` makes the limit states.
+    path : path
+        The XML.
+    tail : float
+        Probability below which OpenQuake takes a continuous function as 0, and distance from 1 above which it takes the
+        function as constant, 1e-9 to 0.01: minIML (and noDamageLimit) and maxIML lie where the curve is that far from 0
+        and 1, unless the curves have their own (`read_nrml`).
+
+    Returns
+    -------
+    Written
+        Files, ids, and the components without an estimate: NRML cannot hold them, its description names them.
+
+    Raises
+    ------
+    ExchangeError
+        Measures that OpenQuake does not know, floors other than the ground where the measure is the floor's own, no
+        estimate at all, a file that cannot be written.
+    TypeError, ValueError
+        Something other than a dataset of fragility curves; `tail` out of range.
+
+    Notes
+    -----
+    A lognormal curve has mean = median exp(beta²/2) and stddev = mean sqrt(exp(beta²) - 1).  Curves with a factor for
+    uplift become discrete functions of some hundred levels, linear between them (errors below 1e-4).
+
+    OpenQuake's classical calculations evaluate a continuous function at ``continuous_fragility_discretization`` levels
+    evenly spaced from minIML to maxIML (20 unless the job sets it): a job should set a larger number.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from toppling.fragility.curves import published
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     written = write_nrml(published.fema_p58(), f"{folder}/fragility.xml")
+    >>> len(written.ids)
+    9
+    """
+    file = target(path)
+    share = checks.number("tail", tail, at_least=1e-9, at_most=0.01)
+    found = curve_set(curves)
+    imt = _imt(found)
+    _refuse_floors(found)
+    states = _limit_states(found)
+    missing = found.missing()
+    components = {name: rows for name, rows in found.components().items() if name not in missing}
+    if not components:
+        raise ExchangeError(f"{file}: NRML holds estimates alone, and none of {len(missing)} curves has one")
+    lines = [
+        "<?xml version='1.0' encoding='utf-8'?>",
+        f"<nrml xmlns={quoteattr(NAMESPACE)}>",
+        _comment({"title": found.title}),
+        f'<fragilityModel id="toppling" assetCategory="{CATEGORY}" lossCategory="{CATEGORY}">',
+        f"<description>{escape(_description(found, missing))}</description>",
+        f"<limitStates>{' '.join(states)}</limitStates>",
+    ]
+    for name, rows in components.items():
+        lines += ["", _comment(component_record(found, rows)), *_function(name, found, rows, states, imt, share)]
+    lines += ["", "</fragilityModel>", "</nrml>", ""]
+    return Written((write_text(file, "\n".join(lines)),), tuple(components), missing)
+
+
+def arithmetic(median: float, dispersion: float) -> tuple[float, float]:
+    """Return mean and standard deviation of a lognormal variable, the parameters that NRML uses.
+
+    Examples
+    --------
+    >>> [round(value, 6) for value in arithmetic(1.0, 0.5)]
+    [1.133148, 0.603901]
+    """
+    mean = median * math.exp(0.5 * dispersion**2)
+    return mean, mean * math.sqrt(math.expm1(dispersion**2))
+
+
+def median_and_dispersion(mean: float, stddev: float) -> tuple[float, float]:
+    """Return median and dispersion of the lognormal variable of a mean and a standard deviation, both > 0."""
+    ratio = stddev / mean
+    return mean / math.hypot(1.0, ratio), math.sqrt(math.log1p(ratio * ratio) if ratio < 1e150 else math.inf)
+
+
+def probability_at(parameters: CurveParameters, levels: Array) -> Array:
+    """Return the probability of a curve at levels (level,), uplift included."""
+    p = scipy.special.ndtr(np.log(levels / parameters.median) / parameters.dispersion)
+    if not parameters.uplifting:
+        return np.asarray(p)
+    if parameters.uplift_dispersion == 0.0:
+        return np.where(levels >= parameters.uplift_median, p, 0.0)
+    return np.asarray(p * scipy.special.ndtr(np.log(levels / parameters.uplift_median) / parameters.uplift_dispersion))
+
+
+def _imt(found: CurveSet) -> Imt:
+    spectral = spectral_period(found.im)
+    if found.im in IMTS:
+        return IMTS[found.im]
+    if spectral is not None and spectral[0] == "Sa":
+        return SA._replace(name=f"SA({spectral[1]!r})")
+    raise ExchangeError(
+        f"OpenQuake has no measure for {found.im or 'levels without a name'}, "
+        f"allowed are {', '.join(IMTS)} and Sa(T) with 5 % damping"
+    )
+
+
+def _refuse_floors(found: CurveSet) -> None:
+    """Raise ExchangeError for measures of a floor's motion: OpenQuake would apply them to the ground motion."""
+    upper = next((floor for floor in found.floors if floor not in ("", "0")), None)
+    if upper is not None and not found.ground:
+        raise ExchangeError(
+            f"OpenQuake knows the ground's shaking alone, and {found.im} is that of floor {upper}: "
+            "scale the ground motions in the study (im_at), or export for pelicun"
+        )
+
+
+def _limit_states(found: CurveSet) -> list[str]:
+    """Return a name that NRML accepts for each limit state."""
+    names = [re.sub(r"[^A-Za-z0-9_:]+", "_", state).strip("_") for state in found.limit_states]
+    if "" in names or len(set(names)) < len(names):
+        raise ExchangeError(
+            f"limit states must have names of letters and digits, each its own, got {found.limit_states}"
+        )
+    return names
+
+
+def _description(found: CurveSet, missing: dict[str, str]) -> str:
+    where = "" if found.ground else " where the block stands"
+    states = " and of ".join(found.limit_states)
+    text = f"{found.title}: probability of {states} given the {found.long_name}{where}, made by toppling."
+    if missing:
+        text += f" Without an estimate and not here: {', '.join(f'{k} ({reason})' for k, reason in missing.items())}."
+    return _plain(text)
+
+
+def _plain(text: str) -> str:
+    """Return a text on one line with printable characters alone."""
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def _comment(content: dict[str, Any]) -> str:
+    """Return a comment that describes the following element to people and to `read_nrml`."""
+    text = json.dumps(content, ensure_ascii=False)
+    # JSON escapes characters that XML does not allow, and double hyphens, which would end the comment
+    text = "".join(c if c.isprintable() else json.dumps(c)[1:-1] for c in text).replace("--", "-\\u002d")
+    return f"<!-- {COMMENT_MARK} {text} -->"
+
+
+def _function(
+    name: str, found: CurveSet, rows: Sequence[CurveRow], states: Sequence[str], imt: Imt, tail: float
+) -> list[str]:
+    if found.form == LOGNORMAL or not any(row.parameters.uplifting or row.probability is not None for row in rows):
+        low, high, nothing = (value / imt.factor for value in _range(rows, tail))
+        lines = [
+            f'<fragilityFunction id={quoteattr(name)} format="continuous" shape="logncdf">',
+            f'<imls imt={quoteattr(imt.name)} minIML="{low!r}" maxIML="{high!r}" noDamageLimit="{nothing!r}"/>',
+        ]
+        for state, row in zip(states, rows, strict=True):
+            mean, stddev = arithmetic(row.parameters.median / imt.factor, row.parameters.dispersion)
+            lines.append(f'<params ls="{state}" mean="{mean!r}" stddev="{stddev!r}"/>')
+        return [*lines, "</fragilityFunction>"]
+    levels = found.levels if found.levels is not None else _grid(rows, tail)
+    lines = [
+        f'<fragilityFunction id={quoteattr(name)} format="discrete">',
+        f"<imls imt={quoteattr(imt.name)}>{_written(levels / imt.factor)}</imls>",
+    ]
+    for state, row in zip(states, rows, strict=True):
+        p = row.probability if row.probability is not None else probability_at(row.parameters, levels)
+        lines.append(f'<poes ls="{state}">{_written(p)}</poes>')
+    return [*lines, "</fragilityFunction>"]
+
+
+def _written(values: Array) -> str:
+    return " ".join(repr(value) for value in values.tolist())
+
+
+def _range(rows: Sequence[CurveRow], tail: float) -> tuple[float, float, float]:
+    """Return lowest, highest and no-damage level (SI): those of the curves, else those where the tails begin."""
+    z = -float(scipy.special.ndtri(tail))
+    ends = [
+        (one.median * math.exp(-z * one.dispersion), one.median * math.exp(z * one.dispersion))
+        for one in (row.parameters for row in rows)
+    ]
+    low, high = min(end for end, _ in ends), max(end for _, end in ends)
+    brought = rows[0].numbers
+    low, high = brought.get("lowest_level", low), brought.get("highest_level", high)
+    return low, high, brought.get("no_damage_level", 0.0 if "lowest_level" in brought else low)
+
+
+def _grid(rows: Sequence[CurveRow], tail: float) -> Array:
+    """Return levels (SI) between which linear interpolation errs by less than 1e-4, steps included.
+
+    A factor of dispersion beta has a curvature of at most 0.25/beta² + 0.4/beta over ln x, and a line over h errs by an
+    eighth of that curvature times h²; each factor is allowed half of the error.
+    """
+    z = -float(scipy.special.ndtri(tail))
+    grids, lows, highs, steps = [], [], [], []
+    for one in (row.parameters for row in rows):
+        factors = [(one.median, one.dispersion)]
+        if one.uplifting:
+            factors.append((one.uplift_median, one.uplift_dispersion))
+            if one.uplift_dispersion == 0.0:
+                steps += [one.uplift_median * (1.0 - STEP), one.uplift_median]
+        for median, dispersion in factors:
+            if dispersion > 0.0:
+                h = math.sqrt(4.0 * ERROR / (0.25 / dispersion**2 + 0.4 / dispersion))
+                ends = z * dispersion
+                grids.append(median * np.exp(np.linspace(-ends, ends, math.ceil(2.0 * ends / h) + 1)))
+        # the curve is 0 below the lower end of either factor, and 1 beyond the upper ends of both
+        lows.append(max(median * math.exp(-z * dispersion) for median, dispersion in factors))
+        highs.append(max(median * math.exp(z * dispersion) for median, dispersion in factors))
+    levels = np.unique(np.concatenate([*grids, [min(lows)]]))
+    levels = levels[(levels >= min(lows)) & (levels <= max(highs))]
+    # drop levels too close to be told apart in a file, and levels that would blur a step
+    levels = levels[np.append(True, np.diff(levels) > 10.0 * STEP * levels[:-1])]
+    for step in steps:
+        levels = levels[np.abs(levels - step) > 10.0 * STEP * step]
+    return np.unique(np.concatenate([levels, steps]))

@@ -1,0 +1,258 @@
+"""Curves as flat rows, one row a curve, which all exchange formats read and write.
+
+`datasets` converts datasets to rows and back, `ids` makes ids, `files` reads files; no format is known here.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from ...aliases import Array
+from ...motions.intensity.dataset import measure_named
+from ...motions.intensity.measure import Measure
+from ...units import DIMENSIONLESS, METRE, PER_YEAR, STANDARD_GRAVITY
+from ..curves.curve import ISOTONIC, UPLIFT
+from ..fitting.links import LOGNORMAL
+from ..fitting.states import INCOMPLETE, OK
+from ..runs.scaling import SCALE, BlockMeasure, intensity_measure
+from .files import ExchangeError
+
+Entries = TypeVar("Entries")
+
+FORMS = (LOGNORMAL, UPLIFT, ISOTONIC)
+LIMIT_STATE = "limit_state"
+OVERTURNING = "overturning"
+
+MAX_CURVES = 100_000
+MAX_DISPERSION = 20.0
+SMALLEST, LARGEST = 1e-100, 1e100
+
+# SI value of each unit that a column may have, and its SI unit.
+UNITS: dict[str, tuple[float, str]] = {
+    "m s-2": (1.0, "m s-2"),
+    "m/s2": (1.0, "m s-2"),
+    "cm/s2": (0.01, "m s-2"),
+    "gal": (0.01, "m s-2"),
+    "g": (STANDARD_GRAVITY, "m s-2"),
+    "m s-1": (1.0, "m s-1"),
+    "m/s": (1.0, "m s-1"),
+    "cm/s": (0.01, "m s-1"),
+    "m": (1.0, "m"),
+    "cm": (0.01, "m"),
+    "mm": (0.001, "m"),
+    "1": (1.0, "1"),
+    PER_YEAR: (1.0, PER_YEAR),
+    "1/year": (1.0, PER_YEAR),
+}
+
+LEVEL = "level"  # placeholder for the unit of the measure's levels
+CURVE_NUMBERS: dict[str, tuple[str, str]] = {
+    "median_lower": (LEVEL, "lower end of the interval of the median"),
+    "median_upper": (LEVEL, "upper end of the interval of the median"),
+    "dispersion_lower": (DIMENSIONLESS, "lower end of the interval of the dispersion"),
+    "dispersion_upper": (DIMENSIONLESS, "upper end of the interval of the dispersion"),
+    "lowest_level": (LEVEL, "level below which the curve is held constant"),
+    "highest_level": (LEVEL, "level above which the curve is held constant"),
+    "no_damage_level": (LEVEL, "level up to which the probability is zero"),
+    "width": (METRE, "full width"),
+    "height": (METRE, "full height"),
+    "rate": (PER_YEAR, "annual rate of overturning"),
+    "rate_lower": (PER_YEAR, "lower end of the interval of the annual rate"),
+    "rate_upper": (PER_YEAR, "upper end of the interval of the annual rate"),
+    "risk_probability": (DIMENSIONLESS, "probability of overturning in the years of the study"),
+    "risk_probability_lower": (DIMENSIONLESS, "lower end of its interval"),
+    "risk_probability_upper": (DIMENSIONLESS, "upper end of its interval"),
+    "directional": (DIMENSIONLESS, "whether the demand is taken in the component's own direction"),
+    "offset": (DIMENSIONLESS, "floors between the component and its demand"),
+}
+"""Numbers that may accompany a curve: unit and long name."""
+
+CURVE_WORDS = {"weights": "shares of the damage states that the limit state stands for"}
+"""Texts that may accompany a curve, with their long names."""
+
+
+class CurveParameters(NamedTuple):
+    """Parameters of a curve (SI), NaN where it has none: P(x) = Phi(ln(x/median)/dispersion).
+
+    Where both parameters of uplift are given, P has the further factor Phi(ln(x/uplift_median)/uplift_dispersion), a
+    step at uplift_median if uplift_dispersion is 0.
+    """
+
+    median: float = math.nan
+    dispersion: float = math.nan
+    uplift_median: float = math.nan
+    uplift_dispersion: float = math.nan
+
+    @property
+    def uplifting(self) -> bool:
+        """True where the probability of uplift is a factor."""
+        return not (math.isnan(self.uplift_median) and math.isnan(self.uplift_dispersion))
+
+    @property
+    def problem(self) -> str | None:
+        """Reason why these numbers are no fragility curve; None for a valid curve."""
+        if not SMALLEST <= self.median <= LARGEST:
+            return f"median must be finite and > 0, got {self.median:g}"
+        if not 0.0 < self.dispersion <= MAX_DISPERSION:
+            return f"dispersion must be > 0 and <= {MAX_DISPERSION:g}, got {self.dispersion:g}"
+        if not self.uplifting:
+            return None
+        if not SMALLEST <= self.uplift_median <= LARGEST:
+            return f"uplift_median must be finite and > 0, got {self.uplift_median:g}"
+        if not 0.0 <= self.uplift_dispersion <= MAX_DISPERSION:
+            return f"uplift_dispersion must be >= 0 and <= {MAX_DISPERSION:g}, got {self.uplift_dispersion:g}"
+        return None
+
+
+class CurveRow(NamedTuple):
+    """One curve: labels along the set's dimensions, parameters or probabilities, status, and accompanying values.
+
+    A curve without parameters has its `probability` (level,) at the set's levels; `numbers` and `words` hold the
+    known ones of `CURVE_NUMBERS` and `CURVE_WORDS`.
+    """
+
+    labels: tuple[str, ...]
+    parameters: CurveParameters = CurveParameters()
+    status: str = OK
+    probability: Array | None = None
+    numbers: Mapping[str, float] = MappingProxyType({})
+    words: Mapping[str, str] = MappingProxyType({})
+
+    @property
+    def estimated(self) -> bool:
+        """True where there is a curve."""
+        return self.probability is not None or not math.isnan(self.parameters.median)
+
+    @property
+    def problem(self) -> str | None:
+        """Reason why these numbers are no fragility curve; None for a valid curve."""
+        p = self.probability
+        if p is None:
+            return self.parameters.problem if self.estimated else None
+        if not np.isfinite(p).all() or p.min() < 0.0 or p.max() > 1.0:
+            return "probabilities must lie between 0 and 1"
+        return "probabilities must not decrease with the level" if np.any(np.diff(p) < 0.0) else None
+
+    def with_reason(self) -> CurveRow:
+        """Return the row; without an estimate its status gives a reason, and incomplete parameters are dropped."""
+        if self.estimated:
+            return self
+        return self._replace(parameters=CurveParameters(), status=INCOMPLETE if self.status == OK else self.status)
+
+
+class CurveSet(NamedTuple):
+    """Curves of one measure: the measure's label and SI unit, a flag for the ground's motion, dimensions, ids, form.
+
+    Curves that differ in nothing but the limit state are one component and have one id; `floors` are those on which the
+    blocks stand, as far as they are known, and `state` is the limit state where there is but one.
+    """
+
+    im: str
+    units: str
+    ground: bool
+    dims: tuple[str, ...]
+    ids: tuple[str, ...]
+    curves: tuple[CurveRow, ...]
+    form: str = LOGNORMAL
+    levels: Array | None = None
+    title: str = "Fragility curves"
+    floors: tuple[str, ...] = ()
+    state: str = OVERTURNING
+
+    def components(self) -> dict[str, list[CurveRow]]:
+        """Return the curves of each component by id, in the order of the limit states."""
+        found: dict[str, list[CurveRow]] = {}
+        for name, curve in zip(self.ids, self.curves, strict=True):
+            found.setdefault(name, []).append(curve)
+        return found
+
+    def labels_of(self, curve: CurveRow) -> dict[str, str]:
+        """Return a curve's labels by dimension."""
+        return dict(zip(self.dims, curve.labels, strict=True))
+
+    def missing(self) -> dict[str, str]:
+        """Return the reasons for missing curves, by the ids of components that lack at least one limit state."""
+        return {
+            name: next(one.status for one in states if not one.estimated)
+            for name, states in self.components().items()
+            if not all(one.estimated for one in states)
+        }
+
+    @property
+    def limit_states(self) -> tuple[str, ...]:
+        """Limit states in their order; the only one where the set has no such dimension."""
+        if LIMIT_STATE not in self.dims:
+            return (self.state,)
+        at = self.dims.index(LIMIT_STATE)
+        return tuple(dict.fromkeys(curve.labels[at] for curve in self.curves))
+
+    @property
+    def long_name(self) -> str:
+        """Long name of the measure."""
+        measure = known_measure(self.im)
+        text = measure.long_name if measure is not None else "scale factor" if self.im == SCALE else "level"
+        return text.replace("floor", "ground") if self.ground else text
+
+
+class Written(NamedTuple):
+    """Result of a writer: its files, the ids of their components, and the reasons for missing estimates, by id."""
+
+    paths: tuple[Path, ...]
+    ids: tuple[str, ...]
+    missing: dict[str, str]
+
+
+def levels_problem(levels: Array) -> str | None:
+    """Return the error in the levels of curves without parameters; None for valid levels."""
+    if levels.size == 0 or not np.isfinite(levels).all() or levels[0] <= 0.0:
+        return "levels must be finite and > 0, one at least"
+    return "levels must be strictly increasing" if np.any(np.diff(levels) <= 0.0) else None
+
+
+def known_measure(im: str) -> Measure | BlockMeasure | None:
+    """Return the measure of a label; None for plain factors, an empty label, and user-defined measures."""
+    try:
+        return intensity_measure(im)
+    except ValueError:
+        return None
+
+
+def spectral_period(im: str) -> tuple[str, float] | None:
+    """Return Sa, Sv or Sd and its period (s) for a label of one of these with damping ratio 0.05; else None."""
+    match = re.fullmatch(r"(Sa|Sv|Sd)\(.*\)", im)
+    if match is None:
+        return None
+    measure = measure_named(im)
+    return (match[1], float(measure.period)) if measure.damping == 0.05 else None  # type: ignore[attr-defined]
+
+
+def select_measure(
+    file: Path, found: Mapping[tuple[str, bool], Entries], im: str | None
+) -> tuple[tuple[str, bool], Entries]:
+    """Return the measure (label, of the ground) that `im` selects, or the only one of a file, with its entries.
+
+    Raises
+    ------
+    ExchangeError
+        No such measure, or several measures and no selection.
+    ValueError
+        An unknown measure.
+    """
+    wanted = None
+    if im is not None:
+        measure = intensity_measure(im)
+        wanted = SCALE if measure is None else measure.label
+    keys = [key for key in found if wanted in (None, key[0])]
+    held = ", ".join(f"{label} of the ground" if ground else label for label, ground in found)
+    if not keys:
+        raise ExchangeError(f"{file}: holds no curves of {im}" + (f", but of {held}" if held else ""))
+    if len(keys) > 1:
+        raise ExchangeError(f"{file}: holds curves of {held}: choose one with im, or rows by their ids")
+    return keys[0], found[keys[0]]

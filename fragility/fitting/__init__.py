@@ -1,0 +1,1 @@
+"""Fitting of fragility curves, behind `fit_fragility`: trials, likelihoods, forms, bootstrap and goodness of fit."""

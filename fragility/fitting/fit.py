@@ -1,0 +1,310 @@
+"""Fit fragility curves to every block, law and floor of a dataset: `fit_fragility` and `fit_lognormal`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array, Index
+from ..runs.provenance import carried_attributes
+from ..runs.runners import shared
+from .bootstrap import draw_motions
+from .form import Columns, CustomForm, Fit, Form
+from .intervals import BOOTSTRAP, INTERVALS, PROFILE, WALD, Options, ResampledData, estimate
+from .isotonic import IsotonicForm
+from .labels import label_curves
+from .likelihood import PENALTIES
+from .links import LINKS, LOGNORMAL
+from .states import OK, OVERTURNED, State
+from .trials import OVERTURNING_OUTCOMES, STATES, Sample, Trials, collect, outcomes_of
+from .two_parameter import TWO_PARAMETER_FORMS
+from .uplift import UpliftForm
+
+FORMS: dict[str, Form] = {**TWO_PARAMETER_FORMS, "uplift-lognormal": UpliftForm(), "isotonic": IsotonicForm()}
+"""Every built-in form of curve by name."""
+METHODS = ("binomial", "first-overturning")
+REPLICATES = 1000
+
+
+class LognormalFit(NamedTuple):
+    """A lognormal curve fitted to counts, as `fit_lognormal` returns it; NaN where there is no estimate.
+
+    Median (unit of the level), dispersion, standard errors of ln(median) and of the dispersion, log-likelihood.
+    """
+
+    median: float = np.nan
+    dispersion: float = np.nan
+    log_median_se: float = np.nan
+    dispersion_se: float = np.nan
+    log_likelihood: float = np.nan
+    iterations: int = 0
+    status: str = OK
+    penalised: bool = False
+
+
+def fit_lognormal(levels: Array, overturnings: Index, runs: Index, penalty: str = "none") -> LognormalFit:
+    """Binomial maximum likelihood of P(x) = Phi(ln(x/median)/dispersion); all arrays (level,).
+
+    Newton's method with step halving in (a, b) of the probit a + b ln x; standard errors from the observed information,
+    carried over to (ln median, dispersion).  Where no finite maximum exists the estimates are NaN and `status` holds
+    the reason: ``separated`` means that every level below some point has no overturning and every level above has
+    nothing else, so that the data bound the median but do not determine the dispersion; with ``penalty="auto"`` the
+    penalised likelihood is used there (`fit_fragility`).
+
+    References
+    ----------
+    Baker, J. W. (2015). Efficient analytical fragility function fitting using dynamic structural analysis. Earthquake
+    Spectra 31(1), 579-599.
+    """
+    # runs at one level are one stripe, wherever they stand in the data
+    distinct, where = np.unique(levels, return_inverse=True)
+    cells = np.zeros((distinct.size, STATES))
+    np.add.at(cells[:, -1], where, overturnings)
+    np.add.at(cells[:, 0], where, np.asarray(runs) - overturnings)
+    sample = Sample(distinct, cells.ravel(), False, math.nan, False, False, None)
+    options = Options(0.95, WALD, (), checks.choice("penalty", penalty, tuple(PENALTIES)), 0, 0, False)
+    found = estimate(LINKS[LOGNORMAL], sample, outcomes_of(OVERTURNING_OUTCOMES, distinct.size), options, None)
+    table = found.lines
+    if not found.found:
+        return LognormalFit(log_likelihood=float(table.log_likelihood[0]), status=found.status)
+    dispersion = math.exp(found.log_value(None))
+    return LognormalFit(
+        math.exp(found.log_value(0.5)),
+        dispersion,
+        found.log_error(0.5),
+        dispersion * found.log_error(None),
+        float(table.log_likelihood[0]),
+        table.iterations,
+        found.status,
+        found.penalised,
+    )
+
+
+def fit_fragility(
+    data: xr.Dataset,
+    confidence: float = 0.95,
+    *,
+    form: str | Fit = "lognormal",
+    method: str = "binomial",
+    intervals: str | None = None,
+    fractiles: Sequence[float] = (),
+    penalty: str = "auto",
+    replicates: int = REPLICATES,
+    seed: int = 0,
+    keep_replicates: bool = False,
+    state: State = OVERTURNED,
+    together: Sequence[str] = (),
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Fragility curves by maximum likelihood, with intervals; by default P(x) = Phi(ln(x/median)/dispersion).
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Runs: an IDA (`overturned` on level and motion), or stripes or a cloud (`overturned` on motion, each motion
+        once at its coordinate `intensity`).  Or counts: `overturnings` and `runs` on ``level`` and any other
+        dimensions, as `overturning_probability` returns them.
+    confidence : float
+        Of the intervals, between 0 and 1.
+    form : str or callable
+        ``lognormal``, ``log-logistic`` or ``weibull`` (two parameters: median, and the standard deviation of
+        ln(capacity) as dispersion); ``uplift-lognormal``, P(uplift) P(overturn | uplift) with certain safety below
+        rocking; ``isotonic``, non-decreasing and nothing else.  Or the caller's own fit: a callable of (levels,
+        overturnings, runs), arrays (level,), that returns an object with ``.probability(x)`` and optionally
+        ``.log_likelihood`` and a mapping ``.parameters``.
+    method : {"binomial", "first-overturning"}
+        Data that two-parameter curves are fitted to: overturnings of runs at each level, or each motion's capacity,
+        known to lie between the highest level below its first overturning and that level (an IDA only).
+    intervals : {"wald", "profile", "bootstrap"}, optional
+        Kind of the intervals.  Where not given: ``bootstrap`` where motions come more than once (an IDA) and for
+        isotonic curves and own fits; else ``profile``.
+    fractiles : sequence of float
+        Probabilities, between 0 and 1, for which the level is wanted, with its interval.
+    penalty : {"auto", "firth", "none"}
+        Penalise the likelihood by Jeffreys' prior where the data are separated, always, or never.
+    replicates, seed : int
+        Of the bootstrap.
+    keep_replicates : bool
+        Also return the curves of the bootstrap replicates, whatever the kind of interval.
+    state : str or float
+        Another damage state of the runs that takes the place of overturning, see `reached`.
+    together : sequence of str
+        Dimensions of an IDA, such as ``sample``, whose runs make one curve: all runs of a motion along them belong to
+        that motion.
+    progress : callable, optional
+        Called with (curves fitted, curves in all) after every curve.
+
+    Returns
+    -------
+    xarray.Dataset
+        On the dimensions left (block, model, with several floors floor): median, median_se, median_lower, median_upper
+        (unit of the level), dispersion, dispersion_se, dispersion_lower, dispersion_upper (1), log_likelihood (without
+        constant and penalty), aic, converged, penalised, and status: ``ok``, ``separated`` (penalised estimates), or
+        why there are none (``no runs``, ``one level``, ``no overturning``, ``all overturned``, ``not increasing``,
+        ``flat``: a median over a hundred times outside the levels, ``not converged``).  With fractiles: fractile,
+        fractile_lower, fractile_upper on fraction.  With the bootstrap: penalised_replicates and failed_replicates,
+        counts; and, kept, median_sample and dispersion_sample on replicate.  ``uplift-lognormal`` has uplift_median
+        and uplift_dispersion with the same suffixes (dispersion 0: a step); its median and dispersion are of what
+        uplifted.  Curves without parameters have probability, probability_lower and probability_upper on level and no
+        dispersion; own fits, a variable parameter_<name> each.
+
+    Raises
+    ------
+    TypeError, ValueError
+        A dataset of no such kind, counts that are negative or above the runs, levels that are not positive, options
+        that are not offered, a combination that does not exist.
+
+    Notes
+    -----
+    *Choice of interval.*  Where runs are independent (stripes, clouds, first overturnings, and counts, of which nothing
+    else is known) the default is the profile likelihood: it needs no resampling, does not depend on how the curve is
+    parametrised, and shows where the data leave an end open (infinite, or 0), which Wald's interval cannot.
+
+    In an IDA every motion comes at every level: intervals that take the runs as independent, such as those of its
+    counts, are far too narrow (of 200 motions at 20 levels, a 95 % interval held the median in 62 % of 1,000 simulated
+    studies).  Standard errors are then from scores summed over each motion (the sandwich estimate), ``wald`` and
+    ``profile`` are widened by them, and the default draws motions with all their runs: ``bootstrap`` takes the signed
+    root of the profile likelihood ratio, studentised, at the quantiles that it has in the replicates.  Its coverage
+    of median and dispersion was 93-97 % in 1,000 studies of 200 motions, and of the dispersion of 20 motions 92 %,
+    where percentiles of the replicates covered it in 80 %: they repeat the bias of the estimate, which is too small,
+    instead of removing it.  ``profile`` and ``bootstrap`` are never narrower than if runs were independent.
+
+    *Separated data* have no finite maximum: the dispersion goes to 0.  Half the logarithm of the determinant of the
+    information is then added (Jeffreys' prior; finite for every link here, Kosmidis and Firth 2021), the flag
+    `penalised` is set, and intervals are of the profile penalised likelihood whichever kind is asked for, because
+    resampled data are as separated as the data.  With no overturning at all the prior alone would decide: the median
+    is NaN, median_lower a one-sided bound that holds for any rising curve, median_upper infinite (and the other way
+    round where all overturned).
+
+    *Bootstrap.*  Replicate r draws motions from SeedSequence(seed, spawn_key=(r,)); the same motions serve every
+    block, law and floor, and floors above one ground motion are drawn together, so replicates of two curves may be
+    subtracted.  Stripes that share no motion are drawn one by one.  Counts, whose motions are not known, are drawn for
+    each curve by itself.  Separated replicates are penalised, in intervals they count with the supremum of their
+    likelihood; one without a curve counts against both ends.
+
+    `log_likelihood` and `aic` compare forms fitted by the same method to the same data; in an IDA they, too, take the
+    runs as independent.
+
+    References
+    ----------
+    Baker, J. W. (2015). Efficient analytical fragility function fitting using dynamic structural analysis. Earthquake
+    Spectra 31(1), 579-599.
+
+    Venzon, D. J. and Moolgavkar, S. H. (1988). A method for computing profile-likelihood-based confidence intervals.
+    Applied Statistics 37, 87-94.
+
+    Heinze, G. and Schemper, M. (2002). A solution to the problem of separation in logistic regression. Statistics in
+    Medicine 21, 2409-2419.
+
+    Kosmidis, I. and Firth, D. (2021). Jeffreys-prior penalty, finiteness and shrinkage in binomial-response generalized
+    linear models. Biometrika 108, 71-82.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> counts = xr.Dataset(
+    ...     {"overturnings": ("level", [0, 0, 0, 4, 6, 13, 12, 16]), "runs": ("level", [40] * 8)},
+    ...     coords={"level": [0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0]},
+    ... )
+    >>> fit = fit_fragility(counts)
+    >>> round(float(fit["median"]), 6), round(float(fit["dispersion"]), 6)
+    (1.076116, 0.429237)
+    >>> print(f"{float(fit['median_lower']):.4f} {float(fit['median_upper']):.4f}")
+    0.9642 1.3070
+    """
+    chosen = form_named(form)
+    level = checks.number("confidence", confidence, above=0.0, below=1.0)
+    trials = collect(data, checks.choice("method", method, METHODS) == "first-overturning", state, together)
+    check_method(chosen, method)
+    if not isinstance(keep_replicates, bool):
+        raise TypeError(f"keep_replicates must be True or False, got {keep_replicates!r:.40}")
+    options = Options(
+        level,
+        _intervals(intervals, chosen, trials),
+        _fractiles(fractiles),
+        checks.choice("penalty", penalty, tuple(PENALTIES)),
+        checks.count("replicates", replicates, at_least=1),
+        checks.count("seed", seed),
+        keep_replicates,
+    )
+    if options.resamples and trials.clusters:
+        options = replace(options, weights=draw_motions(trials.strata, options.replicates, options.seed))
+
+    def columns_of(i: int) -> Columns:
+        sample = trials.samples[i]
+        return chosen.fit(sample, options, ResampledData.of(sample, options, i) if options.resamples else None)
+
+    columns = []
+    # (a caller's own fit may not be safe in threads)
+    each = map if isinstance(chosen, CustomForm) else shared
+    for one in each(columns_of, range(len(trials.samples))):
+        columns.append(one)
+        if progress is not None:
+            progress(len(columns), len(trials.samples))
+    curves = label_curves(columns, trials, options.fractiles, level, options.replicates)
+    resampling = {"replicates": options.replicates, "seed": options.seed} if options.resamples else {}
+    return curves.assign_attrs(
+        {
+            **carried_attributes(trials.attrs),
+            "title": "Fragility curves",
+            "form": chosen.name,
+            "method": _method(chosen, method, options, trials),
+            "intervals": options.intervals,
+            "confidence": level,
+            **resampling,
+            "im": trials.level["im"],
+        }
+    )
+
+
+def form_named(form: Any) -> Form:
+    """Return the built-in form of a name, or the form that a callable makes."""
+    if isinstance(form, Form):
+        return form
+    if callable(form) and not isinstance(form, str):
+        return CustomForm(form)
+    return FORMS[checks.choice("form", form, tuple(FORMS))]
+
+
+def check_method(form: Form, method: str) -> None:
+    """Raise ValueError where a form cannot be fitted by a method."""
+    if method not in form.methods:
+        raise ValueError(f"form {form.name!r} has no method {method!r}, only {', '.join(map(repr, form.methods))}")
+
+
+def _intervals(asked: str | None, form: Form, trials: Trials) -> str:
+    """Return the kind of interval; where none is asked for, the kind that suits the data."""
+    if asked is None:
+        return BOOTSTRAP if trials.repeated or form.intervals == (BOOTSTRAP,) else PROFILE
+    if checks.choice("intervals", asked, INTERVALS) not in form.intervals:
+        offered = ", ".join(map(repr, form.intervals))
+        raise ValueError(f"intervals of form {form.name!r} must be one of {offered}, got {asked!r}")
+    return asked
+
+
+def _fractiles(values: Sequence[float]) -> tuple[float, ...]:
+    found = [values] if np.ndim(values) == 0 else list(values)
+    return tuple(checks.number("fractiles", one, above=0.0, below=1.0) for one in found)
+
+
+def _method(form: Form, method: str, options: Options, trials: Trials) -> str:
+    """Text that describes how the curves and their intervals were estimated."""
+    how = {
+        "binomial": "binomial maximum likelihood",
+        "first-overturning": "maximum likelihood of the interval in which each motion first overturns",
+    }[method]
+    text = f"{form.text}; {how}" if len(form.intervals) > 1 else form.text
+    independent = trials.clusters == 0 or not trials.repeated
+    runs = f"{options.replicates} replicates, seed {options.seed}"
+    if options.intervals == BOOTSTRAP:
+        of = "of counts level by level" if not trials.clusters else "over motions"
+        kind = "studentised roots of the profile likelihood" if len(form.intervals) > 1 else "percentiles"
+        return f"{text}; intervals by bootstrap {of} ({kind}, {runs})"
+    name = "profile likelihood" if options.intervals == PROFILE else "Wald"
+    return f"{text}; {name} intervals{'' if independent else ', scores summed over each motion'}"

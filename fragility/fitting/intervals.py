@@ -1,0 +1,302 @@
+"""Intervals of fitted curves (Wald, profile likelihood, bootstrap), and the estimates that they belong to.
+
+Forms of curves are built from factors, the probability of overturning or of uplift.  Each factor is a two-parameter
+line, fitted to the data and to resampled data, with intervals of ln x of any fractile and of ln(dispersion).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from ...aliases import Array, Index
+from ..kernels import binomial as engine
+from .bootstrap import draw_counts, percentile_interval
+from .likelihood import PENALTIES, FactorData, FittedLines, covariance_of, data_of, fit_lines, status_of
+from .links import Link
+from .states import OK, SEPARATED
+from .trials import Sample
+
+Ends = tuple[float, float]
+
+WALD, PROFILE, BOOTSTRAP = "wald", "profile", "bootstrap"
+INTERVALS = (WALD, PROFILE, BOOTSTRAP)
+TOLERANCE = 1e-12
+DISPERSION = None
+"""Selects ln(dispersion) where a probability p selects ln x of the fractile p."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of a fit; weights (replicate, cluster) of the ground motions where these are resampled."""
+
+    confidence: float
+    intervals: str
+    fractiles: tuple[float, ...]
+    penalty: str
+    replicates: int
+    seed: int
+    keep: bool
+    weights: Array | None = None
+
+    @property
+    def resamples(self) -> bool:
+        """True where replicates are needed."""
+        return self.keep or self.intervals == BOOTSTRAP
+
+
+class ResampledData(NamedTuple):
+    """Resampled data of one curve: cells (replicate, cell); weights of its patterns where motions are known."""
+
+    cells: Array
+    patterns: Array | None
+
+    @classmethod
+    def of(cls, sample: Sample, options: Options, curve: int) -> ResampledData:
+        """Resample a curve's motions with the weights of the options or, of counts, level by level."""
+        if options.weights is None:
+            return cls(draw_counts(sample.cells, options.replicates, options.seed, curve), None)
+        patterns, cells = sample.resampled(options.weights)
+        return cls(cells, patterns)
+
+
+class LineFits(NamedTuple):
+    """Lines, the data they are fitted to, and their covariances (replicate, 3).
+
+    covariance: with scores summed over each motion where motions come more than once (clustered); plain: from the
+    information, as if runs were independent.
+    """
+
+    lines: FittedLines
+    data: FactorData
+    covariance: Array
+    plain: Array
+    clustered: bool
+
+    def log_values(self, p: float | None) -> Array:
+        """Return ln x of the fractile p, or ln(dispersion), (replicate,)."""
+        return self.lines.log_dispersion if p is None else self.lines.log_fractile(p)
+
+    def log_variances(self, p: float | None) -> Array:
+        """Return the variances of `log_values`."""
+        return self._variances(p, self.covariance)
+
+    def inflation(self, p: float | None) -> Array:
+        """Return the variances over those of independent runs; 1 where there is no line or it is penalised."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = self.log_variances(p) / self._variances(p, self.plain)
+        return np.where((ratio > 0.0) & np.isfinite(ratio), ratio, 1.0)
+
+    def _variances(self, p: float | None, covariance: Array) -> Array:
+        if p is None:
+            return self.lines.log_dispersion_variance(covariance)
+        return self.lines.log_fractile_variance(p, covariance)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Line fitted to one factor of a curve, and the lines fitted to its resampled data."""
+
+    fits: LineFits
+    status: str
+    resampled: LineFits | None
+    always_penalised: bool
+
+    @property
+    def lines(self) -> FittedLines:
+        """The line fitted to the data."""
+        return self.fits.lines
+
+    @property
+    def found(self) -> bool:
+        """True where there is an estimate."""
+        return self.status in {OK, SEPARATED} and bool(np.isfinite(self.lines.a[0]))
+
+    @property
+    def penalised(self) -> bool:
+        """True where the estimate maximises the penalised likelihood."""
+        return self.found and bool(self.lines.penalised[0])
+
+    def interval_kind(self, asked: str) -> str:
+        """Return the kind of interval that is given where `asked` is asked for.
+
+        Resampled separated data are separated: neither replicates nor the curvature at the edge of the dispersion
+        bound it from above.  Such data always have intervals of the profile penalised likelihood.
+        """
+        return PROFILE if self.status == SEPARATED else asked
+
+    def log_value(self, p: float | None) -> float:
+        """Return ln x of the fractile p, or ln(dispersion)."""
+        return float(self.fits.log_values(p)[0]) if self.found else math.nan
+
+    def log_error(self, p: float | None) -> float:
+        """Return the standard error of `log_value`."""
+        return math.sqrt(max(self.fits.log_variances(p)[0], 0.0)) if self.found else math.nan
+
+    def log_interval(self, p: float | None, asked: str, confidence: float) -> Ends:
+        """Return the interval of `log_value`, of the kind that is asked for where the data allow it.
+
+        Notes
+        -----
+        With l the profile log-likelihood of the parameter, R = sign(estimate - parameter) sqrt(2 (l(estimate) - l)) is
+        nearly normal, of variance 1 where runs are independent and of the ratio of the two variances (`inflation`)
+        where motions come more than once (Chandler and Bate 2007).  ``profile`` takes the normal quantiles of R over
+        that ratio's root; ``bootstrap`` those of the replicates' R at the estimate, over the roots of their own
+        ratios (DiCiccio, Martin and Stern 2001, with a bootstrap over motions).
+
+        Percentiles of the replicates would repeat the estimator's bias instead of removing it: a dispersion from n
+        motions is a little small, and one from n motions drawn of them is smaller still.  Where motions come more than
+        once, no interval is narrower than that of independent runs: resampling motions of large capacity gives no
+        motion of small capacity, which the likelihood allows for (tests/fragility/fitting/test_coverage.py measures
+        the coverage of each kind).
+
+        References
+        ----------
+        Chandler, R. E. and Bate, S. (2007). Inference for clustered data using the independence loglikelihood.
+        Biometrika 94, 167-183.
+
+        DiCiccio, T. J., Martin, M. A. and Stern, S. E. (2001). Simple and accurate one-sided inference from signed
+        roots of likelihood ratios. Canadian Journal of Statistics 29, 67-76.
+        """
+        if not self.found:
+            return math.nan, math.nan
+        kind = self.interval_kind(asked)
+        z = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
+        if kind == WALD:
+            value, error = self.log_value(p), self.log_error(p)
+            return value - z * error, value + z * error
+        low, high = -z, z
+        if kind != PROFILE:
+            ends = percentile_interval(self._roots(p), confidence, against=True)
+            low, high = float(ends.lower), float(ends.upper)
+        scale = math.sqrt(self.fits.inflation(p)[0])
+        low, high = low * scale, high * scale
+        if self.fits.clustered:
+            low, high = min(low, -z), max(high, z)
+        # a positive root stands for a parameter below the estimate
+        first, last = self._end(p, high), self._end(p, low)
+        if p is None:  # a larger slope is a smaller dispersion
+            whole = math.log(self.lines.link.scale * self.lines.width)
+            return whole - last, whole - first
+        return self.lines.centre + self.lines.width * first, self.lines.centre + self.lines.width * last
+
+    def _target(self, p: float | None) -> tuple[int, float]:
+        """Return the kernel's code of the parameter, and its eta."""
+        return (engine.SLOPE, 0.0) if p is None else (engine.FRACTILE, float(self.lines.link.quantile(p)))
+
+    def _roots(self, p: float | None) -> Array:
+        """Return R of every replicate at the estimate, over the root of the replicate's inflation."""
+        assert self.resampled is not None
+        lines, data = self.resampled.lines, self.resampled.data
+        what, eta = self._target(p)
+        a, b = float(self.lines.a[0]), float(self.lines.b[0])
+        at, free = (math.log(b), a) if p is None else ((eta - a) / b, b)
+        roots = np.empty(lines.a.size)
+        engine.signed_roots(
+            data.kind,
+            lines.link.code,
+            data.z,
+            data.failures,
+            data.runs,
+            lines.table,
+            self.always_penalised,
+            what,
+            eta,
+            at,
+            free,
+            roots,
+        )
+        return roots / np.sqrt(self.resampled.inflation(p))
+
+    def _end(self, p: float | None, root: float) -> float:
+        """Return the parameter of signed root `root`, on the kernel's scale; below the estimate for positive roots."""
+        what, eta = self._target(p)
+        lines, data = self.lines, self.fits.data
+        return float(
+            engine.profile_end(
+                data.kind,
+                lines.link.code,
+                data.z,
+                data.failures[0],
+                data.runs[0],
+                bool(lines.penalised[0]),
+                what,
+                eta,
+                lines.a[0],
+                lines.b[0],
+                0.5 * root * root,
+                -1.0 if root > 0.0 else 1.0,
+                TOLERANCE,
+            )
+        )
+
+
+def estimate(
+    link: Link, sample: Sample, outcomes: Index | None, options: Options, drawn: ResampledData | None
+) -> Estimate:
+    """Fit one factor of a curve; `outcomes` holds the outcome of each cell (None: intervals of first overturning)."""
+    data = data_of(sample.levels, sample.cells[None], outcomes)
+    own = sample.resampled(np.ones((1, sample.patterns.of_cluster.size)))[0] if sample.patterns is not None else None
+    fits = _fits(link, sample, outcomes, data, own, options.penalty, None)
+    status = status_of(fits.lines, data, fits.covariance)
+    always = PENALTIES[options.penalty] == engine.ALWAYS
+    if drawn is None:
+        return Estimate(fits, status, None, always)
+    # a separated replicate is penalised, whichever penalty the fit to the data has
+    penalty = "auto" if options.penalty == "none" else options.penalty
+    more = data_of(sample.levels, drawn.cells, outcomes, data)
+    return Estimate(fits, status, _fits(link, sample, outcomes, more, drawn.patterns, penalty, fits.lines), always)
+
+
+def _fits(
+    link: Link,
+    sample: Sample,
+    outcomes: Index | None,
+    data: FactorData,
+    weights: Array | None,
+    penalty: str,
+    start: FittedLines | None,
+) -> LineFits:
+    lines = fit_lines(link, data, penalty, start)
+    plain = covariance_of(lines, data)
+    if not sample.repeated or weights is None:
+        return LineFits(lines, data, plain, plain, False)
+    summed = covariance_of(lines, data, outcomes, sample.patterns, weights)
+    # separated data have at most one level with both outcomes, and there each motion counts once
+    alone = (lines.status == engine.SEPARATED)[:, None]
+    return LineFits(lines, data, np.where(alone, plain, summed), plain, True)
+
+
+def median_bound(sample: Sample, confidence: float) -> Ends:
+    """Return the one-sided interval of the median where no run overturned, or all did; NaN in other cases.
+
+    Where the median were at or below a level, each of the N independent runs at or above it would stand with a
+    probability of one half at most, and all of them with 2^-N at most: the highest level at which that is no more than
+    1 - confidence is a lower bound, for any curve that does not fall (with one level it is Clopper and Pearson's:
+    their bound of the probability there is below one half).  Runs of one motion count once.
+    """
+    overturnings, runs = sample.level_counts
+    nothing, everything = not overturnings.any(), bool((overturnings == runs).all())
+    if nothing == everything:
+        return math.nan, math.nan
+    levels = sample.levels
+    if everything:
+        levels, runs = levels[::-1], runs[::-1]
+    # independent runs at each level and beyond
+    counted = np.maximum if sample.repeated or sample.by_interval else np.add
+    beyond = counted.accumulate(runs[::-1])[::-1]
+    enough = np.flatnonzero(0.5**beyond <= 1.0 - confidence)
+    if not enough.size:
+        return math.nan, math.nan
+    bound = float(levels[enough[-1]])
+    return (bound, math.inf) if nothing else (0.0, bound)
+
+
+def unlogged(value: float) -> float:
+    """Return exp(value), infinite where it is too large for a float."""
+    with np.errstate(over="ignore"):
+        return float(np.exp(value))

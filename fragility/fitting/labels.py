@@ -1,0 +1,101 @@
+"""Units and long names of the results of fits, and the dataset that holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...units import DIMENSIONLESS
+from ...wording import given_percent
+from .trials import Trials
+
+LEVEL = "unit of the level"
+"""Placeholder for the unit of the levels."""
+
+_PARAMETERS = {
+    "median": (LEVEL, "median of the fragility curve"),
+    "dispersion": (DIMENSIONLESS, "lognormal standard deviation of the fragility curve"),
+    "uplift_median": (LEVEL, "median level of uplift"),
+    "uplift_dispersion": (DIMENSIONLESS, "lognormal standard deviation of uplift, 0 for a step"),
+    "fractile": (LEVEL, "level at which the probability of overturning is the fraction"),
+    "probability": (DIMENSIONLESS, "fitted probability of overturning"),
+}
+_OTHERS = {
+    "log_likelihood": (DIMENSIONLESS, "log-likelihood without its constant and without penalty"),
+    "aic": (DIMENSIONLESS, "Akaike's information criterion"),
+    "converged": (DIMENSIONLESS, "whether there is an estimate"),
+    "penalised": (DIMENSIONLESS, "whether the estimate is of the penalised likelihood"),
+    "status": (DIMENSIONLESS, "ok, separated (penalised), or why there is no estimate"),
+    "uplift_status": (DIMENSIONLESS, "known step, step between levels, all uplifted, or the status of a fitted uplift"),
+    "penalised_replicates": (DIMENSIONLESS, "replicates of the penalised likelihood, their data being separated"),
+    "failed_replicates": (DIMENSIONLESS, "replicates without a curve"),
+    "uplift_penalised_replicates": (DIMENSIONLESS, "replicates of uplift of the penalised likelihood"),
+    "uplift_failed_replicates": (DIMENSIONLESS, "replicates without a curve of uplift"),
+}
+# Last dimension of results that are arrays.
+_DIMENSIONS = {"fractile": "fraction", "probability": "level"}
+
+
+def label_curves(
+    columns: Sequence[dict[str, Any]],
+    trials: Trials,
+    fractiles: Sequence[float],
+    confidence: float,
+    replicates: int | None,
+) -> xr.Dataset:
+    """Return the results of all curves as one dataset on their dimensions; NaN where a curve lacks a variable."""
+    names = dict.fromkeys(name for one in columns for name in one)
+    coords: dict[Any, Any] = dict(trials.coords)
+    if fractiles:
+        attributes = {"units": DIMENSIONLESS, "long_name": "probability of overturning"}
+        coords["fraction"] = xr.Variable("fraction", list(fractiles), attributes)
+    if any(name.startswith("probability") for name in names):
+        levels = trials.samples[0].levels
+        if any(not np.array_equal(one.levels, levels) for one in trials.samples):
+            raise ValueError(
+                "curves without parameters lie on the levels of the data, which differ between blocks here: "
+                "fit one block at a time"
+            )
+        coords["level"] = xr.Variable("level", levels, {key: value for key, value in trials.level.items() if value})
+    if any(name.endswith("_sample") for name in names):
+        attributes = {"units": DIMENSIONLESS, "long_name": "replicate of the bootstrap"}
+        coords["replicate"] = xr.Variable("replicate", np.arange(replicates or 0), attributes)
+    variables = {}
+    for name in names:
+        base = name
+        text = ""
+        for suffix, words in (
+            ("_se", "standard error"),
+            ("_lower", f"lower end of the {given_percent(confidence)} interval"),
+            ("_upper", f"upper end of the {given_percent(confidence)} interval"),
+            ("_sample", "bootstrap replicates"),
+        ):
+            if name.endswith(suffix):
+                base, text = name.removesuffix(suffix), f"{words} of: "
+        units, long_name = _OTHERS.get(name) or _PARAMETERS.get(base) or (DIMENSIONLESS, f"{base} of the fit")
+        dims = list(trials.dims)
+        if name.endswith("_sample"):
+            dims.append("replicate")
+        if base in _DIMENSIONS:
+            dims.append(_DIMENSIONS[base])
+        if base == "fractile" and not fractiles:
+            continue
+        values = _column([one.get(name) for one in columns], trials.shape)
+        attributes = {"units": trials.level["units"] if units == LEVEL else units, "long_name": text + long_name}
+        variables[name] = (tuple(dims), values, attributes)
+    return xr.Dataset(variables, coords=coords)
+
+
+def _column(values: Sequence[Any], shape: tuple[int, ...]) -> NDArray[np.generic]:
+    """Return one variable of every curve in the shape of the curves; NaN where a curve has none."""
+    known = next(value for value in values if value is not None)
+    if isinstance(known, str):
+        return np.array(values, dtype=object).reshape(shape)
+    array = np.asarray(known)
+    filled = [np.full(array.shape, np.nan) if value is None else value for value in values]
+    found = np.array(filled)
+    return found.reshape((*shape, *array.shape))

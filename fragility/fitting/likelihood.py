@@ -1,0 +1,195 @@
+"""Maximum likelihood, plain or penalised, of two-parameter curves: the face of the compiled fits.
+
+References
+----------
+Baker, J. W. (2015). Efficient analytical fragility function fitting using dynamic structural analysis. Earthquake
+Spectra 31(1), 579-599.
+
+Albert, A. and Anderson, J. A. (1984). On the existence of maximum likelihood estimates in logistic regression models.
+Biometrika 71, 1-10.
+
+Firth, D. (1993). Bias reduction of maximum likelihood estimates. Biometrika 80, 27-38.
+
+Kosmidis, I. and Firth, D. (2021). Jeffreys-prior penalty, finiteness and shrinkage in binomial-response generalized
+linear models. Biometrika 108, 71-82.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ...aliases import Array, Flags, Index
+from ..kernels import binomial as engine
+from .links import Link
+from .states import ALL, DECREASING, FAILED, FLAT, NO_RUNS, NONE, OK, ONE_LEVEL, SEPARATED
+from .trials import Patterns, failures_of
+
+# In the order of the kernel's codes.
+STATUSES = (OK, NO_RUNS, ONE_LEVEL, NONE, ALL, SEPARATED, DECREASING, FAILED)
+
+PENALTIES = {"none": engine.NEVER, "auto": engine.WHERE_SEPARATED, "firth": engine.ALWAYS}
+"""Conditions under which the likelihood is penalised, by the names that `fit_fragility` takes."""
+
+# A median further than this (in ln x) outside the levels means that the data determine no slope.
+FAR = np.log(100.0)
+
+
+class FactorData(NamedTuple):
+    """Data that one factor of a curve is fitted to.
+
+    z (level,) = (ln x - centre)/width; failures (replicate, level), of first overturnings by interval
+    (replicate, level + 1); runs (replicate, level).
+    """
+
+    kind: int
+    x: Array
+    centre: float
+    width: float
+    z: Array
+    failures: Array
+    runs: Array
+
+
+def data_of(levels: Array, cells: Array, outcomes: Index | None, like: FactorData | None = None) -> FactorData:
+    """Return the data in cells (replicate, cell); `outcomes` is None where cells are intervals of first overturning.
+
+    `like`: other data of the same levels, whose scale is used.
+    """
+    x = np.log(levels)
+    if outcomes is None:
+        kind, failures = engine.INTERVAL, np.ascontiguousarray(cells, dtype=float)
+        runs = np.repeat(cells.sum(axis=1, keepdims=True), x.size, axis=1)
+    else:
+        kind = engine.BINOMIAL
+        failures, runs = failures_of(cells, outcomes)
+    if like is not None:
+        return like._replace(failures=failures, runs=runs)
+    used = x[runs[0] > 0.0]
+    inside = used if used.size else x
+    centre, width = float(inside.mean()), max(float(np.ptp(inside)), 1e-12)
+    return FactorData(kind, x, centre, width, (x - centre) / width, failures, runs)
+
+
+@dataclass(frozen=True)
+class FittedLines:
+    """Curves F(a + b z) with z = (ln x - centre)/width, many at once: all arrays (replicate,).
+
+    NaN where there is no fit; status holds the kernel's codes.
+    """
+
+    link: Link
+    centre: float
+    width: float
+    table: Array
+
+    @property
+    def a(self) -> Array:
+        """Value of the line at z = 0."""
+        return self.table[:, engine.A]
+
+    @property
+    def b(self) -> Array:
+        """The slope in z, > 0."""
+        return self.table[:, engine.B]
+
+    @property
+    def log_likelihood(self) -> Array:
+        """Log-likelihood without its constant and without the penalty."""
+        return self.table[:, engine.LOG_LIKELIHOOD]
+
+    @property
+    def status(self) -> Index:
+        """Indices into `STATUSES`."""
+        return self.table[:, engine.STATUS].astype(np.int64)
+
+    @property
+    def iterations(self) -> int:
+        """Newton steps of the first fit."""
+        return int(self.table[0, engine.ITERATIONS])
+
+    @property
+    def penalised(self) -> Flags:
+        """True where the likelihood was penalised."""
+        return self.table[:, engine.PENALISED] > 0.0
+
+    def log_fractile(self, p: float) -> Array:
+        """Return ln x at which the curve passes p."""
+        return np.asarray(self.centre + self.width * (self.link.quantile(p) - self.a) / self.b)
+
+    @property
+    def log_dispersion(self) -> Array:
+        """Logarithm of the standard deviation of ln(capacity)."""
+        return np.log(self.link.scale * self.width / self.b)
+
+    def probability(self, levels: Array) -> Array:
+        """Return the curves (replicate, level) at levels (level,)."""
+        z = (np.log(levels) - self.centre) / self.width
+        return np.asarray(self.link.cumulative(self.a[:, None] + self.b[:, None] * z))
+
+    def log_fractile_variance(self, p: float, covariance: Array) -> Array:
+        """Return the variance of `log_fractile` from the covariance (replicate, 3) of (a, b)."""
+        t = (self.link.quantile(p) - self.a) / self.b
+        aa, ab, bb = covariance.T
+        return np.asarray((self.width / self.b) ** 2 * (aa + 2.0 * t * ab + t**2 * bb))
+
+    def log_dispersion_variance(self, covariance: Array) -> Array:
+        """Return the variance of `log_dispersion`."""
+        return covariance[:, 2] / self.b**2
+
+
+def fit_lines(link: Link, data: FactorData, penalty: str, start: FittedLines | None = None) -> FittedLines:
+    """Fit a line to every replicate of the data; `start`: a line on the same scale from which the search begins."""
+    table = np.empty((data.failures.shape[0], engine.COLUMNS))
+    guess = np.empty(0)
+    if start is not None and np.isfinite(start.a[0]):
+        guess = np.array([start.a[0], start.b[0]])
+    engine.fit_many(data.kind, link.code, data.z, data.failures, data.runs, PENALTIES[penalty], guess, table)
+    return FittedLines(link, data.centre, data.width, table)
+
+
+def covariance_of(
+    lines: FittedLines,
+    data: FactorData,
+    outcomes: Index | None = None,
+    patterns: Patterns | None = None,
+    weights: Array | None = None,
+) -> Array:
+    """Return the covariance (aa, ab, bb) of each fit's (a, b), (replicate, 3).
+
+    It is computed from the observed information or, with `weights` (replicate, pattern), by the sandwich estimate: this
+    sums scores over all runs of a motion and holds for any dependence between them.
+    """
+    covariance = np.empty((lines.a.size, 3))
+    none = np.empty(0, dtype=np.int64)
+    known = patterns is not None and weights is not None
+    engine.covariances(
+        data.kind,
+        lines.link.code,
+        data.z,
+        data.failures,
+        data.runs,
+        lines.table,
+        weights if weights is not None and known else np.empty((lines.a.size, 0)),
+        patterns.starts if patterns is not None else none,
+        patterns.cells if patterns is not None else none,
+        patterns.counts if patterns is not None else none,
+        none if outcomes is None else outcomes,
+        covariance,
+    )
+    return covariance
+
+
+def status_of(lines: FittedLines, data: FactorData, covariance: Array) -> str:
+    """Return the status of the first fit: the kernel's, or "flat" where the data determine no slope."""
+    word = STATUSES[lines.status[0]]
+    if not np.isfinite(lines.a[0]):
+        return word
+    log_median = float(lines.log_fractile(0.5)[0])
+    errors = (lines.log_fractile_variance(0.5, covariance)[0], lines.log_dispersion_variance(covariance)[0])
+    used = data.x[data.runs[0] > 0.0]
+    if not all(0.0 <= one < np.inf for one in errors) or not used[0] - FAR <= log_median <= used[-1] + FAR:
+        return FLAT
+    return word

@@ -1,0 +1,112 @@
+"""Damage states of a block, and the statuses of estimates.
+
+A damage state defines which runs count as failures.  A status is the reason why a curve, a size or a slenderness is
+missing or must not be trusted.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...units import DIMENSIONLESS
+
+OVERTURNED = "overturned"
+UPLIFTED = "uplifted"
+State = str | float
+"""A damage state: overturning, uplift, or x > 0 for a peak rotation above x alpha."""
+
+# Statuses of any estimate
+OK: Final = "ok"
+
+# Statuses of a fitted curve
+NO_RUNS: Final = "no runs"
+ONE_LEVEL: Final = "one level"
+NONE: Final = "no overturning"
+ALL: Final = "all overturned"
+SEPARATED: Final = "separated"
+DECREASING: Final = "not increasing"
+FAILED: Final = "not converged"
+FLAT: Final = "flat"
+
+# Statuses of a size or slenderness that meets a rate
+TOO_HIGH: Final = "all above the target"
+TOO_LOW: Final = "all below the target"
+CROSSED: Final = "crosses the target more than once"
+NO_RATE: Final = "no rate"
+
+# Statuses of a curve in a file of another program
+ABSENT: Final = "not in the file"
+INCOMPLETE: Final = "incomplete"
+
+
+def state_name(state: State) -> str:
+    """Return a damage state in words."""
+    if isinstance(state, str):
+        return {OVERTURNED: "overturning", UPLIFTED: "uplift"}[checks.choice("state", state, (OVERTURNED, UPLIFTED))]
+    return f"|theta|/alpha > {checks.number('state', state, above=0.0):g}"
+
+
+def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
+    """Return flags of the runs that reached a damage state.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        Runs as `toppling.ida`, `toppling.stripes` or `toppling.cloud` return them.
+    state : str or float
+        ``overturned``, ``uplifted``, or x > 0: the peak rotation exceeded x alpha (a block that overturned did).
+
+    Returns
+    -------
+    xarray.DataArray
+        Flags on the dimensions of the runs, with `state` as an attribute.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No runs, an unknown state, runs without the output that the state needs, flags other than 0 and 1.
+
+    References
+    ----------
+    Rotation thresholds |theta|/alpha as damage states of contents: D'Angela, D., Magliulo, G., Cosenza, E. (2021).
+    Seismic damage assessment of unanchored nonstructural components taking into account the building response.
+    Structural Safety 93, 102126 (thresholds as quoted by others; not re-read).
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
+    >>> runs = tp.ida(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, [1.0, 4.0])
+    >>> bool(reached(runs, 0.1).sum() >= reached(runs).sum())
+    True
+    """
+    name = state_name(state)
+    needs = state if isinstance(state, str) else "peak_rotation"
+    if not isinstance(runs, xr.Dataset) or needs not in runs:
+        raise TypeError(f"{name} needs runs with `{needs}` (see outputs), as toppling.ida returns them")
+    values = runs[needs]
+    if "motion" not in values.dims:
+        raise ValueError(f"{needs} must have a motion dimension, got dims {values.dims}")
+    if values.sizes["motion"] == 0:
+        raise ValueError(f"{needs} must hold at least one motion, got none")
+    if not isinstance(state, str):
+        if "alpha" not in runs.coords:
+            raise ValueError(
+                f"{name} needs the blocks' alpha as a coordinate of the runs, as toppling.ida returns them"
+            )
+        # a block that overturned has passed every rotation, those beyond pi/2 among them
+        flags = (values > state * runs["alpha"]) | (values >= 0.5 * math.pi)
+    elif values.dtype == np.bool_:
+        flags = values
+    else:
+        if not bool(((values == 0) | (values == 1)).all()):
+            raise ValueError(f"{needs} must be flags, got values other than 0 and 1 ({values.dtype})")
+        flags = values.astype(bool)
+    return flags.rename(needs if isinstance(state, str) else "reached").assign_attrs(
+        units=DIMENSIONLESS, long_name=f"whether the block reached {name}", state=name
+    )

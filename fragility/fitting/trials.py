@@ -1,0 +1,398 @@
+"""Data of each fragility curve, gathered from runs or counts: levels, outcomes, and which runs share a motion.
+
+The same structure serves every design: IDA (all motions at all levels), stripes and clouds (a motion once, at its
+intensity), and counts.  Nothing is fitted here.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ... import checks
+from ...aliases import Array, Flags, Index
+from ...units import DIMENSIONLESS
+from ..kernels import resampling as engine
+from ..numerics import slabs
+from ..runs.provenance import IDA, STRIPES, design_of, floor_of_each_motion, motions_by_floor
+from ..runs.thresholds import rocking_thresholds
+from .states import OVERTURNED, UPLIFTED, State, reached, state_name
+
+STATES = 3
+STOOD, ROCKED, TOPPLED = range(STATES)
+"""States of a run: no uplift (or none known), uplift without overturning, overturning."""
+NO_RUN, SURVIVAL, FAILURE = -1, 0, 1
+"""Outcomes of a run in a fit: not among its runs, a survival, a failure."""
+OVERTURNING_OUTCOMES = (SURVIVAL, SURVIVAL, FAILURE)
+"""Outcomes of the states of a run in a fit of overturning to all runs."""
+UPLIFT_OUTCOMES = (SURVIVAL, FAILURE, FAILURE)
+"""Outcomes of the states of a run in a fit of uplift to all runs."""
+DENSE = 4
+"""A table of counts is dense up to this many counts for each run of a slab."""
+
+
+class Patterns(NamedTuple):
+    """Patterns of outcomes; motions with the same outcomes share one.
+
+    of_cluster (cluster,) is the pattern of each motion, -1 where it has no run here.
+    cells[starts[p]:starts[p + 1]] are the cells in which the runs of pattern p lie, counts how many lie in each.
+    """
+
+    of_cluster: Index
+    starts: Index
+    cells: Index
+    counts: Index
+
+
+class Sample(NamedTuple):
+    """Data of one curve.
+
+    levels (level,) increase; cells (cell,): the number of runs in each cell.  A cell is a level and a state
+    (level * STATES + state) or, with `by_interval`, the interval of first overturning below each level and above the
+    last.  threshold: the level at which rocking starts where it is known, else NaN; uplift_known: True where uplifts
+    are told apart; repeated: True where motions come more than once; patterns: None for counts.
+    """
+
+    levels: Array
+    cells: Array
+    by_interval: bool
+    threshold: float
+    uplift_known: bool
+    repeated: bool
+    patterns: Patterns | None
+
+    def resampled(self, weights: Array) -> tuple[Array, Array]:
+        """Turn weights of motions (replicate, cluster) into weights of patterns (replicate, pattern) and cells."""
+        assert self.patterns is not None
+        known = np.flatnonzero(self.patterns.of_cluster >= 0)
+        order = known[np.argsort(self.patterns.of_cluster[known], kind="stable")]
+        firsts = np.searchsorted(self.patterns.of_cluster[order], np.arange(self.patterns.starts.size))
+        of_patterns = np.zeros((weights.shape[0], self.patterns.starts.size - 1))
+        drawn = np.zeros((weights.shape[0], self.cells.size))
+        engine.resample(weights, order, firsts, *self.patterns[1:], of_patterns, drawn)
+        return of_patterns, drawn
+
+    @property
+    def level_counts(self) -> tuple[Index, Index]:
+        """Overturnings and runs at each level."""
+        if self.by_interval:
+            return np.cumsum(self.cells)[:-1].astype(np.int64), np.full(self.levels.size, int(self.cells.sum()))
+        overturnings, runs = self.counts_in(self.cells[None])
+        return overturnings[0].astype(np.int64), runs[0].astype(np.int64)
+
+    def counts_in(self, cells: Array) -> tuple[Array, Array]:
+        """Return the overturnings and the runs (replicate, level) in cells (replicate, cell) of the same levels."""
+        return failures_of(cells, outcomes_of(OVERTURNING_OUTCOMES, self.levels.size))
+
+
+def outcomes_of(states: tuple[int, int, int], levels: int) -> Index:
+    """Return the outcome of each cell in a fit, (cell,), from the outcome of each state."""
+    return np.tile(np.array(states, dtype=np.int64), levels)
+
+
+def failures_of(cells: Array, outcomes: Index) -> tuple[Array, Array]:
+    """Return failures and runs (replicate, level) in cells (replicate, cell)."""
+    shape = (cells.shape[0], -1, STATES)
+    failures = (cells * (outcomes == FAILURE)).reshape(shape).sum(axis=2)
+    return failures, (cells * (outcomes != NO_RUN)).reshape(shape).sum(axis=2)
+
+
+@dataclass(frozen=True)
+class Trials:
+    """Data of all curves of a dataset, with their dimensions and coordinates."""
+
+    dims: tuple[Hashable, ...]
+    shape: tuple[int, ...]
+    coords: dict[Hashable, xr.DataArray]
+    attrs: dict[Hashable, Any]
+    level: dict[str, str]
+    design: str
+    strata: tuple[Index, ...]
+    samples: tuple[Sample, ...]
+
+    @property
+    def clusters(self) -> int:
+        """Number of ground motions that can be drawn; 0 of counts."""
+        return sum(stratum.size for stratum in self.strata)
+
+    @property
+    def repeated(self) -> bool:
+        """True where motions come more than once in a curve, so that its runs are not independent."""
+        return any(sample.repeated for sample in self.samples)
+
+
+def collect(data: Any, first: bool = False, state: State = OVERTURNED, together: Sequence[Hashable] = ()) -> Trials:
+    """Return the trials in an IDA, stripes, cloud or counts dataset; reaching the `state` counts as overturning.
+
+    `first`: motions are counted by the level at which they first overturn, which needs an IDA.  `together`:
+    dimensions of an IDA that do not separate curves: all runs of a motion along them belong to that motion.
+
+    Raises
+    ------
+    TypeError, ValueError
+        A dataset of none of these kinds, values that are no flags, counts that are negative or above the runs, levels
+        or intensities that are not positive, `first` of anything but an IDA, a state of counts.
+    """
+    if not isinstance(data, xr.Dataset):
+        raise TypeError(f"fit_fragility needs an IDA dataset or a dataset of counts, got {type(data).__name__}")
+    on_motion = any("motion" in one.dims for one in data.data_vars.values())
+    if "overturned" in data or (on_motion and "overturnings" not in data):
+        return _trials_of_runs(data, first, state, together)
+    if first:
+        raise ValueError("method 'first-overturning' needs an IDA dataset with overturned on motion, got counts")
+    if state != OVERTURNED:
+        raise ValueError(f"state {state!r} needs runs: counts are of the state that they were made of")
+    if together:
+        raise ValueError(f"together {', '.join(map(str, together))} needs runs: of counts no motion is known")
+    return _trials_of_counts(data)
+
+
+def _trials_of_counts(data: xr.Dataset) -> Trials:
+    missing = [name for name in ("overturnings", "runs") if name not in data]
+    if missing or "level" not in data.coords or "level" not in data["overturnings"].dims:
+        raise ValueError(
+            f"counts must hold overturnings and runs on a level coordinate, got {sorted(map(str, data.variables))}"
+        )
+    k, n = data["overturnings"], data["runs"]
+    if not (np.issubdtype(k.dtype, np.integer) and np.issubdtype(n.dtype, np.integer)):
+        raise TypeError(f"overturnings and runs must be whole numbers, got {k.dtype} and {n.dtype}")
+    if not set(n.dims) <= set(k.dims):
+        raise ValueError(f"runs must lie on the dimensions of overturnings {k.dims}, got {n.dims}")
+    if bool((k < 0).any()) or bool((k > n).any()):
+        raise ValueError("overturnings must lie between 0 and runs at every level")
+    k = k.transpose(..., "level")
+    n = n.broadcast_like(k).transpose(*k.dims)
+    dims, shape = k.dims[:-1], k.shape[:-1]
+    x = _positive("level", data["level"].values)
+    levels, where = np.unique(x, return_inverse=True)
+    thresholds = _per_curve(rocking_thresholds(data), k.isel(level=0, drop=True))
+    samples = []
+    for fell, ran, threshold in zip(
+        k.values.reshape(-1, x.size), n.values.reshape(-1, x.size), thresholds, strict=True
+    ):
+        cells = np.zeros((levels.size, STATES))
+        np.add.at(cells[:, TOPPLED], where, fell)
+        np.add.at(cells[:, STOOD], where, ran - fell)
+        samples.append(Sample(levels, cells.ravel(), False, threshold, False, False, None))
+    coords = _curve_coordinates(data, dims)
+    return Trials(dims, shape, coords, data.attrs, _level_attributes(data["level"]), "counts", (), tuple(samples))
+
+
+def _trials_of_runs(data: xr.Dataset, first: bool, state: State, together: Sequence[Hashable]) -> Trials:
+    flags = reached(data, state)
+    lifted = reached(data, UPLIFTED) if UPLIFTED in data else None
+    design = design_of(flags)
+    if first and design != IDA:
+        raise ValueError(f"method 'first-overturning' needs an IDA dataset, got a dataset of design {design!r}")
+    if together and design != IDA:
+        raise ValueError(f"together needs an IDA dataset, got a dataset of design {design!r}")
+    if not {*together} <= {*flags.dims} - {"level", "motion"}:
+        raise ValueError(f"together must name dimensions of the runs beside level and motion, got {list(together)!r}")
+    dims = tuple(dim for dim in flags.dims if dim not in {"level", "motion", *together})
+    # (in designs other than IDA every motion has its own level)
+    rest = [*together, *(["level"] if design == IDA else []), "motion"]
+    flags = flags.transpose(*dims, *rest)
+    lifted = None if lifted is None else lifted.transpose(*dims, *rest)
+    x = data["level" if design == IDA else "intensity"]
+    one = flags.isel(dict.fromkeys(together, 0), drop=True)
+    intensities = _intensities(x, one)
+    clusters = _clusters(flags)
+    floor, groups = motions_by_floor(flags)
+    shape = flags.shape[: len(dims)]
+    thresholds = _per_curve(rocking_thresholds(data), flags.isel(dict.fromkeys(rest, 0), drop=True))
+    samples = []
+    for i, where in enumerate(np.ndindex(*shape)):
+        for motions in groups:
+            at = intensities[where] if design == IDA else intensities[where][motions]
+            fell = flags.values[where]
+            up = None if lifted is None else lifted.values[where]
+            samples.append(_sample(fell, up, at, motions, clusters, thresholds[i], first))
+    coords = _curve_coordinates(data, dims)
+    if floor is not None:
+        coords = {**coords, "floor": xr.DataArray(floor, dims="floor")}
+        dims, shape = (*dims, "floor"), (*shape, len(groups))
+    strata: tuple[Index, ...] = (np.arange(clusters.max() + 1),)
+    if design == STRIPES:
+        strata = _strata(flags["stripe"].values, clusters) or strata
+    return Trials(
+        dims,
+        shape,
+        coords,
+        {**data.attrs, "state": state_name(state)},
+        _level_attributes(x),
+        design,
+        strata,
+        tuple(samples),
+    )
+
+
+def _sample(
+    fell: Flags,
+    up: Flags | None,
+    x: Array,
+    motions: Any,
+    clusters: Index,
+    threshold: float,
+    first: bool,
+) -> Sample:
+    """One curve: flags (…, level, motion) with x (level,), or (motion,) with x of these motions; clusters (motion,).
+
+    Clusters and their rows are taken in slabs, since the intermediate arrays take up to a hundred bytes a run.
+    """
+    levels, where = np.unique(x, return_inverse=True)
+    chosen = np.arange(clusters.size)[motions]
+    own = clusters[chosen]
+    alike, size = (1, levels.size + 1) if first else (where.size, levels.size * STATES)
+    runs = math.prod(fell.shape[:-2]) * alike if fell.ndim > 1 else 1
+    cells = np.zeros(size)
+    known = _PatternTable(int(clusters.max()) + 1)
+    step = max(1, slabs.RUNS * known.of_cluster.size // (own.size * (fell.shape[-2] if fell.ndim > 1 else 1)))
+    for begin in range(0, known.of_cluster.size, step):
+        here = np.flatnonzero((own >= begin) & (own < begin + step))
+        if not here.size:
+            continue
+        table = _CellCounts(min(step, known.of_cluster.size - begin), size)
+        for part, lifts in _flag_slabs(fell, up, chosen[here]):
+            if first:
+                rising = np.argsort(x, kind="stable")
+                lowest = where[rising][part[..., rising, :].argmax(axis=-2)]
+                cell = np.where(part.any(axis=-2), lowest, levels.size)
+            else:
+                state = np.where(part, TOPPLED, STOOD if lifts is None else np.where(lifts, ROCKED, STOOD))
+                cell = STATES * (where[:, None] if fell.ndim > 1 else where[here]) + state
+            table.add(np.broadcast_to(own[here] - begin, cell.shape).ravel() * size + cell.ravel())
+        keys, counts = table.entries
+        cells += np.bincount(keys % size, counts, size)
+        known.add(begin + keys // size, keys % size, counts)
+    repeated = bool(np.bincount(own).max() * runs > 1)
+    return Sample(levels, cells, first, threshold, up is not None, repeated, known.patterns)
+
+
+def _flag_slabs(fell: Flags, up: Flags | None, motions: Index) -> Iterator[tuple[Flags, Flags | None]]:
+    """Yield the flags of some motions, (row, level, motion) or (motion,), some rows at a time."""
+    if fell.ndim == 1:
+        yield fell[motions], None if up is None else up[motions]
+        return
+    rows, more = (None if one is None else one.reshape(-1, *one.shape[-2:]) for one in (fell, up))
+    assert rows is not None
+    step = max(1, slabs.RUNS // (rows.shape[1] * motions.size))
+    for begin in range(0, rows.shape[0], step):
+        part = slice(begin, begin + step)
+        yield rows[part][..., motions], None if more is None else more[part][..., motions]
+
+
+class _CellCounts:
+    """Counts of the runs of each cluster in each cell; keys are cluster * size + cell, increasing."""
+
+    def __init__(self, clusters: int, size: int) -> None:
+        self.size = size
+        self._dense = np.zeros(clusters * size if clusters * size <= DENSE * slabs.RUNS else 0, np.int64)
+        self._keys = np.empty(0, np.int64)
+        self._counts = np.empty(0, np.int64)
+
+    def add(self, keys: Index) -> None:
+        """Add further runs."""
+        if self._dense.size:
+            self._dense += np.bincount(keys, minlength=self._dense.size)
+            return
+        found, counts = np.unique(keys, return_counts=True)
+        self._keys, at = np.unique(np.concatenate([self._keys, found]), return_inverse=True)
+        counts = np.concatenate([self._counts, counts])
+        self._counts = np.zeros(self._keys.size, np.int64)
+        np.add.at(self._counts, at, counts)
+
+    @property
+    def entries(self) -> tuple[Index, Index]:
+        """Keys and counts of the cells that hold runs."""
+        keys = np.flatnonzero(self._dense) if self._dense.size else self._keys
+        return keys, self._dense[keys] if self._dense.size else self._counts
+
+
+class _PatternTable:
+    """Patterns of outcomes, collected cluster by cluster."""
+
+    def __init__(self, clusters: int) -> None:
+        self.of_cluster = np.full(clusters, -1, dtype=np.int64)
+        self._numbers: dict[bytes, int] = {}
+        self._parts: list[NDArray[np.int32]] = []
+
+    def add(self, cluster: Index, cell: Index, counts: Index) -> None:
+        """Add further clusters, in their order, with the number of their runs in each cell."""
+        bounds = np.append(np.flatnonzero(np.diff(cluster, prepend=-1)), cluster.size)
+        pairs = np.stack([cell.astype(np.int32), counts.astype(np.int32)], axis=1)
+        for begin, end in pairwise(bounds.tolist()):
+            own = pairs[begin:end]
+            key = hashlib.blake2b(own.data, digest_size=16).digest()
+            if key not in self._numbers:
+                self._numbers[key] = len(self._numbers)
+                self._parts.append(own.copy())
+            self.of_cluster[cluster[begin]] = self._numbers[key]
+
+    @property
+    def patterns(self) -> Patterns:
+        """All patterns that were added."""
+        starts = np.cumsum([0, *(len(one) for one in self._parts)], dtype=np.int64)
+        cells, counts = np.concatenate(self._parts).T.astype(np.int64, order="C")
+        return Patterns(self.of_cluster, starts, cells, counts)
+
+
+def _intensities(x: xr.DataArray, flags: xr.DataArray) -> Array:
+    """Return levels (…, level) or intensities (…, motion) on the dimensions of the curves."""
+    last = flags.dims[-2] if "level" in flags.dims else flags.dims[-1]
+    dims = [dim for dim in flags.dims if dim not in {"level", "motion"}]
+    if not set(x.dims) <= {*dims, last} or last not in x.dims:
+        raise ValueError(f"{x.name} must lie on {last} and may lie on {dims}, got dims {x.dims}")
+    _positive(str(x.name), x.values)
+    like = flags.isel({dim: 0 for dim in ("level", "motion") if dim != last and dim in flags.dims}, drop=True)
+    return np.asarray(x.broadcast_like(like).transpose(*dims, last).values, dtype=float)
+
+
+def _clusters(flags: xr.DataArray) -> Index:
+    """Return the number of each motion's ground motion; floor motions and stripes of one ground motion share it."""
+    floors = floor_of_each_motion(flags)
+    # (numbers stand in for missing labels; in stripes a motion that is repeated has another label)
+    labels = [str(one) for one in flags["record" if "record" in flags.coords else "motion"].values]
+    names = [one.removesuffix(f" floor {floor}") if floor else one for one, floor in zip(labels, floors, strict=True)]
+    known = {name: i for i, name in enumerate(dict.fromkeys(names))}
+    return np.array([known[name] for name in names], dtype=np.int64)
+
+
+def _strata(stripe: NDArray[Any], clusters: Index) -> tuple[Index, ...] | None:
+    """Return the ground motions of each stripe, to be drawn stripe by stripe; None where stripes share one."""
+    members = tuple(np.unique(clusters[stripe == one]) for one in np.unique(stripe))
+    return members if sum(one.size for one in members) == clusters.max() + 1 else None
+
+
+def _positive(name: str, values: Any) -> Array:
+    x = checks.finite_array(name, values, ndim=tuple(range(1, 9)))
+    if np.any(x <= 0.0):
+        raise ValueError(f"{name} must be > 0, got {x.min():g}")
+    return x
+
+
+def _per_curve(values: xr.DataArray, like: xr.DataArray) -> list[float]:
+    """Return a value for each curve in the order of `like`; NaN where the values have other dimensions."""
+    if not set(values.dims) <= set(like.dims):
+        return [np.nan] * like.size
+    return [float(one) for one in values.broadcast_like(like).transpose(*like.dims).values.ravel()]
+
+
+def _curve_coordinates(data: xr.Dataset, dims: tuple[Hashable, ...]) -> dict[Hashable, xr.DataArray]:
+    """Return the coordinates that lie on the dimensions of the curves alone."""
+    return {name: one for name, one in data.coords.items() if set(one.dims) <= set(dims)}
+
+
+def _level_attributes(x: xr.DataArray) -> dict[str, str]:
+    return {
+        "units": str(x.attrs.get("units", DIMENSIONLESS)),
+        "long_name": str(x.attrs.get("long_name", "level")),
+        "im": str(x.attrs.get("im", "")),
+    }

@@ -1,0 +1,94 @@
+"""Lognormal, log-logistic and Weibull curves: two parameters, by maximum likelihood."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...aliases import Array, Flags, Index
+from .form import Columns, Form
+from .intervals import Estimate, LineFits, Options, ResampledData, estimate, median_bound, unlogged
+from .likelihood import data_of, fit_lines
+from .links import LINKS, Link
+from .trials import OVERTURNING_OUTCOMES, Sample, outcomes_of
+
+
+class TwoParameterForm(Form):
+    """P(x) = F(a + b ln x) for one link F."""
+
+    methods = ("binomial", "first-overturning")
+
+    def __init__(self, link: Link) -> None:
+        self.link = link
+        self.name = link.name
+        self.text = f"P(x) = {link.text}"
+
+    def fit(self, sample: Sample, options: Options, drawn: ResampledData | None) -> Columns:
+        found = estimate(self.link, sample, _outcomes(sample), options, drawn)
+        likelihood = float(found.lines.log_likelihood[0])
+        columns: Columns = {
+            **parameter_columns(found, "", options),
+            **fractile_columns(found, options),
+            "log_likelihood": likelihood,
+            "aic": 4.0 - 2.0 * likelihood if found.found else math.nan,
+            "status": found.status,
+            "penalised": found.penalised,
+            "converged": found.found,
+        }
+        return columns | median_bound_columns(sample, options)
+
+    def probabilities(self, sample: Sample, cells: Array, penalty: str) -> Array:
+        data = data_of(sample.levels, cells, _outcomes(sample))
+        return fit_lines(self.link, data, penalty).probability(sample.levels)
+
+
+def _outcomes(sample: Sample) -> Index | None:
+    return None if sample.by_interval else outcomes_of(OVERTURNING_OUTCOMES, sample.levels.size)
+
+
+def parameter_columns(found: Estimate, prefix: str, options: Options) -> Columns:
+    """Columns of median and dispersion with standard errors, intervals and replicates; names begin with `prefix`."""
+    columns: Columns = {}
+    lost = np.zeros(0) if found.resampled is None else _without_curve(found.resampled)
+    for name, p in (("median", 0.5), ("dispersion", None)):
+        lower, upper = found.log_interval(p, options.intervals, options.confidence)
+        value = unlogged(found.log_value(p))
+        columns |= {
+            f"{prefix}{name}": value,
+            f"{prefix}{name}_se": value * found.log_error(p),
+            f"{prefix}{name}_lower": unlogged(lower),
+            f"{prefix}{name}_upper": unlogged(upper),
+        }
+        if options.keep and found.resampled is not None:
+            columns[f"{prefix}{name}_sample"] = np.exp(np.where(lost, np.nan, found.resampled.log_values(p)))
+    if found.resampled is not None:
+        columns[f"{prefix}penalised_replicates"] = int(found.resampled.lines.penalised.sum())
+        columns[f"{prefix}failed_replicates"] = int(lost.sum())
+    return columns
+
+
+def _without_curve(fits: LineFits) -> Flags:
+    """True for replicates without a curve: no maximum, or one so flat that no float holds its median or dispersion."""
+    with np.errstate(over="ignore", under="ignore"):
+        median, dispersion = np.exp(fits.log_values(0.5)), np.exp(fits.log_values(None))
+    return ~(np.isfinite(median) & (median > 0.0) & np.isfinite(dispersion))
+
+
+def fractile_columns(found: Estimate, options: Options) -> Columns:
+    """Columns of the fractiles with their intervals, each (fraction,)."""
+    ends = [found.log_interval(p, options.intervals, options.confidence) for p in options.fractiles]
+    return {
+        "fractile": np.array([unlogged(found.log_value(p)) for p in options.fractiles]),
+        "fractile_lower": np.array([unlogged(lower) for lower, _ in ends]),
+        "fractile_upper": np.array([unlogged(upper) for _, upper in ends]),
+    }
+
+
+def median_bound_columns(sample: Sample, options: Options) -> Columns:
+    """Columns with the one-sided bound of the median where no run overturned, or all did; empty elsewhere."""
+    lower, upper = median_bound(sample, options.confidence)
+    return {} if math.isnan(lower) else {"median_lower": lower, "median_upper": upper}
+
+
+TWO_PARAMETER_FORMS = {name: TwoParameterForm(link) for name, link in LINKS.items()}

@@ -1,0 +1,189 @@
+"""Fragility with certain safety below rocking: P(overturn) = P(uplift) P(overturn | uplift), two lognormal factors.
+
+A rigid block stands still until the peak acceleration passes its threshold (`runs.thresholds`): the first factor is
+then a step, of dispersion 0, known exactly, and the second is fitted to the levels above.  Where the threshold is not
+known (an elastic zone at rest, another measure), the first factor is fitted to the uplifts, the second to the runs that
+uplifted: the likelihood of the curve is the product of those of its factors.  Fractiles of the product then have
+bootstrap intervals of the studentised estimate.
+
+References
+----------
+Kavvadias, I. E. et al. (2017), Eq. 10: a certain outcome beside a lognormal one (cited; not re-read).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...aliases import Array, Index
+from . import product
+from .bootstrap import studentised_interval
+from .form import Columns, Form, log_likelihood_of
+from .intervals import PROFILE, WALD, Ends, Estimate, Options, ResampledData, estimate, unlogged
+from .likelihood import FittedLines, data_of, fit_lines
+from .links import LINKS, LOGNORMAL
+from .states import NO_RUNS, NONE
+from .trials import FAILURE, NO_RUN, ROCKED, STATES, STOOD, SURVIVAL, TOPPLED, UPLIFT_OUTCOMES, Sample, outcomes_of
+from .two_parameter import median_bound_columns, parameter_columns
+
+LOGNORMAL_LINK = LINKS[LOGNORMAL]
+# Levels this near to a threshold are at it.
+NEAR = 1e-9
+# A level next to 0: no motion is weaker.
+LOWEST = float(np.finfo(float).tiny)
+
+
+class UpliftStep(NamedTuple):
+    """Step of uplift: its level, the levels between which it may lie, its number of parameters, and its status."""
+
+    at: float
+    lower: float
+    upper: float
+    parameters: int
+    status: str
+
+
+class UpliftForm(Form):
+    """Lognormal or a step in uplift; lognormal in the overturning of runs that uplifted."""
+
+    name = "uplift-lognormal"
+    text = "P(x) = P(uplift) Phi(ln(x/median)/dispersion), the second factor of runs that uplifted"
+
+    def fit(self, sample: Sample, options: Options, drawn: ResampledData | None) -> Columns:
+        first = _step(sample) or estimate(LOGNORMAL_LINK, sample, _uplifts(sample), options, drawn)
+        found = estimate(LOGNORMAL_LINK, sample, _outcomes(sample, first), options, drawn)
+        whole = found.found and (isinstance(first, UpliftStep) or first.found)
+        status = found.status if isinstance(first, UpliftStep) or first.found else first.status
+        if status == NO_RUNS and sample.cells.any():  # none that uplifted
+            status = NONE
+        columns: Columns = {
+            **parameter_columns(found, "", options),
+            "status": status,
+            "penalised": found.penalised,
+            "converged": whole,
+            **median_bound_columns(sample, options),
+        }
+        if isinstance(first, UpliftStep):
+            columns |= {**_step_columns(first, options), "uplift_status": first.status}
+            parameters = 2 + first.parameters
+        else:
+            columns |= {**parameter_columns(first, "uplift_", options), "uplift_status": first.status}
+            parameters = 4
+        names = ("fractile", "fractile_lower", "fractile_upper")
+        parts = [self._fractile(first, found, p, options) if whole else (math.nan,) * 3 for p in options.fractiles]
+        columns |= {name: np.array([part[i] for part in parts]) for i, name in enumerate(names)}
+        likelihood = math.nan
+        if whole:
+            curve = _product(first if isinstance(first, UpliftStep) else first.lines, found.lines, sample.levels)[0]
+            likelihood = log_likelihood_of(curve, *sample.level_counts)
+        return columns | {"log_likelihood": likelihood, "aic": 2.0 * parameters - 2.0 * likelihood}
+
+    def probabilities(self, sample: Sample, cells: Array, penalty: str) -> Array:
+        first, second = self._refit(sample, cells, penalty)
+        return _product(first, second, sample.levels)
+
+    def state_probabilities(self, sample: Sample, penalty: str) -> Array:
+        first, second = self._refit(sample, sample.cells[None], penalty)
+        found = np.zeros((sample.levels.size, STATES))
+        found[:, TOPPLED] = _product(first, second, sample.levels)[0]
+        if sample.uplift_known and isinstance(first, FittedLines):
+            lifted = first.probability(sample.levels)[0]
+            found[:, ROCKED] = lifted - found[:, TOPPLED]
+        elif sample.uplift_known and isinstance(first, UpliftStep):
+            found[:, ROCKED] = (sample.levels >= first.at) - found[:, TOPPLED]
+        found[:, STOOD] = 1.0 - found[:, TOPPLED] - found[:, ROCKED]
+        return found
+
+    @staticmethod
+    def _refit(sample: Sample, cells: Array, penalty: str) -> tuple[UpliftStep | FittedLines, FittedLines]:
+        """Fit both factors to every replicate; a step stays where it is."""
+        first = _step(sample) or fit_lines(LOGNORMAL_LINK, data_of(sample.levels, cells, _uplifts(sample)), penalty)
+        return first, fit_lines(LOGNORMAL_LINK, data_of(sample.levels, cells, _outcomes(sample, first)), penalty)
+
+    @staticmethod
+    def _fractile(
+        first: UpliftStep | Estimate, second: Estimate, p: float, options: Options
+    ) -> tuple[float, float, float]:
+        """Return a fractile of the product and its interval."""
+        if isinstance(first, UpliftStep):
+            ends = second.log_interval(p, options.intervals, options.confidence)
+            value, lower, upper = (max(unlogged(one), first.at) for one in (second.log_value(p), *ends))
+            return value, lower, upper
+        value = float(product.log_fractile(first.lines, second.lines, p)[0])
+        ends = _interval(first, second, p, value, options)
+        return unlogged(value), unlogged(ends[0]), unlogged(ends[1])
+
+
+def _interval(first: Estimate, second: Estimate, p: float, value: float, options: Options) -> Ends:
+    if PROFILE in {first.interval_kind(options.intervals), second.interval_kind(options.intervals)}:
+        return product.profile_interval(first, second, p, options.confidence)
+    error = math.sqrt(product.log_fractile_variance(first.fits, second.fits, p)[0])
+    if options.intervals == WALD:
+        z = float(LOGNORMAL_LINK.quantile(0.5 + 0.5 * options.confidence))
+        return value - z * error, value + z * error
+    assert first.resampled is not None
+    assert second.resampled is not None
+    samples = product.log_fractile(first.resampled.lines, second.resampled.lines, p)
+    errors = np.sqrt(product.log_fractile_variance(first.resampled, second.resampled, p))
+    return studentised_interval(value, error, samples, errors, options.confidence)
+
+
+def _step(sample: Sample) -> UpliftStep | None:
+    """Return the step of uplift if the threshold is known and no run contradicts it, or if the flags form a step."""
+    known = sample.threshold
+    states = sample.cells.reshape(-1, STATES)
+    still, lifted = states[:, STOOD], states[:, ROCKED:].sum(axis=1)
+    if math.isfinite(known):
+        below, above = sample.levels < known * (1.0 - NEAR), sample.levels > known * (1.0 + NEAR)
+        if not lifted[below].any() and not (sample.uplift_known and still[above].any()):
+            return UpliftStep(known, known, known, 0, "known step")
+    if not sample.uplift_known:
+        raise ValueError(
+            "form 'uplift-lognormal' needs `uplifted` where the threshold of rocking is not known (it is for rigid "
+            "rest and levels of pga or pga_normalised): add it to the outputs of the analysis"
+        )
+    if not still.any():  # no level is so low that a block stands still: the step lies anywhere below the levels
+        return UpliftStep(LOWEST, LOWEST, float(sample.levels[0]), 0, "all uplifted")
+    last, first = np.flatnonzero(still)[-1], np.flatnonzero(lifted)
+    if first.size and last < first[0]:
+        lower, upper = float(sample.levels[last]), float(sample.levels[first[0]])
+        return UpliftStep(math.sqrt(lower * upper), lower, upper, 1, "step between levels")
+    return None
+
+
+def _uplifts(sample: Sample) -> Index:
+    return outcomes_of(UPLIFT_OUTCOMES, sample.levels.size)
+
+
+def _outcomes(sample: Sample, first: UpliftStep | Estimate | FittedLines) -> Index:
+    """Return the outcome of each cell in the fit of the second factor: no run where the block did not uplift."""
+    outcomes = outcomes_of((NO_RUN if sample.uplift_known else SURVIVAL, SURVIVAL, FAILURE), sample.levels.size)
+    if isinstance(first, UpliftStep):
+        outcomes = np.where(np.repeat(sample.levels <= first.at * (1.0 + NEAR), STATES), NO_RUN, outcomes)
+    return outcomes
+
+
+def _product(first: UpliftStep | FittedLines, second: FittedLines, levels: Array) -> Array:
+    if isinstance(first, UpliftStep):
+        return np.where(levels >= first.at, second.probability(levels), 0.0)
+    return first.probability(levels) * second.probability(levels)
+
+
+def _step_columns(step: UpliftStep, options: Options) -> Columns:
+    columns: Columns = {
+        "uplift_median": step.at,
+        "uplift_median_se": 0.0 if step.lower == step.upper else math.nan,
+        "uplift_median_lower": step.lower,
+        "uplift_median_upper": step.upper,
+        "uplift_dispersion": 0.0,
+        "uplift_dispersion_se": 0.0,
+        "uplift_dispersion_lower": 0.0,
+        "uplift_dispersion_upper": 0.0,
+    }
+    if options.keep:
+        columns["uplift_median_sample"] = np.full(options.replicates, step.at)
+        columns["uplift_dispersion_sample"] = np.zeros(options.replicates)
+    return columns

@@ -1,0 +1,392 @@
+"""Hazard curves: annual rates at which the shaking at a site exceeds levels of an intensity measure.
+
+A curve holds plain values in SI and its measure.  `hazard.files` reads curves from files; `risk` convolves them with
+fragility curves.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ... import checks
+from ...aliases import Array
+from ...motions.intensity.dataset import measure_named
+from ...motions.intensity.measure import Measure
+from ...motions.readers.lines import unit_factor
+from ...units import ACCELERATION, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
+from ..runs.provenance import GROUND
+from ..runs.scaling import BLOCK_MEASURES, SCALE
+from .pieces import EXTEND, Pieces, pieces_of, segment_slopes
+
+FLOOR = "floor"
+
+# Rates between which a law is stored as points; beyond them the last piece of the curve is extended.
+HIGHEST_RATE, LOWEST_RATE = 1.0, 1e-8
+# Slopes above minus this value are negative by rounding alone.
+FLAT = 1e-9
+
+_FACTORS: dict[str, dict[str, float]] = {
+    VELOCITY: {"m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "g s": STANDARD_GRAVITY, "g-s": STANDARD_GRAVITY},
+    METRE: {"m": 1.0, "cm": 0.01, "mm": 0.001},
+    SECOND: {"s": 1.0},
+}
+
+
+@dataclass(frozen=True)
+class HazardCurve:
+    """Annual rates of exceedance over levels of an intensity measure, linear between points on a log-log plot.
+
+    Parameters
+    ----------
+    levels : sequence of float, shape (level,)
+        Levels, in the SI unit of the measure, > 0, at least two, strictly increasing.
+    rates : sequence of float, shape (level,)
+        Annual rates at which the measure exceeds each level, 1/year, > 0, never rising; with `realisations` their
+        weighted mean where not given (an empty sequence).
+    im : str or Measure
+        The measure, as `toppling.ida` names it: ``pga``, ``pgv``, ``Sa(1.0)``, …
+    source : str
+        Source of the curve.
+    realisations : sequence of sequences, shape (realisation, level), optional
+        Rates of the branches of a logic tree, or of other equally complete views of the hazard.
+    weights : sequence of float, shape (realisation,), optional
+        Weights of the realisations, > 0, of sum 1; equal where not given.
+    curvature : float
+        k2 >= 0: ln(rate) + k2 ln²(level) is linear between points instead of ln(rate).
+    fractile : float, optional
+        Fractile over epistemic uncertainty that the curve is, above 0 to below 1; a mean curve where not given.
+    at : {"ground", "floor"}
+        Place of the measure: the ground motion at the site, or the motion of the floor that blocks stand on.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Levels or rates out of order, not finite or not positive; lengths that differ; a measure that is not known, that
+        depends on the block or does not grow with the motion; weights of another sum.
+
+    Notes
+    -----
+    A rate of 0 has no logarithm: end the curve at its last positive rate.
+
+    Examples
+    --------
+    >>> hazard = HazardCurve([1.0, 2.0, 4.0], [1e-2, 2e-3, 2e-4], "pga")
+    >>> hazard.units, round(float(hazard.rate_at(2.0)), 9), round(float(hazard.level_at(1 / 475)), 3)
+    ('m s-2', 0.002, 1.956)
+    """
+
+    levels: Sequence[float]
+    rates: Sequence[float]
+    im: str | Measure
+    source: str = ""
+    realisations: Sequence[Sequence[float]] | None = field(default=None, repr=False)
+    weights: Sequence[float] | None = field(default=None, repr=False)
+    curvature: float = 0.0
+    fractile: float | None = None
+    at: str = GROUND
+
+    def __post_init__(self) -> None:
+        measure = hazard_measure(self.im)
+        levels = checks.finite_array("levels of a hazard curve", self.levels, unit=measure.units)
+        if levels.size < 2:
+            raise ValueError(f"levels of a hazard curve must be at least two, got {levels.size}")
+        if levels[0] <= 0.0 or np.any(np.diff(levels) <= 0.0):
+            at = 0 if levels[0] <= 0.0 else int(np.argmax(np.diff(levels) <= 0.0)) + 1
+            after = f" after {levels[at - 1]:g}" if at else ""
+            raise ValueError(f"levels of a hazard curve must be > 0 and strictly increasing, got {levels[at]:g}{after}")
+        curvature = checks.number("curvature", self.curvature, at_least=0.0)
+        if self.fractile is not None:
+            checks.number("fractile", self.fractile, above=0.0, below=1.0)
+        checks.choice("at", self.at, (GROUND, FLOOR))
+        if not isinstance(self.source, str):
+            raise TypeError(f"source must be a text, got {checks.kind(self.source)}")
+        rows, weights = _realisations(self.realisations, self.weights, levels.size)
+        for row in () if rows is None else rows:
+            _check_rates("rates of a realisation", row, levels, curvature)
+        given = np.asarray(self.rates)
+        rates = weights @ rows if rows is not None and weights is not None and given.size == 0 else self.rates
+        rates = checks.finite_array("rates of a hazard curve", rates, unit="1/year")
+        _check_rates("rates of a hazard curve", rates, levels, curvature)
+        values: dict[str, Any] = {
+            "levels": tuple(levels.tolist()),
+            "rates": tuple(rates.tolist()),
+            "im": measure.label,
+            "realisations": None if rows is None else tuple(tuple(row) for row in rows.tolist()),
+            "weights": None if weights is None else tuple(weights.tolist()),
+            "curvature": curvature,
+        }
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def measure(self) -> Measure:
+        """Measure of the levels."""
+        return hazard_measure(self.im)
+
+    @property
+    def units(self) -> str:
+        """Unit of the levels, SI, written the CF way."""
+        return self.measure.units
+
+    @classmethod
+    def from_points(
+        cls,
+        levels: Sequence[float],
+        rates: Sequence[float],
+        im: str | Measure,
+        units: str | None = None,
+        source: str = "",
+        **other: Any,
+    ) -> HazardCurve:
+        """A curve from points whose levels are in `units` (``g``, ``m/s2``, ``cm/s2``, ``cm/s`` …; SI where not given).
+
+        Examples
+        --------
+        >>> HazardCurve.from_points([0.1, 1.0], [1e-2, 1e-5], "Sa(1.0)", "g").levels[0]
+        0.980665
+        """
+        factor = unit_to_si(units, im)
+        values = checks.finite_array("levels of a hazard curve", levels, unit=units or "SI")
+        with np.errstate(over="ignore"):
+            return cls((values * factor).tolist(), rates, im, source, **other)
+
+    @classmethod
+    def power_law(
+        cls, k0: float, k: float, im: str | Measure, units: str | None = None, source: str = "power law"
+    ) -> HazardCurve:
+        """Return the curve H(x) = k0 x**-k, with x in `units` (SI where not given); k0 1/year, > 0; k from 0.1 to 100.
+
+        The curve is stored as two points, at rates of 1 and 1e-8 a year, and continues beyond them where tails are
+        extended.
+
+        References
+        ----------
+        Cornell, C. A., Jalayer, F., Hamburger, R. O. and Foutch, D. A. (2002). Probabilistic basis for 2000 SAC Federal
+        Emergency Management Agency steel moment frame guidelines. Journal of Structural Engineering 128(4), 526-533.
+
+        Examples
+        --------
+        >>> hazard = HazardCurve.power_law(1e-4, 2.5, "pga", units="g")
+        >>> round(float(hazard.rate_at(9.80665)), 10)
+        0.0001
+        """
+        scale = checks.number("k0", k0, above=0.0, unit="1/year")
+        slope = checks.number("k", k, at_least=0.1, at_most=100.0)
+        rates = (HIGHEST_RATE, LOWEST_RATE)
+        with np.errstate(over="ignore", under="ignore"):
+            levels = (scale / np.array(rates)) ** (1.0 / slope)
+        if not np.all(np.isfinite(levels) & (levels > 0.0)):
+            raise ValueError(f"k0 = {scale:g} per year with k = {slope:g} puts no level at rates of 1 and 1e-8 a year")
+        return cls.from_points(levels.tolist(), rates, im, units, source)
+
+    @classmethod
+    def log_quadratic(
+        cls,
+        k0: float,
+        k1: float,
+        k2: float,
+        im: str | Measure,
+        units: str | None = None,
+        source: str = "second-order law",
+    ) -> HazardCurve:
+        """Return the curve H(x) = k0 exp(-k2 ln²x - k1 ln x), x in `units` (SI if None); k0 1/year, k0 and k2 > 0.
+
+        The curve is stored as two points and its curvature.  Left of its summit, at ln x = -k1/(2 k2), where the
+        formula would fall towards small levels, the rate is constant: no hazard curve rises.
+
+        References
+        ----------
+        Vamvatsikos, D. (2013). Derivation of new SAC/FEMA performance evaluation solutions with second-order hazard
+        approximation. Earthquake Engineering & Structural Dynamics 42(8), 1171-1188.
+
+        Examples
+        --------
+        >>> hazard = HazardCurve.log_quadratic(1e-4, 2.0, 0.2, "pga", units="g")
+        >>> round(float(hazard.rate_at(9.80665)), 10)
+        0.0001
+        """
+        scale = checks.number("k0", k0, above=0.0, unit="1/year")
+        slope = checks.number("k1", k1)
+        bend = checks.number("k2", k2, above=0.0)
+        summit = np.log(scale) + 0.25 * slope**2 / bend
+        # a little below the summit, where the slope is 0
+        first = min(np.log(HIGHEST_RATE), summit - 1e-3)
+        last = min(np.log(LOWEST_RATE), first - 10.0)
+        at = np.array([first, last])
+        drop = np.log(scale) - at
+        root = np.sqrt(slope**2 + 4.0 * bend * drop)
+        # of two forms of the greater solution, the one whose terms do not cancel
+        logs = 2.0 * drop / (slope + root) if slope > 0.0 else (root - slope) / (2.0 * bend)
+        with np.errstate(over="ignore"):
+            levels = np.exp(logs)
+        if not np.all(np.isfinite(levels) & (levels > 0.0)):
+            raise ValueError(f"k0 = {scale:g}, k1 = {slope:g}, k2 = {bend:g} put the rates at levels of no shaking")
+        return cls.from_points(levels.tolist(), np.exp(at).tolist(), im, units, source, curvature=bend)
+
+    @classmethod
+    def from_realisations(
+        cls, curves: Iterable[HazardCurve], weights: Sequence[float] | None = None, source: str = ""
+    ) -> HazardCurve:
+        """One curve from the branches of a logic tree, at their common levels; its rates are their mean.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Something other than hazard curves, or fewer than two; different measures; fewer than two common levels;
+            weights as in the class.
+        """
+        branches = list(curves)
+        for one in branches:
+            if not isinstance(one, HazardCurve):
+                raise TypeError(f"curves must be hazard curves, got {checks.kind(one)}")
+        if len(branches) < 2:
+            raise ValueError(f"curves must be at least two realisations, got {len(branches)}")
+        for name in ("im", "at", "curvature"):
+            values = list(dict.fromkeys(getattr(one, name) for one in branches))
+            if len(values) > 1:
+                raise ValueError(f"realisations must have one {name}, got {values[0]!r} and {values[1]!r}")
+        common = [level for level in branches[0].levels if all(level in one.levels for one in branches)]
+        if len(common) < 2:
+            raise ValueError(f"realisations must have at least two levels in common, got {len(common)}")
+        rows = [[one.rates[one.levels.index(level)] for level in common] for one in branches]
+        first = branches[0]
+        text = source or f"{len(branches)} realisations: {first.source}, …"
+        return cls(common, (), first.im, text, rows, weights, first.curvature, None, first.at)
+
+    def rate_at(self, levels: Any, below: str = EXTEND, above: str = EXTEND) -> Array:
+        """Annual rate of exceedance at `levels` (SI, any shape), 1/year; rules beyond its points as `annual_rate`."""
+        x = np.asarray(levels, dtype=np.float64)
+        if not np.all(x > 0.0):
+            raise ValueError(f"levels must be > 0, got {np.min(x):g}")
+        return self.pieces(below, above)[0].rate(np.log(x))
+
+    def resampled(self, levels: Any) -> HazardCurve:
+        """Return the mean curve as points at other `levels` (SI, increasing), linear between them, without curvature.
+
+        Examples
+        --------
+        >>> hazard = HazardCurve.log_quadratic(1e-4, 2.0, 0.2, "pga")
+        >>> points = hazard.resampled(np.geomspace(0.1, 10.0, 50))
+        >>> points.curvature, round(float(points.rate_at(1.0) / hazard.rate_at(1.0)), 3)
+        (0.0, 1.0)
+        """
+        axis = checks.finite_array("levels", levels, unit=self.units)
+        rates = self.rate_at(axis).tolist()
+        return HazardCurve(axis.tolist(), rates, self.im, self.source, fractile=self.fractile, at=self.at)
+
+    def pieces(self, below: str = EXTEND, above: str = EXTEND) -> list[Pieces]:
+        """Return the curve as pieces over all intensities, followed by each of its realisations."""
+        log_levels = np.log(self.levels)
+        rows = [self.rates, *(self.realisations or ())]
+        return [pieces_of(log_levels, np.log(row), self.curvature, below, above) for row in rows]
+
+    def level_at(self, rate: Any) -> Array:
+        """Level exceeded at an annual rate (any shape, 1/year), SI; ValueError outside the curve's own rates."""
+        wanted = np.asarray(rate, dtype=np.float64)
+        low, high = self.rates[-1], self.rates[0]
+        if not np.all((wanted >= low * (1.0 - 1e-12)) & (wanted <= high * (1.0 + 1e-12))):
+            shown = wanted.reshape(-1)[0] if wanted.size == 1 else f"{wanted.min():g} to {wanted.max():g}"
+            raise ValueError(f"rate must lie within the curve's, {low:g} to {high:g} per year, got {shown}")
+        log_levels, log_rates = np.log(self.levels), np.log(self.rates)
+        target = np.log(wanted)
+        at = np.clip(np.searchsorted(-log_rates, -target, side="right") - 1, 0, log_rates.size - 2)
+        slopes = segment_slopes(log_levels, log_rates, self.curvature)[at]
+        drop = np.maximum(log_rates[at] - target, 0.0)
+        # slope d + curvature d² = drop, solved in the form that stays accurate for a small curvature
+        root = slopes + np.sqrt(slopes**2 + 4.0 * self.curvature * drop)
+        distance = np.divide(2.0 * drop, root, out=np.zeros_like(root), where=root > 0.0)
+        return np.asarray(np.exp(log_levels[at] + distance))
+
+    def describe(self) -> dict[str, Any]:
+        """Return the curve as plain values for the attributes of a dataset."""
+        found: dict[str, Any] = {
+            "im": self.im,
+            "units": self.units,
+            "at": self.at,
+            "source": self.source,
+            "levels": list(self.levels),
+            "rates": list(self.rates),
+        }
+        if self.curvature:
+            found["curvature"] = self.curvature
+        if self.fractile is not None:
+            found["fractile"] = self.fractile
+        if self.weights is not None:
+            found["weights"] = list(self.weights)
+        if self.realisations is not None:
+            found["realisations"] = [list(row) for row in self.realisations]
+        return found
+
+
+def hazard_measure(im: str | Measure) -> Measure:
+    """Return the measure of a hazard curve; ValueError for block measures, plain factors and durations."""
+    if isinstance(im, str) and (im in BLOCK_MEASURES or im == SCALE):
+        base = f": give the hazard of {BLOCK_MEASURES[im].measure.label}" if im in BLOCK_MEASURES else ""
+        raise ValueError(f"im of a hazard curve must be a measure of the motion alone, got {im!r}{base}")
+    measure = measure_named(im, "im of a hazard curve")
+    if measure.power == 0.0:
+        raise ValueError(f"im of a hazard curve must grow with the motion, got {measure.label!r}")
+    return measure
+
+
+def unit_to_si(units: str | None, im: str | Measure) -> float:
+    """Return the SI value of a unit of a measure, as people write units; ValueError for a unit of another measure."""
+    measure = hazard_measure(im)
+    if units is None:
+        return 1.0
+    if not isinstance(units, str):
+        raise TypeError(f"units must be a text, got {checks.kind(units)}")
+    factor: float | None
+    if measure.units == ACCELERATION:
+        factor, allowed = unit_factor(units), "g, gal, cm/s2, m/s2"
+    else:
+        known = _FACTORS[measure.units]
+        text = re.sub(r"\s+", " ", units.strip().lower().replace("sec", "s").replace("*", " ").replace("·", " "))
+        text = re.sub(r"^([cm]?m) s ?\^?-1$", r"\1/s", text)
+        factor, allowed = known.get(text), ", ".join(known)
+    if factor is None:
+        raise ValueError(f"units of {measure.label} must be one of {allowed}, got {units[:40]!r}")
+    return factor
+
+
+def _check_rates(what: str, rates: Array, levels: Array, curvature: float) -> None:
+    """Raise ValueError where rates are not positive or rise anywhere."""
+    if rates.size != levels.size:
+        raise ValueError(f"{what} must be one a level, got {rates.size} for {levels.size} levels")
+    if not np.all(rates > 0.0):
+        at = int(np.argmin(rates > 0.0))
+        raise ValueError(f"{what} must be > 0 per year, got {rates[at]:g} at a level of {levels[at]:g}: leave it out")
+    rising = np.diff(rates) > 0.0
+    if rising.any():
+        at = int(np.argmax(rising))
+        raise ValueError(
+            f"{what} must never rise, got {rates[at]:g} per year at {levels[at]:g} and {rates[at + 1]:g} at "
+            f"{levels[at + 1]:g}"
+        )
+    slopes = segment_slopes(np.log(levels), np.log(rates), curvature)
+    if np.any(slopes < -FLAT):
+        at = int(np.argmin(slopes))
+        raise ValueError(f"{what} would rise from {levels[at]:g} on with a curvature of {curvature:g}")
+
+
+def _realisations(realisations: Any, weights: Sequence[float] | None, levels: int) -> tuple[Array | None, Array | None]:
+    if realisations is None:
+        if weights is not None:
+            raise ValueError("weights belong to realisations, got no realisations")
+        return None, None
+    rows = checks.finite_array("realisations", realisations, ndim=(2,), unit="1/year")
+    if rows.shape[1] != levels:
+        raise ValueError(f"realisations must have one rate a level, got {rows.shape[1]} for {levels} levels")
+    if weights is None:
+        return rows, np.full(rows.shape[0], 1.0 / rows.shape[0])
+    values = checks.finite_array("weights", weights)
+    if values.size != rows.shape[0]:
+        raise ValueError(f"weights must be one a realisation, got {values.size} for {rows.shape[0]} realisations")
+    if np.any(values <= 0.0) or abs(values.sum() - 1.0) > 1e-6:
+        raise ValueError(f"weights must be > 0 and of sum 1, got a sum of {values.sum():g}, least {values.min():g}")
+    return rows, values / values.sum()

@@ -1,0 +1,124 @@
+"""Hazard curves from files: a plain table, OpenQuake's CSV, and the CSV and JSON of the US Geological Survey.
+
+Every reader returns a `HazardCurve`.  No reader guesses a measure, a unit or a time that the file does not state, other
+than the units that the two programs always use.
+"""
+
+from __future__ import annotations
+
+import os
+
+from ... import checks
+from ...motions.intensity.measure import Measure
+from ...motions.readers.lines import Lines, RecordError
+from .curve import HazardCurve
+from .formats import Site, read_nshmp, read_openquake, read_plain, read_services
+from .reading import MOST_LEVELS, HazardError, measure_label, row_words
+
+
+def read_hazard(
+    path: str | os.PathLike[str],
+    im: str | Measure | None = None,
+    site: Site = None,
+    *,
+    units: str | None = None,
+    years: float | None = None,
+    component: str = "Total",
+) -> HazardCurve:
+    r"""Read a hazard curve from a file, whose format is detected.
+
+    Parameters
+    ----------
+    path : path
+        One of the files below.
+    im : str or Measure, optional
+        The measure: selects one where the file holds several, names it where the file does not, and else must agree
+        with the file.
+    site : int, str or (longitude, latitude), optional
+        Site in a file that holds several: its number from 0, its name, or its place in degrees (within 0.01).
+    units : str, optional
+        Unit of the levels (``g``, ``cm/s`` …), only where a file does not state it.
+    years : float, optional
+        Time in years of which the values are probabilities, only where a file does not state it.
+    component : str
+        Component of a USGS JSON response.
+
+    Returns
+    -------
+    HazardCurve
+        In SI.  Levels at the top whose rate is 0, and at the bottom whose probability is 1 (an infinite rate), cannot
+        be drawn on a log-log plot: they are left out, and `source` states how many.
+
+    Raises
+    ------
+    HazardError
+        A file that cannot be read, of no known format, with several sites or measures and no choice; rates that rise,
+        values that are no numbers, a unit, a measure or a time that is missing, not known or stated twice.
+
+    Notes
+    -----
+    - **Plain table** (CSV; comma, semicolon or tab): the first line that is not blank and no comment (#) names the
+      columns: the measure with its unit, then ``rate (1/yr)``, ``probability in 50 yr`` or ``return period (yr)``.
+      Several columns of rates are realisations, each with its weight in its name: ``rate (1/yr) weight 0.3``.
+    - **OpenQuake engine**, ``hazard_curve-….csv`` and ``quantile_curve-….csv`` of `oq export`: a comment with
+      ``investigation_time`` and ``imt`` (two layouts of it are in use), then ``lon,lat,depth,poe-0.005,…``, one site a
+      row.  Accelerations in g, PGV in cm/s, PGD in cm, Arias intensity in m/s, CAV in g s.
+    - **nshmp-haz** (USGS), ``curves.csv`` and ``total.csv``: ``name,lon,lat,0.001,…`` (the name may be missing), annual
+      rates; the measure is that of the folder (``PGA``, ``SA1P0``) where `im` is not given.  With the program's other
+      value format, Poisson probabilities, the file looks the same: give `years`.  Accelerations in g, PGV in cm/s.
+    - **USGS web services**, JSON: of the Unified Hazard Tool (``response`` is a list, with xvalues and yvalues) and of
+      the later services (``response.hazardCurves``, with xs and ys).
+
+    Probabilities p in T years are rates -ln(1 - p)/T, as of a Poisson process.  OpenQuake's and nshmp-haz' layouts are
+    those of the expected outputs in their public repositories, the JSON that of the services' published code and of
+    programs that read it.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "site.csv")
+    ...     _ = path.write_text("pga (g),rate (1/yr)\n0.1,1e-2\n0.4,1e-3\n")
+    ...     hazard = read_hazard(path)
+    >>> hazard.im, hazard.rates, hazard.source
+    ('pga', (0.01, 0.001), 'site.csv, table')
+    """
+    wanted = None if im is None else measure_label(im)
+    time = None if years is None else checks.number("years", years, above=0.0, unit="years")
+    try:
+        with Lines(path) as lines:
+            first = next((line for line in lines.head if line.strip()), "")
+            if first.lstrip().startswith(("{", "[")):
+                if units is not None or time is not None:
+                    raise HazardError(f"{lines.file}: USGS services state units and rates, so neither may be given")
+                return read_services(lines, wanted, component)
+            return _table(lines, wanted, site, units, time)
+    except RecordError as error:
+        message = str(error).replace("no record is", "no hazard file is").replace("not a record", "not a hazard file")
+        raise HazardError(message) from None
+
+
+def _table(lines: Lines, im: str | None, site: Site, units: str | None, years: float | None) -> HazardCurve:
+    """Read any of the three kinds of CSV, told apart by the line that names the columns."""
+    comments: list[str] = []
+    for line in lines:
+        text = line.strip()
+        if text.startswith("#"):
+            comments.append(text)
+        elif text:
+            break
+    else:
+        raise HazardError(f"{lines.file}: holds no line that names its columns")
+    separator = next((one for one in (";", "\t") if one in text), ",")
+    names = row_words(lines, text, separator)
+    if len(names) > MOST_LEVELS:
+        raise HazardError(f"{lines.file}: line {lines.number} has {len(names)} columns, at most {MOST_LEVELS} are read")
+    lowered = [{"longitude": "lon", "latitude": "lat"}.get(name.lower(), name.lower()) for name in names]
+    if any(name.startswith("poe-") for name in lowered):
+        return read_openquake(lines, " ".join(comments), lowered, im, site, units, years)
+    if "lon" in lowered and "lat" in lowered:
+        return read_nshmp(lines, lowered, im, site, units, years)
+    if site is not None:
+        raise HazardError(f"{lines.file}: is a table of one site, so site must not be given, got {site!r:.40}")
+    return read_plain(lines, names, separator, im, units, years)

@@ -1,0 +1,333 @@
+"""Formats of hazard files: plain tables and the files of other programs.
+
+Plain tables that name their measure, units and times in the heading; the CSV of OpenQuake and of nshmp-haz, with a row
+for each site and a column for each level; and the JSON of the web services of the US Geological Survey.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ... import checks
+from ...aliases import Array
+from ...motions.readers.lines import Lines, plain
+from .curve import HazardCurve
+from .reading import (
+    MOST_LEVELS,
+    HazardError,
+    Quantity,
+    agreed_measure,
+    curve_of,
+    measure_label,
+    program_measure,
+    program_unit,
+    rate_of_word,
+    row_words,
+)
+
+Site = int | str | tuple[float, float] | None
+"""A site of a file: its number, its name, or its longitude and latitude; None where the file has only one."""
+
+# A site given by longitude and latitude is found within so many degrees.
+NEAR = 0.01
+
+_YEARS = re.compile(r"(\d{1,9}(?:\.\d{0,9})?)\s?-?\s?(?:years?|yrs?|y|a)(?![a-z])")
+_PER_YEAR = ("1/yr", "1/year", "1/a", "/yr", "/year", "yr-1", "year-1", "a-1", "peryear", "peryr", "yr^-1", "year^-1")
+_WEIGHT = re.compile(r"weight\s{0,9}[=:]?\s{0,9}([\d.]{1,20}(?:e-?\d{1,3})?)")
+_BRACKETS = re.compile(r"(?P<name>.{1,200}?)\s*[\[(](?P<unit>[^()\[\]]{1,40})[\])]\s*")
+
+
+def read_plain(
+    lines: Lines, names: list[str], separator: str, im: str | None, units: str | None, years: float | None
+) -> HazardCurve:
+    """Read the rows of a plain table below its heading `names`: levels, and one or several columns of rates."""
+    label, stated = _measure_and_unit(lines, names[0])
+    label = agreed_measure(lines, label, im)
+    if (stated is None) == (units is None):
+        given = "names no unit of its levels: give units", "states its unit, so units must not be given"
+        problem = given[stated is not None]
+        raise HazardError(f"{lines.file}: line {lines.number} {problem}")
+    if len(names) < 2:
+        raise HazardError(f"{lines.file}: line {lines.number} must name levels and rates, got {names[0][:40]!r} alone")
+    kinds = [_column_quantity(lines, name, years) for name in names[1:]]
+    weights = [weight for _, weight in kinds]
+    if len(kinds) > 1 and None in weights:
+        name = names[1 + weights.index(None)][:40]
+        raise HazardError(
+            f"{lines.file}: line {lines.number} names {len(kinds)} columns of rates: realisations need a weight each, "
+            f"as 'rate (1/yr) weight 0.3', got {name!r}"
+        )
+    table: list[list[float]] = []
+    for line in lines:
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        words = _row_under(names, lines, line, separator)
+        level = lines.value(words[0], names[0][:40])
+        rates = [
+            rate_of_word(lines, word, name, quantity)
+            for word, name, (quantity, _) in zip(words[1:], names[1:], kinds, strict=True)
+        ]
+        table.append([level, *rates])
+        if len(table) > MOST_LEVELS:
+            raise HazardError(f"{lines.file}: line {lines.number} is beyond {MOST_LEVELS} levels, no hazard curve is")
+    values = np.array(table).reshape(-1, len(names)).T
+    shares = None if len(kinds) == 1 else [float(weight) for weight in weights if weight is not None]
+    return curve_of(lines.file, label, units if stated is None else stated, values[0], values[1:], shares)
+
+
+def _row_under(names: list[str], lines: Lines, line: str, separator: str) -> list[str]:
+    """Return the words of a row, one for each name of the heading; HazardError for another number of words."""
+    words = row_words(lines, line, separator)
+    if len(words) != len(names):
+        raise HazardError(f"{lines.file}: line {lines.number} has {len(words)} columns, its heading {len(names)}")
+    return words
+
+
+def _measure_and_unit(lines: Lines, text: str) -> tuple[str | None, str | None]:
+    """Return the measure and the unit of the first column; None for a missing unit."""
+    match = _BRACKETS.fullmatch(text)
+    for name, unit in ((text, None), *([(match["name"], match["unit"])] if match else [])):
+        try:
+            return measure_label(name), unit
+        except ValueError:
+            continue
+    raise HazardError(
+        f"{lines.file}: line {lines.number} must name the measure with its unit, as 'pga (g)' or 'Sa(1.0) (m/s2)', got "
+        f"{text[:40]!r}"
+    )
+
+
+def _column_quantity(lines: Lines, name: str, years: float | None) -> tuple[Quantity, float | None]:
+    """Return the quantity of a column, and its weight where the column is a realisation."""
+    where = f"{lines.file}: line {lines.number}"
+    text = name.lower()
+    weight = None
+    if (found := _WEIGHT.search(text)) is not None:
+        weight = lines.value(found[1], f"the weight in {name[:40]!r}", above=0.0)
+        text = text.replace(found[0], "")
+    probability = re.search(r"(?<![a-z])(?:probability|poe|apoe)(?![a-z])", text) is not None
+    if years is not None and not probability:
+        raise HazardError(f"{where} names no probability, so years must not be given, got {name[:40]!r}")
+    if "return period" in text:
+        return Quantity("return period"), weight
+    if probability:
+        match = _YEARS.search(text)
+        annual = 1.0 if re.search(r"annual|(?<![a-z])apoe", text) else None
+        own = float(match[1]) if match else annual
+        if own is None and years is None:
+            raise HazardError(f"{where} names a probability but not in how many years: give years, got {name[:40]!r}")
+        if own is not None and years is not None:
+            raise HazardError(f"{where} names the years of a probability, so years must not be given: {name[:40]!r}")
+        time = years if own is None else own
+        if not time:
+            raise HazardError(f"{where} names a probability in 0 years, got {name[:40]!r}")
+        return Quantity("probability", time), weight
+    if re.search(r"(?<![a-z])(?:rate|rates|frequency|afe|mafe)(?![a-z])", text):
+        match = _BRACKETS.fullmatch(text.strip())
+        if match and match["unit"].replace(" ", "") not in _PER_YEAR:
+            raise HazardError(f"{where} must give rates in 1/yr, got {name[:40]!r}")
+        return Quantity("rate"), weight
+    raise HazardError(
+        f"{where} must name 'rate (1/yr)', 'probability in 50 yr' or 'return period (yr)', got {name[:40]!r}"
+    )
+
+
+class _SiteRow(NamedTuple):
+    """Row of a site in a file with several: its line, name, longitude and latitude, and the words of its rates."""
+
+    line: int
+    name: str
+    longitude: float
+    latitude: float
+    words: list[str]
+
+
+def read_openquake(
+    lines: Lines,
+    comment: str,
+    names: list[str],
+    im: str | None,
+    site: Site,
+    units: str | None,
+    years: float | None,
+) -> HazardCurve:
+    """Read one site of an OpenQuake export of hazard curves; its comment and column names have been read."""
+    stated = re.search(r"imt=['\"]{1,2}([^'\"]{1,60})['\"]", comment)
+    label = agreed_measure(lines, None if stated is None else program_measure(lines, stated[1]), im)
+    time = re.search(r"investigation_time=['\"]?([^,'\"\s]{1,40})", comment)
+    if (time is None) == (years is None):
+        problems = "states no investigation_time: give years", "states its time, so years must not be given"
+        raise HazardError(f"{lines.file}: {problems[time is not None]}")
+    above = max(lines.number - 1, 1)
+    period = years if time is None else lines.value(time[1], "investigation_time", above=0.0, at=above)
+    assert period is not None
+    if units is not None:
+        raise HazardError(f"{lines.file}: OpenQuake's units are known, so units must not be given, got {units!r:.40}")
+    # older engines begin the comment with the kind
+    kind = re.search(r"kind=['\"]{1,2}([\w.-]{1,40})", comment) or re.match(
+        r"#\s{0,9}([a-z]{1,20}[\d.-]{0,20}),", comment
+    )
+    name = kind[1].lower() if kind else ""
+    if name.startswith("std"):
+        raise HazardError(f"{lines.file}: holds standard deviations of a hazard curve (kind {name!r}), not a curve")
+    quantile = re.fullmatch(r"quantile-(0?\.\d{1,9})", name)
+    heading = lines.number
+    columns = [at for at, one in enumerate(names) if one.startswith("poe-")]
+    levels = [lines.value(names[at][4:], "a level", at=heading) for at in columns]
+    row = _selected_site(lines, _sites(lines, names, columns), site)
+    rates = [rate_of_word(lines, word, "poe", Quantity("probability", period), row.line) for word in row.words]
+    fractile = float(quantile[1]) if quantile and 0.0 < float(quantile[1]) < 1.0 else None
+    text = f"OpenQuake{f' {name}' if name else ''}, {_site_text(row)}"
+    return curve_of(lines.file, label, program_unit(label), levels, [rates], None, text, fractile)
+
+
+def read_nshmp(
+    lines: Lines, names: list[str], im: str | None, site: Site, units: str | None, years: float | None
+) -> HazardCurve:
+    """Read one site of nshmp-haz' curves.csv or total.csv; its column names have been read."""
+    try:
+        folder = program_measure(lines, lines.file.resolve().parent.name)
+    except HazardError:
+        folder = None
+    label = agreed_measure(lines, im or folder, None)
+    heading = lines.number
+    columns = [at for at, one in enumerate(names) if re.fullmatch(r"[\d.][\d.eE+-]{0,30}", one)]
+    other = [one for at, one in enumerate(names) if at not in columns and one not in ("name", "lon", "lat", "vs30")]
+    if other or len(columns) < 2:
+        problem = f"got a column {other[0][:40]!r}" if other else f"got {len(columns)} levels"
+        raise HazardError(f"{lines.file}: line {heading} must name name, lon, lat and at least two levels, {problem}")
+    levels = [lines.value(names[at], "a level", at=heading) for at in columns]
+    row = _selected_site(lines, _sites(lines, names, columns), site)
+    quantity = Quantity("rate") if years is None else Quantity("probability", years)
+    rates = [rate_of_word(lines, word, quantity.kind, quantity, row.line) for word in row.words]
+    return curve_of(
+        lines.file, label, units or program_unit(label), levels, [rates], None, f"nshmp-haz, {_site_text(row)}"
+    )
+
+
+def _sites(lines: Lines, names: list[str], columns: list[int]) -> Iterator[_SiteRow]:
+    """Yield the sites row by row; only the rates of the selected site are read as numbers."""
+    if not {"lon", "lat"} <= set(names):
+        raise HazardError(f"{lines.file}: line {lines.number} must name lon and lat, got {names[0][:40]!r}, …")
+    longitude, latitude = names.index("lon"), names.index("lat")
+    title = names.index("name") if "name" in names else None
+    for line in lines:
+        if not line.strip() or line.startswith("#"):
+            continue
+        words = _row_under(names, lines, line, ",")
+        place = [lines.value(words[at], what) for at, what in ((longitude, "a longitude"), (latitude, "a latitude"))]
+        name = "" if title is None else words[title]
+        yield _SiteRow(lines.number, name, place[0], place[1], [words[at] for at in columns])
+
+
+def _selected_site(lines: Lines, rows: Iterator[_SiteRow], site: Site) -> _SiteRow:
+    """Return the only site or the selected one; HazardError if it is missing, or several sites leave a choice."""
+    if site is None:
+        first = next(rows, None)
+        if first is None:
+            raise HazardError(f"{lines.file}: holds no site")
+        others = sum(1 for _ in rows)
+        if others:
+            raise HazardError(f"{lines.file}: holds {others + 1} sites: give site, a number, a name or (lon, lat)")
+        return first
+    if isinstance(site, str):
+        named = [row for row in rows if row.name == site]
+        if len(named) != 1:
+            raise HazardError(f"{lines.file}: holds {len(named) or 'no'} sites of the name {site!r:.40}")
+        return named[0]
+    if isinstance(site, tuple | list) and len(site) == 2:
+        longitude, latitude = (checks.number("site", one, unit="degrees") for one in site)
+        nearest, distance = None, math.inf
+        for row in rows:
+            turn = abs((row.longitude - longitude + 180.0) % 360.0 - 180.0)
+            apart = max(turn, abs(row.latitude - latitude))
+            if apart < distance:
+                nearest, distance = row, apart
+        if nearest is None or distance > NEAR:
+            there = "none" if nearest is None else f"the nearest is {_site_text(nearest)}"
+            raise HazardError(
+                f"{lines.file}: holds no site within {NEAR} degrees of ({longitude:g}, {latitude:g}); {there}"
+            )
+        return nearest
+    index = checks.count("site", site)
+    count = 0
+    for row in rows:
+        if count == index:
+            return row
+        count += 1
+    raise HazardError(f"{lines.file}: holds {count} sites, numbered from 0, got site {index}")
+
+
+def _site_text(row: _SiteRow) -> str:
+    return f"{f'{row.name}, ' if row.name else ''}lon {row.longitude:g}, lat {row.latitude:g}"
+
+
+def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
+    """Read a JSON response of the Unified Hazard Tool, or of the later services."""
+    file = lines.file
+    try:
+        data = json.loads("\n".join(lines))
+    except (ValueError, RecursionError) as error:
+        where = f"line {error.lineno}: {error.msg}" if isinstance(error, json.JSONDecodeError) else type(error).__name__
+        raise HazardError(f"{file}: is no valid JSON ({where})") from None
+    status = data.get("status") if isinstance(data, dict) else None
+    if isinstance(status, str) and status.lower() not in {"success", "ok"}:
+        raise HazardError(f"{file}: is a response of status {plain(status)!r}, not of success")
+    response = _member(file, data, "response")
+    old = isinstance(response, list)
+    entries = response if old else _member(file, response, "hazardCurves")
+    if not isinstance(entries, list) or not entries:
+        raise HazardError(f"{file}: response must be a list of hazard curves, got {_shown(entries)}")
+    found: dict[str, Any] = {}
+    for entry in entries:
+        imt = _member(file, _member(file, entry, "metadata") if old else entry, "imt")
+        text = imt.get("value") if isinstance(imt, dict) else imt
+        found[program_measure(lines, text if isinstance(text, str) else _shown(text))] = entry
+    if im is None and len(found) > 1:
+        raise HazardError(f"{file}: holds curves of {', '.join(found)}: give im")
+    label = im or next(iter(found))
+    if label not in found:
+        raise HazardError(f"{file}: holds no curve of {label}, only of {', '.join(found)}")
+    curves = _member(file, found[label], "data")
+    if not isinstance(curves, list):
+        raise HazardError(f"{file}: data must be a list, got {_shown(curves)}")
+    named = {str(_member(file, one, "component")): one for one in curves}
+    if component not in named:
+        raise HazardError(f"{file}: holds no component {component!r:.40}, only {plain(', '.join(named)) or 'none'}")
+    if old:
+        levels = _member(file, _member(file, found[label], "metadata"), "xvalues")
+        rates = _member(file, named[component], "yvalues")
+    else:
+        values = _member(file, named[component], "values")
+        levels, rates = _member(file, values, "xs"), _member(file, values, "ys")
+    x, y = (_numbers(file, name, one) for name, one in (("levels", levels), ("rates", rates)))
+    if x.size != y.size:
+        raise HazardError(f"{file}: {label} must have one rate a level, got {y.size} for {x.size} levels")
+    return curve_of(file, label, program_unit(label), x, [y], None, f"USGS, {plain(component)}")
+
+
+def _member(file: Path, holder: Any, key: str) -> Any:
+    if not isinstance(holder, dict) or key not in holder:
+        raise HazardError(f"{file}: is no response of a USGS hazard service: {key!r} is missing in {_shown(holder)}")
+    return holder[key]
+
+
+def _numbers(file: Path, what: str, values: Any) -> Array:
+    if not isinstance(values, list) or len(values) > MOST_LEVELS:
+        raise HazardError(f"{file}: {what} must be a list of numbers, got {_shown(values)}")
+    for value in values:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300 or value < 0.0:
+            raise HazardError(f"{file}: {what} must be finite numbers >= 0, got {_shown(value)}")
+    return np.array(values, dtype=np.float64)
+
+
+def _shown(value: Any) -> str:
+    text = repr(value) if isinstance(value, str | int | float | bool | None) else f"a {type(value).__name__}"
+    return text if len(text) <= 40 else f"{text[:37]}..."

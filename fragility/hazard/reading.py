@@ -1,0 +1,133 @@
+"""Common parts of the readers of hazard files: their error, other programs' names of measures and units, and rates.
+
+No file format is known here.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...aliases import Array
+from ...motions.intensity.measure import Measure
+from ...motions.readers.lines import Lines, plain
+from ...units import ACCELERATION
+from .curve import HazardCurve, hazard_measure, unit_to_si
+
+MOST_LEVELS = 10_000
+# Measures of other programs by their own names, and the units that OpenQuake and USGS use for them.
+_NAMES = {"PGA": "pga", "PGV": "pgv", "PGD": "pgd", "IA": "arias", "CAV": "cav"}
+_PROGRAM_UNITS = {"pgv": "cm/s", "pgd": "cm", "arias": "m/s", "cav": "g s"}
+
+
+class HazardError(ValueError):
+    """A hazard file that cannot be read as what it claims to be; the message names the file, the line and the value."""
+
+
+class Quantity(NamedTuple):
+    """Quantity of a file's numbers: a "rate" (1/year), a "return period" (years), or a "probability" in `years`."""
+
+    kind: str
+    years: float = 0.0
+
+
+def row_words(lines: Lines, line: str, separator: str) -> list[str]:
+    """Return the words of a row of a table."""
+    try:
+        found = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    except csv.Error as error:
+        raise HazardError(f"{lines.file}: line {lines.number} is no row of a table ({error})") from None
+    return [word.strip() for word in found]
+
+
+def rate_of_word(lines: Lines, word: str, name: str, quantity: Quantity, at: int | None = None) -> float:
+    """Return a number of the line read last (or of line `at`) as an annual rate; infinite for a probability of 1."""
+    what = repr(name[:40])
+    if quantity.kind == "return period":
+        return 1.0 / lines.value(word, what, above=0.0, at=at)
+    value = lines.value(word, what, at=at)
+    possible = quantity.kind == "probability"
+    if value < 0.0 or (possible and value > 1.0):
+        allowed = "between 0 and 1" if possible else ">= 0"
+        raise HazardError(f"{lines.file}: line {at or lines.number} gives {what} as {word[:30]!r}, must be {allowed}")
+    if not possible:
+        return value
+    return math.inf if value == 1.0 else -math.log1p(-value) / quantity.years
+
+
+def curve_of(
+    file: Path,
+    im: str,
+    units: str | None,
+    levels: Sequence[float] | Array,
+    rates: Sequence[Sequence[float] | Array] | Array,
+    weights: Sequence[float] | None,
+    text: str = "table",
+    fractile: float | None = None,
+) -> HazardCurve:
+    """Return a curve of the points that fit on a log-log plot; its source states what was left out."""
+    x, rows = np.asarray(levels, dtype=np.float64), np.asarray(rates, dtype=np.float64)
+    notes = [file.name, text]
+    if rows.size:
+        full = np.isinf(rows).any(axis=0)
+        first = int(np.argmin(full)) if not full.all() else full.size
+        empty = (rows == 0.0).any(axis=0)
+        last = full.size - (int(np.argmin(empty[::-1])) if not empty.all() else empty.size)
+        for count, what in ((first, "probability 1"), (full.size - last, "rate 0")):
+            if count:
+                notes.append(f"{count} level{'s' * (count > 1)} of {what} left out")
+        x, rows = x[first:last], rows[:, first:last]
+    if x.size < 2:
+        raise HazardError(f"{file}: holds {x.size} levels with a rate between 0 and infinity, at least 2 are needed")
+    try:
+        # (the curve refuses levels that overflow)
+        with np.errstate(over="ignore"):
+            x = x * unit_to_si(units, im)
+        source = ", ".join(plain(one, 200) for one in notes)
+        if weights is None:
+            return HazardCurve(x.tolist(), rows[0].tolist(), im, source, fractile=fractile)
+        return HazardCurve(x.tolist(), (), im, source, rows.tolist(), weights)
+    except ValueError as error:
+        raise HazardError(f"{file}: {error}") from None
+
+
+def measure_label(im: str | Measure) -> str:
+    """Return our label of a measure from the name that we or another program use; ValueError if unknown."""
+    if isinstance(im, str):
+        text = im.strip()
+        usgs = re.fullmatch(r"SA(\d{1,3})P(\d{1,3})", text, re.IGNORECASE)
+        spectral = re.fullmatch(r"SA\(([^()]{1,40})\)", text, re.IGNORECASE)
+        if usgs:
+            text = f"Sa({usgs[1]}.{usgs[2]})"
+        elif spectral:
+            text = f"Sa({spectral[1]})"
+        im = _NAMES.get(text.upper(), text)
+    return hazard_measure(im).label
+
+
+def program_measure(lines: Lines, text: str) -> str:
+    """Return our label of a measure that a file names; HazardError if unknown."""
+    try:
+        return measure_label(text)
+    except ValueError as error:
+        raise HazardError(f"{lines.file}: {error}") from None
+
+
+def program_unit(label: str) -> str:
+    """Return the unit in which OpenQuake and USGS give the levels of a measure."""
+    return "g" if hazard_measure(label).units == ACCELERATION else _PROGRAM_UNITS.get(label, "")
+
+
+def agreed_measure(lines: Lines, stated: str | None, im: str | None) -> str:
+    """Return the measure that the file states or the caller gives; HazardError if neither does, or they differ."""
+    if stated is None and im is None:
+        raise HazardError(f"{lines.file}: does not say of which measure it is: give im")
+    if stated is not None and im is not None and stated != im:
+        raise HazardError(f"{lines.file}: is of {stated}, and {im} is wanted")
+    return str(stated or im)

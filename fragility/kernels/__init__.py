@@ -1,0 +1,1 @@
+"""Compiled likelihoods and resampling: plain numbers and arrays only."""

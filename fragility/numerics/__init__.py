@@ -1,0 +1,1 @@
+"""Binomial proportions, quadrature, sums over items, and slabs of large arrays; nothing of blocks, laws or motions."""

@@ -1,0 +1,118 @@
+"""Slabs: parts of results that are processed one after the other, because memory should not hold copies of all runs.
+
+Processing a slab may temporarily take a hundred bytes per run; the results that are kept of it are small, or are
+written into an array that a runner has allocated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+RUNS = 2**21
+"""Greatest number of runs in a slab, wherever slabs can be cut so small."""
+BLOCKS = 2**13
+"""Greatest number of blocks in a slab: a curve takes kilobytes until it is stored in arrays."""
+OF_RUNS = ("block", "item", "variant", "model", "sample", "value", "level", "motion", "place", "realisation")
+"""Dimensions that runs can be on."""
+
+Allocator = Callable[[tuple[int, ...], Any], NDArray[Any]]
+"""Function that returns an array of a shape and a type, in memory or elsewhere."""
+Where = dict[str, slice]
+
+
+def slabs(sizes: Mapping[str, int], dims: Sequence[str]) -> Iterator[Where]:
+    """Yield the bounds of slabs along the dimensions, the first dimension cut first; one slab where all runs fit in it.
+
+    Examples
+    --------
+    >>> [part["block"] for part in slabs({"block": 3, "motion": 2**20}, ["block"])]
+    [slice(0, 2, None), slice(2, 3, None)]
+    """
+    here = [dim for dim in dims if dim in sizes]
+    runs = math.prod(size for dim, size in sizes.items() if dim in OF_RUNS)
+    if not here or (runs <= RUNS and sizes.get("block", 0) <= BLOCKS):
+        yield {}
+        return
+    dim, *rest = here
+    size = sizes[dim]
+    step = max(1, RUNS // max(1, runs // size))
+    if dim == "block":
+        step = min(step, BLOCKS)
+    for first in range(0, size, step):
+        part = slice(first, min(first + step, size))
+        for more in slabs({**sizes, dim: part.stop - part.start}, rest):
+            yield {dim: part, **more}
+
+
+def sizes_of(runs: xr.Dataset) -> dict[str, int]:
+    """Return the sizes by the names of the dimensions."""
+    return {str(dim): size for dim, size in runs.sizes.items()}
+
+
+def gathered(
+    of: Callable[[xr.Dataset], xr.Dataset],
+    runs: xr.Dataset,
+    dims: Sequence[str] = ("block", "model"),
+    sizes: Mapping[str, int] | None = None,
+) -> xr.Dataset:
+    """Apply a function to runs slab by slab, and return its results joined along the dimensions of the slabs.
+
+    The function must keep these dimensions and treat their entries one by one.  Coordinates and variables without these
+    dimensions are those of the first slab.  `sizes`: by which slabs are cut, where they differ from those of the runs.
+    """
+    found = [(where, of(runs.isel(where))) for where in slabs(sizes_of(runs) if sizes is None else sizes, dims)]
+    for dim in reversed(dims):  # (slabs of equal bounds along the dimensions before it are joined along this one)
+        if any(dim in where for where, _ in found):
+            found = _joined(found, dim)
+    return found[0][1]
+
+
+def _joined(parts: list[tuple[Where, xr.Dataset]], dim: str) -> list[tuple[Where, xr.Dataset]]:
+    groups: dict[tuple[tuple[str, int], ...], list[xr.Dataset]] = {}
+    bounds: dict[tuple[tuple[str, int], ...], Where] = {}
+    for where, one in parts:
+        rest = {name: part for name, part in where.items() if name != dim}
+        key = tuple((name, part.start) for name, part in rest.items())
+        bounds[key] = rest
+        groups.setdefault(key, []).append(one)
+    return [
+        (
+            bounds[key],
+            xr.concat(
+                group,
+                dim,
+                data_vars="minimal",
+                coords="minimal",
+                compat="override",
+                join="exact",
+                combine_attrs="override",
+            ),
+        )
+        for key, group in groups.items()
+    ]
+
+
+def put(
+    found: dict[str, xr.Variable],
+    part: Mapping[str, xr.Variable],
+    where: Where,
+    sizes: Mapping[str, int],
+    array: Allocator,
+) -> None:
+    """Write the variables of a slab into those of all runs, which are allocated with `array` at the first slab."""
+    for name, one in part.items():
+        if name not in found:
+            shape = tuple(sizes.get(str(dim), one.sizes[dim]) for dim in one.dims)
+            found[name] = xr.Variable(one.dims, array(shape, one.dtype), one.attrs)
+        found[name].data[tuple(where.get(str(dim), slice(None)) for dim in one.dims)] = one.values
+
+
+def in_memory(shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:
+    """Return an array in memory, its values not set."""
+    return np.empty(shape, dtype)

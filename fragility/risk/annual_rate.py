@@ -1,0 +1,269 @@
+"""Annual rates of overturning: fragility curves convolved with a hazard curve, with the uncertainty of both."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ... import checks
+from ...aliases import Array
+from ...units import DIMENSIONLESS, PER_YEAR, provenance
+from ...wording import given_percent
+from ..curves.curve import OUTSIDE, REFUSE, coordinates_on, has_replicates
+from ..fitting.bootstrap import percentile_interval
+from ..hazard.curve import HazardCurve
+from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND
+from ..hazard.rates import probability_in
+from ..runs.provenance import configuration_of, levels_of_the_ground
+from ..runs.scaling import of_the_ground
+from .common_measure import in_hazard_measure
+from .convolution import rates_of
+from .deaggregation import bin_edges, deaggregate, share_above
+
+
+def annual_rate(
+    curves: xr.Dataset,
+    hazard: HazardCurve,
+    years: float = 50.0,
+    *,
+    below: str = EXTEND,
+    above: str = EXTEND,
+    outside: str = REFUSE,
+    bins: Any = 40,
+    confidence: float = 0.95,
+) -> xr.Dataset:
+    """Return the annual rate of overturning of every curve under a hazard curve, with its deaggregation.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        Fitted curves, as `fit_fragility` returns them: lognormal, with or without uplift, or tabulated.
+        Curves in ``pga_normalised`` or ``pgv_normalised`` need a hazard of ``pga`` or ``pgv``: each block's own alpha
+        (and p) turns its levels into that measure.
+    hazard : HazardCurve
+        Hazard curve of the same measure.  With realisations, `rate` is that of their mean, and the interval covers all
+        of them.
+    years : float
+        Time for the probability, years, > 0.
+    below : {"extend", "none"}
+        Below the hazard curve's lowest level: its first piece is extended, or no events count.
+    above : {"extend", "none", "hold"}
+        Above its highest level: the last piece is extended; or the events there do not count; or they count as if they
+        just reached it (a lower bound).
+    outside : {"refuse", "least", "most"}
+        Rule for tabulated curves beyond their levels, as in `curve_probability`; "refuse" is an error where it changes
+        a rate.
+    bins : int or array_like (edge,)
+        Bins of intensity: their number, of equal width in ln x between the lowest and the highest level of the hazard
+        curve, or their edges (SI).
+    confidence : float
+        Of the interval, between 0 and 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        On the dimensions of the curves, such as (block, model): rate (1/year), probability in `years`; share_below and
+        share_above, the shares of the rate that the tails beyond the hazard curve's levels contribute; share on bin
+        too, which sums to 1 less what lies beyond the bins; intensity_mean (the exponential of the mean of ln x, over
+        all contributing events) and intensity_mode (the middle of the bin that holds most per unit of ln x).
+        Where the curves hold bootstrap replicates or the hazard realisations: rate_sample on ``replicate`` and
+        ``realisation`` (coordinate weight), rate_lower, rate_upper, probability_lower, probability_upper, and
+        samples_used.  One replicate is one bootstrap sample for all blocks and models, so differences between them are
+        taken sample by sample.  A curve without an estimate has NaN.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No dataset of curves or no hazard curve; measures or units that differ; floors that the hazard is not of
+        (below); rules, bins or confidence that do not exist; a tabulated curve too short for its rate with
+        ``outside="refuse"``; a hazard curve that ends level and is to be extended.
+
+    Notes
+    -----
+    rate = integral of P(x) |dH(x)|, in closed form on every piece of the hazard curve (`convolution`): ln H linear in
+    ln x, or a parabola, and P lognormal, a step, or linear in ln x.  Where P is the product of two lognormals with
+    dispersions > 0, the integral is computed by quadrature with a relative error of 1e-10 (some ten times slower).
+
+    Extending is the conservative default: hazard curves grow steeper with intensity on a log-log plot, so continuing
+    with the slope of an end overestimates the rates beyond both ends.  A share_above of more than some per cent means
+    that the hazard curve is too short for these blocks.
+
+    Curves whose levels are of the floor motion (``im_at`` "floor") need the hazard of that floor: ``HazardCurve(…,
+    at="floor")``, one floor at a time.  With ``im_at = "ground"`` all floors use the hazard of the ground.  Curves
+    without a ``floor`` coordinate are taken to be at the place of the hazard curve.
+
+    The ends of the interval are percentiles of rate_sample (order statistics), where every replicate is combined with
+    every realisation by its weight; replicates without an estimate are left out (samples_used counts the others).
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> curves = xr.Dataset({"median": ((), 0.6, {"units": "m s-2"}), "dispersion": 0.4}, attrs={"im": "pga"})
+    >>> risk = annual_rate(curves, HazardCurve.power_law(1e-4, 2.5, "pga"))
+    >>> print(f"{risk['rate'].item():.12e} {risk['probability'].item():.5f}")
+    5.912472244407e-04 0.02913
+    """
+    if not isinstance(hazard, HazardCurve):
+        raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
+    time = checks.number("years", years, above=0.0, unit="years")
+    level = checks.number("confidence", confidence, above=0.0, below=1.0)
+    checks.choice("below", below, BELOW_RULES)
+    checks.choice("above", above, ABOVE_RULES)
+    checks.choice("outside", outside, OUTSIDE)
+    edges = bin_edges(bins, hazard)
+    arrays, dims = in_hazard_measure(curves, hazard)
+    pieces = hazard.pieces(below, above)
+    found = rates_of(arrays, pieces[0], outside)
+    parts = deaggregate(arrays, found.rate, pieces[0], edges, outside)
+    units, measure = hazard.units, hazard.measure.long_name
+    if levels_of_the_ground(curves):
+        measure = of_the_ground(measure)
+    text = f"probability of overturning in {time:g} years"
+    variables: dict[str, tuple[tuple[str, ...], NDArray[Any], str, str]] = {
+        "rate": (dims, found.rate, PER_YEAR, "annual rate of overturning"),
+        "probability": (dims, probability_in(found.rate, time), DIMENSIONLESS, text),
+        "share_below": (dims, found.share_below, DIMENSIONLESS, "share of the rate from below the hazard's levels"),
+        "share_above": (dims, found.share_above, DIMENSIONLESS, "share of the rate from above the hazard's levels"),
+        "intensity_mean": (dims, parts.mean, units, f"geometric mean of the {measure} that overturns"),
+        "intensity_mode": (dims, parts.mode, units, f"{measure} of the bin that contributes most per unit of ln x"),
+        "share": ((*dims, "bin"), parts.share, DIMENSIONLESS, f"share of the rate in a bin of {measure}"),
+    }
+    samples = _samples(curves, hazard, below, above, outside)
+    if samples is not None:
+        lower, upper, used = percentile_interval(samples.values.reshape(found.rate.size, -1), level, samples.weights)
+        percent = given_percent(level)
+        variables |= {
+            "rate_sample": (samples.dims, samples.values, PER_YEAR, "annual rate of overturning of each sample"),
+            "rate_lower": (dims, lower, PER_YEAR, f"lower end of the {percent} interval of the rate"),
+            "rate_upper": (dims, upper, PER_YEAR, f"upper end of the {percent} interval of the rate"),
+            "samples_used": (dims, used, DIMENSIONLESS, "samples with an estimate"),
+        }
+        for side, end in (("lower", lower), ("upper", upper)):
+            long_name = f"{side} end of the {percent} interval of the {text}"
+            variables[f"probability_{side}"] = (dims, probability_in(end, time), DIMENSIONLESS, long_name)
+    shapes = {name: curves.sizes[name] for name in (*dims, "replicate") if name in curves.sizes}
+    shapes |= {"bin": edges.size - 1, "realisation": len(hazard.weights or ())}
+    configuration = {
+        "hazard": hazard.describe(),
+        "below": below,
+        "above": above,
+        "outside": outside,
+        "years": time,
+        "confidence": level,
+        "curves": configuration_of(curves),
+    }
+    return xr.Dataset(
+        {
+            name: (on, np.reshape(values, [shapes[dim] for dim in on]), {"units": unit, "long_name": long_name})
+            for name, (on, values, unit, long_name) in variables.items()
+        },
+        coords={
+            **coordinates_on(curves, (*dims, "replicate") if samples is not None else dims),
+            **_bin_coordinates(edges, hazard, measure),
+            **_weights(hazard),
+        },
+        attrs={
+            "title": "Annual rates of overturning",
+            **provenance(configuration),
+            "im": hazard.im,
+            "years": time,
+            "confidence": level,
+        },
+    )
+
+
+def rate_share_above(
+    curves: xr.Dataset,
+    hazard: HazardCurve,
+    levels: xr.DataArray | float,
+    *,
+    below: str = EXTEND,
+    above: str = EXTEND,
+    outside: str = REFUSE,
+) -> xr.DataArray:
+    """Return the share of each annual rate that comes from shaking above a level.
+
+    Parameters
+    ----------
+    curves, hazard, below, above, outside
+        As for `annual_rate`.
+    levels : xarray.DataArray or float
+        Level in the measure and unit of the hazard curve, > 0; on block where blocks have different levels.
+
+    Returns
+    -------
+    xarray.DataArray
+        On the dimensions of the curves, 0 to 1; NaN where there is no rate.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `annual_rate`.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> curves = xr.Dataset({"median": ((), 0.6, {"units": "m s-2"}), "dispersion": 0.4}, attrs={"im": "pga"})
+    >>> round(rate_share_above(curves, HazardCurve.power_law(1e-4, 2.5, "pga"), 0.6).item(), 4)
+    0.4619
+    """
+    arrays, dims = in_hazard_measure(curves, hazard)
+    pieces = hazard.pieces(below, above)[0]
+    shape = tuple(curves.sizes[dim] for dim in dims)
+    at = xr.DataArray(levels) if not isinstance(levels, xr.DataArray) else levels
+    places = [at.sizes[dim] if dim in at.dims else 1 for dim in dims]
+    each = np.broadcast_to(at.values.reshape(places), shape).ravel()
+    share = share_above(arrays, rates_of(arrays, pieces, outside).rate, pieces, each, outside)
+    return xr.DataArray(share.reshape(shape), coordinates_on(curves, dims), dims)
+
+
+class RateSamples(NamedTuple):
+    """Rates of bootstrap replicates and hazard realisations, the last dimensions of `dims`, and their weights."""
+
+    values: Array
+    dims: tuple[str, ...]
+    weights: Array | None
+
+
+def _samples(curves: xr.Dataset, hazard: HazardCurve, below: str, above: str, outside: str) -> RateSamples | None:
+    """Rates of every replicate under every realisation, (curve, replicate, realisation); None if there are neither."""
+    replicates, realisations = has_replicates(curves), hazard.weights is not None
+    if not replicates and not realisations:
+        return None
+    arrays, dims = in_hazard_measure(curves, hazard, replicates)
+    pieces = hazard.pieces(below, above)
+    rates = [rates_of(arrays, one, outside).rate for one in (pieces[1:] if realisations else pieces)]
+    count = curves.sizes["replicate"] if replicates else 1
+    values = np.stack(rates, axis=-1).reshape(-1, count, len(rates))
+    weights = None
+    if hazard.weights is not None:
+        weights = np.tile(hazard.weights, count)
+        dims = (*dims, "realisation")
+    return RateSamples(values, dims, weights)
+
+
+def _bin_coordinates(edges: Array, hazard: HazardCurve, text: str) -> dict[str, xr.Variable]:
+    lower, upper = edges[:-1], edges[1:]
+    columns = {
+        "bin": (np.sqrt(lower * upper), f"geometric middle of a bin of {text}"),
+        "bin_lower": (lower, f"lower edge of a bin of {text}"),
+        "bin_upper": (upper, f"upper edge of a bin of {text}"),
+    }
+    return {
+        name: xr.Variable("bin", values, {"units": hazard.units, "long_name": long_name, "im": hazard.im})
+        for name, (values, long_name) in columns.items()
+    }
+
+
+def _weights(hazard: HazardCurve) -> dict[str, xr.Variable]:
+    if hazard.weights is None:
+        return {}
+    number = {"units": DIMENSIONLESS, "long_name": "realisation of the hazard curve"}
+    attributes = {"units": DIMENSIONLESS, "long_name": "weight of the realisation"}
+    return {
+        "realisation": xr.Variable("realisation", np.arange(len(hazard.weights)), number),
+        "weight": xr.Variable("realisation", np.array(hazard.weights), attributes),
+    }

@@ -1,0 +1,280 @@
+"""Annual rate of overturning: the convolution of a fragility curve P with a hazard curve H, in closed form.
+
+lambda = integral of P(u) (-dH/du) du = integral of H(u) dP(u), u = ln x.  The second integral is a sum of positive
+terms, one for each piece of the hazard curve, so that no terms cancel however far apart curve and hazard lie.
+
+Notes
+-----
+On a piece where ln H is a parabola of local slope k(u) = -d ln H/du and curvature k2, and P = Phi(z), z = (u - m)/beta:
+
+    H(u) phi(z) = C phi(t),   t = (z + k(u) beta)/r,   r = sqrt(1 + 2 k2 beta²),   dz = dt/r,
+
+so that the piece contributes C/r times a difference of Phi(t) between its ends.  With the scaled complementary error
+function, C Phi(-|t|) = H phi(z) sqrt(pi/2) erfcx(|t|/sqrt 2), both ends stay finite.  C itself, which contains
+exp(k² beta²/2), is needed only where t changes its sign on the piece, and there C phi(0) is H phi(z) at a point of the
+piece.
+
+References
+----------
+Cornell, C. A. et al. (2002), for the power law: k0 median**-k exp(k² beta²/2).  Vamvatsikos, D. (2013), for the second
+order.  (Both as in `hazard.HazardCurve`.)
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from ...aliases import Array, Flags
+from ..curves.curve import LEAST, MOST, REFUSE, CurveArrays, LognormalCurves, TabulatedCurves
+from ..hazard.pieces import EXTEND, HOLD, Pieces
+from .quadrature import event_integral, product_integral
+
+# Overflow, 0 times inf and the like occur on branches that are not used, or result from an absurd extension.
+_QUIET = np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore")
+# Rows of curves at a time: the arrays of one pass stay in the processor's cache.
+ROWS = 2048
+# Where a rate without the events above the levels is less than this share of the whole, it is integrated anew.
+CANCELLED = 0.1
+# Two bounds of a rate whose relative difference is smaller are equal.
+SAME = 1e-12
+
+
+class Rates(NamedTuple):
+    """Annual rates (curve,), and their shares from below the lowest and from above the highest level."""
+
+    rate: Array
+    share_below: Array
+    share_above: Array
+
+
+@_QUIET
+def rates_of(curves: CurveArrays, hazard: Pieces, outside: str = REFUSE) -> Rates:
+    """Return the annual rates of all curves of a form, flattened (curve,).
+
+    Raises
+    ------
+    ValueError
+        `outside` is "refuse", and the values of a tabulated curve beyond its levels would change a rate.
+    """
+    curves = curves.flat()
+    found = np.empty((3, curves.shape[0]))
+    if isinstance(curves, TabulatedCurves):
+        for rows in _tables(curves):
+            found[:, rows] = _tabulated_rates(curves.rows(rows), hazard, outside)
+    else:
+        for first in range(0, found.shape[1], ROWS):
+            part = slice(first, first + ROWS)
+            found[:, part] = _lognormal_rates(curves.rows(part), hazard)
+    return Rates(*found)
+
+
+@_QUIET
+def contributions(curves: CurveArrays, hazard: Pieces, edges: Array, outside: str = REFUSE) -> Array:
+    """Return the rates (curve, edge - 1), 1/year, from each interval between `edges` (edge,), ascending u = ln x."""
+    curves = curves.flat()
+    rule = LEAST if outside == REFUSE else outside  # a rate that was not refused is the same under both rules
+    found = np.empty((curves.shape[0], edges.size - 1))
+    if isinstance(curves, TabulatedCurves):
+        for rows in _tables(curves):
+            table = curves.rows(rows)
+            pieces = hazard.split(np.concatenate([edges, table.log_levels + table.shift[0]]))
+            found[rows] = _gathered(_tabulated_parts(table, pieces, rule), pieces, edges)
+    else:
+        pieces = hazard.split(edges)
+        found = _gathered(_parts(curves, pieces), pieces, edges)
+    if hazard.above == HOLD:
+        at = int(np.searchsorted(edges, hazard.last, side="left")) - 1
+        if 0 <= at < found.shape[1]:
+            found[:, at] += _held(curves, hazard, rule)
+    return found
+
+
+def _gathered(parts: Array, pieces: Pieces, edges: Array) -> Array:
+    """Return the sums between the edges of the parts of pieces, none of which crosses an edge."""
+    bins = np.searchsorted(edges, pieces.stop, side="left") - 1
+    sums = np.zeros((parts.shape[0], edges.size - 1))
+    for at in np.flatnonzero((bins >= 0) & (bins < edges.size - 1)):
+        sums[:, bins[at]] += parts[:, at]
+    # small parts are differences, which rounding can leave just below 0
+    return np.maximum(sums, 0.0)
+
+
+def _tables(curves: TabulatedCurves) -> list[Flags]:
+    """Return flags of the groups of curves with the same levels, that is, of equal shift."""
+    return [curves.shift == shift for shift in np.unique(curves.shift)]
+
+
+def _held(curves: CurveArrays, hazard: Pieces, outside: str) -> Array:
+    """Return P at the highest level times the rate of exceeding it, (curve,)."""
+    return np.asarray(curves.probability(np.array([hazard.last]), outside)[:, 0] * np.exp(hazard.log_last))
+
+
+def _lognormal_rates(curves: LognormalCurves, hazard: Pieces) -> Array:
+    """Return rates and both shares, (3, curve)."""
+    step = _step(curves)
+    jump = np.where(np.isneginf(step), 0.0, _times(curves.probability(step[:, None])[:, 0], hazard.rate(step)))
+    rate = _stieltjes(curves, hazard).sum(axis=1) + jump
+    below = _parts(curves, hazard.some(hazard.stop <= hazard.first)).sum(axis=1)
+    above = np.zeros_like(rate)
+    if hazard.above == HOLD:
+        above = _held(curves, hazard, REFUSE)
+    elif hazard.above == EXTEND:
+        above = _parts(curves, hazard.some(hazard.start >= hazard.last)).sum(axis=1)
+    else:
+        left = rate - _held(curves, hazard, REFUSE)
+        poor = np.flatnonzero(left < CANCELLED * rate)
+        if poor.size:
+            left[poor] = event_integral(curves.rows(poor), hazard)
+        rate = left
+    return _with_shares(rate, below, above)
+
+
+def _with_shares(rate: Array, below: Array, above: Array) -> Array:
+    """Return rates and shares, (3, curve): shares of a rate of 0 are 0; an infinite part is the whole of its rate."""
+    rows = [rate]
+    for part in (below, above):
+        share = np.where(rate == 0.0, 0.0, part / rate)
+        share = np.where(np.isposinf(rate), np.isposinf(part).astype(float), share)
+        # parts are differences: rounding can leave a share just outside
+        rows.append(np.clip(share, 0.0, 1.0))
+    return np.stack(rows)
+
+
+def _step(curves: LognormalCurves) -> Array:
+    """Return the lower end of the curves: the higher of the medians of dispersion 0, -inf without such a median."""
+    over = np.where(curves.dispersion == 0.0, curves.log_median, -np.inf)
+    return np.maximum(over, np.where(curves.uplift_dispersion == 0.0, curves.log_uplift, -np.inf))
+
+
+def _stieltjes(curves: LognormalCurves, pieces: Pieces) -> Array:
+    """Return the integral of H dP over each piece without the jump at a step, (curve, piece)."""
+    over, uplift = curves.dispersion > 0.0, curves.uplift_dispersion > 0.0
+    step = _step(curves)[:, None]
+    begins = not np.all(np.isneginf(step))
+    start = np.maximum(pieces.start, step) if begins else pieces.start[None, :]
+    stop = np.maximum(pieces.stop, step) if begins else pieces.stop[None, :]
+    found = np.zeros((curves.shape[0], pieces.stop.size))
+    found[np.isnan(curves.log_median) | np.isnan(curves.log_uplift)] = np.nan
+    one = np.flatnonzero(over ^ uplift)
+    if one.size:
+        ends = [end if end.shape[0] == 1 else end[one] for end in (start, stop)]
+        median = np.where(over, curves.log_median, curves.log_uplift)[one, None]
+        dispersion = np.where(over, curves.dispersion, curves.uplift_dispersion)[one, None]
+        # NaN of a missing curve stays NaN
+        found[one] += _normal(pieces, ends[0], ends[1], median, dispersion)
+    both = np.flatnonzero(over & uplift)
+    if both.size:
+        found[both] += product_integral(curves.rows(both), pieces)
+    return found
+
+
+def _normal(pieces: Pieces, start: Array, stop: Array, median: Array, dispersion: Array) -> Array:
+    """Integral of H dPhi((u - median)/dispersion) from start to stop of every piece: (curve, piece) of (…, piece)."""
+    root = np.sqrt(1.0 + 2.0 * pieces.curvature * dispersion**2)
+    exponents, turned, ends = [], [], []
+    for end in (start, stop):
+        z = (end - median) / dispersion
+        beyond = np.isinf(end)
+        exponent = np.where(beyond, -np.inf, pieces.log_at(slice(None), end) - 0.5 * z * z)
+        t = np.where(beyond, end, (z + pieces.slope_at(slice(None), end) * dispersion) / root)
+        exponents.append(exponent)
+        turned.append(t)
+        ends.append(np.exp(exponent) * 0.5 * scipy.special.erfcx(np.abs(t) * np.sqrt(0.5)))
+    (t1, t2), (a, b) = turned, ends
+    # its value is the same at every point: it is taken where its two terms are smallest
+    slant = pieces.slope_at(slice(None), median) * dispersion / root
+    choices = [(pieces.log_at(slice(None), median), slant), *zip(exponents, turned, strict=True)]
+    whole = _smallest([(e + 0.5 * t * t, np.abs(e) + 0.5 * t * t) for e, t in choices])
+    found = np.where(t1 >= 0.0, a - b, np.where(t2 <= 0.0, b - a, np.exp(whole) - a - b)) / root
+    empty = np.broadcast_to(stop <= start, found.shape)
+    return np.where(empty & ~np.isnan(median), 0.0, found)
+
+
+def _times(probability: Array, rate: Array) -> Array:
+    """Return probability times rate; 0 where the probability is 0, even for an infinite rate."""
+    return np.where(probability == 0.0, 0.0, probability * rate)
+
+
+def _smallest(choices: list[tuple[Array, Array]]) -> Array:
+    """Return, of values equal but for rounding and each with the size of its terms, those with the smallest terms."""
+    value, size = choices[0]
+    for other, terms in choices[1:]:
+        value, size = np.where(terms < size, other, value), np.fmin(terms, size)
+    return value
+
+
+def _parts(curves: LognormalCurves, pieces: Pieces) -> Array:
+    """Return the integral of P (-dH) over each piece, (curve, piece), by parts: exact to rounding of the whole rate."""
+    step = _step(curves)[:, None]
+    values = []
+    for end in (np.maximum(pieces.start, step), np.maximum(pieces.stop, step)):
+        # P is 0 at -inf, H at +inf
+        finite = np.where(np.isinf(end), 0.0, end)
+        both = _times(curves.probability(finite), np.exp(pieces.log_at(slice(None), finite)))
+        values.append(np.where(np.isinf(end), 0.0, both))
+    found = values[0] - values[1] + _stieltjes(curves, pieces)
+    level = (pieces.slope == 0.0) & (pieces.curvature == 0.0)
+    return np.where(level & ~np.isnan(found), 0.0, found)
+
+
+def _tabulated_rates(curves: TabulatedCurves, hazard: Pieces, outside: str) -> Array:
+    """Return rates and both shares, (3, curve), of curves with the same levels."""
+    pieces = hazard.split(curves.log_levels + curves.shift[0])
+    found = []
+    for rule in (LEAST, MOST) if outside == REFUSE else (outside,):
+        parts = _tabulated_parts(curves, pieces, rule)
+        held = _held(curves, hazard, rule) if hazard.above == HOLD else np.zeros(parts.shape[0])
+        below = parts[:, pieces.stop <= hazard.first].sum(axis=1)
+        above = parts[:, pieces.start >= hazard.last].sum(axis=1) + held
+        found.append(_with_shares(parts.sum(axis=1) + held, below, above))
+    least, most = found[0][0], found[-1][0]
+    # (the comparison is False for NaN)
+    differ = most - least > SAME * least
+    if differ.any():
+        at = int(np.argmax(differ))
+        low, high = np.exp(curves.log_levels[[0, -1]] + curves.shift[0])
+        raise ValueError(
+            f"a curve known from {low:g} to {high:g} only, with P from {curves.values[at, 0]:g} to "
+            f"{curves.values[at, -1]:g}, bounds its rate by {least[at]:.3g} and {most[at]:.3g} per year: give "
+            "outside='least' or 'most'"
+        )
+    return found[0]
+
+
+def _tabulated_parts(curves: TabulatedCurves, pieces: Pieces, outside: str) -> Array:
+    """Return the integral of P (-dH) over each piece, (curve, piece), with P linear in u: no term is negative."""
+    levels = curves.log_levels + curves.shift[0]
+    at = np.searchsorted(levels, pieces.stop, side="left") - 1
+    low, high = at < 0, at >= levels.size - 1
+    at = np.clip(at, 0, levels.size - 2)
+    ends = []
+    for end in (pieces.start, pieces.stop):
+        along = np.where(low | high, 0.0, (end - levels[at]) / (levels[at + 1] - levels[at]))
+        value = curves.values[:, at] * (1.0 - along) + curves.values[:, at + 1] * along
+        value = np.where(low, curves.values[:, :1] if outside == MOST else 0.0 * curves.values[:, :1], value)
+        top = curves.values[:, -1:]
+        ends.append(np.where(high, np.where(np.isnan(top), np.nan, 1.0) if outside == MOST else top, value))
+    log_start = np.where(
+        np.isneginf(pieces.start) & (pieces.slope > 0.0), np.inf, pieces.log_at(slice(None), pieces.start)
+    )
+    log_stop = pieces.log_at(slice(None), pieces.stop)
+    first, last = np.exp(log_start), np.exp(log_stop)
+    events_there = np.where(first == last, 0.0, -first * np.expm1(log_stop - log_start))
+    events_there = np.where(np.isposinf(first), np.inf, events_there)
+    return _times(ends[0], events_there) + _times(ends[1] - ends[0], _mean_rate(pieces) - last)
+
+
+def _mean_rate(pieces: Pieces) -> Array:
+    """Return the mean of H over the width of each piece, (piece,); NaN where the width is infinite."""
+    width = pieces.stop - pieces.start
+    first = np.exp(pieces.log_at(slice(None), pieces.start))
+    slopes = [pieces.slope_at(slice(None), end) for end in (pieces.start, pieces.stop)]
+    straight = first * scipy.special.exprel(-slopes[0] * width)
+    root = np.sqrt(np.where(pieces.curvature > 0.0, pieces.curvature, 1.0))
+    halves = [0.5 * np.sqrt(np.pi) / root * scipy.special.erfcx(0.5 * slope / root) for slope in slopes]
+    fall = slopes[0] * width + pieces.curvature * width**2
+    bent = first * (halves[0] - np.exp(-fall) * halves[1]) / width
+    return np.where(pieces.curvature == 0.0, straight, bent)

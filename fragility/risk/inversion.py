@@ -1,0 +1,267 @@
+"""Inversion of rates of overturning: the slenderness or size of a block that meets a target."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array, Index
+from ...units import DIMENSIONLESS, provenance
+from ...wording import given_percent
+from ..curves.curve import coordinates_on
+from ..fitting.bootstrap import percentile_interval
+from ..fitting.states import CROSSED, NO_RATE, OK, TOO_HIGH, TOO_LOW
+from ..hazard.rates import rate_from_probability
+from ..runs.provenance import configuration_of
+
+SIZES = ("alpha", "R", "width", "height", "cm_height")
+"""Coordinates of blocks along which rates can be solved."""
+
+
+class Design(NamedTuple):
+    """The value of the design variable, the rate there (1/year), and how often the rate was computed."""
+
+    value: float
+    rate: float
+    evaluations: int
+
+
+def design_for_rate(
+    rate_of: Callable[[float], float], target: float, low: float, high: float, tolerance: float = 1e-9
+) -> Design:
+    """Find the design variable at which a rate that rises or falls with it meets a target.
+
+    Parameters
+    ----------
+    rate_of : callable
+        Function of the variable that returns the annual rate (1/year, >= 0); anything from a formula to a whole study.
+    target : float
+        Annual rate, 1/year, > 0; `rate_from_probability` converts a probability in years.
+    low, high : float
+        Ends of the search, low < high; the target must lie between the rates there.
+    tolerance : float
+        Tolerance of the variable, relative to high - low, > 0.
+
+    Returns
+    -------
+    Design
+        The value, the rate there, and the number of evaluations.
+
+    Raises
+    ------
+    ValueError
+        The target does not lie between the rates at both ends; the rate is no number >= 0; it does not rise or fall
+        steadily (a rate with sampling noise does not: use common random numbers, or `size_for_rate`).
+
+    Notes
+    -----
+    Brent's method on ln(rate).
+
+    Examples
+    --------
+    >>> found = design_for_rate(lambda alpha: 1e-4 * alpha**-2.5, 2e-4, 0.1, 1.0)
+    >>> round(found.value, 6)
+    0.757858
+    """
+    goal = checks.number("target", target, above=0.0, unit="1/year")
+    first, last = checks.number("low", low), checks.number("high", high)
+    share = checks.number("tolerance", tolerance, above=0.0, below=1.0)
+    if not first < last:
+        raise ValueError(f"low must be below high, got {first:g} and {last:g}")
+    seen: dict[float, float] = {}
+
+    def excess(value: float) -> float:
+        if value not in seen:
+            rate = float(rate_of(value))
+            if not 0.0 <= rate < math.inf:
+                raise ValueError(f"rate_of must give a rate >= 0 per year, got {rate!r} at {value:g}")
+            seen[value] = rate
+        # a rate of 0 lies below any target, but has no logarithm
+        return math.log(max(seen[value], 1e-300) / goal)
+
+    ends = excess(first), excess(last)
+    if (ends[0] > 0.0) == (ends[1] > 0.0) and 0.0 not in ends:
+        side = "above" if ends[0] > 0.0 else "below"
+        raise ValueError(
+            f"target of {goal:g} per year is not met between {first:g} and {last:g}: the rates there, "
+            f"{seen[first]:.4g} and {seen[last]:.4g}, both lie {side} it"
+        )
+    value = float(scipy.optimize.brentq(excess, first, last, xtol=share * (last - first)))
+    excess(value)
+    falls = ends[0] > ends[1]
+    for (x1, r1), (x2, r2) in pairwise(sorted(seen.items())):
+        if (r2 > r1 * (1.0 + 1e-12)) if falls else (r1 > r2 * (1.0 + 1e-12)):
+            raise ValueError(
+                f"rate_of must {'fall' if falls else 'rise'} steadily between {first:g} and {last:g}, got {r1:.6g} "
+                f"per year at {x1:g} and {r2:.6g} at {x2:g}"
+            )
+    return Design(value, seen[value], len(seen))
+
+
+def size_for_rate(
+    rates: xr.Dataset,
+    along: str = "alpha",
+    *,
+    rate: float | None = None,
+    probability: float | None = None,
+    years: float = 50.0,
+    confidence: float = 0.95,
+) -> xr.Dataset:
+    """Find the slenderness or size at which a family of blocks meets a target, from the rates of several blocks.
+
+    Parameters
+    ----------
+    rates : xarray.Dataset
+        As `annual_rate` returns it, of at least two blocks that differ in `along`: a family with one free size, such as
+        several slendernesses of one R, or widths of one height.
+    along : {"alpha", "R", "width", "height", "cm_height"}
+        The coordinate of the blocks to solve for.
+    rate, probability : float
+        The target, either an annual rate (1/year, > 0), or a probability in `years`, above 0 and below 1.
+    years : float
+        Time of the probability, years.
+    confidence : float
+        Of the interval, between 0 and 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        On the other dimensions, such as model: the variable named as `along`, at which the target is met, and status:
+        ``ok``, or why it is NaN (``all above the target``, ``all below the target``, ``crosses the target more than
+        once``, ``no rate``).  With `rate_sample`, the ends of its interval too (such as alpha_lower, alpha_upper):
+        quantiles over the samples.  A sample that does not meet the target counts as infinitely large or small, so that
+        an end of the interval may be infinite: it lies beyond the blocks that were run.  Samples in
+        which a block has no rate are left out (samples_used).
+
+    Raises
+    ------
+    TypeError, ValueError
+        No rates on block, fewer than two blocks, two of one size, no coordinate `along`; no target or two.
+
+    Notes
+    -----
+    ln(rate) is linear between neighbouring blocks, without extrapolation.  A sample that crosses the target more than
+    once counts with the crossing on its conservative side.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> rates = xr.Dataset({"rate": ("block", [1e-2, 1e-4])}, {"alpha": ("block", [0.1, 0.3], {"units": "rad"})})
+    >>> round(float(size_for_rate(rates, rate=1e-3)["alpha"]), 6)
+    0.2
+    """
+    goal = target_rate(rate, probability, years)
+    level = checks.number("confidence", confidence, above=0.0, below=1.0)
+    checks.choice("along", along, SIZES)
+    if not isinstance(rates, xr.Dataset) or "rate" not in rates or "block" not in rates["rate"].dims:
+        raise TypeError("rates must be a dataset with `rate` on block, as annual_rate returns it")
+    if along not in rates.coords or rates[along].dims != ("block",):
+        raise ValueError(f"rates must have the coordinate {along!r} on block")
+    order = np.argsort(rates[along].values)
+    sizes = checks.finite_array(along, rates[along].values[order])
+    if sizes.size < 2:
+        raise ValueError(f"blocks must be at least two that differ in {along}, got {sizes.size}")
+    check_family(along, sizes, [str(label) for label in rates["block"].values[order]])
+    dims = tuple(str(dim) for dim in rates["rate"].dims if dim != "block")
+    central = rates["rate"].transpose(*dims, "block").values[..., order]
+    found = _crossings(sizes, central, goal)
+    status = np.select(
+        [np.isnan(central).any(axis=-1), found.times > 1, found.times == 1, (central > goal).all(axis=-1)],
+        [NO_RATE, CROSSED, OK, TOO_HIGH],
+        TOO_LOW,
+    ).astype(object)
+    values = np.where(status == OK, found.outermost, np.nan)
+    text = str(rates[along].attrs.get("long_name", along))
+    attributes = {"units": rates[along].attrs.get("units", DIMENSIONLESS)}
+    goal_text = f"for a rate of overturning of {goal:.4g} per year"
+    variables = {
+        along: (dims, values, {**attributes, "long_name": f"{text} {goal_text}"}),
+        "status": (dims, status, {"units": DIMENSIONLESS, "long_name": "ok, or why there is no size"}),
+    }
+    if "rate_sample" in rates:
+        rows = [str(dim) for dim in rates["rate_sample"].dims if dim not in (*dims, "block")]
+        samples = rates["rate_sample"].transpose(*dims, *rows, "block").values[..., order]
+        sizes_of = _crossings(sizes, samples, goal).outermost.reshape(*central.shape[:-1], -1)
+        ends = percentile_interval(sizes_of, level, _weights(rates, rows))
+        used = {"units": DIMENSIONLESS, "long_name": "samples with a rate of every block"}
+        variables["samples_used"] = (dims, ends[2], used)
+        for name, end in zip(("lower", "upper"), ends[:2], strict=True):
+            long_name = f"{name} end of the {given_percent(level)} interval of the {text} {goal_text}"
+            variables[f"{along}_{name}"] = (dims, end, {**attributes, "long_name": long_name})
+    configuration = {
+        "target_rate": goal,
+        "along": along,
+        "blocks": sizes.tolist(),
+        "rates": configuration_of(rates),
+    }
+    return xr.Dataset(
+        variables,
+        coords={name: one for name, one in coordinates_on(rates, dims).items() if name != along},
+        attrs={"title": f"Blocks that meet a rate of overturning: {along}", **provenance(configuration)},
+    )
+
+
+def check_family(along: str, sizes: Sequence[float] | Array, labels: Sequence[str]) -> None:
+    """Raise ValueError where two blocks have the same size, which must tell all blocks of a family apart."""
+    seen: dict[float, str] = {}
+    for size, label in zip(map(float, sizes), labels, strict=True):
+        if size in seen:
+            raise ValueError(
+                f"blocks must all differ in {along}, got {size:g} of both {seen[size]!r} and {label!r}: a family with "
+                "one free size is needed"
+            )
+        seen[size] = label
+
+
+def target_rate(rate: float | None, probability: float | None, years: float) -> float:
+    """Return the target as an annual rate; ValueError if neither or both are given, or the target is out of range."""
+    if (rate is None) == (probability is None):
+        given = "neither" if rate is None else "both"
+        raise ValueError(f"a target is either a rate or a probability in years, got {given}")
+    if rate is not None:
+        return checks.number("rate", rate, above=0.0, unit="1/year")
+    return float(rate_from_probability(checks.number("probability", probability, above=0.0, below=1.0), years))
+
+
+class _Crossings(NamedTuple):
+    """Number of crossings of the target by rates (…, size), and the outermost on the conservative side: (…,) each."""
+
+    times: Index
+    outermost: Array
+
+
+def _crossings(sizes: Array, rates: Array, goal: float) -> _Crossings:
+    """Crossings of ln(rate), linear between sizes, with the target; without one, the end beyond which it would lie."""
+    above = rates > goal
+    flips = above[..., 1:] != above[..., :-1]
+    count = flips.sum(axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.log(rates) - math.log(goal)
+        # a rate of 0 next to one above: the larger size is safe
+        along = np.where(np.isneginf(logs[..., 1:]), 1.0, logs[..., :-1] / (logs[..., :-1] - logs[..., 1:]))
+        along = np.where(np.isneginf(logs[..., :-1]), 0.0, along)
+    points = sizes[:-1] + along * np.diff(sizes)
+    # the conservative crossing is the last one for rates that fall with size, the first one for rates that rise
+    falls = logs[..., 0] >= logs[..., -1]
+    last = flips.shape[-1] - 1 - np.argmax(flips[..., ::-1], axis=-1)
+    at = np.where(falls, last, np.argmax(flips, axis=-1))
+    met = np.take_along_axis(points, at[..., None], axis=-1)[..., 0]
+    never = np.where(above[..., 0] == falls, np.inf, -np.inf)
+    found = np.where(count > 0, met, never)
+    return _Crossings(count, np.where(np.isnan(rates).any(axis=-1), np.nan, found))
+
+
+def _weights(rates: xr.Dataset, rows: list[str]) -> Array | None:
+    """Return the weights of the samples, with the dimensions `rows` flattened; None where all weights are equal."""
+    if "realisation" not in rows or "weight" not in rates.coords:
+        return None
+    sizes = [rates.sizes[dim] for dim in rows]
+    shape = [rates.sizes[dim] if dim == "realisation" else 1 for dim in rows]
+    return np.broadcast_to(rates["weight"].values.reshape(shape), sizes).reshape(-1)

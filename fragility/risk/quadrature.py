@@ -1,0 +1,112 @@
+"""Hazard integrals without a closed form: curves that are a product, and moments of the contributing intensity.
+
+These are the integrals of `convolution`, computed by quadrature with error control.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy
+
+from ...aliases import Array, Index
+from ..curves.curve import LEAST, MOST, CurveArrays, LognormalCurves, TabulatedCurves
+from ..hazard.pieces import Pieces
+from ..numerics.quadrature import integrate
+
+# Number of dispersions from the median beyond which the normal density, and below which the distribution, is 0 in
+# double precision.
+REACH = 39.0
+# A tail is cut where e^-45 of it is left.
+TAIL = 45.0
+# Panels begin at these distances from a median, in dispersions.
+_KNOTS = np.array([-REACH, -20.0, -12.0, -8.0, -5.0, -3.0, -1.5, 0.0, 1.5, 3.0, 5.0, 8.0, 12.0, 20.0, REACH])
+
+
+def product_integral(curves: LognormalCurves, pieces: Pieces) -> Array:
+    """Return the integral of H dP over each piece, (curve, piece), where both factors of P have a dispersion > 0."""
+    count = pieces.stop.size
+    low, high = _support(curves)
+
+    def density(u: Array, owner: Index) -> Array:
+        row, piece = np.divmod(owner, count)
+        one = curves.rows(row)
+        z1 = (u - one.log_median[:, None]) / one.dispersion[:, None]
+        z2 = (u - one.log_uplift[:, None]) / one.uplift_dispersion[:, None]
+        rise = np.exp(-0.5 * z1 * z1) / one.dispersion[:, None] * scipy.special.ndtr(z2)
+        rise += np.exp(-0.5 * z2 * z2) / one.uplift_dispersion[:, None] * scipy.special.ndtr(z1)
+        rate = np.exp(pieces.log_at(piece[:, None], u))
+        return np.where(rise == 0.0, 0.0, rise * rate / np.sqrt(2.0 * np.pi))
+
+    start, stop, row, piece = _panels(curves, pieces, low, high)
+    groups = np.repeat(np.arange(curves.shape[0]), count)
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        found = integrate(density, start, stop, row * count + piece, groups)
+    return found.reshape(-1, count)
+
+
+def event_integral(
+    curves: CurveArrays,
+    hazard: Pieces,
+    weight: Callable[[Array, Index], Array] | None = None,
+    outside: str = LEAST,
+) -> Array:
+    """Return the integral of P (-dH) over all pieces, (curve,), times `weight`(u, curve) >= 0 where given."""
+    low, high = lower_end(curves, hazard, outside), _support(curves)[1]
+    # an extended tail is cut where its remainder is negligible
+    final = hazard.slope[-1] if np.isposinf(hazard.stop[-1]) else np.inf
+    high = np.minimum(np.maximum(high, hazard.last) + TAIL / final, hazard.stop[-1])
+
+    def density(u: Array, row: Index) -> Array:
+        piece = hazard.find(0.5 * (u[:, :1] + u[:, -1:]))
+        rate = np.exp(hazard.log_at(piece, u)) * hazard.slope_at(piece, u)
+        probability = curves.rows(row).probability(u, outside)
+        # 0 where the probability is 0, even for an infinite rate
+        found = np.where(probability == 0.0, 0.0, probability * rate)
+        return found if weight is None else found * weight(u, row)
+
+    start, stop, row, _ = _panels(curves, hazard, low, high)
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        return integrate(density, start, stop, row, np.arange(curves.shape[0]))
+
+
+def lower_end(curves: CurveArrays, hazard: Pieces, outside: str = LEAST) -> Array:
+    """Return the u below which P is 0 or no events count, (curve,); the lowest level for curves without a lower end."""
+    low = _support(curves)[0]
+    if outside == MOST and isinstance(curves, TabulatedCurves) and hazard.slope[0] == 0.0:
+        return np.where(curves.values[:, 0] > 0.0, np.minimum(low, hazard.stop[0]), low)
+    return low
+
+
+def _support(curves: CurveArrays) -> tuple[Array, Array]:
+    """Return the u where P rises from 0 in double precision, and the u above which P is constant, (curve,) each."""
+    if isinstance(curves, TabulatedCurves):
+        return curves.log_levels[0] + curves.shift, curves.log_levels[-1] + curves.shift
+    low = np.maximum(
+        curves.log_median - REACH * curves.dispersion, curves.log_uplift - REACH * curves.uplift_dispersion
+    )
+    high = np.maximum(
+        curves.log_median + REACH * curves.dispersion, curves.log_uplift + REACH * curves.uplift_dispersion
+    )
+    return low, high
+
+
+def _panels(curves: CurveArrays, pieces: Pieces, low: Array, high: Array) -> tuple[Array, Array, Index, Index]:
+    """Panels between low and high of every curve, none across the end of a piece: start, stop, curve, piece."""
+    if isinstance(curves, TabulatedCurves):
+        knots = curves.log_levels + curves.shift[:, None]
+    else:
+        pairs = [(curves.log_median, curves.dispersion)]
+        if not np.all(np.isneginf(curves.log_uplift)):
+            pairs.append((curves.log_uplift, curves.uplift_dispersion))
+        knots = np.concatenate([m[:, None] + s[:, None] * _KNOTS for m, s in pairs], axis=1)
+    ends = np.concatenate([pieces.start[:1], pieces.stop])
+    ends = ends[np.isfinite(ends)]
+    knots = np.concatenate([knots, np.broadcast_to(ends, (low.size, ends.size)), low[:, None], high[:, None]], axis=1)
+    knots = np.sort(np.clip(knots, low[:, None], np.maximum(low, high)[:, None]), axis=1)
+    row = np.repeat(np.arange(low.size), knots.shape[1] - 1)
+    start, stop = knots[:, :-1].reshape(-1), knots[:, 1:].reshape(-1)
+    inside = (start >= pieces.start[0]) & (stop <= pieces.stop[-1])
+    start, stop, row = start[inside], stop[inside], row[inside]
+    return start, stop, row, pieces.find(0.5 * (start + stop))

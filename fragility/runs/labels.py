@@ -1,0 +1,115 @@
+"""Labels of results: outputs of runs as variables, and the properties of blocks and laws as coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...models import Block, Law
+from ...motions.intensity.measure import RESULT_MEASURES
+from ...units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, RADIAN, SECOND
+from ..numerics.slabs import Allocator
+from .request import DERIVED, Request, Runs
+from .scaling import Scaling
+
+VARIABLES: dict[str, tuple[str, str]] = {
+    "overturned": (DIMENSIONLESS, "whether the block overturned"),
+    "peak_rotation": (RADIAN, "peak absolute rotation, pi/2 if overturned"),
+    "uplifted": (DIMENSIONLESS, "whether the block uplifted"),
+    "impacts": (DIMENSIONLESS, "impacts during the record"),
+    "overturning_time": (SECOND, "time of overturning, NaN if it stands"),
+    "impact_velocity": (ANGULAR_VELOCITY, "greatest angular speed at which the block came down"),
+    "direction": (DIMENSIONLESS, "sign of the rotation in which the block fell, 0 if it stands"),
+    "top_displacement": (METRE, "greatest horizontal displacement of the upper corner"),
+}
+"""Units and long name of each output."""
+
+
+def output_variables(
+    request: Request, runs: Runs, blocks: Sequence[Block], sizes: Mapping[str, int]
+) -> dict[str, xr.Variable]:
+    """Return the outputs of runs on the dimensions of `sizes`; equally many oscillators are of each of `blocks`."""
+    variables = {}
+    for name in request.outputs:
+        values = _output(name, runs, blocks, request.runner.array).reshape(tuple(sizes.values()))
+        units, long_name = VARIABLES[name]
+        variables[name] = xr.Variable(tuple(sizes), values, {"units": units, "long_name": long_name})
+    return variables
+
+
+def _output(name: str, runs: Runs, blocks: Sequence[Block], array: Allocator) -> NDArray[Any]:
+    """An output (oscillator, level, motion), as the engine returned it or derived from one of its outputs."""
+    values = runs.results[DERIVED.get(name, name)]
+    if name != "top_displacement":
+        return values
+    derived = array(values.shape, values.dtype)
+    each = len(values) // len(blocks)
+    for i, (own, peaks) in enumerate(zip(derived, values, strict=True)):
+        np.multiply(blocks[i // each].height, np.sin(peaks, out=own), out=own)
+    return derived
+
+
+def measured(scaled: Scaling) -> dict[str, xr.Variable]:
+    """Return the measure of the levels for the unscaled motions, unless it is a measure that every result has."""
+    carried = scaled.name in {one.label for one in RESULT_MEASURES}
+    if scaled.measured is None or (carried and not scaled.ground):
+        return {}
+    name = f"ground_{scaled.name}" if scaled.ground else scaled.name
+    attributes = {"units": scaled.units, "long_name": scaled.long_name}
+    return {name: xr.Variable(scaled.measure_dims, scaled.measured, attributes)}
+
+
+def _strings(values: Sequence[str]) -> NDArray[np.object_]:
+    return np.array(values, dtype=object)
+
+
+def block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
+    """Return the labels and properties of blocks, on ``block``."""
+    columns: dict[str, tuple[list[float], str, str]] = {
+        "width": ([b.width for b in blocks], METRE, "full width"),
+        "height": ([b.height for b in blocks], METRE, "full height"),
+        "cm_height": ([b.h for b in blocks], METRE, "height of the centre of mass"),
+        "alpha": ([b.alpha for b in blocks], RADIAN, "slenderness angle"),
+        "R": ([b.R for b in blocks], METRE, "distance from the centre of mass to the corner"),
+        "p": ([b.p for b in blocks], ANGULAR_VELOCITY, "rocking frequency parameter"),
+        "inertia_factor": ([b.inertia for b in blocks], DIMENSIONLESS, "moment of inertia about the corner over m R²"),
+    }
+    labels = _strings([block.label for block in blocks])
+    coordinates = {"block": xr.Variable("block", labels, {"units": DIMENSIONLESS, "long_name": "block"})}
+    for name, (values, units, long_name) in columns.items():
+        coordinates[name] = xr.Variable("block", values, {"units": units, "long_name": long_name})
+    return coordinates
+
+
+def model_coordinates(blocks: Sequence[Block], models: Sequence[Law]) -> dict[str, xr.Variable]:
+    """Return `law_coordinates` and the restitution of every block under every law, on (``block``, ``model``)."""
+    restitution = [[model.restitution(block) for model in models] for block in blocks]
+    e = np.array([[np.nan if value is None else value for value in row] for row in restitution])
+    attributes = {"units": DIMENSIONLESS, "long_name": "coefficient of restitution used"}
+    return {**law_coordinates(models), "e": xr.Variable(("block", "model"), e, attributes)}
+
+
+def law_coordinates(models: Sequence[Law]) -> dict[str, xr.Variable]:
+    """Return the labels and options of laws, on ``model``."""
+    columns: dict[str, tuple[Any, str]] = {
+        "model": (_strings([model.label for model in models]), "damping law with its options"),
+        "law": (_strings([model.law for model in models]), "short name of the damping law"),
+        "delta": (
+            [getattr(model, "delta", np.nan) for model in models],
+            "half width of the elastic zone over alpha",
+        ),
+    }
+    for name, long_name in (
+        ("lever", "lever arm of the shaking: h (height of the centre of mass) or R"),
+        ("rest", "kind of rest: elastic (zone) or rigid, empty where the law has no choice"),
+        ("geometry", "geometry of the impact model: exact, linear or bilinear, empty for other laws"),
+    ):
+        columns[name] = _strings([str(getattr(model, name, "")) for model in models]), long_name
+    return {
+        name: xr.Variable("model", values, {"units": DIMENSIONLESS, "long_name": long_name})
+        for name, (values, long_name) in columns.items()
+    }

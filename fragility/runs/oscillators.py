@@ -1,0 +1,66 @@
+"""Oscillators that are made when they are read, so that a million blocks need no table of numbers each."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterator, Sequence
+from typing import SupportsIndex, overload
+
+from ...models import Block
+from ...models.oscillator import Oscillator
+
+
+class OscillatorGrid(Sequence[Oscillator]):
+    """Oscillators block by block, made by a function of the block whenever they are read.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+    oscillators_of : callable
+        Makes the oscillators of a block: `per_block` of them, whose kinds (`Oscillator.exact`) depend on their
+        positions alone.
+    per_block : int
+        Number of oscillators of each block.
+    """
+
+    def __init__(
+        self, blocks: Sequence[Block], oscillators_of: Callable[[Block], Sequence[Oscillator]], per_block: int
+    ) -> None:
+        self._blocks, self._oscillators_of, self._per_block = blocks, oscillators_of, per_block
+        # chunks of the same oscillators follow each other, one for each part of the motions
+        self._last: tuple[tuple[int, int], tuple[Oscillator, ...]] = ((0, 0), ())
+
+    def __len__(self) -> int:
+        return len(self._blocks) * self._per_block
+
+    def __iter__(self) -> Iterator[Oscillator]:
+        for block in self._blocks:
+            yield from self._oscillators_of(block)
+
+    @overload
+    def __getitem__(self, at: SupportsIndex) -> Oscillator: ...
+
+    @overload
+    def __getitem__(self, at: slice) -> tuple[Oscillator, ...]: ...
+
+    def __getitem__(self, at: SupportsIndex | slice) -> Oscillator | tuple[Oscillator, ...]:
+        if not isinstance(at, slice):
+            row = range(len(self))[operator.index(at)]
+            return self._oscillators_of(self._blocks[row // self._per_block])[row % self._per_block]
+        rows = range(len(self))[at]
+        if rows.step != 1:
+            return tuple(self[row] for row in rows)
+        if not rows:
+            return ()
+        bounds, found = self._last
+        if bounds != (rows.start, rows.stop):
+            first, last = rows.start // self._per_block, -(-rows.stop // self._per_block)
+            near = [one for block in self._blocks[first:last] for one in self._oscillators_of(block)]
+            found = tuple(near[rows.start - first * self._per_block : rows.stop - first * self._per_block])
+            self._last = (rows.start, rows.stop), found
+        return found
+
+    @property
+    def exact(self) -> list[bool]:
+        """True for each oscillator of exact geometry; only the oscillators of the first block are made."""
+        return [one.exact for one in self[: self._per_block]] * len(self._blocks)

@@ -1,0 +1,213 @@
+"""Division of the runs of an analysis into chunks, and the execution of one chunk: shared by `ida` and study stores.
+
+A chunk is a slice of oscillators x a slice of motions x all factors.  Its bounds depend on the sizes of the analysis
+alone, never on the machine, so that a resumed study writes the same bytes; results depend neither on the bounds nor on
+the machine.  The last chunks become smaller and smaller, so that workers finish at about the same time, whatever their
+number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...aliases import Array, Index
+from ...models.oscillator import Oscillator, stack
+from ...models.runs import OUTPUTS, TALLY, run_stacked
+from ...motions.arrays import Record
+from .factors import BlockFactors, Factors, dense
+from .oscillators import OscillatorGrid
+
+# Planning figures, on the generous side of benchmarks/speed.py: one sample of one run on a present core, closed form
+# and exact geometry.
+SECONDS_PER_SAMPLE = 4e-9
+SECONDS_PER_EXACT_SAMPLE = 3.2e-8
+CHUNK_SECONDS = 1.0
+# A small analysis is divided more finely, so that there is work for every thread, but not so finely that storing chunks
+# takes a noticeable time.
+FEWEST_CHUNKS = 64
+LEAST_SECONDS = 0.2
+# Chunks decrease in size (guided self-scheduling: Polychronopoulos & Kuck 1987) over the last quarter of the work, but
+# over no more than the work of 64 chunks.  List scheduling of these chunks on 1 to 64 threads takes no longer than that
+# of equal chunks, to within the smallest chunk, and wastes 3 % instead of 12 % of 64 threads on five minutes of work.
+FALLING_SHARE = 0.25
+MOST_FALLING = 64
+LEAST_PART = 1 / 8
+MOST_CHUNKS = 100_000
+"""Greatest number of chunks, set by what a scheduler and a folder can hold; more work makes larger chunks."""
+# Runs of one motion that share its samples: enough for all lanes of the engine, few enough that a chunk of one second
+# holds several motions and that its oscillators are little to send.
+FEWEST_TOGETHER = 512
+MOST_TOGETHER = 4096
+
+OUTPUT_TYPES: dict[str, type[np.generic]] = {
+    "overturned": np.bool_,
+    "peak_rotation": np.float64,
+    "uplifted": np.bool_,
+    "impacts": np.int32,
+    "overturning_time": np.float64,
+    "impact_velocity": np.float64,
+    "direction": np.int8,
+}
+"""The type in which each output (`models.runs.OUTPUTS`) is kept."""
+
+
+class Chunk(NamedTuple):
+    """Bounds of one task: the oscillators row … row_stop - 1 under the motions first … stop - 1."""
+
+    row: int
+    row_stop: int
+    first: int
+    stop: int
+
+
+class Work(NamedTuple):
+    """The runs of all oscillators under factors times all motions.
+
+    factors (block, level, motion): of one block where they are the same for all blocks; otherwise the oscillators are
+    ordered block by block, equally many for each.  outputs: names of the outputs of a run.
+    """
+
+    oscillators: Sequence[Oscillator]
+    motions: tuple[Record, ...]
+    factors: Factors
+    skip: bool = True
+    outputs: tuple[str, ...] = tuple(OUTPUTS)
+
+    @property
+    def levels(self) -> int:
+        """Number of factors of each oscillator and motion."""
+        return int(self.factors.shape[1])
+
+    @property
+    def runs(self) -> int:
+        """Total number of runs."""
+        return len(self.oscillators) * self.levels * len(self.motions)
+
+    def runs_of(self, chunk: Chunk) -> int:
+        """Return the number of runs in a chunk."""
+        return (chunk.row_stop - chunk.row) * self.levels * (chunk.stop - chunk.first)
+
+    def factors_of(self, chunk: Chunk) -> Array:
+        """Return the factors of a chunk (oscillator or 1, level, motion)."""
+        motions = slice(chunk.first, chunk.stop)
+        blocks = self.factors.shape[0]
+        if blocks == 1:
+            return dense(self.factors)[:, :, motions]
+        each = len(self.oscillators) // blocks
+        rows = np.arange(chunk.row, chunk.row_stop) // each
+        near = slice(int(rows[0]), int(rows[-1]) + 1)
+        own = (
+            self.factors.part(near, motions)
+            if isinstance(self.factors, BlockFactors)
+            else self.factors[near, :, motions]
+        )
+        return np.ascontiguousarray(own[rows - rows[0]])
+
+
+def seconds_of_a_chunk(total: float) -> float:
+    """Return the duration, s, of a chunk of work of `total` seconds on one core: about 1, depending on the total."""
+    return max(LEAST_SECONDS, min(CHUNK_SECONDS, total / FEWEST_CHUNKS), total / MOST_CHUNKS)
+
+
+def number_of_chunks(total: float) -> float:
+    """Return about how many chunks work of `total` seconds on one core is divided into.
+
+    Where chunks decrease in size, about three small chunks replace one of full size.
+    """
+    equal = total / seconds_of_a_chunk(total)
+    return equal + 2.0 * min(FALLING_SHARE * equal, MOST_FALLING)
+
+
+def plan_chunks(work: Work, seconds: float | None = None) -> list[Chunk]:
+    """Divide work into chunks of about `seconds` each (None: `seconds_of_a_chunk`), the last ones shorter.
+
+    There are never many more than 100,000 chunks.
+    """
+    oscillators = work.oscillators
+    exact = oscillators.exact if isinstance(oscillators, OscillatorGrid) else [one.exact for one in oscillators]
+    per_row = [work.levels * (SECONDS_PER_EXACT_SAMPLE if one else SECONDS_PER_SAMPLE) for one in exact]
+    samples = [motion.acceleration.size for motion in work.motions]
+    left = total = sum(per_row) * sum(samples)
+    full = seconds_of_a_chunk(total) if seconds is None else max(seconds, total / MOST_CHUNKS)
+    falling = min(FALLING_SHARE * total, MOST_FALLING * full)
+    chunks = []
+    for row, row_stop in _groups(per_row, work.levels, max(samples), full):
+        cost = sum(per_row[row:row_stop])
+        first, spent = 0, 0.0
+        for i, size in enumerate(samples, start=1):
+            spent += cost * size
+            if spent >= full * max(min(1.0, left / falling), LEAST_PART) or i == len(samples):
+                chunks.append(Chunk(row, row_stop, first, i))
+                left -= spent
+                first, spent = i, 0.0
+    return chunks
+
+
+def _groups(per_row: Sequence[float], levels: int, longest: int, target: float) -> list[tuple[int, int]]:
+    """Bounds of groups of oscillators that share a motion's samples: at most about a chunk under the longest motion."""
+    found = []
+    row, spent = 0, 0.0
+    for i, cost in enumerate(per_row, start=1):
+        together = (i - row) * levels
+        spent += cost * longest
+        full = together >= MOST_TOGETHER or (spent >= target and together >= FEWEST_TOGETHER)
+        if full or i == len(per_row):
+            found.append((row, i))
+            row, spent = i, 0.0
+    return found
+
+
+class ChunkResult(NamedTuple):
+    """Results of a chunk: an array (oscillator, level, motion) per output, the counts (`runs.TALLY`), and the time that
+    it took, s (for information: nothing depends on it).
+    """
+
+    results: tuple[NDArray[Any], ...]
+    tally: Index
+    seconds: float = 0.0
+
+    @property
+    def runs(self) -> int:
+        """Number of runs in the chunk."""
+        return int(self.results[0].size)
+
+
+def run_chunk(work: Work, chunk: Chunk) -> ChunkResult:
+    """Compute all runs of one chunk."""
+    return run_part(
+        work.oscillators[chunk.row : chunk.row_stop],
+        work.motions[chunk.first : chunk.stop],
+        work.factors_of(chunk),
+        work.skip,
+        work.outputs,
+    )
+
+
+def run_part(
+    oscillators: Sequence[Oscillator],
+    motions: Sequence[Record],
+    factors: Array,
+    skip: bool,
+    outputs: tuple[str, ...],
+) -> ChunkResult:
+    """Run every oscillator under factors (oscillator or 1, level, motion); each output has its type, flags take a byte.
+
+    A worker that does not share memory with the rest of the work computes a chunk in this form.
+    """
+    started = perf_counter()
+    n, levels = len(oscillators), factors.shape[1]
+    results = tuple(np.empty((n, levels, len(motions)), OUTPUT_TYPES[name]) for name in outputs)
+    flags_only = outputs == ("overturned",)
+    tally = np.zeros(len(TALLY), np.int64)
+    tables = stack(oscillators)
+    for i, motion in enumerate(motions):
+        own = np.broadcast_to(factors[:, :, i], (n, levels))
+        runs = run_stacked(tables, own, motion.acceleration, motion.dt, skip, flags_only, tally)
+        for array, name in zip(results, outputs, strict=True):
+            array[:, :, i] = runs[..., OUTPUTS[name]]
+    return ChunkResult(results, tally, perf_counter() - started)

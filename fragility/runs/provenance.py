@@ -1,0 +1,244 @@
+"""Provenance of labelled runs, read from datasets: configuration, design, measure, blocks, laws, motions, factors.
+
+The one place that knows how `ida`, `stripes` and `cloud` record these, and what a result derived from other datasets
+records of them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...aliases import Array, Flags
+from ...models import LAWS, Block, Law
+from ...motions.arrays import Record, floor_coordinates, records
+from ...motions.intensity.measure import Measure
+from ...units import provenance
+from .factors import BlockFactors, Factors, ScaleFactors, unscaled
+from .scaling import BlockMeasure, intensity_measure
+
+Motions = xr.DataArray | Iterable[xr.DataArray] | Sequence[Iterable[xr.DataArray]]
+
+IDA, STRIPES, CLOUD = "ida", "stripes", "cloud"
+GROUND = "ground"
+"""Value of ``im_at`` where levels are of the ground motion below a floor, and the beginning of that measure's name."""
+
+DESCRIBED = 1000
+"""Greatest number of blocks that a configuration describes one by one: it is read and written for each slab of runs."""
+
+
+def configuration_of(data: xr.Dataset | xr.DataArray) -> dict[str, Any]:
+    """Return the configuration in the attributes of a dataset, empty where there is none that can be read.
+
+    Datasets may come from files of other programs, whose attribute of that name may hold anything.
+    """
+    try:
+        found = json.loads(data.attrs.get("configuration", "{}"))
+    except (TypeError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def levels_of_the_ground(data: xr.Dataset) -> bool:
+    """Return True if levels refer to the ground motion below a floor and not to the floor motion."""
+    return bool(data.attrs.get("im_at", configuration_of(data).get("im_at")) == GROUND)
+
+
+def provenance_from(analysis: str, options: Mapping[str, Any], **sources: xr.Dataset) -> dict[str, Any]:
+    """Return `units.provenance` of a result: the analysis, its options, and the configurations of its sources."""
+    made_of = {name: configuration_of(one) for name, one in sources.items()}
+    return provenance({"analysis": analysis, **options, **made_of})
+
+
+def carried_attributes(attributes: Mapping[Any, Any]) -> dict[Hashable, Any]:
+    """Return the attributes of runs for a result derived from them, with the versions of the present packages."""
+    kept = {"configuration": attributes["configuration"]} if "configuration" in attributes else {}
+    return {**attributes, **provenance({}), **kept}
+
+
+def design_of(runs: xr.Dataset | xr.DataArray) -> str:
+    """Return the design of runs: ida, stripes or cloud.
+
+    Results of stripes and clouds may have variables on level, too, so the coordinate `intensity` is checked first.
+    """
+    if "intensity" in runs.coords:
+        return STRIPES if "stripe" in runs.coords else CLOUD
+    if "level" in runs.coords:
+        return IDA
+    if "level" in runs.dims:
+        raise ValueError("runs must have a level coordinate, got a level dimension without values")
+    raise ValueError(f"runs must have levels or intensities as coordinates, got dims {tuple(runs.dims)}")
+
+
+def intensity_of(runs: xr.Dataset) -> xr.DataArray:
+    """Return the levels of runs, or the intensity of each motion where each motion is run at one intensity."""
+    return runs["level" if design_of(runs) == IDA else "intensity"]
+
+
+def scaled_to_levels(runs: xr.Dataset) -> bool:
+    """Return True if motions were scaled to the levels, False for clouds and for stripes with ``scale=False``."""
+    return design_of(runs) != CLOUD and bool(configuration_of(runs).get("scale", True))
+
+
+class LevelMeasure(NamedTuple):
+    """The measure of the levels of runs: its name in the dataset, and the measure itself, None for plain factors.
+
+    values: of the unscaled motions, on motion (and on block, where the measure depends on it); 1 for plain factors.
+    """
+
+    name: str
+    measure: Measure | None
+    values: xr.DataArray
+
+
+def level_measure(runs: xr.Dataset) -> LevelMeasure:
+    """Return the measure of the levels of runs; named ``ground_pga`` where it is that of the ground motion below.
+
+    Raises
+    ------
+    ValueError
+        Levels that do not name their measure, or motions without its values.
+    """
+    levels = intensity_of(runs)
+    if "im" not in levels.attrs:
+        raise ValueError("runs must have levels or intensities and say of which measure, as toppling.ida returns them")
+    im = str(levels.attrs["im"])
+    one = intensity_measure(im)
+    if one is None:
+        return LevelMeasure(im, None, xr.DataArray(np.ones(runs.sizes["motion"]), dims="motion"))
+    measure = one.measure if isinstance(one, BlockMeasure) else one
+    below = f"{GROUND}_{im}"
+    name = below if below in runs.coords or levels_of_the_ground(runs) else im
+    if name in runs.coords:
+        return LevelMeasure(name, measure, runs[name])
+    if design_of(runs) == CLOUD:  # motions are run at their own intensity
+        return LevelMeasure(name, measure, levels)
+    raise ValueError(f"runs must have the coordinate {name!r}, the measure of their levels, got none")
+
+
+def scale_factor(runs: xr.Dataset) -> xr.DataArray:
+    """Return scale factors on motion, and on level and block where they depend on them; errors as `scale_factors`."""
+    return xr.DataArray(scale_factors(runs).values)
+
+
+def scale_factors(runs: xr.Dataset) -> ScaleFactors:
+    """Return the scale factors of labelled runs, from their levels and measures, to be computed slab by slab.
+
+    Raises
+    ------
+    ValueError
+        As `level_measure`, where motions are scaled to levels.
+    """
+    if not scaled_to_levels(runs):
+        return unscaled(runs.sizes["motion"])
+    one = level_measure(runs)
+    return ScaleFactors(intensity_of(runs).variable, one.values.variable, one.measure)
+
+
+def factors_of(runs: xr.Dataset) -> Array:
+    """Return the scale factors of labelled runs (block or 1, level or 1, motion), from levels and measures."""
+    factors = scale_factor(runs)
+    for dim in ("block", "level"):
+        if dim not in factors.dims:
+            factors = factors.expand_dims(dim)
+    return np.ascontiguousarray(factors.transpose("block", "level", "motion").values)
+
+
+def factors_under(runs: xr.Dataset, motions: Flags) -> Factors:
+    """Return `factors_of` for some motions, to be computed part by part where they differ between blocks at levels."""
+    one = level_measure(runs) if scaled_to_levels(runs) and design_of(runs) == IDA else None
+    if one is None or one.measure is None or "block" not in one.values.dims:
+        return factors_of(runs)[:, :, motions]
+    levels = np.asarray(intensity_of(runs).values, dtype=float)
+    measured = np.ascontiguousarray(one.values.transpose("block", "motion").values[:, motions])
+    return BlockFactors(levels, measured, one.measure, np.ones(levels.size))
+
+
+FLOORS = ("floor", "motion_floor")
+"""Names of the coordinate with the floor of each motion: by `toppling.ida`, and in results with a dimension `floor`."""
+
+
+def floor_of_each_motion(runs: xr.Dataset | xr.DataArray) -> list[str]:
+    """Return the floor of each motion as text, empty where none is given."""
+    return floor_labels(runs.coords, runs.sizes["motion"])
+
+
+def floor_labels(coordinates: Mapping[Any, xr.Variable | xr.DataArray], motions: int) -> list[str]:
+    """Return the floor of each motion as text from the coordinates of runs, empty where none is given."""
+    name = next(iter(_floor_names(coordinates)), None)
+    return [""] * motions if name is None else [str(one) for one in coordinates[name].values]
+
+
+def without_floors(runs: xr.Dataset) -> xr.Dataset:
+    """Return the runs without the floors of their motions."""
+    return runs.drop_vars(_floor_names(runs.coords))
+
+
+def _floor_names(coordinates: Mapping[Any, xr.Variable | xr.DataArray]) -> list[str]:
+    return [one for one in FLOORS if one in coordinates and coordinates[one].dims == ("motion",)]
+
+
+def motions_by_floor(runs: xr.Dataset | xr.DataArray) -> tuple[xr.Variable | None, list[NDArray[np.intp]]]:
+    """Return the floors and the indices of the motions of each; None and one group where there is one floor or none."""
+    of_motion = floor_of_each_motion(runs)
+    labels = list(dict.fromkeys(of_motion))
+    if len(labels) < 2:
+        return None, [np.arange(runs.sizes["motion"])]
+    whole = all(label.isdecimal() for label in labels)
+    floors = floor_coordinates([int(label) for label in labels] if whole else labels)["floor"]
+    return floors, [np.flatnonzero([one == label for one in of_motion]) for label in labels]
+
+
+def blocks_of(runs: xr.Dataset) -> list[Block]:
+    """Return the blocks of labelled runs, from their coordinates."""
+    names = ("width", "height", "cm_height", "inertia_factor")
+    columns = {name: runs[name].values.astype(float).tolist() for name in names}
+    return [
+        Block(name=str(label), **{name: column[i] for name, column in columns.items()})
+        for i, label in enumerate(runs["block"].values)
+    ]
+
+
+def laws_of(runs: xr.Dataset) -> list[Law]:
+    """Return the laws of labelled runs, from their configuration; ValueError where it does not hold them."""
+    try:
+        described = [dict(one) for one in configuration_of(runs)["models"]]
+        unknown = [one["law"] for one in described if one["law"] not in LAWS]
+        if unknown:
+            raise ValueError(f"runs must have laws of this package to be repeated, got {unknown[0]!r}")
+        laws = [LAWS[one.pop("law")](**one) for one in described]
+        known = {one.label: one for one in laws}
+        return [known[str(label)] for label in runs["model"].values]
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"runs must carry the configuration that toppling.ida writes: {error} is wrong") from None
+
+
+def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
+    """Return the motions of labelled runs as records, in order; ValueError where one is missing or differs."""
+    if "stripe" not in runs.coords:
+        known = {one.label: one for one in records(motions)}  # type: ignore[arg-type]
+        return [_same(runs, i, known.get(str(label))) for i, label in enumerate(runs["motion"].values)]
+    sets: list[Any] = [] if isinstance(motions, xr.DataArray) else list(motions)
+    keys = list(zip(runs["stripe"].values.tolist(), map(str, runs["record"].values), strict=True))
+    if len(sets) < max(stripe for stripe, _ in keys):
+        raise ValueError(f"motions must be one set for each of the {max(k for k, _ in keys)} stripes, got {len(sets)}")
+    found = {(k, one.label): one for k, own in enumerate(sets, start=1) for one in records(own)}
+    return [_same(runs, i, found.get(key)) for i, key in enumerate(keys)]
+
+
+def _same(runs: xr.Dataset, i: int, record: Record | None) -> Record:
+    name = str(runs["motion"].values[i])
+    if record is None:
+        raise ValueError(f"motions must hold motion {name!r} of the runs, got none")
+    pga = float(np.abs(record.acceleration).max())
+    if "pga" in runs.coords and not np.isclose(pga, float(runs["pga"].values[i]), rtol=1e-9, atol=0.0):
+        raise ValueError(
+            f"motion {name!r} must be the one of the runs, with a pga of {float(runs['pga'].values[i]):g} m/s², "
+            f"got one of {pga:g} m/s²"
+        )
+    return record

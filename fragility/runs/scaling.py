@@ -1,0 +1,200 @@
+"""Scale factors of motions from intensity levels, for measures of the motions and measures that depend on the block."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ...models import Block
+from ...motions.arrays import Record
+from ...motions.intensity.dataset import measure_named, positive_measure
+from ...motions.intensity.measure import MEASURES, Measure
+from ...units import DIMENSIONLESS, STANDARD_GRAVITY
+from .factors import BlockFactors, Factors, ScaleFactors, unscaled
+
+SCALE = "scale"
+MIN_FACTOR = 1e-100
+
+
+class Rocking(Protocol):
+    """The properties that a factor of the block may depend on: slenderness (rad) and frequency parameter (rad/s)."""
+
+    @property
+    def alpha(self) -> float: ...
+
+    @property
+    def p(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class BlockMeasure:
+    """A dimensionless measure: a measure of the motion times a factor of the block, `per_block`."""
+
+    label: str
+    measure: Measure
+    per_block: Callable[[Rocking], float]
+    long_name: str
+
+    @property
+    def units(self) -> str:
+        """Unit of its values, written the CF way."""
+        return DIMENSIONLESS
+
+
+BLOCK_MEASURES: dict[str, BlockMeasure] = {
+    one.label: one
+    for one in (
+        BlockMeasure(
+            "pga_normalised",
+            MEASURES["pga"],
+            lambda block: 1.0 / (STANDARD_GRAVITY * math.tan(block.alpha)),
+            "peak floor acceleration over g tan alpha",
+        ),
+        BlockMeasure(
+            "pgv_normalised",
+            MEASURES["pgv"],
+            lambda block: block.p / (STANDARD_GRAVITY * math.tan(block.alpha)),
+            "p times peak floor velocity over g tan alpha",
+        ),
+    )
+}
+"""Measures that depend on the block: PGA/(g tan alpha), 1 where a rigid block uplifts, and p PGV/(g tan alpha)."""
+
+INTENSITY_MEASURES = (*(name for name, one in MEASURES.items() if one.power != 0.0), *BLOCK_MEASURES, SCALE)
+"""Names of the measures that levels can have; measures with parameters are also allowed (`intensity_measure`)."""
+
+
+class Scaling(NamedTuple):
+    """Levels of an intensity measure and the factors that scale every motion to the levels.
+
+    levels (level,); factors (block, level, motion), one block where they are the same for all; name, units and long
+    name of the measure; measured: its values for the unscaled motions, (motion,) or (block, motion), None for plain
+    factors; ground: whether it is measured on the ground below and not on the motions themselves; measure: turns ratios
+    of levels and measured values into factors, None for plain factors.
+    """
+
+    levels: Array
+    factors: Factors
+    name: str
+    units: str
+    long_name: str
+    measured: Array | None = None
+    ground: bool = False
+    measure: Measure | None = None
+
+    @property
+    def measure_dims(self) -> tuple[str, ...]:
+        """Dimensions that the measured values are on: motion, with block where the measure depends on it."""
+        return ("motion",) if self.measured is None or self.measured.ndim == 1 else ("block", "motion")
+
+    def factors_at(self, levels: xr.Variable, motions: int) -> ScaleFactors:
+        """Return the factors that bring `motions` motions to levels on level, or on motion where each has its own."""
+        if self.measured is None:
+            return unscaled(motions)._replace(levels=levels)
+        return ScaleFactors(levels, xr.Variable(self.measure_dims, self.measured), self.measure)
+
+
+def intensity_measure(im: str | Measure) -> Measure | BlockMeasure | None:
+    """Return the measure of a name, None for plain factors (``scale``); ValueError where there is no such measure."""
+    if isinstance(im, str):
+        if im == SCALE:
+            return None
+        if im in BLOCK_MEASURES:
+            return BLOCK_MEASURES[im]
+    return measure_named(im, "im", (*BLOCK_MEASURES, SCALE))
+
+
+def scaling(
+    levels: Any,
+    motions: Sequence[Record],
+    im: str | Measure,
+    blocks: Sequence[Block] = (),
+    ground: Sequence[Record] | None = None,
+) -> Scaling:
+    """Return the factors (level/measure)^(1/power) for a measure of the motion; the levels for ``im="scale"``.
+
+    With `ground`, one ground motion for each motion, the measure is that of the ground motion: the floor motions of an
+    elastic building are proportional to it.
+
+    Raises
+    ------
+    ValueError
+        Levels that are not finite, > 0 and strictly increasing; an unknown measure, or one that does not grow with the
+        motion; a motion whose measure is zero; no blocks for a measure that depends on them.
+    """
+    one = intensity_measure(im)
+    values = increasing(levels)
+    if one is None:
+        alike = np.broadcast_to(values[None, :, None], (1, values.size, len(motions)))
+        _check_factors(alike, motions)
+        return Scaling(values, alike, SCALE, DIMENSIONLESS, "scale factor")
+    base = one.measure if isinstance(one, BlockMeasure) else one
+    measured = intensities(one, motions if ground is None else ground, blocks)
+    factors: Factors
+    if measured.ndim == 1:
+        with np.errstate(over="ignore", under="ignore"):
+            factors = base.factors(values[:, None] / measured[None, None, :])
+    else:
+        factors = BlockFactors(values, measured, base, np.ones(values.size))
+    _check_factors(factors, motions)
+    text = one.long_name if ground is None else of_the_ground(one.long_name)
+    return Scaling(values, factors, one.label, one.units, text, measured, ground is not None, base)
+
+
+def increasing(levels: Any) -> Array:
+    """Return levels as an array (level,); ValueError unless they are finite, > 0 and strictly increasing."""
+    values = checks.finite_array("levels", np.atleast_1d(np.asarray(levels)))
+    if values[0] <= 0.0:
+        raise ValueError(f"levels must be > 0, got {values[0]:g}")
+    if np.any(np.diff(values) <= 0.0):
+        at = int(np.argmax(np.diff(values) <= 0.0))
+        raise ValueError(f"levels must be strictly increasing, got {values[at + 1]:g} after {values[at]:g}")
+    return values
+
+
+def intensities(one: Measure | BlockMeasure, motions: Sequence[Record], blocks: Sequence[Block] = ()) -> Array:
+    """Return a measure of unscaled motions, (motion,), or (block, motion) where it depends on the block; all > 0."""
+    if not isinstance(one, BlockMeasure):
+        return positive_measure(one, motions)
+    if not blocks:
+        raise ValueError(f"im {one.label!r} depends on the block: blocks must hold at least one, got none")
+    per_block = np.array([[one.per_block(block)] for block in blocks])
+    return np.asarray(positive_measure(one.measure, motions) * per_block)
+
+
+def ground_of(motions: Sequence[Record], ground: Sequence[Record]) -> list[Record]:
+    """Return the ground motion below each floor motion, found by its label; ValueError where there is none."""
+    known = {record.label: record for record in ground}
+    found = []
+    for motion in motions:
+        label = motion.label.removesuffix(f" floor {motion.floor}") if motion.floor else motion.label
+        if label not in known:
+            raise ValueError(f"ground must hold the ground motion {label!r} of motion {motion.label!r}, got none")
+        found.append(known[label])
+    return found
+
+
+def of_the_ground(long_name: str) -> str:
+    """Return the long name of a measure of the ground motion below a floor."""
+    return long_name.replace("floor", "ground") if "floor" in long_name else f"{long_name}, ground motion"
+
+
+def _check_factors(factors: Factors, motions: Sequence[Record]) -> None:
+    """Raise ValueError where a motion would be scaled beyond any possible shaking, or to nothing."""
+    peaks = np.array([np.abs(motion.acceleration).max() for motion in motions])
+    for part in factors.parts() if isinstance(factors, BlockFactors) else [factors]:
+        with np.errstate(over="ignore", invalid="ignore"):
+            bad = ~np.isfinite(part) | (part < MIN_FACTOR) | ~(part * peaks <= checks.MAX_ACCELERATION)
+        if bad.any():
+            block, level, motion = (int(i) for i in np.argwhere(bad)[0])
+            raise ValueError(
+                f"motion {motions[motion].label!r} must be scaled by {MIN_FACTOR:g} at least and to "
+                f"{checks.MAX_ACCELERATION:g} m/s² at most, got a factor of {part[block, level, motion]:.3g}"
+            )

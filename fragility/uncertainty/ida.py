@@ -1,0 +1,160 @@
+"""Incremental dynamic analysis of an uncertain block: every sample of its inputs is a block and a law of its own.
+
+The samples are the oscillators of one analysis: blocks and laws are paired, not combined with each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ... import checks
+from ...aliases import Progress
+from ...models import Block, Law, describe_block, describe_law
+from ...models.laws import oscillator_of
+from ...motions.intensity.measure import Measure
+from ...units import DIMENSIONLESS
+from ..analyses.analysis import Specimens, analyse
+from ..analyses.ida import incremental
+from ..runs.labels import block_coordinates
+from ..runs.request import check_request
+from .inputs import RandomInputs
+from .realisation import LAW
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from ..runs.runners import Runner
+
+
+def uncertain_ida(
+    inputs: RandomInputs,
+    block: Block,
+    models: Law | Sequence[Law],
+    motions: xr.DataArray | Iterable[xr.DataArray],
+    levels: Any,
+    im: str | Measure = "pga",
+    outputs: Sequence[str] = ("overturned", "peak_rotation"),
+    client: Client | Runner | None = None,
+    skip: bool = True,
+    *,
+    samples: int | xr.Dataset = 64,
+    seed: int = 0,
+    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Incremental dynamic analysis of every sample of uncertain inputs, under the same motions.
+
+    Parameters
+    ----------
+    inputs : RandomInputs
+        The uncertain properties of the block and its law.
+    block : Block
+        The nominal block.
+    models : law or a sequence of laws
+        The nominal law.  Several laws give a dimension `model`, each under the same samples; where `law` is an input,
+        one law must be given and is not used.
+    motions, levels, im, outputs, client, skip, ground, progress
+        As for `ida`.
+    samples : int or xarray.Dataset
+        Number of samples (a Latin hypercube under `seed`), or samples as `RandomInputs.sample` returns them.
+    seed : int
+        Seed of the samples.
+
+    Returns
+    -------
+    xarray.Dataset
+        The outputs on (sample, level, motion), or (model, sample, level, motion); the properties of each sample's
+        block and law as coordinates on sample.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `ida` and `RandomInputs.realise`.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.fragility import RandomInputs, Uniform
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
+    >>> inputs = RandomInputs({"e": Uniform(0.85, 1.0), "alpha_factor": Uniform(0.9, 1.1)})
+    >>> shelf = tp.catalogue["bookcase-5-shelf"]
+    >>> runs = uncertain_ida(inputs, shelf, tp.HousnerImpact(), shakes, [2.0, 4.0], samples=8)
+    >>> dict(runs.sizes)
+    {'sample': 8, 'level': 2, 'motion': 4}
+    """
+    if not isinstance(inputs, RandomInputs):
+        raise TypeError(f"inputs must be RandomInputs, got {checks.kind(inputs)}")
+    request = check_request(block, models, outputs, skip, client, progress)
+    laws = request.models
+    if len(laws) > 1 and LAW in inputs.names:
+        raise ValueError(f"models must be one law where 'law' is an input, got {len(laws)}")
+    drawn = samples if isinstance(samples, xr.Dataset) else inputs.sample(samples, seed)
+    pairs = [pair for law in laws for pair in inputs.realise(block, law, drawn)]
+    blocks = [one for one, _ in pairs]
+    n = drawn.sizes["sample"]
+    design = incremental(levels, motions, im, blocks, ground)
+    coordinates = _on_samples(design.coordinates, n)
+    design = design._replace(title="Incremental dynamic analysis of an uncertain block", coordinates=coordinates)
+    several = None if isinstance(models, Law) else laws
+    specimens = Specimens(
+        [oscillator_of(*pair) for pair in pairs],
+        blocks,
+        {"sample": n} if several is None else {"model": len(laws), "sample": n},
+        # (level, design, im and levels come early in these results)
+        {**_sample_coordinates(drawn, pairs, several), "level": coordinates["level"]},
+        {
+            "design": design.name,
+            "inputs": inputs.description,
+            "samples": {name: drawn.attrs[name] for name in ("method", "seed") if name in drawn.attrs},
+            "block": describe_block(block),
+            "models": [describe_law(law) for law in laws],
+            **{name: design.configuration[name] for name in ("im", "levels")},
+        },
+    )
+    return analyse(request, specimens, design)
+
+
+def _on_samples(coordinates: Mapping[str, xr.Variable], samples: int) -> dict[str, xr.Variable]:
+    """Coordinates of a design, those of the blocks put on sample: they are the same for every model."""
+    return {
+        name: xr.Variable(("sample", "motion"), one.values[:samples], one.attrs) if "block" in one.dims else one
+        for name, one in coordinates.items()
+    }
+
+
+def _attributes(units: str, long_name: str) -> dict[str, str]:
+    return {"units": units, "long_name": long_name}
+
+
+def _sample_coordinates(
+    drawn: xr.Dataset, pairs: Sequence[tuple[Block, Law]], models: Sequence[Law] | None
+) -> dict[str, Any]:
+    """Coordinates: the properties of every sample's block and law, the values of the inputs, labels of several laws."""
+    n = drawn.sizes["sample"]
+    coordinates: dict[str, Any] = {str(name): one.variable for name, one in drawn.data_vars.items()}
+    for name, one in block_coordinates([block for block, _ in pairs[:n]]).items():
+        if name != "block":
+            coordinates[name] = xr.Variable("sample", one.values, one.attrs)
+    dims = ("sample",) if models is None else ("model", "sample")
+    shape = (n,) if models is None else (len(models), n)
+
+    def of_law(values: Iterable[Any], dtype: Any, long_name: str) -> xr.Variable:
+        column: NDArray[Any] = np.array(list(values), dtype=dtype).reshape(shape)
+        return xr.Variable(dims, column, _attributes(DIMENSIONLESS, long_name))
+
+    e = (law.restitution(block) for block, law in pairs)
+    coordinates["e"] = of_law((np.nan if one is None else one for one in e), float, "coefficient of restitution used")
+    delta = (getattr(law, "delta", np.nan) for _, law in pairs)
+    coordinates["delta"] = of_law(delta, float, "half width of the elastic zone over alpha")
+    if LAW not in drawn:
+        coordinates["law"] = of_law((law.law for _, law in pairs), object, "short name of the damping law")
+    if models is not None:
+        labels = np.array([law.label for law in models], dtype=object)
+        coordinates["model"] = ("model", labels, _attributes(DIMENSIONLESS, "damping law with its options"))
+    coordinates["sample"] = drawn["sample"].variable
+    return coordinates

@@ -1,0 +1,386 @@
+"""Indices of Sobol' and Morris (by SALib) and the tornado of any function of random inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ... import checks
+from ...aliases import Array
+from ...streams import stream
+from ...units import DIMENSIONLESS, provenance
+from ...wording import given_percent
+from ..runs.provenance import configuration_of
+from .distributions import Categorical
+from .inputs import RandomInputs
+
+Response = Callable[[xr.Dataset], Any]
+"""Function of samples of inputs that returns numbers on sample and any other dimensions."""
+
+
+def sobol_indices(
+    inputs: RandomInputs,
+    function: Response,
+    n: int = 256,
+    *,
+    second_order: bool = False,
+    confidence: float = 0.95,
+    replicates: int = 200,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Sobol' indices: shares of the variance of a function that its inputs explain alone and with others.
+
+    Parameters
+    ----------
+    inputs : RandomInputs
+        Independent inputs; choices among them count as one input each.
+    function : callable
+        A function of samples, a dataset on ``sample`` as `RandomInputs.sample` returns it, that returns numbers on
+        sample and any other dimensions, such as that of `overturning_response`.
+    n : int
+        Base samples, a power of 2, >= 2: the function is evaluated at n (d + 2) samples of d inputs, at n (2 d + 2)
+        with `second_order`.
+    second_order : bool
+        Compute the shares of pairs of inputs as well.
+    confidence : float
+        Confidence level of the intervals, between 0 and 1.
+    replicates : int
+        Number of bootstrap samples for the intervals, >= 2.
+    seed : int
+        Seed of the samples and the bootstrap.
+
+    Returns
+    -------
+    xarray.Dataset
+        On input and the function's other dimensions: `first` (alone) and `total` (with all others); on (input, input_2)
+        `second` (what the two do together beyond each alone); each with its interval, `_lower` and `_upper`.
+        `mean` and `variance` of the function.  NaN where it does not vary.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Correlated inputs, n that is no power of 2, a function whose result is not finite or not on sample.
+
+    Notes
+    -----
+    First and total order by the estimators of Saltelli et al. (2010), second order by Saltelli (2002), on scrambled
+    Sobol' points.  The indices are estimates, and small ones may be below zero.  Their intervals are the estimate plus
+    and minus normal quantiles of the standard deviation of the bootstrap replicates.
+
+    References
+    ----------
+    Saltelli, A. et al. (2010). Variance based sensitivity analysis of model output. Computer Physics Communications
+    181, 259-270.
+    Herman, J. and Usher, W. (2017). SALib: an open-source Python library for sensitivity analysis. Journal of Open
+    Source Software 2(9), 97.
+
+    Examples
+    --------
+    >>> from toppling.fragility import Uniform
+    >>> inputs = RandomInputs({"a": Uniform(0.0, 1.0), "b": Uniform(0.0, 2.0)})
+    >>> found = sobol_indices(inputs, lambda one: one["a"] + one["b"], n=512)
+    >>> found.total.values.round(2).tolist()
+    [0.2, 0.8]
+    """
+    from SALib.analyze import sobol as sobol_analysis  # noqa: PLC0415 - loads pandas and matplotlib, seconds of start
+    from SALib.sample import sobol as sobol_sample  # noqa: PLC0415
+
+    _independent(inputs)
+    size, start = checks.count("n", n, at_least=2), checks.count("seed", seed)
+    if size & (size - 1):
+        raise ValueError(f"n must be a power of 2, got {size}")
+    level = checks.number("confidence", confidence, above=0.0, below=1.0)
+    times = checks.count("replicates", replicates, at_least=2)
+    d = len(inputs.names)
+    problem = _problem(inputs)
+    points = sobol_sample.sample(problem, size, calc_second_order=second_order, seed=stream(start, 0))
+    values, rest = _evaluate(inputs, function, points)
+    shape = (d, values.shape[1])
+    found = {name: np.full(shape, np.nan) for name in ("S1", "S1_conf", "ST", "ST_conf")}
+    pairs: dict[str, NDArray[Any]] = {}
+    if second_order:
+        pairs = {name: np.full((d, *shape), np.nan) for name in ("S2", "S2_conf")}
+    step = points.shape[0] // size
+    base = np.concatenate([values[::step], values[step - 1 :: step]])
+    for k in range(values.shape[1]):
+        if np.ptp(base[:, k]) == 0.0:
+            continue
+        result = sobol_analysis.analyze(
+            problem,
+            values[:, k],
+            calc_second_order=second_order,
+            num_resamples=times,
+            conf_level=level,
+            seed=stream(start, 1),
+        )
+        for name, array in found.items():
+            array[:, k] = result[name]
+        for name, both in pairs.items():
+            upper = np.triu(np.nan_to_num(result[name]), 1)
+            both[:, :, k] = np.where(np.eye(d, dtype=bool), np.nan, upper + upper.T)
+    variables = {
+        **_with_ends("first", found["S1"], found["S1_conf"], "first-order Sobol' index", level),
+        **_with_ends("total", found["ST"], found["ST_conf"], "total-order Sobol' index", level),
+    }
+    dataset = _dataset(inputs, variables, rest)
+    if second_order:
+        of_pairs = _with_ends("second", pairs["S2"], pairs["S2_conf"], "second-order Sobol' index", level)
+        for name, (values_of, text) in of_pairs.items():
+            shaped = values_of.reshape(d, d, *rest.shape[1:])
+            dataset[name] = (("input", "input_2", *rest.dims[1:]), shaped, _attributes(text))
+        dataset["input_2"] = ("input_2", dataset["input"].values, _attributes("second input"))
+    units = str(rest.attrs.get("units", DIMENSIONLESS))
+    for name, column, unit, text in (
+        ("mean", base.mean(axis=0), units, "mean of the function"),
+        ("variance", base.var(axis=0), DIMENSIONLESS if units == DIMENSIONLESS else f"({units})2", "its variance"),
+    ):
+        dataset[name] = (rest.dims[1:], column.reshape(rest.shape[1:]), {"units": unit, "long_name": text})
+    options = {"n": size, "samples": points.shape[0], "confidence": level, "replicates": times, "seed": start}
+    return dataset.assign_attrs(
+        title="Sobol' indices",
+        **_provenance("Sobol' indices", inputs, rest, {**options, "second_order": second_order}),
+        **options,
+    )
+
+
+def morris_indices(
+    inputs: RandomInputs,
+    function: Response,
+    trajectories: int = 20,
+    *,
+    grid: int = 4,
+    tail: float = 0.01,
+    confidence: float = 0.95,
+    replicates: int = 200,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Morris' elementary effects: a screening of inputs with few samples.
+
+    Parameters
+    ----------
+    inputs : RandomInputs
+        Independent inputs.
+    function : callable
+        As for `sobol_indices`; evaluated at trajectories (d + 1) samples of d inputs.
+    trajectories : int
+        Random paths through the grid, >= 2, each changing every input once.
+    grid : int
+        Number of values of each input, even, >= 2.
+    tail : float
+        Probability left out at either end, 0 to below 0.5: the grid is even in probability between the two tails.
+    confidence, replicates, seed
+        As for `sobol_indices`.
+
+    Returns
+    -------
+    xarray.Dataset
+        On input and the function's other dimensions, in its unit: `mu`, the mean of the elementary effects, `mu_star`,
+        that of their absolute values with the ends of its interval, `mu_star_lower` and `mu_star_upper`, and `sigma`,
+        their standard deviation (interaction or curvature).  An effect is the change of the function, extrapolated to
+        the whole range of the input from tail to tail.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `sobol_indices`.
+
+    References
+    ----------
+    Morris, M. D. (1991). Factorial sampling plans for preliminary computational experiments. Technometrics 33, 161-174.
+    Campolongo, F., Cariboni, J. and Saltelli, A. (2007). An effective screening design for sensitivity analysis of
+    large models. Environmental Modelling & Software 22, 1509-1518.
+
+    Examples
+    --------
+    >>> from toppling.fragility import Uniform
+    >>> inputs = RandomInputs({"a": Uniform(0.0, 1.0), "b": Uniform(0.0, 2.0)})
+    >>> found = morris_indices(inputs, lambda one: one["a"] - one["b"], tail=0.0)
+    >>> found.mu.values.round(6).tolist(), found.sigma.values.round(6).tolist()
+    ([1.0, -2.0], [0.0, 0.0])
+    """
+    from SALib.analyze import morris as morris_analysis  # noqa: PLC0415 - as above
+    from SALib.sample import morris as morris_sample  # noqa: PLC0415
+
+    _independent(inputs)
+    paths, start = checks.count("trajectories", trajectories, at_least=2), checks.count("seed", seed)
+    values_each = checks.count("grid", grid, at_least=2)
+    if values_each % 2:
+        raise ValueError(f"grid must be even, got {values_each}")
+    left_out = checks.number("tail", tail, at_least=0.0, below=0.5)
+    level = checks.number("confidence", confidence, above=0.0, below=1.0)
+    times = checks.count("replicates", replicates, at_least=2)
+    problem = _problem(inputs)
+    points = morris_sample.sample(problem, paths, num_levels=values_each, seed=stream(start, 0))
+    values, rest = _evaluate(inputs, function, left_out + (1.0 - 2.0 * left_out) * points)
+    found = {
+        name: np.empty((len(inputs.names), values.shape[1])) for name in ("mu", "mu_star", "sigma", "mu_star_conf")
+    }
+    for k in range(values.shape[1]):
+        result = morris_analysis.analyze(
+            problem,
+            points,
+            values[:, k],
+            num_resamples=times,
+            conf_level=level,
+            num_levels=values_each,
+            seed=stream(start, 1),
+        )
+        for name, array in found.items():
+            array[:, k] = np.asarray(result[name], dtype=float)
+    variables = {
+        "mu": (found["mu"], "mean elementary effect"),
+        **_with_ends("mu_star", found["mu_star"], found["mu_star_conf"], "mean absolute elementary effect", level),
+        "sigma": (found["sigma"], "standard deviation of the elementary effects"),
+    }
+    dataset = _dataset(inputs, variables, rest, str(rest.attrs.get("units", DIMENSIONLESS)))
+    options = {
+        "trajectories": paths,
+        "samples": points.shape[0],
+        "grid": values_each,
+        "tail": left_out,
+        "confidence": level,
+        "replicates": times,
+        "seed": start,
+    }
+    title = "Morris' elementary effects"
+    return dataset.assign_attrs(title=title, **_provenance(title, inputs, rest, options), **options)
+
+
+def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: float = 0.95) -> xr.Dataset:
+    """Evaluate a function with one input at a time at two of its quantiles and all others at their medians.
+
+    Parameters
+    ----------
+    inputs : RandomInputs
+        Independent inputs.
+    function : callable
+        As for `sobol_indices`; evaluated at one sample and two for each input (for a choice, one for each).
+    low, high : float
+        Probabilities of the two quantiles, 0 < low < high < 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        On input and the function's other dimensions, in its unit: `low` and `high`, the function at the two quantiles
+        (of a choice, its least and greatest), and `swing`, their absolute difference; `base`, at the medians (and the
+        likeliest choices).
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `sobol_indices`.
+
+    Examples
+    --------
+    >>> from toppling.fragility import Uniform
+    >>> inputs = RandomInputs({"a": Uniform(0.0, 1.0), "b": Uniform(0.0, 2.0)})
+    >>> tornado(inputs, lambda one: one["a"] - one["b"]).swing.values.round(6).tolist()
+    [0.9, 1.8]
+    """
+    _independent(inputs)
+    first = checks.number("low", low, above=0.0, below=1.0)
+    last = checks.number("high", high, above=first, below=1.0)
+    middle, turns = [], []
+    for one in inputs.distributions.values():
+        if isinstance(one, Categorical):
+            centres = np.cumsum(one.shares) - 0.5 * one.shares
+            middle.append(float(centres[one.shares.argmax()]))
+            turns.append(centres.tolist())
+        else:
+            middle.append(0.5)
+            turns.append([first, last])
+    points = [middle]
+    owner = [-1]
+    for i, own in enumerate(turns):
+        for value in own:
+            points.append([*middle[:i], value, *middle[i + 1 :]])
+            owner.append(i)
+    values, rest = _evaluate(inputs, function, np.array(points))
+    ends = np.empty((2, len(turns), values.shape[1]))
+    for i, one in enumerate(inputs.distributions.values()):
+        own = values[np.array(owner) == i]
+        ends[:, i] = (own.min(axis=0), own.max(axis=0)) if isinstance(one, Categorical) else own
+    variables = {
+        "low": (ends[0], f"at the {given_percent(first)} quantile, or the least of a choice"),
+        "high": (ends[1], f"at the {given_percent(last)} quantile, or the greatest of a choice"),
+        "swing": (np.abs(ends[1] - ends[0]), "absolute difference of the two"),
+    }
+    units = str(rest.attrs.get("units", DIMENSIONLESS))
+    dataset = _dataset(inputs, variables, rest, units)
+    base = values[0].reshape(rest.shape[1:])
+    dataset["base"] = (rest.dims[1:], base, {"units": units, "long_name": "at the medians of all inputs"})
+    return dataset.assign_attrs(
+        title="One input at a time",
+        **_provenance("tornado", inputs, rest, {"quantiles": [first, last]}),
+        quantiles=[first, last],
+    )
+
+
+def _with_ends(
+    name: str, values: Array, half_width: Array, long_name: str, confidence: float
+) -> dict[str, tuple[Array, str]]:
+    """The estimate and the ends of its symmetric interval, with their long names."""
+    of = f"end of the {given_percent(confidence)} interval of the {long_name}"
+    return {
+        name: (values, long_name),
+        f"{name}_lower": (values - half_width, f"lower {of}"),
+        f"{name}_upper": (values + half_width, f"upper {of}"),
+    }
+
+
+def _provenance(analysis: str, inputs: RandomInputs, rest: xr.DataArray, options: dict[str, Any]) -> dict[str, Any]:
+    """Provenance of indices, with the configuration that the function states, as `overturning_response` does."""
+    return provenance({"analysis": analysis, **options, "inputs": inputs.description, "of": configuration_of(rest)})
+
+
+def _attributes(long_name: str, units: str = DIMENSIONLESS) -> dict[str, str]:
+    return {"units": units, "long_name": long_name}
+
+
+def _independent(inputs: Any) -> None:
+    if not isinstance(inputs, RandomInputs):
+        raise TypeError(f"inputs must be RandomInputs, got {checks.kind(inputs)}")
+    if not inputs.independent:
+        pairs = ", ".join(f"{a} and {b}" for (a, b), value in inputs.rank_correlation.items() if value)
+        raise ValueError(f"inputs must be independent to have shares of their own, got a correlation of {pairs}")
+
+
+def _problem(inputs: RandomInputs) -> dict[str, Any]:
+    """The unit cube of the inputs' probabilities as a problem of SALib."""
+    d = len(inputs.names)
+    return {"num_vars": d, "names": list(inputs.names), "bounds": [[0.0, 1.0]] * d}
+
+
+def _evaluate(inputs: RandomInputs, function: Response, points: Array) -> tuple[Array, xr.DataArray]:
+    """Values (sample, column) at points (sample, input) of the unit cube, and the array of the first sample."""
+    samples = inputs.at(points)
+    found = function(samples)
+    if not isinstance(found, xr.DataArray):
+        found = xr.DataArray(checks.finite_array("the function's result", found), dims="sample")
+    if "sample" not in found.dims or found.sizes["sample"] != points.shape[0]:
+        raise ValueError(f"the function must give {points.shape[0]} values on sample, got {dict(found.sizes)}")
+    array = found.transpose("sample", ...).astype(float)
+    if not np.all(np.isfinite(array.values)):
+        raise ValueError(f"the function must be finite, got {int((~np.isfinite(array)).sum())} values that are not")
+    return array.values.reshape(points.shape[0], -1), array.isel(sample=[0])
+
+
+def _dataset(
+    inputs: RandomInputs,
+    variables: dict[str, tuple[Array, str]],
+    rest: xr.DataArray,
+    units: str = DIMENSIONLESS,
+) -> xr.Dataset:
+    """Arrays (input, column) on input and the function's other dimensions."""
+    dims = ("input", *rest.dims[1:])
+    shape: Sequence[int] = (len(inputs.names), *rest.shape[1:])
+    kept = {name: one.variable for name, one in rest.coords.items() if "sample" not in one.dims}
+    names = np.array(inputs.names, dtype=object)
+    return xr.Dataset(
+        {name: (dims, array.reshape(shape), _attributes(text, units)) for name, (array, text) in variables.items()},
+        coords={**kept, "input": ("input", names, _attributes("input"))},
+    )

@@ -1,0 +1,241 @@
+"""Random inputs: the uncertain properties of a block and its damping law, their correlations, and samples of them.
+
+A sample is a block and a law of its own.  This module knows nothing of motions.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import scipy
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ...models import Block, Law
+from ...streams import stream
+from ...units import DIMENSIONLESS, provenance
+from .distributions import Categorical, Distribution
+from .realisation import KNOWN, LAW, InputRange, block_with, check_known, check_restitution, laws_of, taken_by
+
+METHODS = ("latin-hypercube", "sobol", "random")
+# A point on the edge of the unit cube has no finite score: Sobol' points are multiples of this.
+LEAST = 2.0**-32
+
+
+@dataclass(frozen=True)
+class RandomInputs:
+    """Uncertain inputs by name, each with its distribution, and their rank correlations.
+
+    Parameters
+    ----------
+    distributions : mapping of str to Distribution
+        Of a block: `alpha` (rad) and `R` (m), or `alpha_factor` and `R_factor` on those of the nominal block, or
+        `width`, `height` and `cm_height` (m); `inertia_factor`.  Of its law: `e`, `restitution_factor`, `delta`,
+        `zeta`, `coefficient`, and `law`, a `Categorical` of laws or their short names.  Other names are for functions
+        of the user (`sobol_indices`); no block or law has them.
+    rank_correlation : mapping of pairs of names to float, optional
+        Spearman's correlations, between -1 and 1; 0 where not given.
+
+    Raises
+    ------
+    TypeError, ValueError
+        An input that is no distribution; a support that leaves the physical range (0 < e <= 1, 0 < delta < 1,
+        0 < alpha < pi/2, 1 < inertia_factor <= 2 …), which is to be truncated; correlations that no joint distribution
+        has, or of a choice, which has no ranks; two inputs that define the same property.
+
+    Notes
+    -----
+    The inputs have a Gaussian copula: their scores have the correlation 2 sin(pi rho/6), and thus the rank correlation
+    rho (Pearson 1907).
+
+    Examples
+    --------
+    >>> from toppling.fragility import Beta, Lognormal
+    >>> inputs = RandomInputs(
+    ...     {"e": Beta(4.0, 2.0, 0.8, 1.0), "R_factor": Lognormal(1.0, 0.1)}, {("e", "R_factor"): 0.3}
+    ... )
+    >>> dict(inputs.sample(8, seed=1).sizes)
+    {'sample': 8}
+    """
+
+    distributions: Mapping[str, Distribution]
+    rank_correlation: Mapping[tuple[str, str], float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.distributions, Mapping) or not self.distributions:
+            raise TypeError(f"distributions must map names to distributions, got {checks.kind(self.distributions)}")
+        for name, one in self.distributions.items():
+            if not isinstance(name, str) or not name.isidentifier() or name == "sample":
+                raise TypeError(f"names of inputs must be words such as 'e', other than 'sample', got {name!r:.40}")
+            if not isinstance(one, Distribution):
+                raise TypeError(
+                    f"input {name!r} must be a distribution, such as Uniform(0.8, 1.0), got {checks.kind(one)}"
+                )
+        check_known(self.distributions)
+        object.__setattr__(self, "distributions", dict(self.distributions))
+        object.__setattr__(self, "rank_correlation", dict(self.rank_correlation))
+        _ = self._factor
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The inputs in order."""
+        return tuple(self.distributions)
+
+    @property
+    def independent(self) -> bool:
+        """True if no two inputs are correlated."""
+        return not any(self.rank_correlation.values())
+
+    @property
+    def _factor(self) -> Array:
+        """Cholesky factor of the correlation matrix of scores; ValueError where there is no such joint distribution."""
+        names = self.names
+        matrix = np.eye(len(names))
+        given: dict[frozenset[str], float] = {}
+        for pair, value in self.rank_correlation.items():
+            if not isinstance(pair, tuple) or len(pair) != 2 or not {*pair} <= {*names} or pair[0] == pair[1]:
+                raise ValueError(f"rank_correlation must be of pairs of {', '.join(names)}, got {pair!r:.60}")
+            rho = checks.number(f"rank_correlation of {pair[0]} and {pair[1]}", value, at_least=-1.0, at_most=1.0)
+            for name in pair:
+                if isinstance(self.distributions[name], Categorical):
+                    raise ValueError(f"{name!r} is a choice and has no ranks: it cannot be correlated")
+            i, j = (names.index(name) for name in pair)
+            if given.setdefault(frozenset(pair), rho) != rho:
+                raise ValueError(f"rank_correlation of {pair[0]} and {pair[1]} is given twice and differs, got {rho:g}")
+            matrix[i, j] = matrix[j, i] = 2.0 * math.sin(math.pi * rho / 6.0)
+        try:
+            return np.asarray(np.linalg.cholesky(matrix))
+        except np.linalg.LinAlgError:
+            raise ValueError(
+                f"rank_correlation must be positive definite as 2 sin(pi rho/6), got {self.rank_correlation!r:.80}"
+            ) from None
+
+    def sample(self, n: int, seed: int = 0, method: str = "latin-hypercube") -> xr.Dataset:
+        """Return samples of the inputs.
+
+        Parameters
+        ----------
+        n : int
+            Number of samples, >= 1; a power of 2 for ``sobol``.
+        seed : int
+            Seed of the scrambling; the same seed gives the same samples.
+        method : {"latin-hypercube", "sobol", "random"}
+            Method by which the unit cube is filled.
+
+        Returns
+        -------
+        xarray.Dataset
+            One variable for each input, on ``sample``, with units; choices as words.
+        """
+        count, start = checks.count("n", n, at_least=1), checks.count("seed", seed)
+        checks.choice("method", method, METHODS)
+        random = stream(start)
+        d = len(self.names)
+        if method == "sobol":
+            if count & (count - 1):
+                raise ValueError(f"n must be a power of 2 with method='sobol', got {count}")
+            points = scipy.stats.qmc.Sobol(d, scramble=True, seed=random).random(count)
+        elif method == "latin-hypercube":
+            points = scipy.stats.qmc.LatinHypercube(d, seed=random).random(count)
+        else:
+            points = random.random((count, d))
+        return self.at(points).assign_attrs(method=method, seed=start)
+
+    def at(self, points: Array) -> xr.Dataset:
+        """Return the inputs at points (sample, input) of the unit cube: probabilities of independent scores."""
+        cube = checks.finite_array("points", points, ndim=(2,))
+        if cube.shape[1] != len(self.names) or cube.min() < 0.0 or cube.max() > 1.0:
+            raise ValueError(
+                f"points must be between 0 and 1 in {len(self.names)} columns, got an array of shape {cube.shape} "
+                f"from {cube.min():g} to {cube.max():g}"
+            )
+        inside = np.clip(cube, LEAST, 1.0 - LEAST)
+        probability = inside if self.independent else scipy.special.ndtr(scipy.special.ndtri(inside) @ self._factor.T)
+        variables = {}
+        for i, (name, one) in enumerate(self.distributions.items()):
+            known = KNOWN.get(name, InputRange(DIMENSIONLESS, name, -math.inf, math.inf))
+            attributes = {"units": known.units, "long_name": known.long_name}
+            variables[name] = ("sample", one.quantile(probability[:, i]), attributes)
+        index = np.arange(cube.shape[0])
+        return xr.Dataset(
+            variables,
+            coords={"sample": ("sample", index, {"units": DIMENSIONLESS, "long_name": "sample of the inputs"})},
+            attrs={
+                "title": "Samples of uncertain inputs",
+                **provenance({"analysis": "samples of inputs", "inputs": self.description}),
+                "inputs": json.dumps(self.description, ensure_ascii=False),
+            },
+        )
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """The inputs as plain values."""
+        return {
+            "distributions": {name: repr(one) for name, one in self.distributions.items()},
+            "rank_correlation": {f"{a}, {b}": value for (a, b), value in self.rank_correlation.items()},
+        }
+
+    def realise(self, block: Block, model: Law, samples: xr.Dataset) -> list[tuple[Block, Law]]:
+        """Return a block and a law for every sample: the nominal ones with the values of the uncertain properties.
+
+        Parameters
+        ----------
+        block : Block
+            The nominal block.  Its ratio of cm_height to height is kept where only one of them or neither is an input,
+            and its inertia factor where that is no input.
+        model : law
+            The nominal law; where `law` is an input, it is not used.
+        samples : xarray.Dataset
+            As `sample` returns them.
+
+        Raises
+        ------
+        TypeError, ValueError
+            An input that no block or law has, or that none of the laws has; a law with the block's own e_R where the
+            inputs let e_R be 0 or less, or above 1 with its factor.
+
+        Notes
+        -----
+        An input that the drawn law does not have (such as e for Vassiliou's law) has no effect on that sample.
+
+        Examples
+        --------
+        >>> import toppling as tp
+        >>> from toppling.fragility import Uniform
+        >>> inputs = RandomInputs({"delta": Uniform(0.01, 0.1)})
+        >>> pairs = inputs.realise(tp.catalogue["bookcase-5-shelf"], tp.DiscreteDamping(), inputs.sample(3))
+        >>> len(pairs), pairs[0][0].label
+        (3, 'bookcase-5-shelf')
+        """
+        if not isinstance(block, Block):
+            raise TypeError(f"block must be a toppling Block, got {checks.kind(block)}")
+        if not isinstance(model, Law):
+            raise TypeError(f"model must be a damping law such as DiscreteDamping(), got {checks.kind(model)}")
+        unknown = [name for name in self.names if name not in KNOWN]
+        if unknown:
+            raise ValueError(f"inputs of a block and its law must be among {', '.join(KNOWN)}, got {unknown[0]!r}")
+        missing = [name for name in self.names if not isinstance(samples, xr.Dataset) or name not in samples]
+        if missing:
+            raise ValueError(f"samples must hold every input, as RandomInputs.sample gives them, got no {missing[0]!r}")
+        laws = laws_of(self.distributions[LAW]) if LAW in self.names else {"": model}
+        taken = taken_by(laws, self.names)
+        check_restitution(block, laws.values(), self.distributions)
+        columns = {name: samples[name].values for name in self.names}
+        pairs = []
+        for k in range(samples.sizes["sample"]):
+            values = {name: column[k] for name, column in columns.items()}
+            label = str(values.get(LAW, ""))
+            if label not in laws:
+                raise ValueError(f"sample {k} has law {label!r}, which is none of {', '.join(laws)}")
+            own = {name: float(values[name]) for name in taken[label]}
+            try:
+                pairs.append((block_with(block, values), replace(laws[label], **own)))  # type: ignore[type-var]
+            except ValueError as error:
+                raise ValueError(f"sample {k}: {error}") from None
+        return pairs

@@ -1,0 +1,191 @@
+"""Joint overturning of many blocks under the same motions, with differences between pieces of one kind.
+
+In a deterministic model pieces that are alike fall together.  Real pieces differ a little: their restitution and
+slenderness are then drawn at random, and only the motion is common to them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ... import checks
+from ...aliases import Array, Flags, Index, Progress
+from ...models import Block, Law
+from ...models.laws import oscillator_of
+from ...models.oscillator import Oscillator
+from ...motions.arrays import Record
+from ...streams import stream
+from ..runs.request import Request, execute, runner_of
+from ..runs.runners import Runner
+from .distributions import Beta, Lognormal
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+PIECES = ("independent", "together")
+MOST_VARIANTS = 1000
+
+
+@dataclass(frozen=True)
+class Variability:
+    """Differences between pieces of one kind.
+
+    Parameters
+    ----------
+    restitution_sd : float
+        Standard deviation of the restitution, whose mean is its nominal value; beta distribution.
+    slenderness_dispersion : float
+        Lognormal standard deviation of the slenderness angle, whose median is its nominal value; the size R does not
+        vary.
+    pieces : {"independent", "together"}
+        A draw for every piece; or one draw for all pieces of a line, which then still fall together.
+    variants : int
+        Number of variants of each block that are run, from which pieces are drawn; 2 to 1000.
+    realisations : int
+        Number of times that a building is filled with drawn pieces; 1 to 1000.
+    seed : int
+        Seed of variants and draws.
+
+    Raises
+    ------
+    TypeError, ValueError
+        A value out of range, no variation at all.
+
+    Notes
+    -----
+    FEMA P-58 has two kinds of performance group, whose components are all in one damage state or each in its own.
+    Here the motion is common to all pieces in either case, and only the differences between pieces are drawn: given the
+    motion, each independent piece of a line falls with the same probability, the share of the variants that fall.
+    Without variability that share is 0 or 1, so that pieces of a line fall together: the number overturned then has its
+    greatest variance, while its mean is unbiased.
+
+    Variants are a Latin hypercube sample, the same for every block, so that blocks are compared under the same draws.
+    """
+
+    restitution_sd: float = 0.0
+    slenderness_dispersion: float = 0.0
+    pieces: str = "independent"
+    variants: int = 16
+    realisations: int = 20
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        checks.number("restitution_sd", self.restitution_sd, at_least=0.0, below=0.5)
+        checks.number("slenderness_dispersion", self.slenderness_dispersion, at_least=0.0, at_most=1.0)
+        if self.restitution_sd == 0.0 and self.slenderness_dispersion == 0.0:
+            raise ValueError("variability needs restitution_sd or slenderness_dispersion > 0, got 0 for both")
+        checks.choice("pieces", self.pieces, PIECES)
+        for name, least in (("variants", 2), ("realisations", 1)):
+            if checks.count(name, getattr(self, name), at_least=least) > MOST_VARIANTS:
+                raise ValueError(f"{name} must be at most {MOST_VARIANTS}, got {getattr(self, name)}")
+        checks.count("seed", self.seed)
+
+    @property
+    def plain(self) -> dict[str, Any]:
+        """Every option by name."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
+    def sample(self) -> Array:
+        """Probabilities (variant, 2), for restitution and slenderness: each column has one value in every stratum."""
+        n = self.variants
+        columns = []
+        for index in range(2):
+            generator = stream(self.seed, index)
+            columns.append((generator.permutation(n) + generator.random(n)) / n)
+        return np.stack(columns, axis=1)
+
+    def draws(self, label: str, count: int) -> Index:
+        """Return the number of pieces of a line of each variant (realisation, variant), drawn from its label alone."""
+        digest = hashlib.sha256(label.encode()).digest()
+        key = tuple(int.from_bytes(digest[i : i + 4], "little") for i in range(0, 16, 4))
+        generator = stream(self.seed, *key)
+        if self.pieces == "independent":
+            even = np.full(self.variants, 1.0 / self.variants)
+            return generator.multinomial(count, even, size=self.realisations)
+        chosen = generator.integers(self.variants, size=self.realisations)
+        return count * np.eye(self.variants, dtype=np.int64)[chosen]
+
+
+def oscillators_of_pieces(
+    block: Block, model: Law, e: float | None = None, variability: Variability | None = None
+) -> list[Oscillator]:
+    """Return the oscillator of a block under a law with its own restitution `e`, or its variants where pieces differ.
+
+    Raises
+    ------
+    ValueError
+        A restitution for a law that has none; a variability so great that a variant is no block, or that no beta
+        distribution has it.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> block = tp.catalogue["bookcase-5-shelf"]
+    >>> found = oscillators_of_pieces(block, tp.HousnerImpact(), 0.9, Variability(restitution_sd=0.02))
+    >>> len(found), round(sum(one.e for one in found) / 16, 2)
+    (16, 0.9)
+    """
+    own = with_restitution(model, e)
+    if variability is None:
+        return [oscillator_of(block, own)]
+    found = []
+    for restitution, slenderness in variability.sample():
+        angle = block.alpha
+        if variability.slenderness_dispersion > 0.0:
+            law_of_angle = Lognormal(block.alpha, variability.slenderness_dispersion)
+            angle = float(law_of_angle.quantile(np.array(slenderness)))
+        if angle >= 0.5 * math.pi:
+            raise ValueError(
+                f"slenderness_dispersion {variability.slenderness_dispersion:g} makes {block.label} a block of alpha = "
+                f"{angle:.3g} rad, which must be below pi/2"
+            )
+        piece = block
+        if variability.slenderness_dispersion > 0.0:
+            piece = Block.from_slenderness(angle, block.R, block.inertia, block.label)
+        mean = own.restitution(piece)
+        law = own
+        if mean is not None and variability.restitution_sd > 0.0:
+            law = with_restitution(own, _beta(mean, variability.restitution_sd, restitution, block))
+        found.append(oscillator_of(piece, law))
+    return found
+
+
+def with_restitution(model: Law, e: float | None) -> Law:
+    """Return the law with the restitution `e`, unchanged where `e` is None; ValueError where it has no restitution."""
+    if e is None:
+        return model
+    names = {one.name for one in fields(model)}  # type: ignore[arg-type]
+    if "e" not in names:
+        raise ValueError(f"law {model.law!r} has no restitution, so a block cannot have its own, got e = {e:g}")
+    changed: dict[str, Any] = {"e": e, **({"restitution_factor": 1.0} if "restitution_factor" in names else {})}
+    return replace(model, **changed)  # type: ignore[type-var]
+
+
+def _beta(mean: float, sd: float, probability: float, block: Block) -> float:
+    """Quantile of the beta distribution with the given mean and standard deviation."""
+    try:
+        law = Beta.from_moments(mean, sd)
+    except ValueError as error:
+        raise ValueError(f"restitution_sd {sd:g} for {block.label}, whose restitution is {mean:.3g}: {error}") from None
+    return float(law.quantile(np.array(probability)))
+
+
+def overturning_flags(
+    oscillators: Sequence[Oscillator],
+    motions: Sequence[Record],
+    factors: Array,
+    client: Client | Runner | None = None,
+    progress: Progress | None = None,
+) -> Flags:
+    """Return flags (oscillator, level, motion) of all oscillators under the same scaled motions.
+
+    factors (1, level, motion), the same for all oscillators.  Bit-identical for any chunking and any number of workers.
+    """
+    request = Request([], [], ["overturned"], True, runner_of(client), progress, screen=False)
+    return np.asarray(execute(oscillators, motions, factors, request).results["overturned"])

@@ -1,0 +1,53 @@
+"""Characteristics of motions that the validity screen uses: frequency bands, and the peaks of half-cycles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array
+from ...motions.arrays import Record
+from ...motions.intensity.peaks import half_cycle_peaks
+from ...motions.intensity.spectra import BAND_SHARES, energy_band
+from ...units import HERTZ
+from ...wording import given_percent
+from .reasons import labelled
+
+
+class Characteristics(NamedTuple):
+    """Lower and upper end of the frequency band of each motion (motion,), Hz, and its `rising_peaks`, m/s²."""
+
+    low: xr.Variable
+    high: xr.Variable
+    rising: list[Array]
+
+    @classmethod
+    def of(cls, motions: Sequence[Record]) -> Characteristics:
+        """Return the characteristics of motions."""
+        low, high = _bands(motions)
+        return cls(low, high, rising_peaks(motions))
+
+    def part(self, motions: slice) -> Characteristics:
+        """Return the characteristics of some of the motions."""
+        return Characteristics(self.low[motions], self.high[motions], self.rising[motions])
+
+
+def rising_peaks(motions: Sequence[Record]) -> list[Array]:
+    """Return for each motion the peaks of its half-cycles that exceed all peaks before them, m/s²."""
+    return [np.unique(np.maximum.accumulate(half_cycle_peaks(record.acceleration))) for record in motions]
+
+
+def _bands(motions: Sequence[Record]) -> list[xr.Variable]:
+    """Both ends of the band of each motion, Hz."""
+    bands = np.array([energy_band(record.acceleration, record.dt) for record in motions])
+    return [
+        labelled(
+            xr.Variable(("motion",), values),
+            f"frequency below which {given_percent(share)} of the energy of the motion lie",
+            HERTZ,
+        )
+        for values, share in zip(bands.T, BAND_SHARES, strict=True)
+    ]

@@ -1,0 +1,198 @@
+"""Notes of a validity screen: a sentence for each reason that holds, for tables and reports."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array, Flags
+from ...models import Block
+from ...wording import two_digit_percent
+from ..numerics.proportions import runs_for_half_width, wilson_interval
+from .reasons import ELASTIC_MODE, SCALED_FAR, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason
+from .screen import SQUAT_RATIO
+
+HUGE, TINY = 30.0, 0.01  # m: no content of a building
+NAMED = 3  # no sentence names more
+MOST_ALONE = 8  # blocks with a sentence of their own
+_BLOCK, _LAW, _PAIR = ("block",), ("model",), ("block", "model")
+NOT_MODELLED = "vertical shaking, sliding and bouncing are not modelled"
+
+
+def block_notes(blocks: Iterable[Block]) -> list[str]:
+    """Return notes on the blocks alone, before anything is run: one sentence each."""
+    every = list(blocks)
+    found = _squat([block.label for block in every], np.array([block.h / block.b for block in every]))
+    for text, odd in (
+        (f"over {HUGE:g} m", [block for block in every if max(block.width, block.height) > HUGE]),
+        (f"under {TINY:g} m wide", [block for block in every if block.width < TINY]),
+    ):
+        sizes = [f"{block.label}: {block.width:g} m x {block.height:g} m" for block in odd]
+        if len(odd) > MOST_ALONE:
+            found.append(f"{len(odd):,} of {len(every):,} blocks are {text} ({_first(sizes)}): metres meant?")
+        else:
+            found += [f"{one}: metres meant?" for one in sizes]
+    return found
+
+
+def notes(screened: xr.Dataset) -> list[str]:
+    """Return notes that a user should read before trusting a result: a sentence for each reason that holds.
+
+    Parameters
+    ----------
+    screened : xarray.Dataset
+        As `screen` returns it, or a study's results, which hold the same variables.
+
+    Returns
+    -------
+    list of str
+        Notes on each squat block; friction; the elastic mode; scale factors; the number of motions; undecided flags;
+        and the effects that are never modelled.
+
+    Raises
+    ------
+    TypeError
+        A dataset that has not been screened.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.fragility import screen
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
+    >>> runs = tp.ida(tp.Block(0.4, 1.2, name="cabinet"), tp.HousnerImpact(e=0.9), shakes, [2.0, 9.8])
+    >>> for sentence in notes(screen(runs, shakes, friction=0.45)):
+    ...     print(sentence)
+    50 % of the runs slide while they rock: they need a coefficient of friction of up to 0.48 (cabinet 50 %)
+    4 motions tell a probability of 1/2 to ±0.35 only; 39 would to ±0.15
+    vertical shaking, sliding and bouncing are not modelled
+    """
+    if not isinstance(screened, xr.Dataset) or "screen" not in screened.attrs or "outside" not in screened:
+        raise TypeError("notes need a dataset as toppling.fragility.screen returns it")
+    settings = json.loads(screened.attrs["screen"])
+    labels = [str(label) for label in screened["block"].values]
+    found = _squat(labels, 1.0 / screened["friction_uplift"].values, screened["squat"].values)
+    found += _friction(screened, settings)
+    found += _shaking(screened, settings)
+    if "undecided" in screened:
+        found.append(_undecided(screened))
+    return [*found, NOT_MODELLED]
+
+
+def _squat(labels: list[str], ratios: Array, here: Flags | None = None) -> list[str]:
+    """Sentences on squat blocks: by the height of the centre of mass over half the width, or as given by the screen."""
+    squat = np.flatnonzero(ratios < SQUAT_RATIO if here is None else here)
+    if squat.size > MOST_ALONE:
+        low, high = float(ratios[squat].min()), float(ratios[squat].max())
+        named = _first([labels[i] for i in squat])
+        return [
+            f"{squat.size:,} blocks ({named}) have their centre of mass {low:.1f} to {high:.1f} half widths high; "
+            f"below {SQUAT_RATIO:g} they slide or bounce rather than rock, which is not modelled"
+        ]
+    return [
+        f"{labels[i]}: its centre of mass is {ratios[i]:.1f} half widths high; below {SQUAT_RATIO:g} it slides or "
+        "bounces rather than rocks, which is not modelled"
+        for i in squat
+    ]
+
+
+def _first(names: list[str]) -> str:
+    """The first of many names, and the number of the others."""
+    return f"{', '.join(names[:NAMED])} and {len(names) - NAMED:,} more"
+
+
+def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
+    """Sentences on sliding; where no coefficient is given, on the friction that blocks need."""
+    given = settings["friction"] is not None
+    against = "" if given else ", more than hardly any floor has"
+    found = []
+    for reason, text, name in (
+        (SLIDES_AT_UPLIFT, "slide before or at uplift", "friction_uplift_demand"),
+        (SLIDES_WHILE_ROCKING, "slide while they rock", "friction_rocking_demand"),
+        (SLIDES_AT_IMPACT, "slide when they come down", "friction_impact"),
+    ):
+        share = float(_shares(screened, reason).mean())
+        if share > 0.0:
+            by = _PAIR if reason is SLIDES_AT_IMPACT else _BLOCK
+            need = float(screened[name].max())
+            found.append(
+                f"{two_digit_percent(share)} of the runs {text}: they need a coefficient of friction of up to "
+                f"{need:.2f}{against} ({_worst(_shares(screened, reason), by)})"
+            )
+    if not given:
+        at_uplift = screened["friction_uplift"].values
+        impact = screened["friction_impact"]
+        found.append(
+            f"no coefficient of friction is given: blocks slide where it is below {_range(at_uplift)} at uplift, "
+            f"{float(screened['friction_rocking_demand'].max()):.2f} at the greatest peak"
+            + (f", {float(impact.max()):.2f} at impact" if bool(impact.notnull().any()) else "")
+        )
+    return found
+
+
+def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
+    """Sentences on the elastic mode, the scale factors and the number of motions."""
+    found = []
+    share = float(_shares(screened, ELASTIC_MODE).mean())
+    if share > 0.0:
+        frequency = screened["elastic_frequency"].where(_shares(screened, ELASTIC_MODE) > 0.0).values
+        found.append(
+            f"in {two_digit_percent(share)} of the runs the law's elastic mode ({_range(frequency)} Hz) lies inside "
+            f"the motion's band: blocks uplift that should not ({_worst(_shares(screened, ELASTIC_MODE), _LAW)})"
+        )
+    share = float(_shares(screened, SCALED_FAR).mean())
+    if share > 0.0:
+        lowest, highest = settings["factors"]
+        found.append(
+            f"{two_digit_percent(share)} of the runs have motions scaled by less than {lowest:g} or more than "
+            f"{highest:g} ({_range(screened['scale_factor'].values)} in all)"
+        )
+    if bool(screened["few_motions"]):
+        n, widest = int(settings["fewest_motions"]), float(settings["half_width"])
+        half = float(screened["interval_half_width"])
+        found.append(
+            f"{n} motion{'s tell' if n != 1 else ' tells'} a probability of 1/2 to ±{half:.2f} only; "
+            f"{runs_for_half_width(widest)} would to ±{widest:g}"
+        )
+    return found
+
+
+def _undecided(screened: xr.Dataset) -> str:
+    motions = int(screened["perturbed"].sum())
+    runs = motions * screened.sizes.get("level", 1) if "level" in screened["verdict"].dims else motions
+    share = screened["undecided"]
+    flipped = int(np.rint(share.values * runs).sum())
+    tested = runs * share.size
+    low, high = (float(end) for end in wilson_interval(np.array(flipped), np.array(tested)))
+    worst = f" ({_worst(share, _PAIR)})" if flipped and share.size > 1 else ""
+    return (
+        f"{two_digit_percent(flipped / tested)} of the verdicts ({two_digit_percent(low)} to "
+        f"{two_digit_percent(high)}, from {motions} of {screened.sizes['motion']} motions) are undecided: a "
+        f"millionth more or less of motion or restitution flips them{worst}"
+    )
+
+
+def _shares(screened: xr.Dataset, reason: Reason) -> xr.DataArray:
+    return screened["outside"].sel(reason=reason.name, drop=True)
+
+
+def _worst(shares: xr.DataArray, by: tuple[str, ...]) -> str:
+    """The blocks, laws or pairs of them with the greatest shares, in their order where shares are equal."""
+    means = shares.mean([dim for dim in shares.dims if dim not in by]).transpose(*by)
+    flat = means.values.ravel()
+    order = [int(i) for i in np.argsort(-flat, kind="stable") if flat[i] > 0.0]
+    names = []
+    for i in order[:NAMED]:
+        at = np.unravel_index(i, means.shape)
+        label = " under ".join(str(means[dim].values[k]) for dim, k in zip(by, at, strict=True))
+        names.append(f"{label} {two_digit_percent(float(flat[i]))}")
+    more = len(order) - len(names)
+    return ", ".join(names) + (f" and {more} more" if more else "")
+
+
+def _range(values: np.ndarray) -> str:
+    low, high = f"{np.nanmin(values):.2f}", f"{np.nanmax(values):.2f}"
+    return low if low == high else f"{low} to {high}"

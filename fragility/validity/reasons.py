@@ -1,0 +1,94 @@
+"""Reasons why a run is outside the range of the model, one bit each, and their shares among the runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...units import DIMENSIONLESS
+from ..numerics.slabs import Where
+
+
+class Reason(NamedTuple):
+    """A reason why a run is outside the range of the model: short name, bit of `verdict`, and meaning."""
+
+    name: str
+    bit: int
+    text: str
+
+
+SQUAT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SLIDES_AT_IMPACT, ELASTIC_MODE, SCALED_FAR, UNDECIDED = REASONS = (
+    Reason("squat", 1, "centre of mass less than two half widths high: bouncing decides"),
+    Reason("slides_at_uplift", 2, "slides before or at uplift"),
+    Reason("slides_while_rocking", 4, "slides at the peak of the motion"),
+    Reason("slides_at_impact", 8, "slides when it comes down"),
+    Reason("elastic_mode", 16, "the law's elastic mode lies inside the motion's band"),
+    Reason("scaled_far", 32, "the motion is scaled beyond the bounds"),
+    Reason("undecided", 64, "a millionth more or less of motion or restitution changes the flag"),
+)
+ANY = "any"
+
+
+def labelled(values: xr.DataArray | xr.Variable, long_name: str, units: str = DIMENSIONLESS) -> xr.Variable:
+    """Return the values with only these two attributes."""
+    return xr.Variable(values.dims, values.data, {"units": units, "long_name": long_name})
+
+
+def verdict_of(sizes: Mapping[str, int], holds: Mapping[Reason, xr.Variable]) -> xr.Variable:
+    """Return the sum of the reasons of every run; `sizes`: of the dimensions of the runs, in order."""
+    verdict = np.zeros(tuple(sizes.values()), np.uint8)
+    # (reasons on the same dimensions are combined first, because there are many runs)
+    for dims in {here.dims: None for here in holds.values()}:
+        alike = [(reason, here) for reason, here in holds.items() if here.dims == dims]
+        bits = np.bitwise_or.reduce([np.where(here.values, np.uint8(one.bit), np.uint8(0)) for one, here in alike])
+        np.bitwise_or(verdict, _spread(xr.Variable(dims, bits), sizes), out=verdict)
+    found = labelled(xr.Variable(tuple(sizes), verdict), "what speaks against the run, 0 where nothing does")
+    found.attrs |= {
+        "flag_masks": np.array([one.bit for one in REASONS], np.uint8),
+        "flag_meanings": " ".join(one.name for one in REASONS),
+    }
+    return found
+
+
+class Shares:
+    """Counts, slab by slab, of the runs for which each reason holds; `sizes`: of all runs by dimension, in order."""
+
+    def __init__(self, sizes: Mapping[str, int]) -> None:
+        self._each = {dim: size for dim, size in sizes.items() if dim in ("block", "model")}
+        self._runs = math.prod(size for dim, size in sizes.items() if dim not in self._each)
+        self._counts = np.zeros((*self._each.values(), len(REASONS) + 1), np.int64)
+
+    def add(self, holds: Mapping[Reason, xr.Variable], verdict: xr.Variable, where: Where) -> None:
+        """Add the counts of a slab."""
+        own = self._counts[tuple(where.get(dim, slice(None)) for dim in self._each)]
+        each = {dim: own.shape[i] for i, dim in enumerate(self._each)}
+        runs = math.prod(size for dim, size in verdict.sizes.items() if dim not in each)
+        for i, here in [*((REASONS.index(one), here) for one, here in holds.items()), (len(REASONS), verdict > 0)]:
+            over = [dim for dim in here.dims if dim not in each]
+            times = runs // math.prod(here.sizes[dim] for dim in over)
+            own[..., i] += times * _spread(here.sum(over), each).astype(np.int64)
+
+    def outside(self, undecided: xr.Variable | None) -> xr.Variable:
+        """Return the share of all runs for each reason; for `undecided` the share among the runs tested."""
+        shares = self._counts / self._runs
+        if undecided is not None:
+            shares[..., REASONS.index(UNDECIDED)] = _spread(undecided, self._each)
+        return labelled(xr.Variable((*self._each, "reason"), shares), "share of the runs for which the reason holds")
+
+
+def _spread(values: xr.Variable, sizes: Mapping[str, int]) -> NDArray[Any]:
+    """The values on all dimensions, repeated along those that they lack."""
+    there = [dim for dim in sizes if dim in values.dims]
+    lengths = [size if dim in there else 1 for dim, size in sizes.items()]
+    return np.broadcast_to(values.transpose(*there).values.reshape(lengths), tuple(sizes.values()))
+
+
+def reason_names() -> xr.Variable:
+    """Return the coordinate `reason` of the shares."""
+    names = np.array([*(one.name for one in REASONS), ANY], dtype=object)
+    return xr.Variable("reason", names, {"units": DIMENSIONLESS, "long_name": "what speaks against the runs"})

@@ -1,0 +1,396 @@
+"""Validity screen: reasons, for every run, why rocking may not be the right model of it.
+
+Rigid rocking includes no sliding, no bouncing and no vertical shaking.  The screen changes no result: it adds variables
+(such as the friction that a run needs) and reasons, one bit each.  `notes` turns the screen into sentences.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Progress
+from ...models.friction import FixedFriction, Friction
+from ...units import HERTZ, STANDARD_GRAVITY
+from ..numerics.proportions import wilson_half_width, wilson_interval
+from ..numerics.slabs import Allocator, Where, put, slabs
+from ..runs.factors import ScaleFactors
+from ..runs.provenance import DESCRIBED, FLOORS, Motions, floor_labels, provenance_from, records_of, scale_factors
+from ..runs.request import runner_of
+from ..runs.runners import Runner
+from .characteristics import Characteristics
+from .reasons import ELASTIC_MODE, SCALED_FAR, SQUAT, UNDECIDED, Reason, Shares, labelled, reason_names, verdict_of
+from .sliding import NEEDS, chances_of, compact, friction_by_block, friction_demands, slides_of
+from .undecided import PERTURBATION, FlipCounts, count_flips
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+SQUAT_RATIO = 2.0
+"""h/b below which bouncing decides (Lipscombe and Pellegrino 1993)."""
+FACTORS = (0.2, 5.0)
+"""Scale factors that pass: a convention; the bias grows with the factor without a step (Davalos and Miranda 2019)."""
+HALF_WIDTH = 0.15
+"""Half width of the 95 % Wilson interval of a probability of 1/2 that passes: 39 motions; FEMA P-695 takes 44."""
+
+ORDER = (
+    "squat",
+    "friction_uplift",
+    "friction_rocking_demand",
+    "friction_impact",
+    "friction_uplift_demand",
+    "elastic_frequency",
+    "scale_factor",
+    "interval_half_width",
+    "few_motions",
+    "slides",
+    "band_low",
+    "band_high",
+    "perturbed",
+    "undecided",
+    "undecided_lower",
+    "undecided_upper",
+    "verdict",
+    "outside",
+)
+"""The variables of a screen, in their order in results."""
+
+
+def screen(
+    runs: xr.Dataset,
+    motions: Motions | None = None,
+    friction: float | Friction | Mapping[str, float | Friction] | None = None,
+    *,
+    factors: tuple[float, float] = FACTORS,
+    half_width: float = HALF_WIDTH,
+    undecided: bool | float = False,
+    client: Client | Runner | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Screen runs for conditions under which rocking is not the right model.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        As `toppling.ida` (or `stripes`, or `cloud`) returns it.
+    motions : xarray.DataArray or a sequence of them, optional
+        The motions of the runs (for stripes, one set for each stripe).  Without them neither the friction at uplift nor
+        the frequency bands of the motions can be assessed.
+    friction : float, Friction or mapping, optional
+        Coefficient of friction between block and floor: a number, a distribution (`toppling.models.friction`), or
+        either for each block by its label.  Where not given, only a need above 1 counts as sliding.
+    factors : (float, float)
+        Least and greatest scale factor that pass, for motions that have an amplitude of their own (records, scenarios).
+    half_width : float
+        Greatest half width of the 95 % interval of a probability of 1/2 that passes.
+    undecided : bool or float
+        True, or the share of the motions, for which flags are tested under perturbations (`undecided_outcomes`): up to
+        four more runs for each run.
+    client, progress
+        For these additional runs, as for `toppling.ida`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Each variable is on the dimensions that it depends on:
+
+        - ``friction_uplift`` (block): b/h, needed at uplift; ``friction_uplift_demand`` (block, level, motion): needed
+          up to the peak of the half-cycle in which the block uplifts, or by the peak of the motion where it does not;
+          ``friction_rocking_demand`` (block, level, motion): needed by the peak of the motion while the block is
+          nearly upright; ``friction_impact`` (block, model);
+        - ``slides`` (block, model, level, motion), where friction is given: the probability that it is below the
+          greatest of these, or whether it is;
+        - ``squat`` (block); ``elastic_frequency`` (block, model), Hz, of laws with an elastic zone at rest;
+          ``band_low`` and ``band_high`` (motion), Hz; ``scale_factor`` (level, motion), with block where it depends on
+          it;
+        - ``few_motions`` and ``interval_half_width``, of the floor or stripe with the fewest motions;
+        - ``verdict`` (block, model, level, motion): 0 where no reason speaks against a run, else the sum of its reasons
+          (`REASONS`; attributes flag_masks and flag_meanings); ``outside`` (block, model, reason): share of the runs
+          for which each reason holds, for `any` at least one reason, for `undecided` among the runs tested;
+        - where runs were tested: ``perturbed`` (motion), True for the motions tested; ``undecided`` (block, model), the
+          share of flags that change, with ``undecided_lower`` and ``undecided_upper``, its 95 % Wilson interval.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Runs of another kind, motions that are not those of the runs, a friction that is neither number nor
+        distribution or is missing for a block, bounds out of order.
+
+    Notes
+    -----
+    Vertical shaking is not modelled and cannot be screened for.
+
+    The peak of the half-cycle that lifts the block occurs when the block has hardly rotated: in that half-cycle its
+    exact motion needs 0.98 to 1 of `friction_uplift_demand`.  The peak of the motion may occur at any time: over whole
+    histories of blocks with h/b >= 3, up to four times g b/h, the need is 0.68 to 1.02 of `friction_rocking_demand` (60
+    simulated motions).  Squat blocks may lose all pressure on the floor, for which no friction compensates: they are
+    `squat`.  Sliding counts where it is more likely than not; while rocking and at impact only for motions that exceed
+    g b/h.
+
+    The band of a motion holds the middle 90 % of its energy by frequency (`motions.spectra.energy_band`).  A block
+    whose elastic mode lies inside the band resonates, and uplifts although it should not.
+
+    At n motions the Wilson interval of 1/2 has a half width of z/(2 sqrt(n + z²)).
+
+    References
+    ----------
+    `friction_at_uplift`, `friction_at_impact`.  Lipscombe, P. R. and Pellegrino, S. (1993). Free rocking of prismatic
+    blocks. Journal of Engineering Mechanics 119(7), 1387-1410.  Davalos, H. and Miranda, E. (2019). Evaluation of the
+    scaling factor bias influence on the probability of collapse using Sa(T1) as the intensity measure. Earthquake
+    Spectra 35(2).
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
+    >>> runs = tp.ida(tp.catalogue["file-vertical-2-drawer"], tp.HousnerImpact(), shakes, [2.0, 9.8])
+    >>> found = screen(runs, shakes, friction=0.5)
+    >>> round(float(found["friction_uplift"][0]), 3), bool(found["squat"][0])
+    (0.625, True)
+    >>> found["verdict"].values[0, 0, :, 0].tolist()  # squat; at 1 g it slides, too
+    [1, 7]
+    """
+    given = screen_input(runs)
+    lowest, highest = (checks.number("factors", one, above=0.0) for one in factors)
+    if lowest >= highest:
+        raise ValueError(f"factors must be a least and a greatest one, got {lowest:g} and {highest:g}")
+    bounds = Bounds((lowest, highest), checks.number("half_width", half_width, above=0.0, below=0.5))
+    if isinstance(undecided, bool):
+        share = float(undecided)
+    else:
+        share = checks.number("undecided", undecided, at_least=0.0, at_most=1.0)
+    if motions is None and share > 0.0:
+        raise ValueError("motions must be given where undecided runs are looked for: they are run again")
+    if motions is not None and not isinstance(motions, xr.DataArray):
+        motions = list(motions)
+    plain = None if motions is None else records_of(runs, motions)
+    runner = runner_of(client)
+    flips = count_flips(runs, motions, share, runner, progress) if motions is not None and share > 0.0 else None
+    shaking = None if plain is None else Characteristics.of(plain)
+    variables, settings = _screened(given, shaking, friction, bounds, flips, runner.array)
+    settings["tested"] = share
+    return xr.Dataset(
+        variables,
+        coords={dim: runs[dim].variable for dim in given.sizes if dim in runs.coords} | {"reason": reason_names()},
+        attrs={
+            "title": "Validity screen",
+            **provenance_from("validity screen", settings, runs=runs),
+            "screen": json.dumps(settings, ensure_ascii=False),
+        },
+    )
+
+
+class ScreenInput(NamedTuple):
+    """Properties of runs that the screen needs, as plain variables: of all runs, or of some blocks and motions.
+
+    sizes: of the dimensions of the runs, in order; coordinates: of blocks, laws and motions, by name (`NEEDED`, and
+    those of `OPTIONAL` that there are); factors: scale factors of the motions.
+    """
+
+    sizes: dict[str, int]
+    coordinates: Mapping[str, xr.Variable]
+    factors: ScaleFactors
+
+    def part(self, where: Where) -> ScreenInput:
+        """Return the input for the runs of a slab."""
+        return ScreenInput(
+            {dim: len(range(size)[where.get(dim, slice(None))]) for dim, size in self.sizes.items()},
+            {name: one.isel(where, missing_dims="ignore") for name, one in self.coordinates.items()},
+            self.factors.part(where),
+        )
+
+
+NEEDED = ("width", "cm_height", "alpha", "p", "inertia_factor", "e", "delta", "rest", "pga")
+"""Coordinates without which runs cannot be screened."""
+OPTIONAL = ("own_amplitude", "stripe", *FLOORS)
+"""Coordinates that the screen takes into account where runs have them."""
+
+
+def screen_input(runs: xr.Dataset) -> ScreenInput:
+    """Read the properties of labelled runs from their coordinates and attributes.
+
+    Raises
+    ------
+    TypeError, ValueError
+        A dataset that does not hold runs, or runs without the measure of their levels.
+    """
+    dims = _dims(runs)
+    names = ["block", *NEEDED, *(name for name in OPTIONAL if name in runs.coords)]
+    coordinates = {name: runs[name].variable for name in names}
+    return ScreenInput({dim: runs.sizes[dim] for dim in dims}, coordinates, scale_factors(runs))
+
+
+def with_screen(runs: xr.Dataset, given: ScreenInput, shaking: Characteristics, array: Allocator) -> xr.Dataset:
+    """Add to runs the variables of the screen that need no friction and no further runs.
+
+    given: the properties of the runs, which are not read from the dataset; shaking: the characteristics of their
+    motions; array: allocates variables that have a value for every run.
+    """
+    variables, settings = _screened(given, shaking, None, Bounds(), None, array)
+    told = json.dumps(settings, ensure_ascii=False)
+    return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=told)
+
+
+class Bounds(NamedTuple):
+    """Limits that pass: least and greatest scale factor, and greatest half width of an interval."""
+
+    factors: tuple[float, float] = FACTORS
+    half_width: float = HALF_WIDTH
+
+
+def _screened(
+    given: ScreenInput,
+    shaking: Characteristics | None,
+    friction: float | Friction | Mapping[str, float | Friction] | None,
+    bounds: Bounds,
+    flips: FlipCounts | None,
+    array: Allocator,
+) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
+    """Return the variables of a screen and its settings.
+
+    flips: of the runs that were repeated under perturbations; array: allocates variables with a value for every run.
+    The screen works on plain variables, because labelled arrays compare their labels at every step, which takes longer
+    than the arithmetic.
+    """
+    labels = [str(label) for label in given.coordinates["block"].values]
+    available = friction_by_block(friction, labels)
+    known = all(isinstance(one, FixedFriction) for one in available)
+    sizes = given.sizes
+    dims = tuple(sizes)
+    found: dict[str, xr.Variable] = {} if flips is None else _undecided(flips, dims)
+    shares = Shares(sizes)
+    for where in slabs(sizes, ("block", "motion")):
+        motions = where.get("motion", slice(None))
+        own = given.part(where)
+        variables, chances, holds = _screen_slab(
+            own,
+            None if shaking is None else shaking.part(motions),
+            available[where.get("block", slice(None))],
+            bounds,
+        )
+        if friction is not None:
+            variables["slides"] = slides_of(chances, known)
+        if flips is not None:
+            holds[UNDECIDED] = flips.flipped(where, dims)
+        variables["verdict"] = verdict_of(own.sizes, holds)
+        shares.add(holds, variables["verdict"], where)
+        ordered = {name: one.transpose(*[dim for dim in dims if dim in one.dims]) for name, one in variables.items()}
+        put(found, ordered, where, sizes, array)
+    found["outside"] = shares.outside(found.get("undecided"))
+    fewest = _fewest_motions(given)
+    half = wilson_half_width(fewest)
+    text = "half width of the 95 % interval of a probability of 1/2"
+    found["interval_half_width"] = labelled(xr.Variable((), half), text)
+    found["few_motions"] = labelled(
+        xr.Variable((), half > bounds.half_width), f"whether that is above {bounds.half_width:g}"
+    )
+
+    described: Any = None
+    if friction is not None and len(available) <= DESCRIBED:
+        described = {label: one.description for label, one in zip(labels, available, strict=True)}
+    elif friction is not None:
+        described = [json.loads(one) for one in sorted({json.dumps(one.description) for one in available})]
+    return {name: found[name] for name in ORDER if name in found}, {
+        "friction": described,
+        "factors": list(bounds.factors),
+        "half_width": bounds.half_width,
+        "fewest_motions": fewest,
+        "motions": shaking is not None,
+        "tested": 0.0,
+        "perturbation": PERTURBATION,
+    }
+
+
+def _screen_slab(
+    given: ScreenInput, shaking: Characteristics | None, available: list[Friction], bounds: Bounds
+) -> tuple[dict[str, xr.Variable], dict[Reason, xr.Variable], dict[Reason, xr.Variable]]:
+    """Return the variables of some blocks and motions, their probabilities of sliding, and where each reason holds."""
+    known = given.coordinates
+    slenderness = known["cm_height"] / (0.5 * known["width"])
+    factor = given.factors.values
+    peak = factor * known["pga"]
+    rising = None if shaking is None else shaking.rising
+    needs = friction_demands(slenderness, known["inertia_factor"], known["e"], peak, factor, rising)
+    chances = chances_of(needs, available, peak * slenderness > STANDARD_GRAVITY)
+    frequency = _elastic_frequency(known)
+    variables = {
+        "squat": labelled(slenderness < SQUAT_RATIO, SQUAT.text),
+        "friction_uplift": labelled(1.0 / slenderness, "coefficient of friction needed at uplift: b/h"),
+        **{NEEDS[reason][0]: labelled(compact(need), NEEDS[reason][1]) for reason, need in needs.items()},
+        "elastic_frequency": labelled(frequency, "frequency of the law's elastic mode", HERTZ),
+        "scale_factor": labelled(factor, "scale factor of the motion"),
+    }
+    far = (factor < bounds.factors[0]) | (factor > bounds.factors[1])
+    holds = {
+        SQUAT: variables["squat"],
+        **{reason: chance > 0.5 for reason, chance in chances.items()},
+        SCALED_FAR: far & _own_amplitude(given),
+    }
+    if shaking is not None:
+        variables |= {"band_low": shaking.low, "band_high": shaking.high}
+        holds[ELASTIC_MODE] = (frequency >= shaking.low) & (frequency <= shaking.high)
+    return variables, chances, holds
+
+
+def _outputs(runs: xr.Dataset) -> Iterator[str]:
+    """Names of the variables that have a value for every run."""
+    return (str(name) for name, one in runs.data_vars.items() if {"block", "model", "motion"} <= {*one.dims})
+
+
+def _dims(runs: xr.Dataset) -> tuple[str, ...]:
+    """Dimensions of the runs in their usual order; TypeError where the dataset does not hold runs."""
+    found = next(_outputs(runs), None) if isinstance(runs, xr.Dataset) else None
+    if found is None or not {*NEEDED} <= {*runs.coords}:
+        raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")
+    dims = {str(dim) for dim in runs[found].dims}
+    if not dims <= {"block", "model", "level", "motion"}:
+        raise ValueError(f"runs must be on block, model, motion and possibly level, got dims {runs[found].dims}")
+    return tuple(dim for dim in ("block", "model", "level", "motion") if dim in dims)
+
+
+def _elastic_frequency(known: Mapping[str, xr.Variable]) -> xr.Variable:
+    """Frequency p sqrt((1/delta - 1) sin(alpha)/alpha)/(2 pi), Hz, of laws with an elastic zone at rest; else NaN."""
+    alpha = known["alpha"]
+    elastic = known["rest"] != "rigid"
+    stiffness = (1.0 / known["delta"] - 1.0) * (alpha.copy(data=np.sin(alpha.values)) / alpha)
+    frequency = known["p"] * stiffness.copy(data=np.sqrt(stiffness.values)) / (2.0 * np.pi)
+    found: xr.Variable = xr.apply_ufunc(np.where, elastic, frequency, np.nan)
+    return found.transpose("block", "model")
+
+
+def _own_amplitude(given: ScreenInput) -> xr.Variable:
+    """True for motions (motion,) whose amplitude is their own and no parameter; for all where runs do not say it."""
+    if "own_amplitude" in given.coordinates:
+        found: xr.Variable = given.coordinates["own_amplitude"].astype(bool)
+        return found
+    return xr.Variable(("motion",), np.ones(given.sizes["motion"], np.bool_))
+
+
+def _fewest_motions(given: ScreenInput) -> int:
+    """Number of motions of the floor and stripe that has the fewest."""
+    n = given.sizes["motion"]
+    stripes = given.coordinates["stripe"].values.tolist() if "stripe" in given.coordinates else [0] * n
+    return min(Counter(zip(floor_labels(given.coordinates, n), stripes, strict=True)).values(), default=0)
+
+
+def _undecided(flips: FlipCounts, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
+    """The share of flags that change among those tested, and its interval as if runs were independent."""
+    each = tuple(dim for dim in dims if dim in ("block", "model"))
+    flipped = np.stack([np.count_nonzero(one > 0, axis=tuple(range(1, one.ndim))) for one in flips.counts])
+    n = np.full(flipped.shape, math.prod(flips.counts.shape[2:]))
+    lower, upper = wilson_interval(flipped, n)
+    return {
+        "perturbed": labelled(
+            xr.Variable("motion", flips.chosen), "whether the runs of the motion were run again, perturbed"
+        ),
+        "undecided": labelled(xr.Variable(each, flipped / n), "share of the flags tested that a millionth flips"),
+        "undecided_lower": labelled(xr.Variable(each, lower), "lower end of its 95 % Wilson interval"),
+        "undecided_upper": labelled(xr.Variable(each, upper), "upper end of its 95 % Wilson interval"),
+    }

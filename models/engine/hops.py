@@ -1,0 +1,208 @@
+"""Bounces within one sample: short flights from impact to impact, solved in closed form."""
+
+import math
+
+from ...compiled import kernel
+from .regions import bounces_to, near_zero
+from .rest import comes_to_rest
+from .tables import (
+    FREE,
+    FUSED,
+    IMPACTS,
+    MANY_HOPS,
+    MANY_IMPACTS,
+    NO_REGION,
+    NOW,
+    OMEGA,
+    PAR_RESTITUTION,
+    PAR_UPLIFT_LEFT,
+    PAR_UPLIFT_RIGHT,
+    PEAK,
+    REGION_LOWER,
+    REGION_OFFSET,
+    REGION_STIFFNESS,
+    REGION_UPPER,
+    REST,
+    STRIKE,
+    THETA,
+    TURNS,
+)
+
+
+@kernel(inline="always")
+def flight_terms(stiffness, h):
+    """Return M = -K h² and A, B and C of `solve_hops` by their series, exact to rounding for |m| <= 1/400."""
+    m = -stiffness * h * h
+    one = 1.0 + m * ((1.0 / 6.0) + m * ((1.0 / 120.0) + m * (1.0 / 5040.0)))
+    two = 0.5 + m * ((1.0 / 24.0) + m * ((1.0 / 720.0) + m * (1.0 / 40320.0)))
+    three = (1.0 / 6.0) + m * ((1.0 / 120.0) + m * ((1.0 / 5040.0) + m * (1.0 / 362880.0)))
+    return m, one, two, three
+
+
+@kernel(**FUSED)
+def solve_hops(x, k, model, o, force, slope, t, dt):
+    """Solve short flights from an impact at theta = 0 to the next, up to the end of the sample.
+
+    Over a flight theta/s = v A + a s B + b s² C and theta' = v (1 + m B) + s (a A + b s B), with b the slope of the
+    forcing, m = -K s², A = sinh(sqrt m)/sqrt m, B = (cosh(sqrt m) - 1)/m and C = (A - 1)/m by their series.  Taken only
+    where these are exact to rounding and the flight stays below the peak and in its region; the time reached within the
+    sample.
+    """
+    here = k[NOW]
+    there = bounces_to(model, o, here)
+    if there == NO_REGION or bounces_to(model, o, there) != here:
+        return t
+    offset = model.tables[o, here, REGION_OFFSET]
+    offset_there = model.tables[o, there, REGION_OFFSET]
+    stiffness = model.tables[o, here, REGION_STIFFNESS]
+    if stiffness != model.tables[o, there, REGION_STIFFNESS]:
+        return t
+    highest = min(
+        x[PEAK],
+        model.tables[o, here, REGION_UPPER] - model.tables[o, here, REGION_LOWER],
+        model.tables[o, there, REGION_UPPER] - model.tables[o, there, REGION_LOWER],
+    )
+    e = model.parameters[o, PAR_RESTITUTION]
+    settling = 0.25 * (1.0 - e) * (model.parameters[o, PAR_UPLIFT_RIGHT] + model.parameters[o, PAR_UPLIFT_LEFT])
+    omega = x[OMEGA]
+    strike = x[STRIKE]
+    hops = 0
+    while hops < MANY_HOPS:
+        a = force + slope * t + offset
+        if omega * a >= 0.0:
+            break
+        left = dt - t
+        # the parabola's landing, and the next two terms by one step
+        jerk = slope - stiffness * omega
+        y2 = 0.5 * a
+        y3 = jerk * (1.0 / 6.0)
+        square = y2 * y2 - 4.0 * y3 * omega
+        h = left
+        if square > 0.0:
+            root = math.copysign(math.sqrt(square), y2)
+            guess = -2.0 * omega / (y2 + root)
+            guess += guess * guess * guess * stiffness * (y2 * (1.0 / 12.0) + y3 * guess * (1.0 / 20.0)) / root
+            if 0.0 < guess < left:
+                h = guess
+        # With |jerk| h <= |a|/4 the flight is a single arc; its height is a quarter of its first slope times its
+        # length, a little more with a jerk.
+        rise = abs(omega) * h * (1.0 if h == left else 0.35)
+        if abs(jerk) * h > 0.25 * abs(a) or abs(stiffness) * h * h > 0.0025 or rise > highest:
+            break
+        f = 0.0
+        speed = 0.0
+        lands = False
+        for _ in range(6):
+            m, one, two, three = flight_terms(stiffness, h)
+            # rotation over h, whose zero is the landing, and velocity
+            f = omega * one + h * (a * two + h * slope * three)
+            speed = omega + (omega * m * two + h * (a * one + h * slope * two))
+            if h == left and f * omega > 0.0:
+                break
+            step = -f * h / (speed - f)
+            lands = abs(step) <= 1e-8 * h
+            h = min(h + step, left)
+            if lands:
+                speed += step * (a + slope * h)
+                break
+        if not lands:
+            if h == left:
+                x[THETA] = left * f
+                k[TURNS] += 1 if speed * omega < 0.0 else 0
+                omega = speed
+                t = dt
+            break
+        t += h
+        hops += 1
+        speed = min(speed, 0.0) if omega > 0.0 else max(speed, 0.0)
+        strike = max(strike, abs(speed))
+        omega = e * speed
+        here, there = there, here
+        offset, offset_there = offset_there, offset
+        if abs(omega) < settling * (dt - t) or omega == 0.0:
+            settles = comes_to_rest(model, o, omega, stiffness, force + slope * t, slope, dt - t, highest)
+            if k[FREE] == 0 and settles:
+                omega = 0.0
+                here = REST
+                break
+    x[OMEGA] = omega
+    x[STRIKE] = strike
+    k[NOW] = here
+    k[TURNS] += hops
+    k[IMPACTS] += hops
+    return t
+
+
+@kernel(**FUSED)
+def solve_low_hops(x, k, model, o, force, slope, t, dt):
+    """Solve bounces so low that each is a cubic to rounding; a sample may hold 100,000 of them where e is next to 1.
+
+    From an impact on, theta = v s + a s²/2 + j s³/6 - K a s⁴/24, where -K is the slope of the moment at zero (in the
+    exact geometry, too: what follows is of the order of theta²).  The flight takes s = -2 v z/a with
+    z = 1 - r z² - q z³, r = -2 j v/(3 a²), q = -K v²/(3 a²), lands with -v (2 - z + q z³), and rises to
+    v² y (4 - y)/(6 |a|), y = 1 + w y²/2, w = j v/a².  Returns the time reached within the sample.
+    """
+    here = k[NOW]
+    there = bounces_to(model, o, here)
+    if there == NO_REGION or bounces_to(model, o, there) != here:
+        return t
+    offset, stiffness, gain, lean = near_zero(model, o, here)
+    offset_there, stiffness_there, gain_there, lean_there = near_zero(model, o, there)
+    outside = max(model.tables[o, here, REGION_STIFFNESS], model.tables[o, there, REGION_STIFFNESS])
+    room = min(
+        model.tables[o, here, REGION_UPPER] - model.tables[o, here, REGION_LOWER],
+        model.tables[o, there, REGION_UPPER] - model.tables[o, there, REGION_LOWER],
+    )
+    e = model.parameters[o, PAR_RESTITUTION]
+    settling = 0.25 * (1.0 - e) * (model.parameters[o, PAR_UPLIFT_RIGHT] + model.parameters[o, PAR_UPLIFT_LEFT])
+    v = x[OMEGA]
+    peak = x[PEAK]
+    strike = x[STRIKE]
+    hops = 0
+    most = MANY_IMPACTS - k[IMPACTS]
+    while hops < most:
+        now = force + slope * t
+        a = offset + gain * now
+        bend = stiffness - lean * now
+        jerk = gain * slope - bend * v
+        over = 1.0 / a
+        flight = v * over
+        w = jerk * flight * over
+        q = -bend * flight * flight * (1.0 / 3.0)
+        height = -0.5 * abs(v) * flight
+        small = abs(w) <= 1e-4 and abs(q) <= 1e-10 and -outside * height * height <= 1e-16 * abs(a)
+        if not (small and 0.0 < height <= 0.5 * room):
+            break
+        r = w * (-2.0 / 3.0)
+        z = 1.0 - q * (1.0 - 5.0 * r) - r * (1.0 - r * (2.0 - r * (5.0 - r * 14.0)))
+        end = t - 2.0 * flight * z
+        if end >= dt:
+            break
+        if height * 1.001 > peak:
+            y = 1.0 + 0.5 * w * (1.0 + w)
+            peak = max(peak, height * y * (4.0 - y) * (1.0 / 3.0))
+        t = end
+        v *= -(2.0 - z + q)
+        strike = max(strike, abs(v))
+        v *= e
+        hops += 1
+        here, there = there, here
+        offset, offset_there = offset_there, offset
+        stiffness, stiffness_there = stiffness_there, stiffness
+        gain, gain_there = gain_there, gain
+        lean, lean_there = lean_there, lean
+        if (
+            abs(v) < settling * (dt - t)
+            and k[FREE] == 0
+            and comes_to_rest(model, o, v, outside, force + slope * t, slope, dt - t, min(peak, room))
+        ):
+            v = 0.0
+            here = REST
+            break
+    x[OMEGA] = v
+    x[PEAK] = peak
+    x[STRIKE] = strike
+    k[NOW] = here
+    k[TURNS] += hops
+    k[IMPACTS] += hops
+    return t

@@ -1,0 +1,230 @@
+"""Starts of runs: a run begins at its first uplift, since the response before it is known in proportion."""
+
+import math
+
+import numpy as np
+
+from ...compiled import kernel
+from .free import cannot_fall, find_barrier, follow_free
+from .lanes import reset
+from .lockstep import step_reach
+from .pieces import solve_sample
+from .propagators import fill_steps
+from .tables import (
+    DEGREE,
+    FLAT,
+    FUSED,
+    MANY_STEPS,
+    OMEGA,
+    OUT_DIRECTION,
+    OUT_IMPACTS,
+    OUT_OVERTURN_TIME,
+    OUT_OVERTURNED,
+    OUT_PEAK,
+    OUT_STRIKE,
+    OUT_UPLIFTED,
+    PAR_EXACT,
+    PAR_GAIN,
+    PAR_START,
+    PAR_UPLIFT_LEFT,
+    PAR_UPLIFT_RIGHT,
+    PEAK,
+    REGION_DAMPING,
+    REGION_LOWER,
+    REGION_OFFSET,
+    REGION_STIFFNESS,
+    REGION_UPPER,
+    REST,
+    STATE_FLOATS,
+    STATE_INTEGERS,
+    STEP_G0,
+    STEP_G1,
+    STEP_G2,
+    STEP_G2_RISE,
+    STEP_G3,
+    STEP_GRADE,
+    TALLY_BEFORE_UPLIFT,
+    TALLY_SAFE,
+    TALLY_SAMPLES,
+    THETA,
+    Work,
+)
+
+# Rows of the response before the first uplift, at scale factor 1.
+UNIT_THETA, UNIT_OMEGA, UNIT_PEAK = range(3)
+UNIT_ROWS = 3
+
+
+@kernel(**FUSED)
+def _first_rise(running, level):
+    """Return the index of the first entry of a non-decreasing row that reaches level (its length if none does)."""
+    low = 0
+    high = running.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if running[middle] < level:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@kernel()
+def _unit_response(record, dt, model, steps, o, unit):
+    """Write the response of oscillator o to the unscaled record before uplift into unit (3, n); return its peak.
+
+    An elastic block: its zone's linear response, as if the zone had no edges; at scale factor f it is f times this. A
+    block that rests rigidly: the running maximum of the record alone, in the row of peaks.
+    """
+    zone = int(model.parameters[o, PAR_START])
+    if zone == REST:
+        high = 0.0
+        for i in range(record.shape[0]):
+            high = max(high, abs(record[i]))
+            unit[UNIT_PEAK, i] = high
+        return 0.0
+    x = np.empty(STATE_FLOATS)
+    k = np.empty(STATE_INTEGERS, np.int64)
+    work = Work(np.empty((3, DEGREE + 1)), np.empty((2, 0)))
+    lower = model.tables[o, zone, REGION_LOWER]
+    upper = model.tables[o, zone, REGION_UPPER]
+    model.tables[o, zone, REGION_LOWER] = -math.inf
+    model.tables[o, zone, REGION_UPPER] = math.inf
+    reset(x, k, 0.0, 0.0, 0.0, zone, zone)
+    gain = -model.parameters[o, PAR_GAIN]
+    stiffness = model.tables[o, zone, REGION_STIFFNESS]
+    c = model.tables[o, zone, REGION_DAMPING]
+    one_step = steps[o, zone, STEP_GRADE] != MANY_STEPS
+    g0 = steps[o, zone, STEP_G0]
+    g1 = steps[o, zone, STEP_G1]
+    g2 = steps[o, zone, STEP_G2]
+    g3 = steps[o, zone, STEP_G3]
+    g2_rise = steps[o, zone, STEP_G2_RISE]
+    theta = 0.0
+    omega = 0.0
+    high = 0.0
+    n = record.shape[0]
+    for i in range(n - 1):
+        high = max(high, abs(theta))
+        unit[UNIT_THETA, i] = theta
+        unit[UNIT_OMEGA, i] = omega
+        unit[UNIT_PEAK, i] = high
+        push = gain * record[i]
+        up = gain * (record[i + 1] - record[i])
+        if one_step:
+            a = push - stiffness * theta
+            theta_end = theta + (omega * g1 + a * g2 + up * g3)
+            omega_end = omega + (omega * g0 + a * g1 + up * g2_rise)
+            a -= c * omega
+            a_end = push + up - stiffness * theta_end - c * omega_end
+            turns = omega * omega_end <= 0.0 or (a * omega < 0.0 and a_end * omega > 0.0)
+            if not turns or abs(theta) + step_reach(omega, a, a_end, dt) <= high:
+                theta = theta_end
+                omega = omega_end
+                continue
+        x[THETA] = theta
+        x[OMEGA] = omega
+        solve_sample(x, k, model, o, push, up / dt, 0.0, dt, i * dt, work, None)
+        theta = x[THETA]
+        omega = x[OMEGA]
+        high = max(high, x[PEAK])
+    x[THETA] = theta
+    x[OMEGA] = omega
+    x[PEAK] = max(high, abs(theta))
+    unit[UNIT_THETA, n - 1] = theta
+    unit[UNIT_OMEGA, n - 1] = omega
+    unit[UNIT_PEAK, n - 1] = x[PEAK]
+    follow_free(x, k, model, o, (n - 1) * dt, work, None)
+    model.tables[o, zone, REGION_LOWER] = lower
+    model.tables[o, zone, REGION_UPPER] = upper
+    return x[PEAK]
+
+
+@kernel(keep=True)
+def begin_runs(batch, start, skip, flags_only):
+    """Fill in the propagators of a batch, and the first sample of each run with its state there.
+
+    start: (theta, omega, region), or empty for all at rest.  skip: leave out what is known before the first uplift;
+    with flags_only also what cannot overturn the block any more.  Runs that are known whole are written to `out`.
+    Returns the runs that are left: those in linear geometry and those in exact geometry.
+    """
+    record = batch.record
+    dt = batch.dt
+    model = batch.model
+    which = batch.which
+    factors = batch.factors
+    first = batch.first
+    begin = batch.begin
+    shaking_left = batch.shaking_left
+    barriers = batch.barriers
+    out = batch.out
+    tally = batch.tally
+    n = record.shape[0]
+    m = which.shape[0]
+    fill_steps(batch.steps, model, dt)
+    unit = np.zeros((UNIT_ROWS, n if skip else 0))
+    unit_peak = 0.0
+    current = -1
+    tally[TALLY_SAMPLES] += m * (n - 1)
+    # the integral of |u''| from each sample to the end (from above: chords of |u''|), and the barriers
+    if skip and flags_only:
+        for i in range(n - 2, -1, -1):
+            shaking_left[i] = shaking_left[i + 1] + 0.5 * dt * (abs(record[i]) + abs(record[i + 1]))
+        for o in range(model.tables.shape[0]):
+            find_barrier(model, o, barriers)
+    linear = np.empty(m, np.int64)
+    exact = np.empty(m, np.int64)
+    linear_runs = 0
+    exact_runs = 0
+    for j in range(m):
+        o = which[j]
+        zone = int(model.parameters[o, PAR_START])
+        begin[j, 3] = zone
+        if start.shape[0] == 3:
+            begin[j, 0] = start[0]
+            begin[j, 1] = start[1]
+            begin[j, 2] = abs(start[0])
+            begin[j, 3] = start[2]
+        elif skip and flags_only and cannot_fall(model, o, factors[j], shaking_left, barriers):
+            tally[TALLY_SAFE] += n - 1
+            out[j, OUT_OVERTURNED] = 0.0
+            continue
+        elif skip and (zone == REST or model.tables[o, zone, REGION_OFFSET] == 0.0):
+            # (a zone with a static offset does not respond in proportion to the factor)
+            if o != current:
+                current = o
+                unit_peak = _unit_response(record, dt, model, batch.steps, o, unit)
+            if zone == REST:
+                level = (
+                    min(model.parameters[o, PAR_UPLIFT_RIGHT], model.parameters[o, PAR_UPLIFT_LEFT])
+                    / model.parameters[o, PAR_GAIN]
+                )
+            else:
+                level = min(model.tables[o, zone, REGION_UPPER], -model.tables[o, zone, REGION_LOWER])
+            # A part in 10⁹ early: the rounding of a scaled response must not hide the uplift.
+            level *= (1.0 - 1e-9) / abs(factors[j])
+            first[j] = max(_first_rise(unit[UNIT_PEAK], level) - 1, 0)
+            if zone != REST:
+                begin[j, 0] = factors[j] * unit[UNIT_THETA, first[j]]
+                begin[j, 1] = factors[j] * unit[UNIT_OMEGA, first[j]]
+                begin[j, 2] = abs(factors[j]) * unit[UNIT_PEAK, first[j]]
+            if first[j] == n - 1 and unit_peak < level:
+                out[j, OUT_OVERTURNED] = 0.0
+                out[j, OUT_PEAK] = abs(factors[j]) * unit_peak
+                out[j, OUT_UPLIFTED] = 0.0
+                out[j, OUT_IMPACTS] = 0.0
+                out[j, OUT_OVERTURN_TIME] = math.nan
+                out[j, OUT_STRIKE] = 0.0
+                out[j, OUT_DIRECTION] = 0.0
+                tally[TALLY_BEFORE_UPLIFT] += n - 1
+                continue
+        tally[TALLY_BEFORE_UPLIFT] += first[j]
+        if flags_only and skip:
+            begin[j, 2] = FLAT  # no turn matters then
+        if model.parameters[o, PAR_EXACT] != 0.0:
+            exact[exact_runs] = j
+            exact_runs += 1
+        else:
+            linear[linear_runs] = j
+            linear_runs += 1
+    return linear[:linear_runs], exact[:exact_runs]

@@ -1,0 +1,205 @@
+"""Tables of numbers that the engine reads: their columns, actions, rules, sizes and limits.  Nothing compiled here."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+# Options of compilation.  Kernels that allocate nothing run without numba's reference counts (their atomic operations
+# cost more than a piece).  Fused multiply-add is for the scalar ones, and for turns and flights, whose columns fill
+# whole vectors: a lane's bits must not depend on how many lanes go beside it.
+BARE: dict[str, Any] = {"_nrt": False}
+FUSED: dict[str, Any] = {**BARE, "fastmath": {"contract"}}
+
+# Columns of the region table: x'' = -stiffness x - damping x' + offset + forcing for lower <= x <= upper.
+REGION_LOWER, REGION_UPPER, REGION_STIFFNESS, REGION_OFFSET, REGION_DAMPING, REGION_POTENTIAL = range(6)
+REGION_COLUMNS = 6
+
+# Columns of the link table.  *_OTHER: the region taken instead where the entry rule says so; TURN_*: the region that
+# takes over where the velocity vanishes inside this one, left and right of zero.
+(
+    LINK_LOWER_ACTION,
+    LINK_LOWER_TARGET,
+    LINK_LOWER_OTHER,
+    LINK_UPPER_ACTION,
+    LINK_UPPER_TARGET,
+    LINK_UPPER_OTHER,
+    LINK_HELD,
+    LINK_TURN_LEFT,
+    LINK_TURN_RIGHT,
+) = range(9)
+LINK_COLUMNS = 9
+
+# Actions at an edge of a region.
+CROSS, ENTER, IMPACT, OVERTURN = range(4)
+
+# In place of a region: none, and a block at rest.
+NO_REGION = -1
+REST = -1
+
+# Rules of the damping held while a zone is crossed.
+RULE_CONSTANT, RULE_ENTRY_SPEED, RULE_ENERGY = range(3)
+
+# Parameters of an oscillator that are not a region's.
+(
+    PAR_GAIN,
+    PAR_RESTITUTION,
+    PAR_COEFFICIENT,
+    PAR_RULE,
+    PAR_START,
+    PAR_UPLIFT_RIGHT,
+    PAR_UPLIFT_LEFT,
+    PAR_REST_RIGHT,
+    PAR_REST_LEFT,
+    PAR_EXACT,
+) = range(10)
+PAR_COLUMNS = 10
+
+# State of a run.
+THETA, OMEGA, HELD, PEAK, CALM_MARGIN, DAMPING, STRIKE, OVERTURN_TIME = range(8)
+NOW, NEED, GRADE, UPWARD, LISTED, OVERTURNED, IMPACTS, UPLIFTED, TURNS, FREE, SAFE = range(11)
+STATE_FLOATS, STATE_INTEGERS = 8, 11
+
+# Results of a run.
+(
+    OUT_OVERTURNED,
+    OUT_PEAK,
+    OUT_UPLIFTED,
+    OUT_IMPACTS,
+    OUT_OVERTURN_TIME,
+    OUT_STRIKE,
+    OUT_DIRECTION,
+) = range(7)
+OUT_COLUMNS = 7
+
+# What a batch counts: samples of all runs, those left out (before the first uplift, after overturning, once the rest of
+# the record cannot overturn the block), events solved.
+TALLY = ("samples", "before_uplift", "after_overturning", "cannot_overturn", "events")
+TALLY_SAMPLES, TALLY_BEFORE_UPLIFT, TALLY_OVERTURNED, TALLY_SAFE, TALLY_EVENTS = range(len(TALLY))
+
+# Rows of a history.
+HISTORY_THETA, HISTORY_OMEGA, HISTORY_REGION, HISTORY_DAMPING, HISTORY_PEAK = range(5)
+HISTORY_ROWS = 5
+
+# Runs that go over one record together, so that events are solved by the dozen (not a power of two: a lane's rows would
+# share a set of the cache).
+LANES = 1048
+
+# Rows of the lanes' state: two sets of (theta, omega) written in turn.
+(
+    ROW_EVEN,
+    _,
+    ROW_ODD,
+    _,
+    ROW_AMPLITUDE,
+    ROW_OFFSET,
+    ROW_STIFFNESS,
+    ROW_SQUARE,
+    ROW_G0,
+    ROW_G1,
+    ROW_G2,
+    ROW_G3,
+    ROW_G2_RISE,
+    ROW_UPPER,
+    ROW_LOWER,
+    ROW_CALM_UPPER,
+    ROW_CALM_LOWER,
+) = range(17)
+LANE_ROWS = 17
+
+# Samples that a lane may lag behind the others, so that events gather and are solved together (a lane that has just
+# taken over a bouncing block may lag for longer: see BOUNCE_INTERVAL in `linear_runs`).
+TILE = 6
+
+# Samples between two looks at whether the rest of a record can still overturn a block.
+SAFETY_INTERVAL = 16 * TILE
+
+# Columns of a propagator; the grade says what a sample may be taken for, the pull is the region's largest |f(theta)|.
+STEP_G0, STEP_G1, STEP_G2, STEP_G3, STEP_G2_RISE, STEP_DAMPING, STEP_GRADE, STEP_PULL = range(8)
+STEP_COLUMNS = 8
+MANY_STEPS, ONE_STEP, ONE_PIECE = range(3)
+
+# Rows of the pieces that are solved together, a column each.
+(
+    PIECE_OMEGA,
+    PIECE_A,
+    PIECE_SLOPE,
+    PIECE_STIFFNESS,
+    PIECE_DAMPING,
+    PIECE_SPAN,
+    PIECE_GAP,
+    PIECE_TIME,
+    PIECE_MOVED,
+    PIECE_SPEED,
+    PIECE_SURE,
+) = range(11)
+PIECE_ROWS = 11
+
+# What a marked sample needs.
+WAITS, CROSSES, RETURNS, TURNS_BACK, HARD = range(5)
+
+# Room for the turns of a tile: one for each lane and sample, and a vector more.
+TURN_COLUMNS = LANES * TILE + 8
+
+# The local series: its largest degree, its rows, and 1/k.
+DEGREE = 30
+MOVED, SPEED, ACCELERATION = range(3)
+INVERSE = np.array([0.0, *(1.0 / k for k in range(1, DEGREE + 1))])
+
+EPSILON = 2.220446049250313e-16  # spacing of the numbers next to 1
+FLAT = 0.5 * math.pi  # the rotation of an overturned block, rad
+MANY_HOPS = 50  # impacts in one sample beyond which low bounces are solved as cubics
+
+# After so many impacts a block that bounces low counts as at rest (see `rest.has_bounced_out`): only where e is within
+# some 1e-6 of 1, and e = 1 itself would go on by the billion.
+MANY_IMPACTS = 4_000_000
+
+
+class Model(NamedTuple):
+    """All oscillators of a batch: region tables (o, r, 6), links (o, r, 9) and parameters (o, 10)."""
+
+    tables: Any
+    links: Any
+    parameters: Any
+
+
+class Shaking(NamedTuple):
+    """A record with its step, the largest |record| of each SPAN samples, and of all."""
+
+    record: Any
+    dt: Any
+    highs: Any
+    strongest: Any
+
+
+class Work(NamedTuple):
+    """Room for one run at a time: the coefficients of a local series (3, DEGREE + 1), and turning points (2, t)."""
+
+    poly: Any
+    turns: Any
+
+
+class Batch(NamedTuple):
+    """Runs of oscillators which[j] under factors[j] times one record, and where their results go.
+
+    record (n,) m/s² with step dt; steps (o, r, 8): the propagator of each oscillator and region; which, factors
+    (m,), sorted by oscillator; first (m,) and begin (m, 4): the first sample of each run, and theta, omega,
+    peak and region there; shaking_left (n or 0): the integral of |u''| from each sample to the end, and
+    barriers (o, 3), for runs of which only the flag is asked; out (m, 7); turns (2, t) and history (5, n or 0)
+    store a single run's; tally (5,) is added to.
+    """
+
+    record: Any
+    dt: Any
+    model: Any
+    steps: Any
+    which: Any
+    factors: Any
+    first: Any
+    begin: Any
+    shaking_left: Any
+    barriers: Any
+    out: Any
+    turns: Any
+    history: Any
+    tally: Any

@@ -1,0 +1,243 @@
+"""Response histories of one block under one motion, as labelled datasets; the engine computes them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import checks
+from ..aliases import Array
+from ..units import ANGULAR_ACCELERATION, ANGULAR_VELOCITY, DIMENSIONLESS, RADIAN, SECOND, provenance
+from .block import Block, describe_block
+from .engine import tables as engine
+from .laws import Law, describe_law, oscillator_of
+from .oscillator import Oscillator
+from .runs import Trace, trace
+
+MAX_FREE_SAMPLES = 10_000_000
+
+
+def simulate(
+    block: Block,
+    model: Law,
+    motion: xr.DataArray,
+    theta0: float = 0.0,
+    omega0: float = 0.0,
+) -> xr.Dataset:
+    """Return the response history of one block under one motion.
+
+    Parameters
+    ----------
+    block : Block
+    model : law
+        Any damping law, e.g. ``DiscreteDamping()``.
+    motion : xarray.DataArray
+        Exactly one motion, ``acceleration`` in m s-2 with a uniform ``time`` (s), as `toppling.motions` makes it.
+    theta0, omega0 : float
+        Rotation (rad, |theta0| < pi/2) and angular velocity (rad/s) at the first sample.
+
+    Returns
+    -------
+    xarray.Dataset
+        On ``time``: rotation (rad), angular_velocity (rad/s), angular_acceleration (rad/s²), damping_moment and
+        restoring_moment (per unit I_O, rad/s²).  Scalars: peak_rotation (rad, the true maximum of |theta|, also between
+        samples and after the record; pi/2 if the block overturns), overturned, uplifted, impacts (inward crossings of
+        the elastic zone's edge, or impacts at theta = 0, during the record and until the block rests, which it does
+        when all later bounces would end within one sample), overturning_time (s, NaN if the block stands).
+        After overturning the rotation stays at +-pi/2.
+
+    Raises
+    ------
+    TypeError, ValueError
+        An argument that is no Block, law or labelled motion; more than one motion; values that are not finite or out of
+        range.
+
+    Notes
+    -----
+    theta'' + damping_moment + restoring_moment = -gain u''(t), solved in closed form between events (see
+    `toppling.models`).  At rest, the restoring moment of a rigid block balances the shaking.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shake = tp.motions.OneCycleSine(amplitude=3.0, omega=12.0).sample(1)
+    >>> run = simulate(Block(0.4, 1.8), tp.HousnerImpact(), shake)
+    >>> bool(run.uplifted), bool(run.overturned)
+    (True, False)
+    """
+    oscillator = oscillator_of(block, model)
+    acceleration, dt, label, start = _single_motion(motion)
+    theta = checks.number("theta0", theta0, above=-0.5 * math.pi, below=0.5 * math.pi, unit="rad")
+    omega = checks.number("omega0", omega0, unit="rad/s")
+    run = trace(oscillator, acceleration, dt, theta, omega)
+    time = start + np.arange(acceleration.size, dtype=np.float64) * dt
+    dataset = _histories(block, model, oscillator, run, acceleration, time)
+    return dataset.assign_attrs(motion=label)
+
+
+def free_rocking(block: Block, model: Law, theta0: float, duration: float, dt: float = 0.001) -> xr.Dataset:
+    """Return the free rocking of a block that is released from rest at a rotation.
+
+    Parameters
+    ----------
+    block : Block
+    model : law
+    theta0 : float
+        Initial rotation, rad, 0 < |theta0| < alpha.
+    duration : float
+        Length of the history, s, > 0.
+    dt : float
+        Time step of the history, s; it affects the output only, no other result.
+
+    Returns
+    -------
+    xarray.Dataset
+        As `simulate`, and peak_rotations (|theta| at the turning points, rad) and peak_times (s) on ``peak``.  The
+        turning points are found exactly; peak 0 is theta0, and the list ends with `duration`, the block's rest or its
+        last peak outside the elastic zone.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `simulate`; |theta0| >= alpha (it would just fall over).
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> block = Block.from_slenderness(0.2, 0.38)
+    >>> decay = free_rocking(block, tp.HousnerImpact(e=0.925, geometry="linear"), 0.5 * block.alpha, 10.0)
+    >>> (decay.peak_rotations[:3] / block.alpha).values.round(6)
+    array([0.5     , 0.401434, 0.328487])
+    """
+    oscillator = oscillator_of(block, model)
+    theta = checks.number("theta0", theta0, unit="rad")
+    if not 0.0 < abs(theta) < block.alpha:
+        raise ValueError(f"theta0 must satisfy 0 < |theta0| < alpha = {block.alpha:.4g} rad, got {theta!r}")
+    length = checks.number("duration", duration, above=0.0, unit="s")
+    step = checks.number("dt", dt, above=0.0, at_most=length, unit="s")
+    samples = round(length / step) + 1
+    if samples > MAX_FREE_SAMPLES:
+        raise ValueError(f"duration/dt must be at most {MAX_FREE_SAMPLES:.0e} samples, got {samples:.3g}")
+    acceleration = np.zeros(samples)
+    run = trace(oscillator, acceleration, step, theta)
+    dataset = _histories(block, model, oscillator, run, acceleration, np.arange(samples, dtype=np.float64) * step)
+
+    times, rotations, impacts = _free_peaks(block, model, oscillator, theta, length)
+    peak = np.arange(rotations.size)
+    return dataset.assign(
+        impacts=((), impacts, dataset["impacts"].attrs),
+        peak_rotations=("peak", rotations, {"units": RADIAN, "long_name": "absolute rotation at turning points"}),
+        peak_times=("peak", times, {"units": SECOND, "long_name": "time of turning points"}),
+    ).assign_coords(peak=("peak", peak, {"units": DIMENSIONLESS, "long_name": "number of the turning point"}))
+
+
+def _free_peaks(
+    block: Block, model: Law, oscillator: Oscillator, theta: float, duration: float
+) -> tuple[Array, Array, int]:
+    """Return times and |rotations| of the turning points of free rocking, from peak 0, and the number of impacts.
+
+    The run has its own time grid, on the block's time scale, because the block is taken to be at rest where impacts
+    accumulate within one step.
+    """
+    step = 0.01 / block.p
+    quiet = np.zeros(max(2, min(math.ceil(duration / step) + 1, MAX_FREE_SAMPLES)))
+    room = 4096
+    while True:
+        run = trace(oscillator, quiet, duration / (quiet.size - 1), theta, max_turning_points=room)
+        if run.turning_points.shape[1] < room:
+            break
+        room *= 4
+    times, rotations = run.turning_points
+    keep = times <= duration
+    delta = getattr(model, "delta", None)
+    if delta is not None:
+        inside = np.abs(rotations) < delta * block.alpha
+        if inside.any():
+            keep &= np.arange(rotations.size) < int(inside.argmax())
+    impacts = int(run.results[engine.OUT_IMPACTS])
+    return np.append(0.0, times[keep]), np.append(abs(theta), np.abs(rotations[keep])), impacts
+
+
+def _single_motion(motion: Any) -> tuple[Array, float, str, float]:
+    """Return acceleration, step, label and start of exactly one labelled motion.
+
+    The models do not import `toppling.motions`; the labelled array is read by its dims, units and dt alone.
+    """
+    if not isinstance(motion, xr.DataArray):
+        raise TypeError(f"motion must be a labelled array as toppling.motions makes it, got {type(motion).__name__}")
+    extra = [d for d in motion.dims if d != "time"]
+    if "time" not in motion.dims or any(motion.sizes[d] != 1 for d in extra):
+        raise ValueError(f"motion must be exactly one motion over time, got sizes {dict(motion.sizes)}; select one")
+    checks.acceleration_units("motion", motion.attrs.get("units"))
+    one = motion.isel(dict.fromkeys(extra, 0))
+    label = str(one["motion"].item()) if "motion" in one.coords else "motion"
+    values = checks.acceleration("motion", one.values)
+    if values.size < 2:
+        raise ValueError(f"motion must have at least 2 samples, got {values.size}")
+    time = one["time"].values if "time" in one.coords else None
+    dt = checks.time_step("motion", time, float(one["dt"].item()) if "dt" in one.coords else None)
+    return values, dt, label, 0.0 if time is None else float(time[0])
+
+
+def _histories(
+    block: Block,
+    model: Law,
+    oscillator: Oscillator,
+    run: Trace,
+    acceleration: Array,
+    time: Array,
+) -> xr.Dataset:
+    theta = run.history[engine.HISTORY_THETA]
+    omega = run.history[engine.HISTORY_OMEGA]
+    region = run.history[engine.HISTORY_REGION].astype(int)
+    damping = run.history[engine.HISTORY_DAMPING] * omega
+    forcing = -oscillator.gain * acceleration
+    overturned = bool(run.results[engine.OUT_OVERTURNED])
+    # At rest the reaction of the floor balances the shaking; after overturning the block does not move either.
+    restoring = forcing.copy()
+    for index, part in enumerate(oscillator.regions):
+        here = region == index
+        if oscillator.exact:
+            tilt = part.offset / part.stiffness
+            restoring[here] = -part.stiffness * np.sin(tilt - theta[here])
+            forcing[here] *= np.cos(tilt - theta[here]) / math.cos(tilt)
+        else:
+            restoring[here] = part.stiffness * theta[here] - part.offset
+    angular_acceleration = forcing - damping - restoring
+
+    def on_time(values: Array, units: str, long_name: str) -> tuple[str, Array, Any]:
+        return "time", values, {"units": units, "long_name": long_name}
+
+    def scalar(value: Any, units: str, long_name: str) -> tuple[tuple[()], Any, Any]:
+        return (), value, {"units": units, "long_name": long_name}
+
+    return xr.Dataset(
+        {
+            "rotation": on_time(theta, RADIAN, "rotation"),
+            "angular_velocity": on_time(omega, ANGULAR_VELOCITY, "angular velocity"),
+            "angular_acceleration": on_time(angular_acceleration, ANGULAR_ACCELERATION, "angular acceleration"),
+            "damping_moment": on_time(damping, ANGULAR_ACCELERATION, "damping moment per unit moment of inertia"),
+            "restoring_moment": on_time(restoring, ANGULAR_ACCELERATION, "restoring moment per unit moment of inertia"),
+            "floor_acceleration": on_time(acceleration, "m s-2", "floor acceleration"),
+            "peak_rotation": scalar(run.results[engine.OUT_PEAK], RADIAN, "peak absolute rotation"),
+            "overturned": scalar(overturned, DIMENSIONLESS, "whether the block overturned"),
+            "uplifted": scalar(bool(run.results[engine.OUT_UPLIFTED]), DIMENSIONLESS, "whether the block uplifted"),
+            "impacts": scalar(int(run.results[engine.OUT_IMPACTS]), DIMENSIONLESS, "impacts during the record"),
+            "overturning_time": scalar(
+                run.results[engine.OUT_OVERTURN_TIME] + time[0], SECOND, "time of overturning, NaN if it stands"
+            ),
+        },
+        coords={"time": on_time(time, SECOND, "time")},
+        attrs={
+            "title": "Rocking history of a freestanding block",
+            "block": block.label,
+            "model": model.label,
+            "alpha": block.alpha,
+            "R": block.R,
+            "p": block.p,
+            **provenance({"block": describe_block(block), "model": describe_law(model)}),
+        },
+    )

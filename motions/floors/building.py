@@ -1,0 +1,395 @@
+"""Elastic buildings, and the floor motions that they make of ground motions.
+
+Modes are integrated exactly for ground acceleration that is linear between samples (`kernels.oscillators`).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, overload
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ...units import ACCELERATION, VELOCITY, provenance
+from ..arrays import Record, floor_array, floor_coordinates, motion_coordinates, records
+from ..kernels import oscillators as engine
+from .modes import MOST_BEAM_MODES, beam_modes, storey_modes
+
+MIN_PERIOD, MAX_PERIOD = 1e-3, 100.0
+MAX_ALPHA0 = 1e4
+MAX_STOREYS = 500
+MOST_PARTS = 1000
+MOST_SAMPLES = 500_000_000  # 4 GB
+
+
+@dataclass(frozen=True, eq=False)
+class Building:
+    """Elastic building, described by its modes at the floors; made by `flexural_shear` or `from_storeys`.
+
+    Attributes
+    ----------
+    periods, damping : ndarray, shape (mode,)
+        Periods, s, longest first, and damping ratios.
+    shares : ndarray, shape (mode, floor)
+        Modal participation times shape at every floor; the shares of the roof are the participation factors of shapes
+        that are 1 at the roof.
+    heights : ndarray, shape (floor,)
+        Height of the floors above the ground, m.  Floor 0 is the ground, the last floor the roof.
+    description : str
+        Text that states the parameters of the building.
+
+    Notes
+    -----
+    With u_i the relative displacement of an oscillator of mode i, the absolute acceleration of floor f is a +
+    sum_i shares[i, f] u_i'' and its absolute velocity v + sum_i shares[i, f] u_i'.  Modes that are left out are thereby
+    taken as rigid: their share 1 - sum_i shares[i, f] moves with the ground (the static correction of the missing
+    mass), so that every floor follows a slow ground motion exactly, with any number of modes.
+    """
+
+    periods: Array
+    damping: Array
+    shares: Array
+    heights: Array
+    description: str
+
+    def __post_init__(self) -> None:
+        for name in ("periods", "damping", "shares", "heights"):
+            values = np.array(getattr(self, name), dtype=np.float64, order="C")
+            values.flags.writeable = False
+            object.__setattr__(self, name, values)
+
+    def __repr__(self) -> str:
+        return self.description
+
+    @classmethod
+    def flexural_shear(
+        cls,
+        period: float,
+        damping: float | Sequence[float] = 0.05,
+        alpha0: float = 5.0,
+        storeys: int = 5,
+        storey_height: float | Sequence[float] = 3.0,
+        modes: int = 6,
+    ) -> Building:
+        """Return a uniform cantilever with flexural and shear deformation.
+
+        Parameters
+        ----------
+        period : float
+            Fundamental period, s, 1e-3 to 100.
+        damping : float or sequence of float
+            Damping ratio of all modes, or one a mode; 0 to below 1.
+        alpha0 : float
+            Flexural-shear parameter, 0 (a bending beam) to 1e4 (a shear beam); roughly below 2 for walls, above 5 for
+            moment frames, and between 2 and 5 for both together.
+        storeys : int
+            Number of storeys, 1 to 500; its floors are 0 (ground) to storeys (roof).
+        storey_height : float or sequence of float
+            Height of every storey, or of each, m.
+        modes : int
+            Number of modes, 1 to 100; the others move with the ground.
+
+        Raises
+        ------
+        TypeError, ValueError
+            A value out of range, a sequence of the wrong length.
+
+        Notes
+        -----
+        Mode shapes, period ratios and participation factors of the uniform beam (`modes.beam_modes`).
+
+        References
+        ----------
+        Miranda, E. and Taghavi, S. (2005). Approximate floor acceleration demands in multistory buildings. I:
+        Formulation. Journal of Structural Engineering 131(2), 203-211.
+
+        Examples
+        --------
+        >>> building = Building.flexural_shear(1.0, alpha0=5.0, storeys=10)
+        >>> [round(float(one), 3) for one in building.periods[:3]], round(float(building.shares[0, -1]), 3)
+        ([1.0, 0.283, 0.132], 1.394)
+        """
+        first = checks.number("period", period, at_least=MIN_PERIOD, at_most=MAX_PERIOD, unit="s")
+        shape = checks.number("alpha0", alpha0, at_least=0.0, at_most=MAX_ALPHA0)
+        number = _up_to("storeys", storeys, MAX_STOREYS)
+        count = _up_to("modes", modes, MOST_BEAM_MODES)
+        heights = storey_heights(storey_height, number)
+        found = beam_modes(shape, count, heights / heights[-1])
+        text = (
+            f"flexural-shear building, {number} storeys, {heights[-1]:g} m, T1 = {first:g} s, alpha0 = {shape:g}, "
+            f"{count} modes, {_damping_text(damping)}"
+        )
+        return cls(first / found.ratios, _damping(damping, count), found.shares, heights, text)
+
+    @classmethod
+    def from_storeys(
+        cls,
+        masses: Any,
+        stiffnesses: Any,
+        damping: float | Sequence[float] = 0.05,
+        storey_height: float | Sequence[float] = 3.0,
+        modes: int | None = None,
+    ) -> Building:
+        """Return a shear building: storeys as masses on springs, from the lowest storey upwards.
+
+        Parameters
+        ----------
+        masses, stiffnesses : array_like, shape (storey,)
+            Mass of every floor, kg, and stiffness of the storey below it, N/m; > 0.
+        damping : float or sequence of float
+            Damping ratio of all modes, or one a mode; 0 to below 1.
+        storey_height : float or sequence of float
+            Height of every storey, or of each, m.
+        modes : int, optional
+            Number of modes; all if not given.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Masses and stiffnesses of different number or not positive, a value out of range.
+
+        Examples
+        --------
+        >>> building = Building.from_storeys([1e5, 1e5], [4e7, 4e7])
+        >>> [round(float(one), 3) for one in building.periods]
+        [0.508, 0.194]
+        """
+        m = checks.finite_array("masses", np.atleast_1d(np.asarray(masses)), unit="kg")
+        k = checks.finite_array("stiffnesses", np.atleast_1d(np.asarray(stiffnesses)), unit="N/m")
+        if m.size != k.size or m.size > MAX_STOREYS:
+            raise ValueError(
+                f"masses and stiffnesses must be one a storey, 1 to {MAX_STOREYS}, got {m.size} and {k.size}"
+            )
+        for name, values in (("masses", m), ("stiffnesses", k)):
+            if values.min() <= 0.0:
+                raise ValueError(f"{name} must be > 0, got {values.min():g}")
+        omega, shares = storey_modes(m, k)
+        count = m.size if modes is None else _up_to("modes", modes, m.size)
+        # limits within which the squares of the frequencies do not vanish in rounding
+        if not (omega[0] > 0.0 and 2.0 * math.pi / omega[0] <= MAX_PERIOD and 2.0 * math.pi / omega[-1] >= MIN_PERIOD):
+            raise ValueError(
+                f"masses and stiffnesses must give periods between {MIN_PERIOD:g} and {MAX_PERIOD:g} s, got "
+                f"{2.0 * math.pi / omega[-1]:g} to {2.0 * math.pi / max(omega[0], 1e-300):g} s"
+            )
+        heights = storey_heights(storey_height, m.size)
+        at_floors = np.concatenate([np.zeros((count, 1)), shares[:count]], axis=1)
+        text = (
+            f"shear building, {m.size} storeys, {heights[-1]:g} m, T1 = {2.0 * math.pi / omega[0]:.4g} s, {count} "
+            f"modes, {_damping_text(damping)}"
+        )
+        return cls(2.0 * math.pi / omega[:count], _damping(damping, count), at_floors, heights, text)
+
+    @property
+    def floors(self) -> tuple[int, ...]:
+        """The floors: 0 (ground) to the number of storeys (roof)."""
+        return tuple(range(self.heights.size))
+
+    @property
+    def participation(self) -> Array:
+        """Participation factors (mode,) of mode shapes that are 1 at the roof."""
+        return self.shares[:, -1].copy()
+
+    @overload
+    def floor_motions(
+        self, motions: xr.DataArray, floors: Sequence[int] | None = None, parts: int = 1
+    ) -> xr.DataArray: ...
+
+    @overload
+    def floor_motions(
+        self, motions: Sequence[xr.DataArray], floors: Sequence[int] | None = None, parts: int = 1
+    ) -> list[xr.DataArray]: ...
+
+    def floor_motions(
+        self,
+        motions: xr.DataArray | Sequence[xr.DataArray],
+        floors: Sequence[int] | None = None,
+        parts: int = 1,
+    ) -> xr.DataArray | list[xr.DataArray]:
+        """Return the absolute acceleration histories of floors.
+
+        Parameters
+        ----------
+        motions : xarray.DataArray or a sequence of them
+            Ground motions (motion, time), m s-2, from rest.  The response ends with them: add zeros for free vibration.
+        floors : sequence of int, optional
+            Floors, 0 (ground) to the number of storeys (roof); all if not given.
+        parts : int
+            Samples of the result per step of the ground motion (default 1): take more if the shortest period of
+            interest is not long compared with the time step.  The response at a sample is exact for any number.
+
+        Returns
+        -------
+        xarray.DataArray or a list of them
+            One array for each array of ground motions: ``acceleration`` (motion, floor, time), m s-2, with ``height``
+            (m) on floor, ready for `toppling.ida` and `toppling.motions.measures`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `toppling.motions.records`; floor motions instead of ground motions, a floor that the building has not,
+            more than 5e8 samples.
+
+        Examples
+        --------
+        >>> from toppling import motions
+        >>> ground = motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
+        >>> dict(Building.flexural_shear(0.8, storeys=4).floor_motions(ground, floors=[2, 4]).sizes)
+        {'motion': 2, 'floor': 2, 'time': 501}
+        """
+        chosen = self._chosen(floors)
+        cut = _up_to("parts", parts, MOST_PARTS)
+        if isinstance(motions, xr.DataArray):
+            return self._histories(_ground(motions), chosen, cut)
+        return [self._histories(_ground(array), chosen, cut) for array in _several(motions)]
+
+    def peaks(
+        self, motions: xr.DataArray | Iterable[xr.DataArray], floors: Sequence[int] | None = None, parts: int = 1
+    ) -> xr.Dataset:
+        """Return peak absolute floor acceleration and velocity, without histories.
+
+        Parameters
+        ----------
+        motions, floors, parts
+            As in `floor_motions`; the peaks are those at the samples.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``pfa`` (m s-2) and ``pfv`` (m s-1) on (motion, floor), with ``height`` on floor and dt, duration and source
+            on motion.  The velocity is absolute: the velocity of the ground, from zero and not corrected, plus the
+            velocity of the building.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `floor_motions`.
+
+        Examples
+        --------
+        >>> from toppling import motions
+        >>> ground = motions.CloughPenzien(duration=5.0, dt=0.01).sample(3)
+        >>> dict(Building.flexural_shear(0.8, storeys=4).peaks(ground).sizes)
+        {'motion': 3, 'floor': 5}
+        """
+        chosen = self._chosen(floors)
+        cut = _up_to("parts", parts, MOST_PARTS)
+        arrays = [motions] if isinstance(motions, xr.DataArray) else _several(motions)
+        for array in arrays:
+            _ground(array)
+        plain = records(arrays)
+        found = np.empty((2, len(plain), len(chosen)))
+        none = np.empty((0, 0))
+        for i, record in enumerate(plain):
+            self._respond(record, chosen, cut, none, found[0, i], found[1, i])
+        dims = ("motion", "floor")
+        return xr.Dataset(
+            {
+                "pfa": (dims, found[0], {"units": ACCELERATION, "long_name": "peak absolute floor acceleration"}),
+                "pfv": (dims, found[1], {"units": VELOCITY, "long_name": "peak absolute floor velocity"}),
+            },
+            coords={**motion_coordinates(plain), **floor_coordinates(chosen, self.heights[chosen])},
+            attrs={
+                "title": "Peak floor motions",
+                **provenance({"building": self._described(), "parts": cut}),
+                "building": json.dumps(self._described(), ensure_ascii=False),
+            },
+        )
+
+    def _chosen(self, floors: Any) -> list[int]:
+        if floors is None:
+            return list(self.floors)
+        if isinstance(floors, str) or not isinstance(floors, Iterable):
+            raise TypeError(f"floors must be a sequence of floors, got {checks.kind(floors)}")
+        chosen = [checks.count("floors", one) for one in floors]
+        if not chosen or len(set(chosen)) != len(chosen) or max(chosen) >= self.heights.size:
+            raise ValueError(
+                f"floors must be different numbers from 0 (ground) to {self.floors[-1]} (roof), got {chosen!r:.80}"
+            )
+        return chosen
+
+    def _described(self) -> dict[str, Any]:
+        return {"description": self.description, "periods": self.periods.tolist(), "damping": self.damping.tolist()}
+
+    def _respond(self, record: Record, floors: list[int], parts: int, history: Array, pfa: Array, pfv: Array) -> None:
+        engine.floor_response(
+            record.acceleration,
+            record.dt,
+            parts,
+            2.0 * math.pi / self.periods,
+            self.damping,
+            np.ascontiguousarray(self.shares[:, floors]),
+            history,
+            pfa,
+            pfv,
+        )
+
+    def _histories(self, ground: list[Record], floors: list[int], parts: int) -> xr.DataArray:
+        n = (ground[0].acceleration.size - 1) * parts + 1
+        if len(ground) * len(floors) * n > MOST_SAMPLES:
+            raise ValueError(
+                f"floor motions must have at most {MOST_SAMPLES:.0e} samples in all, got {len(ground)} motions x "
+                f"{len(floors)} floors x {n}: make them in parts, or take peaks"
+            )
+        values = np.empty((len(ground), len(floors), n))
+        unused = np.empty((2, len(floors)))
+        for i, record in enumerate(ground):
+            self._respond(record, floors, parts, values[i], unused[0], unused[1])
+        step = ground[0].dt / parts
+        labels = np.array([record.label for record in ground], dtype=object)
+        sources = np.array([f"{self.description}, {record.source}" for record in ground], dtype=object)
+        own = [record.own_amplitude for record in ground]
+        return floor_array(values, step, labels, sources, floors, self.heights[floors], own).assign_attrs(
+            building=json.dumps(self._described(), ensure_ascii=False)
+        )
+
+
+def _several(motions: Any) -> list[xr.DataArray]:
+    """Return a sequence of arrays as a list; ValueError if a label is used twice."""
+    arrays = list(motions) if isinstance(motions, Iterable) else [motions]
+    records(arrays)
+    return arrays
+
+
+def _ground(array: Any) -> list[Record]:
+    """Return the plain records of one array of ground motions."""
+    if isinstance(array, xr.DataArray) and "floor" in array.dims:
+        raise ValueError("motions must be ground motions (motion, time), got floor motions")
+    return records(array)
+
+
+def _up_to(name: str, value: Any, most: int) -> int:
+    number = checks.count(name, value, at_least=1)
+    if number > most:
+        raise ValueError(f"{name} must be at most {most}, got {number}")
+    return number
+
+
+def storey_heights(storey_height: Any, storeys: int) -> Array:
+    """Return the heights of the floors (storeys + 1,), m, with the ground at 0."""
+    given = np.asarray(storey_height)
+    values = checks.finite_array("storey_height", given, ndim=(0, 1), unit="m")
+    if values.ndim == 1 and values.size != storeys:
+        raise ValueError(f"storey_height must be one number or {storeys}, one a storey, got {values.size}")
+    if values.min() <= 0.0:
+        raise ValueError(f"storey_height must be > 0 (in m), got {values.min():g}")
+    return np.concatenate([[0.0], np.cumsum(np.broadcast_to(values, storeys))])
+
+
+def _damping(damping: Any, modes: int) -> Array:
+    values = checks.finite_array("damping", np.asarray(damping), ndim=(0, 1))
+    if values.ndim == 1 and values.size != modes:
+        raise ValueError(f"damping must be one number or {modes}, one a mode, got {values.size}")
+    if values.min() < 0.0 or values.max() >= 1.0:
+        worst = values.min() if values.min() < 0.0 else values.max()
+        raise ValueError(f"damping must be >= 0 and < 1, got {worst:g}")
+    return np.array(np.broadcast_to(values, modes))
+
+
+def _damping_text(damping: Any) -> str:
+    return f"damping {np.array2string(np.asarray(damping), threshold=10)}"

@@ -1,0 +1,1 @@
+"""Intensity measures: response spectra, cumulative measures, peaks, and the measures that a name selects."""

@@ -1,0 +1,156 @@
+"""Evaluation of intensity measures: the measure that a label names, and the values of motions, as arrays or a dataset.
+
+The measures themselves are in `measure` and `parametric_measures`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ...units import provenance
+from ..arrays import Record, motion_coordinates, records
+from .measure import MEASURES, Measure
+from .parametric_measures import PARAMETRIC_MEASURES
+
+_WRITTEN = re.compile(r"\s*(\w+)\s*\(([^()]*)\)\s*")
+
+
+def measure_named(name: str | Measure, what: str = "intensity measure", also: Sequence[str] = ()) -> Measure:
+    """Return the measure of a name or label such as ``pgv``, ``Sa(1.0)``, ``Sa(1.0, 0.02)`` or ``AvgSa(0.2:2.0:10)``.
+
+    Parameters
+    ----------
+    name : str or Measure
+        A name of `MEASURES`, or one of Sa, Sv, Sd (period, damping), AvgSa (periods, damping) and FIV3 (period, alpha,
+        beta) with its parameters; parameters with defaults may be left out.  The periods of AvgSa are separated by
+        blanks or written as first:last:number.  A measure is returned as it is.
+    what, also : str, sequence of str
+        Words for the message: the quantity that is named, and further names that are allowed.
+
+    Raises
+    ------
+    TypeError, ValueError
+        An unknown name, wrong parameters.
+
+    Examples
+    --------
+    >>> measure_named("Sa(1.0, 0.02)")
+    Sa(period=1.0, damping=0.02)
+    """
+    if isinstance(name, Measure):
+        return name
+    if isinstance(name, str):
+        if name in MEASURES:
+            return MEASURES[name]
+        match = _WRITTEN.fullmatch(name)
+        if match is not None and match.group(1) in PARAMETRIC_MEASURES:
+            try:
+                return PARAMETRIC_MEASURES[match.group(1)].read(match.group(2).split(","))
+            except (TypeError, ValueError) as error:
+                raise ValueError(f"{what} {name!r}: {_plainly(error, match.group(1))}") from None
+    allowed = ", ".join(repr(one) for one in (*MEASURES, *also))
+    shown = repr(name) if len(repr(name)) <= 60 else f"{name!r:.57}..."
+    raise ValueError(
+        f"{what} must be one of {allowed}, or {' or '.join(f'{k}(…)' for k in PARAMETRIC_MEASURES)}, got {shown}"
+    )
+
+
+def _plainly(error: Exception, name: str) -> str:
+    """Return the message of an error, without Python's wording for too many arguments."""
+    if isinstance(error, TypeError):
+        known = ", ".join(one.name for one in fields(PARAMETRIC_MEASURES[name]))
+        return f"{name} takes {known}"
+    return str(error)
+
+
+def measure(name: str | Measure, motions: Sequence[Record]) -> Array:
+    """Return one measure of plain records, shape (motion,); ValueError for an unknown name."""
+    one = measure_named(name)
+    found = np.empty(len(motions))
+    for i, record in enumerate(motions):
+        try:
+            found[i] = one.of(record.acceleration, record.dt)
+        except ValueError as error:
+            raise ValueError(f"motion {record.label!r}: {error}") from None
+    return found
+
+
+def positive_measure(name: str | Measure, motions: Sequence[Record]) -> Array:
+    """Return a measure to scale by, shape (motion,); ValueError if it is zero or does not grow with the motion."""
+    one = measure_named(name)
+    if one.power == 0.0:
+        scalable = ", ".join(repr(key) for key, known in MEASURES.items() if known.power != 0.0)
+        raise ValueError(
+            f"{one.label!r} does not grow with the motion and cannot be scaled to: take {scalable} or a spectral one"
+        )
+    values = measure(one, motions)
+    if not np.all(values > 0.0):
+        label = motions[int(np.argmin(values > 0.0))].label
+        raise ValueError(f"motion {label!r} has {one.label} = 0 and cannot be scaled")
+    return values
+
+
+def measures(
+    motions: xr.DataArray | Iterable[xr.DataArray], which: str | Measure | Sequence[str | Measure] | None = None
+) -> xr.Dataset:
+    """Return intensity measures of every motion.
+
+    Parameters
+    ----------
+    motions : xarray.DataArray or a sequence of them
+        Labelled motions (m s-2), each with its own time step and length.
+    which : measures or their names, optional
+        Any of `MEASURES` and of ``Sa(1.0)``, ``Sv``, ``Sd``, ``AvgSa``, ``FIV3``; all of `MEASURES` if not given.
+
+    Returns
+    -------
+    xarray.Dataset
+        One variable for each measure on ``motion``, named by its label: pga (m s-2), pgv (m s-1), pgd (m), arias
+        (m s-1), cav (m s-1), d5_75, d5_95 and t_mean (s), housner_intensity (m); with dt, duration (s) and source as
+        coordinates.
+        All but t_mean, which is computed from the samples, are exact for acceleration that is linear between samples;
+        peaks between samples are included.  Durations and mean period of a motion of zeros are NaN.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `toppling.motions.records`: an argument that is no labelled acceleration, labels that are not unique, values
+        that are not finite.  An unknown measure.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> found = measures(motions.from_array([0.0, 2.0, 0.0], 0.1), ["pga", "cav", "Sa(0.5)"])
+    >>> list(found), float(found.pga[0]), round(float(found.cav[0]), 12)
+    (['pga', 'cav', 'Sa(0.5)'], 2.0, 0.2)
+    """
+    plain = records(motions)
+    if which is None:
+        chosen = list(MEASURES.values())
+    elif isinstance(which, str | Measure):
+        chosen = [measure_named(which)]
+    elif isinstance(which, Iterable):
+        chosen = [measure_named(one) for one in which]
+    else:
+        raise TypeError(f"which must be measures or their names, got {checks.kind(which)}")
+    configuration = {"measures": [one.label for one in chosen]}
+    return xr.Dataset(
+        measure_variables(plain, chosen),
+        coords=motion_coordinates(plain),
+        attrs={"title": "Intensity measures", **provenance(configuration)},
+    )
+
+
+def measure_variables(plain: Sequence[Record], chosen: Iterable[Measure]) -> dict[str, xr.Variable]:
+    """Return measures of plain records as variables on ``motion``, by label."""
+    return {
+        one.label: xr.Variable("motion", measure(one, plain), {"units": one.units, "long_name": one.long_name})
+        for one in chosen
+    }

@@ -1,0 +1,1 @@
+"""Compiled recurrences of oscillators and filters: plain numbers and arrays only."""

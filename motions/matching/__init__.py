@@ -1,0 +1,1 @@
+"""Target spectra, and the adjustment of motions to them."""

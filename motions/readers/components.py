@@ -1,0 +1,117 @@
+"""Components of a record file, and their labelled arrays: one array for all components of equal step and length."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array
+from ..arrays import from_array
+from .lines import RecordError, plain
+
+
+class Component(NamedTuple):
+    """One component of a record: acceleration (n,) in m/s², step in s, and data from its file ('' and NaN: not given).
+
+    `magnitude` is that of the file, of the type `magnitude_type`; `distance` is from the epicentre, m; `vs30`, m/s.
+    """
+
+    acceleration: Array
+    dt: float
+    station: str = ""
+    component: str = ""
+    event: str = ""
+    magnitude: float = math.nan
+    magnitude_type: str = ""
+    distance: float = math.nan
+    vs30: float = math.nan
+
+    @property
+    def label(self) -> str:
+        """Station, component and event, as far as they are known, as one text."""
+        words = (self.station, self.component, self.event)
+        return " ".join(word for word in map(plain, words) if word)
+
+
+_TEXTS = {
+    "station": "station",
+    "component": "component of the record",
+    "event": "earthquake",
+    "magnitude_type": "type of the magnitude",
+}
+_VALUES = {
+    "magnitude": ("magnitude", "1", "magnitude"),
+    "distance": ("epicentral_distance", "m", "epicentral distance"),
+    "vs30": ("vs30", "m s-1", "mean shear-wave velocity of the upper 30 m"),
+}
+
+
+def arrays_of(file: Path, components: Sequence[Component]) -> list[xr.DataArray]:
+    """Return the labelled arrays of a file's components, in the file's order, one for each step and length.
+
+    Station, component and event become coordinates on `motion`, as far as the file gives them.
+
+    Raises
+    ------
+    RecordError
+        No component, an acceleration beyond that of any record.
+    """
+    if not components:
+        raise RecordError(f"{file}: holds no acceleration")
+    labels = _unique([found.label or file.stem for found in components])
+    groups: dict[tuple[float, int], list[int]] = {}
+    for i, found in enumerate(components):
+        groups.setdefault((found.dt, found.acceleration.size), []).append(i)
+    arrays = []
+    for (dt, _), members in groups.items():
+        chosen = [components[i] for i in members]
+        try:
+            array = from_array(
+                np.stack([one.acceleration for one in chosen]), dt, [labels[i] for i in members], source=file.name
+            )
+        except ValueError as error:
+            raise RecordError(f"{file}: {error}") from None
+        arrays.append(array.assign_coords(_coordinates(chosen)))
+    return arrays
+
+
+def single(file: Path, arrays: Sequence[xr.DataArray]) -> xr.DataArray:
+    """Return the only array of a file; RecordError that names `read_all` if components differ in step or length."""
+    if len(arrays) > 1:
+        kinds = ", ".join(f"{a.sizes['time']} samples at {float(a['dt'][0]):g} s" for a in arrays[:5])
+        raise RecordError(
+            f"{file}: its components differ in step or length ({kinds}): read_all gives an array for each"
+        )
+    return arrays[0]
+
+
+def _coordinates(components: Sequence[Component]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for field, long_name in _TEXTS.items():
+        texts = [plain(getattr(one, field)) for one in components]
+        if any(texts):
+            found[field] = ("motion", np.array(texts, dtype=object), {"units": "1", "long_name": long_name})
+    for field, (name, units, long_name) in _VALUES.items():
+        values = np.array([getattr(one, field) for one in components])
+        if np.isfinite(values).any():
+            found[name] = ("motion", values, {"units": units, "long_name": long_name})
+    return found
+
+
+def _unique(labels: Sequence[str]) -> list[str]:
+    """Return the labels, with (2), (3) … after labels that the file gives more than once."""
+    found: list[str] = []
+    taken: set[str] = set()
+    for label in labels:
+        name, n = label, 1
+        while name in taken:
+            n += 1
+            name = f"{label} ({n})"
+        taken.add(name)
+        found.append(name)
+    return found

@@ -1,0 +1,147 @@
+"""Reader of COSMOS V1 and V2 (format 1.20): text, integer and real headers, then data, each announced by a line."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...aliases import Array
+from .components import Component
+from .lines import Lines, RecordError, unit_factor
+
+_FIRST = re.compile(r"\(Format v\s?\d.{0,20}?with\s{1,9}(\d{1,3})\s{1,9}text lines\)", re.IGNORECASE)
+_INTEGERS = re.compile(
+    r"(?<!\d)(\d{1,6})\s+Integer-header values follow on\s+\d{1,6}\s+lines,\s*Format\s*=", re.IGNORECASE
+)
+_REALS = re.compile(r"(?<!\d)(\d{1,6})\s+Real-header values follow on\s+\d{1,6}\s+lines,\s*Format\s*=", re.IGNORECASE)
+_COMMENTS = re.compile(r"(?<!\d)(\d{1,4})\s+Comment line\(?s?\)? follow", re.IGNORECASE)
+_DATA = re.compile(
+    r"(?<!\d)(?P<count>\d{1,12})\s{1,20}(?P<quantity>[a-z]{3,20})\s{1,9}pts,\s{0,9}approx\s{0,9}(?P<seconds>[\d.]{1,12})\s{1,9}"
+    r"secs?,\s{0,9}units\s{0,3}=\s{0,3}(?P<unit>[^,(]{1,20})(?:\(\s{0,3}\d{1,3}\s{0,3}\))?\s{0,3},",
+    re.IGNORECASE,
+)
+_FORMAT = re.compile(r"Format\s{0,3}=\s{0,3}\(\s{0,3}(\d{0,3})\s{0,3}[IFEG](\d{1,3})", re.IGNORECASE)
+_END = re.compile(r"\s*(?:/&|End-of-data)", re.IGNORECASE)
+# Positions (from 1) of the standard's real header.
+_MAGNITUDES = {"Mw": 13, "Ms": 14, "ML": 15, "M": 16}
+_DISTANCE_KM, _STEP_MS = 17, 62
+_UNKNOWN = -999.0
+
+
+def is_cosmos(head: Sequence[str]) -> bool:
+    """Return True if the first line states a COSMOS format version."""
+    return bool(head) and _FIRST.search(head[0]) is not None
+
+
+def cosmos_components(lines: Lines) -> list[Component]:
+    """Return all accelerations of a COSMOS file, m/s²; velocity and displacement blocks are checked and skipped.
+
+    Raises
+    ------
+    RecordError
+        Headers or data that are not as announced, a unit that is no unit of acceleration (raw counts are refused), a
+        step that does not fit the stated length, a sample that is marked as unknown, a channel without its end.
+
+    References
+    ----------
+    Consortium of Organizations for Strong-Motion Observation Systems (2001). COSMOS strong motion data format,
+    version 1.20, https://www.strongmotioncenter.org/vdc/cosmos_format_1_20.pdf.
+    """
+    found: list[Component] = []
+    for line in lines:
+        if not line.strip():
+            continue
+        match = _FIRST.search(line[:200])
+        if match is None:
+            raise lines.error(f"holds {line[:30]!r}, a COSMOS channel begins '… (Format v01.20 with 13 text lines)'")
+        found += _channel(lines, int(match.group(1)))
+    return found
+
+
+def _channel(lines: Lines, text_lines: int) -> list[Component]:
+    text = ["", *(lines.header("the end of its text header") for _ in range(text_lines - 1))]
+    _announced(lines, _INTEGERS, "integer header")
+    real = _announced(lines, _REALS, "real header")
+    dt = 1e-3 * lines.value(repr(_at(real, _STEP_MS)), "the time step (real header 62, ms)", above=0.0, below=1e4)
+    unknown = _announced_unknown(lines, text)
+    comments = _match(lines, _COMMENTS, "an announcement of comment lines")
+    text += [lines.header("the end of its comments") for _ in range(int(comments.group(1)))]
+    types = {name: _at(real, place) for name, place in _MAGNITUDES.items()}
+    kind = next((name for name, value in types.items() if not math.isnan(value)), "")
+    found: list[Component] = []
+    line = lines.header("its data")
+    while not _END.match(line):
+        match = _DATA.search(line)
+        columns = _columns(lines, line)
+        if match is None:
+            raise lines.error(f"holds {line[:40]!r}, must announce data, '7000 acceleration pts, approx 70 secs, …'")
+        quantity = match["quantity"].lower()
+        count = lines.count(match["count"], f"{quantity} points")
+        seconds = lines.value(match["seconds"], "the length (s)")
+        factor = unit_factor(match["unit"]) if quantity.startswith("accel") else 1.0
+        if factor is None:
+            raise lines.error(f"gives the unit of acceleration as {match['unit'].strip()!r}: counts or an unknown unit")
+        if abs(count * dt - seconds) > 1.5 + 0.01 * seconds:
+            raise lines.error(f"declares {count} points in {seconds:g} s, but the time step is {dt:g} s")
+        values = lines.numbers(count, columns, f"{quantity} points")
+        if (values == unknown).any():
+            where = int(np.flatnonzero(values == unknown)[0])
+            raise RecordError(f"{lines.file}: sample {where + 1} is {unknown:g}, the file's mark for an unknown value")
+        if quantity.startswith("accel"):
+            found.append(
+                Component(
+                    values * factor,
+                    dt,
+                    station=_search(r"\bCode:\s{0,9}(\S{1,20})", text),
+                    component=_search(r"<SCNL>[^.\s]{1,9}\.([^.\s]{1,9})\.", text)
+                    or _search(r"Sta Chan?:?\s{0,9}(\S.{0,30}?)\s{0,9}\(", text),
+                    event=re.sub(r"^\s*(?:Rcrd|Record) of\s+", "", text[1] if len(text) > 1 else ""),
+                    magnitude=types.get(kind, math.nan),
+                    magnitude_type=kind,
+                    distance=_at(real, _DISTANCE_KM) * 1e3,
+                )
+            )
+        line = lines.header("the mark at the channel's end")
+    return found
+
+
+def _match(lines: Lines, pattern: re.Pattern[str], what: str) -> re.Match[str]:
+    line = lines.header(what)
+    match = pattern.search(line)
+    if match is None:
+        raise lines.error(f"holds {line[:40]!r}, must be {what}")
+    return match
+
+
+def _announced(lines: Lines, pattern: re.Pattern[str], what: str) -> Array:
+    """Return the values of a header, in the columns that its announcement gives."""
+    match = _match(lines, pattern, f"the announcement of its {what}")
+    count = lines.count(match.group(1), f"values of the {what}")
+    return lines.numbers(count, _columns(lines, match.string), f"values of the {what}")
+
+
+def _columns(lines: Lines, line: str) -> tuple[int, int]:
+    match = _FORMAT.search(line)
+    if match is None or int(match.group(2)) == 0:
+        raise lines.error("states no number format such as (8F10.5)")
+    return int(match.group(1) or 1) or 1, int(match.group(2))
+
+
+def _announced_unknown(lines: Lines, text: Sequence[str]) -> float:
+    """Return the mark of an unknown value: given in the last text line, -999 in almost every file."""
+    found = [line for line in text if "unknown" in line.lower()]
+    match = re.search(r"(-?\d{1,9}(?:\.\d{0,9})?)\s{0,9}$", found[-1]) if found else None
+    return float(match.group(1)) if match else _UNKNOWN
+
+
+def _at(real: Array, place: int) -> float:
+    value = float(real[place - 1]) if place <= real.size else _UNKNOWN
+    return math.nan if value == _UNKNOWN else value
+
+
+def _search(pattern: str, text: Sequence[str]) -> str:
+    match = next((m for m in (re.search(pattern, line) for line in text) if m), None)
+    return match.group(1) if match else ""

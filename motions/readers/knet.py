@@ -1,0 +1,111 @@
+"""Reader of K-NET and KiK-net ASCII (NIED, Japan): 17 header lines, then counts that a scale factor turns into gal."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+
+from .components import Component
+from .lines import Lines, unit_factor
+
+# The lines of the header in their order, each by its first words.
+_HEADER = (
+    "Origin Time",
+    "Lat.",
+    "Long.",
+    "Depth",
+    "Mag.",
+    "Station Code",
+    "Station Lat.",
+    "Station Lon",
+    "Station Height",
+    "Record Time",
+    "Sampling Freq",
+    "Duration Time",
+    "Dir.",
+    "Scale Factor",
+    "Max",
+    "Last Correction",
+    "Memo",
+)
+_VALUE_COLUMN = 18
+_SCALE = re.compile(r"(?P<numerator>[\d.eE+]{1,20})\s?\((?P<unit>[^()]{1,20})\)\s?/\s?(?P<denominator>[\d.eE+]{1,20})$")
+# KiK-net numbers its channels: the sensor in the borehole, then the one at the surface.
+_DIRECTIONS = {
+    "1": "N-S borehole",
+    "2": "E-W borehole",
+    "3": "U-D borehole",
+    "4": "N-S surface",
+    "5": "E-W surface",
+    "6": "U-D surface",
+}
+
+
+def is_knet(head: Sequence[str]) -> bool:
+    """Return True if the file begins with an origin time and a latitude, as NIED writes them."""
+    return len(head) > 1 and head[0].startswith("Origin Time") and head[1].startswith("Lat")
+
+
+def knet_components(lines: Lines) -> list[Component]:
+    """Return the one component of a K-NET or KiK-net file, m/s², with its offset (see `toppling.motions.baseline`).
+
+    Raises
+    ------
+    RecordError
+        Another header than NIED's, an invalid scale factor or unit, another number of samples than the sampling
+        frequency and the duration declare.
+
+    Notes
+    -----
+    The recording start in the header is 15 s after that of the first sample; no time is taken from it.
+
+    References
+    ----------
+    National Research Institute for Earth Science and Disaster Resilience (NIED), "About K-NET ASCII format",
+    https://www.kyoshin.bosai.go.jp/kyoshin/man/knetform_en.html.
+    """
+    header: dict[str, str] = {}
+    factor = dt = duration = math.nan
+    for name in _HEADER:
+        line = lines.header(f"the header line {name!r}")
+        if not line.startswith(name):
+            raise lines.error(f"begins {line[:20]!r}, the K-NET format has {name!r} there")
+        text = header[name] = line[_VALUE_COLUMN:].strip()
+        if name == "Sampling Freq":
+            dt = 1.0 / lines.value(text.removesuffix("Hz"), "the sampling frequency (Hz)", above=0.1, below=1e5)
+        elif name == "Duration Time":
+            duration = lines.value(text, "the duration (s)", above=0.0, below=1e6)
+        elif name == "Scale Factor":
+            match = _SCALE.match(text)
+            unit = unit_factor(match["unit"]) if match else None
+            if match is None or unit is None:
+                raise lines.error(f"gives the scale factor as {text[:40]!r}, must be like '3920(gal)/6182761'")
+            counts = lines.value(match["denominator"], "the scale factor's counts", above=0.0)
+            factor = unit * lines.value(match["numerator"], "the scale factor", above=0.0) / counts
+    declared = lines.count(str(round(duration / dt)), "samples")
+    values = lines.numbers()
+    if values.size != declared:
+        raise lines.error(
+            f"ends {values.size} samples, its sampling frequency and duration declare {declared}: truncated or damaged"
+        )
+    magnitude = header["Mag."]
+    direction = header["Dir."]
+    return [
+        Component(
+            values * factor,
+            dt,
+            station=header["Station Code"],
+            component=_DIRECTIONS.get(direction, direction),
+            event=header["Origin Time"].replace("/", "-"),
+            magnitude=_known(magnitude),
+            magnitude_type="M" if magnitude else "",
+        )
+    ]
+
+
+def _known(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

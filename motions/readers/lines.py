@@ -1,0 +1,262 @@
+"""Common parts of all record readers: lines of bounded length, numbers in lines, units, and the error of readers.
+
+The module does not depend on any format.  A file is read line by line, so that memory holds its samples, never its
+text.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import re
+from array import array
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from ... import checks
+from ...aliases import Array
+from ...units import STANDARD_GRAVITY
+from ...wording import system_reason
+
+MAX_BYTES = 512 * 2**20
+MAX_LINE = 2**20
+MAX_SAMPLES = 50_000_000
+# Number of characters of a line that detection and header patterns use, since headers stand at the beginning.
+HEADER_WIDTH = 1000
+HEAD_LINES = 40
+
+# m/s² per unit of acceleration, by the normalised spelling of the unit.
+_UNITS = {
+    "g": STANDARD_GRAVITY,
+    "gal": 0.01,
+    "gals": 0.01,
+    "cm/s2": 0.01,
+    "cm/s/s": 0.01,
+    "mm/s2": 0.001,
+    "mm/s/s": 0.001,
+    "m/s2": 1.0,
+    "m/s/s": 1.0,
+}
+
+
+class RecordError(ValueError):
+    """Error of a record file that cannot be read; the message names the file and the fault."""
+
+
+def existing(path: str | os.PathLike[str]) -> Path:
+    """Return the path of a record file; RecordError if it is missing, no file, too large or empty."""
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(f"path must be a path, got {type(path).__name__}")
+    file = Path(path)
+    try:
+        if not file.is_file():
+            raise RecordError(f"{file}: no such file" if not file.exists() else f"{file}: not a file")
+        size = file.stat().st_size
+    except (OSError, ValueError) as error:
+        raise RecordError(f"{file}: cannot be read ({system_reason(error)})") from None
+    if size > MAX_BYTES:
+        raise RecordError(f"{file}: larger than {MAX_BYTES // 2**20} MiB, no record is")
+    if size == 0:
+        raise RecordError(f"{file}: empty")
+    return file
+
+
+def beginning(file: Path, size: int = 4096) -> bytes:
+    """Return the first bytes of a file; RecordError if it cannot be opened."""
+    try:
+        with file.open("rb") as stream:
+            return stream.read(size)
+    except OSError as error:
+        raise RecordError(f"{file}: cannot be read ({system_reason(error)})") from None
+
+
+class Lines:
+    """Lines of a text record, read one at a time and counted; `head` holds the first lines without consuming them.
+
+    A file that is unreadable, holds NUL bytes, is a web page or has a line without end is refused by a `RecordError`
+    that names the file.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.file = existing(path)
+        self.number = 0
+        try:
+            self._stream = self.file.open(encoding="utf-8-sig", errors="replace")
+        except OSError as error:
+            raise RecordError(f"{self.file}: cannot be read ({system_reason(error)})") from None
+        try:
+            self._ahead = list(itertools.islice(iter(self._fetch, ""), HEAD_LINES))
+            self.head = tuple(line[:HEADER_WIDTH].rstrip() for line in self._ahead)
+            if re.match(r"\s*<(?:!doctype|!--|html|head|\?xml)", " ".join(self.head), re.IGNORECASE):
+                raise RecordError(f"{self.file}: a web page or XML, not a record")
+            if not any(self.head) and len(self.head) < HEAD_LINES:
+                raise RecordError(f"{self.file}: empty")
+        except RecordError:
+            self._stream.close()
+            raise
+        self._ahead.reverse()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._stream.close()
+
+    def __iter__(self) -> Iterator[str]:
+        return self
+
+    def __next__(self) -> str:
+        line = self._ahead.pop() if self._ahead else self._fetch()
+        if not line:
+            raise StopIteration
+        self.number += 1
+        return line.rstrip("\n")
+
+    def _fetch(self) -> str:
+        try:
+            line = self._stream.readline(MAX_LINE)
+        except OSError as error:
+            raise RecordError(f"{self.file}: cannot be read ({system_reason(error)})") from None
+        if len(line) >= MAX_LINE:
+            raise RecordError(f"{self.file}: holds a line of more than {MAX_LINE:,} characters, no record does")
+        if "\0" in line:
+            raise RecordError(f"{self.file}: not text (holds NUL bytes)")
+        return line
+
+    def error(self, message: str, at: int | None = None) -> RecordError:
+        """Return the error for the line that was read last, or for line `at`."""
+        return RecordError(f"{self.file}: line {at or self.number} {message}")
+
+    def header(self, what: str) -> str:
+        """Return the next line, up to the width of a header; RecordError if the file ends before `what`."""
+        line = next(self, None)
+        if line is None:
+            raise RecordError(f"{self.file}: ends before {what}: truncated")
+        return line[:HEADER_WIDTH].rstrip()
+
+    def value(
+        self, text: str, what: str, above: float = -math.inf, below: float = math.inf, at: int | None = None
+    ) -> float:
+        """Return a number of the header; RecordError if it is no number or not between the bounds."""
+        try:
+            found = float(text) if _is_plain(text) else math.nan
+        except ValueError:
+            found = math.nan
+        if not above < found < below:
+            bounds = [f"> {above:g}"] * (above > -math.inf) + [f"< {below:g}"] * (below < math.inf)
+            allowed = f", {' and '.join(bounds)}" if bounds else ""
+            raise self.error(f"gives {what} as {text.strip()[:30]!r}, must be a finite number{allowed}", at)
+        return found
+
+    def count(self, text: str, what: str, at: int | None = None) -> int:
+        """Return a number of samples; RecordError if it is no number, below 2, or above `MAX_SAMPLES`."""
+        found = self.value(text, what, at=at)
+        if found != int(found) or not 2 <= found <= MAX_SAMPLES:
+            raise self.error(f"declares {text.strip()[:30]} {what}, allowed are 2 to {MAX_SAMPLES:,}", at)
+        return int(found)
+
+    def numbers(self, count: int | None = None, columns: tuple[int, int] | None = None, what: str = "samples") -> Array:
+        """Return the next `count` numbers (all that follow if None), also from fixed columns without blanks between.
+
+        `columns` is the number of values on a line and the width of each, if the file declares them.
+
+        Raises
+        ------
+        RecordError
+            Another number of values than declared, a value that is no number or not finite; the message names the line
+            or the sample.
+        """
+        found = array("d")
+        while count is None or len(found) < count:
+            line = next(self, None)
+            if line is None:
+                break
+            expected = None
+            if columns is not None and count is not None:
+                expected = min(columns[0], count - len(found))
+            row = self._row(line, columns[1] if columns else None, expected)
+            found.extend(row)
+            if expected is not None and len(row) != expected:
+                raise self.error(f"holds {len(row)} {what}, its format says {expected}: truncated or damaged")
+            if count is not None and len(found) > count:
+                raise self.error(f"holds more than the {count} {what} declared: damaged")
+            if len(found) > MAX_SAMPLES:
+                raise self.error(f"is beyond {MAX_SAMPLES:,} {what}, no record is")
+        if count is not None and len(found) < count:
+            raise RecordError(f"{self.file}: declares {count} {what} but holds {len(found)}: truncated or damaged")
+        values = np.frombuffer(found, dtype=np.float64) if found else np.empty(0)
+        finite = np.isfinite(values)
+        if not finite.all():
+            where = int(np.flatnonzero(~finite)[0])
+            raise RecordError(f"{self.file}: sample {where + 1} is {values[where]}, not a finite number")
+        return values
+
+    def _row(self, line: str, width: int | None, expected: int | None) -> list[float]:
+        if _is_plain(line):
+            try:
+                row = [float(word) for word in line.split()]
+                if expected is None or len(row) == expected:
+                    return row
+            except ValueError:
+                pass
+            if width is not None:
+                words = [line[i : i + width] for i in range(0, len(line.rstrip()), width)]
+                try:
+                    return [float(word) for word in words]
+                except ValueError:
+                    pass
+        # Columns without a blank between them, or exponents written with Fortran's D.
+        row, at = [], 0
+        while at < len(line):
+            if line[at].isspace():
+                at += 1
+                continue
+            match = _NUMBER.match(line, at)
+            if match is None:
+                raise self.error(f"holds {line[at : at + 20].rstrip()!r}, no number")
+            row.append(float(match.group(0).replace("D", "E").replace("d", "e")))
+            at = match.end()
+        return row
+
+
+def unit_factor(word: str) -> float | None:
+    """Return m/s² per unit of acceleration in a common spelling (g, gal, cm/s², m/s^2, cm/sec/sec, m s-2), or None."""
+    if len(word) > 40:
+        return None
+    text = word.strip().strip(".,;:()[]").lower().replace("sec", "s").replace("²", "2")
+    text = re.sub(r"\^|\*\*", "", text)
+    text = re.sub(r"^([cm]?m)[\s_]*/?[\s_]*s-?2$", r"\1/s2", text)
+    return _UNITS.get(text.replace(" ", ""))
+
+
+def given_factor(unit: str | float) -> float:
+    """Return m/s² per unit or count that a caller gives; ValueError if it is no unit of acceleration."""
+    if isinstance(unit, str):
+        factor = unit_factor(unit)
+        if factor is None:
+            raise ValueError(f"unit must be one of {', '.join(map(repr, _UNITS))}, or m/s² per count, got {unit!r:.60}")
+        return factor
+    factor = checks.number("unit", unit, unit="m/s² per count")
+    if factor == 0.0:
+        raise ValueError("unit must not be 0 m/s² per count")
+    return factor
+
+
+def plain(text: str, longest: int = 80) -> str:
+    """Return words of a header as a label: printable characters, single blanks, not longer than a line."""
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())[:longest].rstrip()
+
+
+def _is_plain(text: str) -> bool:
+    # float() also accepts 1_000 and the digits of every script, which records do not have
+    return text.isascii() and "_" not in text
+
+
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?(?=$|[\s,+-])", re.ASCII)

@@ -1,0 +1,119 @@
+"""Reader of the formats of obspy, if it is installed: miniSEED, SAC, Kinemetrics, SEG-Y and more.
+
+obspy's own `read` is not used: it takes a path as a pattern or an address, unpacks archives, and calls a pickle reader,
+which runs code from the file.  Here one file is offered to each format, without the unsafe formats.
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+import warnings
+from collections import Counter
+from collections.abc import Callable, Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .components import Component
+from .lines import MAX_SAMPLES, RecordError, beginning, given_factor
+
+MAX_OBSPY_BYTES = 128 * 2**20
+_GROUP = "obspy.plugin.waveform"
+# Formats with an own signature come before formats that accept nearly any file.
+_FIRST = ("MSEED", "SAC", "SEISAN", "KINEMETRICS_EVT", "REFTEK130", "GCF", "SLIST", "TSPAIR", "SACXY")
+# A pickle runs code; CSS tables open the files that they name; a damaged GSE file ends the process in obspy's C code.
+_NEVER = ("PICKLE", "CSS", "NNSA_KB_CORE", "GSE1", "GSE2")
+_GSE = (b"WID", b"XW01")
+_TEXT = re.compile(r"(?:TIMESERIES|WID[12]|XW01)[ _]")
+
+
+def is_obspy_text(head: Sequence[str]) -> bool:
+    """Return True if text begins as one of obspy's text formats (SLIST, TSPAIR, alphanumeric SAC, GSE)."""
+    return bool(head) and (_TEXT.match(head[0]) is not None or _is_sac(head))
+
+
+def _is_sac(head: Sequence[str]) -> bool:
+    # five header values on a line, and SAC's mark for values that are not set
+    return len(head[0].split()) == 5 and any("-12345.0" in line for line in head[:14])
+
+
+def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
+    """Return all traces of a file that obspy reads, m/s².
+
+    Parameters
+    ----------
+    file : path
+        File of at most 128 MiB.
+    unit : str or float
+        Unit of the samples, or m/s² per count: these formats state no unit, or one that files seldom follow.
+
+    Raises
+    ------
+    RecordError
+        obspy is not installed or knows no such format, no unit, a channel in pieces (a gap), velocity or displacement.
+    """
+    if file.stat().st_size > MAX_OBSPY_BYTES:
+        raise RecordError(f"{file}: larger than {MAX_OBSPY_BYTES // 2**20} MiB, cut it with obspy first")
+    try:
+        importlib.import_module("obspy")
+    except ImportError:
+        raise RecordError(
+            f"{file}: not text (holds NUL bytes) or in a format of obspy's, which is not installed"
+        ) from None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        name, traces = _traces(file)
+    if unit is None:
+        raise RecordError(f"{file}: {name} states no unit, so unit must be given ('m/s2', 'g', or m/s² per count)")
+    factor = given_factor(unit)
+    pieces = Counter(trace.id for trace in traces)
+    found: list[Component] = []
+    for trace in traces:
+        if pieces[trace.id] > 1 or np.ma.isMaskedArray(trace.data):
+            raise RecordError(f"{file}: channel {trace.id} is in pieces (a gap), merge or cut it with obspy first")
+        # SAC: 6 displacement, 7 velocity
+        if getattr(trace.stats, "sac", {}).get("idep") in {6, 7}:
+            raise RecordError(f"{file}: channel {trace.id} is velocity or displacement, not acceleration")
+        if trace.data.dtype.kind not in "iuf" or not 2 <= trace.data.size <= MAX_SAMPLES:
+            raise RecordError(f"{file}: channel {trace.id} has {trace.data.size} samples of {trace.data.dtype}")
+        codes = trace.stats
+        found.append(
+            Component(
+                trace.data.astype(np.float64) * factor,
+                float(codes.delta),
+                station=".".join(filter(None, (codes.network, codes.station, codes.location))),
+                component=codes.channel,
+                event=str(codes.starttime)[:19].replace("T", " "),
+            )
+        )
+    return found
+
+
+def _traces(file: Path) -> tuple[str, list[Any]]:
+    """Return the first format that accepts the file, and its traces; RecordError if there is none or it fails."""
+    entries = metadata.entry_points()
+    installed = [entry.name for entry in entries.select(group=_GROUP) if entry.name not in _NEVER]
+
+    def function(name: str, what: str) -> Callable[[str], Any]:
+        found: Callable[[str], Any] = next(iter(entries.select(group=f"{_GROUP}.{name}", name=what))).load()
+        return found
+
+    for name in sorted(installed, key=lambda n: (_FIRST.index(n) if n in _FIRST else len(_FIRST), n)):
+        try:
+            known = function(name, "isFormat")(str(file))
+        except Exception:
+            continue
+        if not known:
+            continue
+        try:
+            return name, list(function(name, "readFormat")(str(file)))
+        except Exception as error:
+            first = " ".join(str(error).split())[:100]
+            raise RecordError(f"{file}: looks like {name}, but obspy cannot read it ({first})") from None
+    if beginning(file).startswith(_GSE):
+        raise RecordError(f"{file}: a GSE file, which obspy reads unsafely: turn it into miniSEED with obspy first")
+    binary = "not text (holds NUL bytes), and " if b"\0" in beginning(file) else ""
+    raise RecordError(f"{file}: {binary}no format that obspy reads")

@@ -1,0 +1,129 @@
+"""Reading of record files, whose format is detected from their content, never from their names."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import NamedTuple
+
+import xarray as xr
+
+from .at2 import is_at2, read_at2
+from .components import Component, arrays_of, single
+from .cosmos import cosmos_components, is_cosmos
+from .csmip import csmip_components, is_csmip
+from .csv import csv_components
+from .esm import esm_components, is_esm
+from .geonet import geonet_components, is_geonet
+from .knet import is_knet, knet_components
+from .lines import Lines, RecordError, beginning, existing
+from .obspy import is_obspy_text, obspy_components
+
+
+class Format(NamedTuple):
+    """Record format: its name, a test of the first lines of a file, and the reader of its components."""
+
+    name: str
+    matches: Callable[[Sequence[str]], bool]
+    components: Callable[[Lines], list[Component]]
+
+
+# GeoNet before CSMIP: both begin with the words of a corrected accelerogram, and GeoNet's next line names a site.
+FORMATS = (
+    Format("K-NET", is_knet, knet_components),
+    Format("ESM", is_esm, esm_components),
+    Format("COSMOS", is_cosmos, cosmos_components),
+    Format("GeoNet", is_geonet, geonet_components),
+    Format("CSMIP V2", is_csmip, csmip_components),
+)
+
+
+def read(path: str | os.PathLike[str], dt: float | None = None, unit: str | float | None = None) -> xr.DataArray:
+    """Read the motions in one record file: all components, m/s².
+
+    Formats: PEER AT2, K-NET and KiK-net, ESM, COSMOS V1 and V2, CSMIP V2, GeoNet V2A, plain tables (`read_csv`), and
+    the formats of obspy if it is installed (``pip install toppling[records]``).  Motions are not corrected, filtered or
+    resampled.
+
+    Parameters
+    ----------
+    path : path
+        The file; its format is detected from its content.
+    dt : float, optional
+        Time step, s, for a table of accelerations that states none.
+    unit : str or float, optional
+        Unit of acceleration (``"g"``, ``"cm/s2"``), or m/s² per count, for a table or an obspy format that states none.
+
+    Returns
+    -------
+    xarray.DataArray
+        ``acceleration`` (motion, time), labelled with station, component and event if the file gives them, otherwise
+        with its name; station, component, event, magnitude, distance and vs30 are coordinates on motion, as far as the
+        file gives them.
+
+    Raises
+    ------
+    RecordError
+        One sentence that names the file and the fault; components of different steps or lengths (`read_all` gives an
+        array for each).
+
+    Examples
+    --------
+    >>> float(read(example_path()).dt[0])
+    0.01
+    """
+    file = existing(path)
+    return single(file, read_all(file, dt, unit))
+
+
+def read_all(
+    path: str | os.PathLike[str], dt: float | None = None, unit: str | float | None = None
+) -> list[xr.DataArray]:
+    """Read the motions in one record file as `read`, with an array for each step and length of its components.
+
+    Raises
+    ------
+    RecordError
+        As `read`, except for components that differ.
+
+    Examples
+    --------
+    >>> [array.sizes["motion"] for array in read_all(example_path())]
+    [1]
+    """
+    file = existing(path)
+    if b"\0" in beginning(file):
+        _refuse(file, "a binary format", dt, None)
+        return arrays_of(file, obspy_components(file, unit))
+    with Lines(file) as lines:
+        if is_at2(lines.head):
+            _refuse(file, "a PEER AT2 file", dt, unit)
+            return [read_at2(file)]
+        for found in FORMATS:
+            if found.matches(lines.head):
+                _refuse(file, f"a {found.name} file", dt, unit)
+                return arrays_of(file, found.components(lines))
+        if lines.head[0].upper().startswith("PEER"):
+            raise RecordError(f"{file}: looks like a PEER file, but has no 'NPTS= …, DT= …' in its first four lines")
+        components: list[Component]
+        if is_obspy_text(lines.head):
+            _refuse(file, "a waveform file", dt, None)
+            components = obspy_components(file, unit)
+        else:
+            components = csv_components(lines, dt, unit)
+        return arrays_of(file, components)
+
+
+def example_path() -> str:
+    """Return the path of the generated example record (AT2) of the package."""
+    return str(resources.files("toppling.motions").joinpath("example.AT2"))
+
+
+def _refuse(file: Path, what: str, dt: float | None, unit: str | float | None) -> None:
+    """Raise RecordError if a caller gives a step or unit that the file states itself."""
+    if dt is not None:
+        raise RecordError(f"{file}: {what} states its own DT, so dt must not be given, got {dt!r}")
+    if unit is not None:
+        raise RecordError(f"{file}: {what} states its own unit, so unit must not be given, got {unit!r:.60}")

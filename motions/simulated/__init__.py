@@ -1,0 +1,1 @@
+"""Simulated motions: filtered noise, site-based, near-fault and seismological models, and pulses."""

@@ -1,0 +1,242 @@
+"""Evolutionary Kanai-Tajimi and Clough-Penzien motions, whose ground frequency drifts, and their calibration."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, Self, cast
+
+import numpy as np
+import scipy
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ...units import STANDARD_GRAVITY
+from ..arrays import records
+from ..intensity.dataset import measure
+from ..kernels.drifting_filters import drifting_ground
+from ..scaling import parabolic_baseline
+from .envelopes import Envelope, RiseStrongDecay
+from .filters import filtered, high_pass
+from .generator import LARGEST, Generator, Streams, ensemble, normals, steps_of
+from .kanai_tajimi import BASELINES
+
+PSD_INSTANTS = 101  # of the drift, over which a density is averaged
+
+
+@dataclass(frozen=True)
+class EvolutionaryKanaiTajimi(Generator):
+    """Gaussian white noise times an envelope, through a soil layer whose frequency drifts during the shaking.
+
+    Parameters
+    ----------
+    omega_g : float or sequence of float
+        Circular frequency of the ground, rad/s, > 0: one value (constant), two (a linear drift) or more (a table).
+    omega_g_times : sequence of float, optional
+        Times of these frequencies, s, increasing; the frequency is linear between them and constant outside.  If not
+        given, they are spread evenly over the duration.
+    xi_g, s0, duration, dt, envelope, baseline
+        As in `KanaiTajimi`.
+
+    Notes
+    -----
+    x'' + 2 xi_g omega_g(t) x' + omega_g(t)² x = w(t), acceleration 2 xi_g omega_g x' + omega_g² x: the frequency is
+    constant within a time step (its value in the middle), and each step is solved exactly for noise that is linear
+    between samples.  With a single frequency the motions equal those of `KanaiTajimi`, value by value.
+
+    References
+    ----------
+    Fan, F.-G. and Ahmadi, G. (1990). Nonstationary Kanai-Tajimi models for El Centro 1940 and Mexico City 1985
+    earthquakes. Probabilistic Engineering Mechanics 5, 171-181 (recalled).
+
+    Examples
+    --------
+    >>> generator = EvolutionaryKanaiTajimi(omega_g=(25.0, 8.0), duration=10.0, dt=0.01).calibrate_pga(3.0, n=20)
+    >>> round(float(abs(generator.sample(20)).max("time").mean()), 6)
+    3.0
+    """
+
+    own_amplitude: ClassVar[bool] = False
+
+    omega_g: float | Sequence[float] = (8.0 * math.pi, 3.0 * math.pi)
+    omega_g_times: Sequence[float] | None = None
+    xi_g: float = 0.6
+    s0: float = 0.01
+    duration: float = 30.0
+    dt: float = 0.005
+    envelope: Envelope = field(default_factory=RiseStrongDecay)
+    baseline: str = "parabolic"
+
+    def __post_init__(self) -> None:
+        given = self.omega_g if isinstance(self.omega_g, Sequence | np.ndarray) else (self.omega_g,)
+        if len(given) == 0:
+            raise ValueError("omega_g must hold at least one frequency, got none")
+        values = tuple(checks.number("omega_g", value, above=0.0, at_most=LARGEST, unit="rad/s") for value in given)
+        object.__setattr__(self, "omega_g", values)
+        for name in ("xi_g", "s0"):
+            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
+        steps_of(self.duration, self.dt)
+        if self.omega_g_times is not None:
+            times = tuple(checks.number("omega_g_times", time, unit="s") for time in self.omega_g_times)
+            if len(times) != len(values):
+                raise ValueError(f"omega_g_times must hold one time a frequency, got {len(times)} for {len(values)}")
+            if any(late <= early for early, late in itertools.pairwise(times)):
+                raise ValueError(f"omega_g_times must increase, got {times}")
+            object.__setattr__(self, "omega_g_times", times)
+        if not isinstance(self.envelope, Envelope):
+            raise TypeError(f"envelope must be a toppling.motions envelope, got {type(self.envelope).__name__}")
+        checks.choice("baseline", self.baseline, BASELINES)
+
+    def frequency(self, time: Array) -> Array:
+        """Return the circular frequency of the ground at `time` (s), rad/s, in the same shape."""
+        values = np.atleast_1d(np.asarray(self.omega_g, dtype=np.float64))
+        if values.size == 1:
+            return np.full(np.shape(time), values[0])
+        times = np.linspace(0.0, self.duration, values.size) if self.omega_g_times is None else self.omega_g_times
+        return np.interp(time, times, values)
+
+    def density(self, omega: Array) -> Array:
+        """Return the two-sided power spectral density at `omega` (rad/s), m²/s³ per rad/s, in the same shape.
+
+        It is the evolutionary density s0 |H(omega; t)|², averaged over the duration with the square of the envelope as
+        weight: the density of the strong shaking, at the level of a unit envelope.
+        """
+        time = np.linspace(0.0, self.duration, PSD_INSTANTS)
+        weight = self.envelope(time) ** 2
+        w = np.asarray(omega, dtype=np.float64)[..., None]
+        ground = self.frequency(time)
+        damping = (2.0 * self.xi_g * ground * w) ** 2
+        squared = (ground**4 + damping) / ((ground**2 - w**2) ** 2 + damping)
+        return np.asarray(self.s0 * (squared * weight).sum(axis=-1) / weight.sum())
+
+    def calibrate_pga(self, target: float, n: int = 200, seed: int = 0) -> Self:
+        """Return the generator whose s0 makes the mean PGA of motions 0 … n - 1 of `seed` equal `target`, m/s², > 0."""
+        return self._calibrate(target, float(measure("pga", records(self.sample(n, seed))).mean()))
+
+    def calibrate_arias(self, target: float, n: int = 200, seed: int = 0) -> Self:
+        """Return the generator whose s0 makes the mean Arias intensity of motions 0 … n - 1 equal `target`, m/s.
+
+        The Arias intensity pi/(2 g) integral a² dt is exact for acceleration that is linear between samples.
+        """
+        a = self.sample(n, seed).values
+        energy = float((a[:, :-1] ** 2 + a[:, :-1] * a[:, 1:] + a[:, 1:] ** 2).sum()) * self.dt / (3.0 * len(a))
+        found = math.pi / (2.0 * STANDARD_GRAVITY) * energy
+        return self._calibrate(math.sqrt(checks.number("target", target, above=0.0, unit="m/s")), math.sqrt(found))
+
+    def calibrate_psd(self, omega: Sequence[float] | Array, density: Sequence[float] | Array) -> Self:
+        """Return the generator whose `density` is closest to a given density.
+
+        Parameters
+        ----------
+        omega : sequence of float, shape (k,)
+            Circular frequencies, rad/s, > 0, at least five.
+        density : sequence of float, shape (k,)
+            Two-sided power spectral density at these frequencies, m²/s³ per rad/s, > 0.
+
+        Notes
+        -----
+        Least squares of the logarithms, over s0, damping ratios and frequencies; the drift keeps its shape, because all
+        its frequencies change by one factor.
+        """
+        w = checks.finite_array("omega", omega, unit="rad/s")
+        target = checks.finite_array("density", density, unit="m²/s³")
+        if w.size != target.size or w.size < 5:
+            raise ValueError(f"omega and density must have one length of at least 5, got {w.size} and {target.size}")
+        if not (w.min() > 0.0 and target.min() > 0.0):
+            raise ValueError("omega and density must be > 0")
+        center = math.exp(float((np.log(w) * target).sum() / target.sum()))
+        start = self._with_frequency(center / float(self.frequency(np.array([0.5 * self.duration]))[0]))
+        free = ("xi_g", "s0", *self._further_parameters)
+
+        def candidate(logs: Array) -> EvolutionaryKanaiTajimi:
+            own = {name: getattr(start, name) * math.exp(log) for name, log in zip(free, logs[1:], strict=True)}
+            return replace(start._with_frequency(math.exp(logs[0])), **own)
+
+        def misfit(logs: Array) -> Array:
+            return np.log(candidate(logs).density(w) / target)
+
+        level = -float(misfit(np.zeros(1 + len(free))).mean())
+        first = np.zeros(1 + len(free))
+        first[2] = level
+        found = scipy.optimize.least_squares(misfit, first, bounds=(first - 6.0, first + 6.0))
+        return cast("Self", candidate(found.x))
+
+    _further_parameters: ClassVar[tuple[str, ...]] = ()
+
+    def _with_frequency(self, factor: float) -> Self:
+        return replace(self, omega_g=tuple(factor * value for value in np.atleast_1d(np.asarray(self.omega_g))))
+
+    def _calibrate(self, target: float, found: float) -> Self:
+        return replace(self, s0=self.s0 * (checks.number("target", target, above=0.0) / found) ** 2)
+
+    def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
+        """Return motions `first` … `first + n - 1` of `seed`; see `KanaiTajimi.sample`."""
+        steps = steps_of(self.duration, self.dt)
+        time = np.arange(steps + 1, dtype=np.float64) * self.dt
+        amplitude = math.sqrt(2.0 * math.pi * self.s0 / self.dt) * self.envelope(time)
+        propagators = _propagators(self.frequency(time[:-1] + 0.5 * self.dt), self.xi_g, self.dt)
+        ground = self.frequency(time)
+        read = np.stack([ground**2, 2.0 * self.xi_g * ground], axis=1)
+
+        def make(streams: Streams) -> Array:
+            motions: Array = drifting_ground(normals(streams, steps + 1) * amplitude, *propagators, read)
+            motions = self._post_filter(motions)
+            return parabolic_baseline(motions, self.dt) if self.baseline == "parabolic" else motions
+
+        return ensemble(self, n, seed, first, steps, self.dt, make)
+
+    def _post_filter(self, motions: Array) -> Array:
+        return motions
+
+
+@dataclass(frozen=True)
+class EvolutionaryCloughPenzien(EvolutionaryKanaiTajimi):
+    """Evolutionary Kanai-Tajimi motions through the constant high-pass of `CloughPenzien`.
+
+    Parameters as in `EvolutionaryKanaiTajimi`, and omega_f (rad/s) and xi_f as in `CloughPenzien`.
+
+    Examples
+    --------
+    >>> EvolutionaryCloughPenzien(omega_g=(25.0, 8.0), duration=10.0, dt=0.01).sample(2, seed=1).shape
+    (2, 1001)
+    """
+
+    omega_f: float = 0.25 * math.pi
+    xi_f: float = 0.6
+    baseline: str = "none"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("omega_f", "xi_f"):
+            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
+
+    _further_parameters: ClassVar[tuple[str, ...]] = ("omega_f", "xi_f")
+
+    def density(self, omega: Array) -> Array:
+        w = np.asarray(omega, dtype=np.float64)
+        damping = (2.0 * self.xi_f * self.omega_f * w) ** 2
+        return super().density(omega) * w**4 / ((self.omega_f**2 - w**2) ** 2 + damping)
+
+    def _post_filter(self, motions: Array) -> Array:
+        return filtered(motions, *high_pass(self.omega_f, self.xi_f), self.dt)
+
+
+def _propagators(omega: Array, xi: float, dt: float) -> tuple[Array, Array, Array]:
+    """Return one step of x'' + 2 xi omega x' + omega² x = w for each omega (n,), with w linear over the step.
+
+    The step is the exponential of the matrix of (x, x', w, dt w'), which holds for any damping ratio; it is computed
+    once for each different frequency.
+    """
+    different, where = np.unique(omega, return_inverse=True)
+    matrix = np.zeros((different.size, 4, 4))
+    matrix[:, 0, 1] = dt
+    matrix[:, 1, 0] = -(different**2) * dt
+    matrix[:, 1, 1] = -2.0 * xi * different * dt
+    matrix[:, 1, 2] = dt
+    matrix[:, 2, 3] = 1.0
+    step = np.asarray(scipy.linalg.expm(matrix))[where]
+    after = step[:, :2, 3]
+    return np.ascontiguousarray(step[:, :2, :2]), step[:, :2, 2] - after, np.ascontiguousarray(after)

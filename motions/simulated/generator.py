@@ -1,0 +1,112 @@
+"""Base of all generators of motions: a random stream for each motion, work in chunks, one labelled array.
+
+Motion `index` of a seed has its own random stream, so that any part of an ensemble can be made separately.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ...streams import stream
+from ...units import DIMENSIONLESS, METRE
+from ..arrays import from_array
+
+Streams = list[np.random.Generator]
+
+LARGEST = 1e6
+MOST_SAMPLES = 500_000_000  # 4 GB
+LEAST_STEPS = 20  # fewer steps hold no motion, and a parabolic baseline would remove most of it
+CHUNK_SAMPLES = 2_000_000  # 16 MB for each temporary array
+
+
+class Generator(ABC):
+    """Generator of simulated motions: a frozen dataclass of parameters with the method `sample`."""
+
+    own_amplitude: ClassVar[bool] = True
+    """True if the motions have the amplitude of an earthquake; False if a parameter sets their amplitude."""
+
+    @abstractmethod
+    def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
+        """Return motions `first` … `first + n - 1` of a seed, as one labelled array (motion, time), m/s²."""
+
+
+def steps_of(duration: float, dt: float) -> int:
+    """Return the number of steps of a motion; ValueError if it is too short, or if duration or dt (s) are not > 0."""
+    checks.number("dt", dt, above=0.0, at_most=LARGEST)
+    checks.number("duration", duration, above=0.0, at_most=LARGEST)
+    if duration < LEAST_STEPS * dt:
+        raise ValueError(f"duration must be at least {LEAST_STEPS} dt = {LEAST_STEPS * dt:g} s, got {duration:g}")
+    return round(duration / dt)
+
+
+def counts(n: int, seed: int, first: int) -> tuple[int, int, int]:
+    """Return the arguments of `sample`, checked."""
+    return checks.count("n", n, at_least=1), checks.count("seed", seed), checks.count("first", first)
+
+
+def check_samples(n: int, steps: int) -> None:
+    """Raise ValueError if n motions of so many steps would hold more than 5e8 samples."""
+    if n * (steps + 1) > MOST_SAMPLES:
+        raise ValueError(
+            f"motions must have at most {MOST_SAMPLES:.0e} samples in all, got {n} motions of {steps + 1}: "
+            "make them in parts (first)"
+        )
+
+
+def ensemble(
+    generator: Generator, n: int, seed: int, first: int, steps: int, dt: float, make: Callable[[Streams], Array]
+) -> xr.DataArray:
+    """Return motions `first` … `first + n - 1` of `seed`, made chunk by chunk.
+
+    Parameters
+    ----------
+    generator : Generator
+        Generator of the motions, after which they are named.
+    steps, dt : int, float
+        Length in steps and time step, s.
+    make : callable
+        Function from the streams of some motions to their accelerations (motion, steps + 1), m/s²; each row must
+        depend on its own stream only, to the last bit.
+
+    Raises
+    ------
+    TypeError, ValueError
+        n < 1, seed or first < 0, more than 5e8 samples in all.
+    """
+    n, seed, first = counts(n, seed, first)
+    check_samples(n, steps)
+    values = np.empty((n, steps + 1))
+    rows = max(1, CHUNK_SAMPLES // (steps + 1))
+    for start in range(0, n, rows):
+        indices = range(first + start, first + min(start + rows, n))
+        values[start : start + len(indices)] = make([stream(seed, index) for index in indices])
+    labels = [f"{type(generator).__name__} {seed}-{first + i}" for i in range(n)]
+    array = from_array(values, dt, labels, f"{generator!r} seed {seed}", generator.own_amplitude)
+    return array.assign_coords(_scenario(generator, n))
+
+
+def _scenario(generator: Generator, n: int) -> dict[str, tuple[str, Array, dict[str, str]]]:
+    """Return magnitude and distance on ``motion``, for a generator that has them."""
+    return {
+        name: ("motion", np.full(n, float(getattr(generator, name))), {"units": units, "long_name": long_name})
+        for name, units, long_name in (
+            ("magnitude", DIMENSIONLESS, "moment magnitude"),
+            ("distance", METRE, "distance of the scenario, as its generator defines it"),
+        )
+        if hasattr(generator, name)
+    }
+
+
+def normals(streams: Streams, size: int) -> Array:
+    """Return standard normal numbers, shape (motion, size), each row from its own stream."""
+    noise = np.empty((len(streams), size))
+    for row, random in zip(noise, streams, strict=True):
+        random.standard_normal(out=row)
+    return noise

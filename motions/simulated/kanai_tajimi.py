@@ -1,0 +1,130 @@
+"""Kanai-Tajimi and Clough-Penzien motions: filtered white noise with an intensity envelope."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ..scaling import parabolic_baseline
+from .envelopes import Envelope, RiseStrongDecay
+from .filters import filtered, high_pass, soil_layer
+from .generator import LARGEST, Generator, Streams, ensemble, normals, steps_of
+
+BASELINES = ("parabolic", "none")
+
+
+@dataclass(frozen=True)
+class KanaiTajimi(Generator):
+    """Gaussian white noise times an envelope, through the Kanai-Tajimi filter of a soil layer.
+
+    Parameters
+    ----------
+    omega_g : float
+        Circular frequency of the ground, rad/s, > 0.
+    xi_g : float
+        Damping ratio of the ground, > 0.
+    s0 : float
+        Two-sided power spectral density of the white noise, m²/s³ per rad/s, > 0.
+    duration, dt : float
+        Length and time step, s.
+    envelope : Envelope
+        Intensity of the white noise as a function of time.
+    baseline : {"parabolic", "none"}
+        Baseline correction of the finished motion.
+
+    Notes
+    -----
+    H(s) = (2 xi_g omega_g s + omega_g²)/(s² + 2 xi_g omega_g s + omega_g²), solved exactly for white noise that is
+    linear between samples N(0, 2 pi s0/dt) (first-order hold).  Stationary variance pi s0 omega_g (1 + 4 xi_g²)/(2
+    xi_g) as dt -> 0.  The peak of filtered white noise depends on dt.
+
+    References
+    ----------
+    Tajimi, H. (1960). A statistical method of determining the maximum response of a building structure during an
+    earthquake. 2nd World Conference on Earthquake Engineering.
+
+    Examples
+    --------
+    >>> KanaiTajimi(duration=10.0, dt=0.01).sample(3, seed=1).shape
+    (3, 1001)
+    """
+
+    own_amplitude: ClassVar[bool] = False
+
+    omega_g: float = 5.0 * math.pi
+    xi_g: float = 0.6
+    s0: float = 0.01
+    duration: float = 30.0
+    dt: float = 0.005
+    envelope: Envelope = field(default_factory=RiseStrongDecay)
+    baseline: str = "parabolic"
+
+    def __post_init__(self) -> None:
+        for name in ("omega_g", "xi_g", "s0"):
+            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
+        steps_of(self.duration, self.dt)
+        if not isinstance(self.envelope, Envelope):
+            raise TypeError(f"envelope must be a toppling.motions envelope, got {type(self.envelope).__name__}")
+        checks.choice("baseline", self.baseline, BASELINES)
+
+    def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
+        """Return motions `first` … `first + n - 1` of `seed`.
+
+        Parameters
+        ----------
+        n : int
+            Number of motions, >= 1.
+        seed, first : int
+            Seed of the ensemble and index of the first motion, >= 0; a motion depends on (seed, index) alone.
+
+        Returns
+        -------
+        xarray.DataArray
+            ``acceleration`` (motion, time), m s-2, not normalised (see `scale_to_mean`).
+        """
+        return ensemble(self, n, seed, first, steps_of(self.duration, self.dt), self.dt, self._make)
+
+    def _make(self, streams: Streams) -> Array:
+        time = np.arange(steps_of(self.duration, self.dt) + 1, dtype=np.float64) * self.dt
+        noise = normals(streams, time.size)
+        noise *= math.sqrt(2.0 * math.pi * self.s0 / self.dt) * self.envelope(time)
+        for numerator, denominator in self._sections():
+            noise = filtered(noise, numerator, denominator, self.dt)
+        return parabolic_baseline(noise, self.dt) if self.baseline == "parabolic" else noise
+
+    def _sections(self) -> list[tuple[list[float], list[float]]]:
+        """Return the transfer functions in s, which are applied one after the other."""
+        return [soil_layer(self.omega_g, self.xi_g)]
+
+
+@dataclass(frozen=True)
+class CloughPenzien(KanaiTajimi):
+    """Kanai-Tajimi motions through a second, high-pass filter, which keeps velocity and displacement finite.
+
+    Parameters as in `KanaiTajimi`, and
+
+    omega_f, xi_f : float
+        Circular frequency (rad/s) and damping ratio of the high-pass s²/(s² + 2 xi_f omega_f s + omega_f²), > 0.
+
+    References
+    ----------
+    Clough, R. W. and Penzien, J. (1993). Dynamics of Structures, 2nd ed. McGraw-Hill.
+    """
+
+    omega_f: float = 0.25 * math.pi
+    xi_f: float = 0.6
+    baseline: str = "none"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("omega_f", "xi_f"):
+            checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
+
+    def _sections(self) -> list[tuple[list[float], list[float]]]:
+        return [*super()._sections(), high_pass(self.omega_f, self.xi_f)]

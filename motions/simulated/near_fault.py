@@ -1,0 +1,156 @@
+"""Near-fault motions: a site-based background plus a velocity pulse, both drawn for an earthquake and a site."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array, Index
+from ...streams import stream
+from .directivity import MIDDLE, TRUNCATION, NearFaultEquations, background_parameters, pulse_parameters
+from .generator import Streams, counts, steps_of
+from .modulation import modulation
+from .pulses import velocity_pulse
+from .scenario import UNITS, Parameters
+from .site_based import ALL_ENERGY, MOST_TRIES, ScenarioGenerator, fits, settling, site_based_motions
+
+WITH_PULSE = ("always", "probability", "never")
+PULSE_UNITS = {
+    "pulse_velocity": ("m s-1", "velocity amplitude of the pulse"),
+    "pulse_period": ("s", "period of the pulse"),
+    "pulse_gamma": ("1", "half cycles of the pulse"),
+    "pulse_nu": ("rad", "phase of the pulse"),
+    "pulse_time": ("s", "time of the middle of the pulse"),
+}
+
+
+class _Draw(NamedTuple):
+    """Drawn parameters (motion,); the parameters of the pulse (5, motion) are NaN for motions without a pulse."""
+
+    background: Parameters
+    pulse: Array
+    redrawn: Index
+
+
+@dataclass(frozen=True)
+class NearFault(ScenarioGenerator):
+    """Near-fault motions, in the direction of the largest pulse.
+
+    Parameters
+    ----------
+    magnitude, distance, vs30, faulting, depth, along, angle
+        The scenario; see `toppling.motions.simulated.directivity.NearFaultEquations`.
+    with_pulse : {"always", "probability", "never"}
+        Motions with a pulse: all, each with the scenario's probability, or none.
+    f_c : float, optional
+        Corner of the background's high-pass, Hz; 10^(1.4071 - 0.3452 M) if not given.
+    dt : float
+        Time step, s, > 0.
+    duration : float, optional
+        Length, s; by default sufficient for all but rare draws.
+
+    Notes
+    -----
+    Background: the process of `SiteBased`, with separate equations for sites near a fault (middle at 30 % of the
+    energy) and a gamma modulating function in place of the paper's piecewise function.  Pulse: the pulse of
+    `MavroeidisPapageorgiou` without residual displacement; V_p, T_p, gamma, nu and the time of the pulse are drawn
+    together with the background's parameters (the time has a correlation of 0.79 with the middle of the background),
+    and the pulse is added after the high-pass.  Draws are repeated as in `SiteBasedScenario`.
+
+    Examples
+    --------
+    >>> NearFault(magnitude=6.5, distance=5e3, duration=60.0, dt=0.02).sample(2, seed=1).shape
+    (2, 3001)
+    """
+
+    magnitude: float = 7.0
+    distance: float = 5e3
+    vs30: float = 500.0
+    faulting: str = "strike-slip"
+    depth: float = 0.0
+    along: float = 2e4
+    angle: float = 0.0
+    with_pulse: str = "always"
+    f_c: float | None = None
+    dt: float = 0.005
+    duration: float | None = None
+    late: ClassVar[float] = TRUNCATION
+
+    def __post_init__(self) -> None:
+        _ = self.equations
+        checks.choice("with_pulse", self.with_pulse, WITH_PULSE)
+        super().__post_init__()
+
+    @property
+    def equations(self) -> NearFaultEquations:
+        """The predictive equations of the scenario."""
+        return NearFaultEquations(
+            self.magnitude, self.distance, self.vs30, self.faulting, self.depth, self.along, self.angle
+        )
+
+    @property
+    def _kinds(self) -> tuple[bool, ...]:
+        return {"always": (True,), "never": (False,), "probability": (True, False)}[self.with_pulse]
+
+    def _needed(self, errors: float) -> float:
+        return max(self._needed_by(pulse, errors) for pulse in self._kinds)
+
+    def _needed_by(self, pulse: bool, errors: float) -> float:
+        scores = self.equations.at(np.full(11 if pulse else 6, errors), pulse)[None]
+        own = background_parameters(scores)
+        end = float(modulation(own.d5_95, own.t_mid, MIDDLE).time_of(ALL_ENERGY)[0]) + settling(self.corner)
+        if not pulse:
+            return end
+        _, period, gamma, _, time = (float(value[0]) for value in pulse_parameters(scores))
+        return max(end, time + 0.5 * gamma * period)
+
+    def parameters(self, n: int, seed: int = 0, first: int = 0) -> xr.Dataset:
+        """Return the drawn parameters of motions `first` … `first + n - 1`; NaN for motions without a pulse."""
+        n, seed, first = counts(n, seed, first)
+        draw = self._draw([stream(seed, first + i) for i in range(n)])
+        named = {**UNITS, **PULSE_UNITS, "redrawn": ("1", "draws that were not used")}
+        values = [*draw.background, *draw.pulse, draw.redrawn]
+        columns = {name: (value, *units) for (name, units), value in zip(named.items(), values, strict=True)}
+        return self._labelled(seed, first, columns)
+
+    def _draw(self, streams: Streams) -> _Draw:
+        equations = self.equations
+        chance = {"always": 1.0, "never": 0.0, "probability": equations.pulse_probability}[self.with_pulse]
+        pulsed = np.array([random.random() < chance for random in streams])
+        background = np.empty((len(streams), 6))
+        pulse = np.full((5, len(streams)), np.nan)
+        redrawn = np.full(len(streams), -1)
+        left = np.arange(len(streams))
+        for _ in range(MOST_TRIES):
+            for i in left:
+                scores = equations.draw(streams[i], bool(pulsed[i]))
+                background[i] = scores[-6:]
+                if pulsed[i]:
+                    pulse[:, i] = [value[0] for value in pulse_parameters(scores[None])]
+            redrawn[left] += 1
+            good = fits(background_parameters(background[left]), MIDDLE, self.corner, self.length)
+            half = 0.5 * pulse[2, left] * pulse[1, left]
+            # NaN, for motions without a pulse, is never outside
+            outside = (pulse[4, left] < half) | (pulse[4, left] + half > self.length)
+            left = left[~good | outside]
+            if left.size == 0:
+                return _Draw(background_parameters(background), pulse, redrawn)
+        raise ValueError(f"no motion of this scenario fits into {self.length:g} s: raise duration or f_c")
+
+    def _make(self, streams: Streams) -> Array:
+        own, pulse, _ = self._draw(streams)
+        steps = steps_of(self.length, self.dt)
+        motions = site_based_motions(streams, own, MIDDLE, self.corner, self.dt, steps)
+        # differences of the pulse's velocity, not its acceleration, so that no velocity remains at any time step
+        between = (np.arange(steps + 2, dtype=np.float64) - 0.5) * self.dt
+        # one motion at a time: the values must not depend on the other motions
+        for i, (velocity, period, gamma, nu, middle) in enumerate(pulse.T):
+            if math.isfinite(velocity):
+                form = velocity_pulse(between - middle, 2.0 * math.pi / period, gamma, nu, zero_residual=True)
+                motions[i] += np.diff(form) * (velocity / self.dt)
+        return motions

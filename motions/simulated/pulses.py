@@ -1,0 +1,262 @@
+"""Pulses given by formulas, finely sampled.  A jump inside a pulse is sampled as the mean of its two sides."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ..arrays import from_array
+from .generator import Generator
+
+
+@dataclass(frozen=True)
+class Pulse(Generator):
+    """Deterministic pulse, followed by `tail` seconds without shaking.
+
+    Parameters
+    ----------
+    amplitude : float
+        Peak acceleration, m/s², > 0.
+    omega : float
+        Circular frequency, rad/s, > 0.
+    dt : float
+        Largest time step, s; the step used divides the pulse's length.
+    tail : float
+        Time without shaking after the pulse, s, >= 0.
+
+    Notes
+    -----
+    The acceleration is linear between samples: the error of a sampled sine is at most (omega dt)²/8 of its amplitude.
+    """
+
+    own_amplitude: ClassVar[bool] = False
+
+    amplitude: float
+    omega: float
+    dt: float = 0.001
+    tail: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("amplitude", "omega", "dt"):
+            checks.number(name, getattr(self, name), above=0.0)
+        checks.number("tail", self.tail, at_least=0.0)
+
+    @property
+    @abstractmethod
+    def duration(self) -> float:
+        """Length of the pulse, s."""
+
+    @abstractmethod
+    def shape(self, time: Array) -> Array:
+        """Return the pulse over its amplitude at times 0 … duration (s)."""
+
+    def sample(self, n: int = 1, seed: int = 0, first: int = 0) -> xr.DataArray:
+        """Return the pulse as one motion; it is deterministic: n must be 1, and seed and first have no effect."""
+        if checks.count("n", n, at_least=1) != 1:
+            raise ValueError(f"n must be 1 for {type(self).__name__}, which is the same every time, got {n}")
+        steps = max(2, math.ceil(self.duration / self.dt * (1.0 - 1e-12)))
+        dt = self.duration / steps
+        values = self.amplitude * self.shape(np.arange(steps + 1, dtype=np.float64) * dt)
+        values[-1] *= 0.5  # the mean of both sides of the jump to zero (a value of zero stays zero)
+        quiet = np.zeros(max(1, round(self.tail / dt)))
+        label = f"{type(self).__name__} {self.amplitude:g} m/s² {self.omega:g} rad/s"
+        return from_array(np.concatenate([values, quiet]), dt, [label], type(self).__name__, self.own_amplitude)
+
+
+@dataclass(frozen=True)
+class RectangularPulse(Pulse):
+    """Constant acceleration for the time pi/omega, s (half a period, as in the half-sine)."""
+
+    @classmethod
+    def of_duration(cls, amplitude: float, duration: float, dt: float = 0.001, tail: float = 1.0) -> RectangularPulse:
+        """Return the pulse of a given length, s, > 0."""
+        return cls(amplitude, math.pi / checks.number("duration", duration, above=0.0, unit="s"), dt, tail)
+
+    @property
+    def duration(self) -> float:
+        return math.pi / self.omega
+
+    def shape(self, time: Array) -> Array:
+        return np.ones_like(time)
+
+
+@dataclass(frozen=True)
+class HalfSine(Pulse):
+    """Sine pulse sin(omega t) of half a period."""
+
+    @property
+    def duration(self) -> float:
+        return math.pi / self.omega
+
+    def shape(self, time: Array) -> Array:
+        return _exact_end(np.sin(self.omega * time))
+
+
+@dataclass(frozen=True)
+class OneCycleSine(Pulse):
+    """Sine pulse sin(omega t) of one period (type A of Zhang and Makris 2001)."""
+
+    @property
+    def duration(self) -> float:
+        return 2.0 * math.pi / self.omega
+
+    def shape(self, time: Array) -> Array:
+        return _exact_end(np.sin(self.omega * time))
+
+
+@dataclass(frozen=True)
+class OneCycleCosine(Pulse):
+    """Cosine pulse cos(omega t) of one period (type B of Zhang and Makris 2001); it jumps at both ends."""
+
+    @property
+    def duration(self) -> float:
+        return 2.0 * math.pi / self.omega
+
+    def shape(self, time: Array) -> Array:
+        return np.cos(self.omega * time)
+
+
+@dataclass(frozen=True)
+class Ricker(Pulse):
+    """Symmetric Ricker wavelet (1 - 2 x²) exp(-x²), x = pi (t - t0)/T with T = 2 pi/omega.
+
+    References
+    ----------
+    Ricker, N. (1943). Further developments in the wavelet theory of seismogram structure. Bulletin of the
+    Seismological Society of America 33, 197-228.
+    """
+
+    @property
+    def duration(self) -> float:
+        return 8.0 * math.pi / self.omega  # two periods on either side: exp(-4 pi²) is below rounding
+
+    def shape(self, time: Array) -> Array:
+        x = 0.5 * self.omega * (time - 0.5 * self.duration)
+        return (1.0 - 2.0 * x * x) * np.exp(-x * x)
+
+
+@dataclass(frozen=True)
+class MavroeidisPapageorgiou(Pulse):
+    """Near-fault velocity pulse of Mavroeidis and Papageorgiou, as acceleration.
+
+    Parameters as `Pulse` (omega = 2 pi f is the pulse's own frequency), and
+
+    gamma : float
+        Number of half cycles under the envelope, 1 to 10: its length is gamma/f.
+    nu : float
+        Phase of the oscillation, rad.
+    zero_residual : bool
+        True removes the permanent displacement that the original pulse leaves (Dabaghi and Der Kiureghian 2017).
+
+    Notes
+    -----
+    v = (A/2) [1 + cos(2 pi f (t - t0)/gamma)] cos(2 pi f (t - t0) + nu) for |t - t0| <= gamma/(2 f); without residual,
+    v = [(A/2) cos(2 pi f (t - t0) + nu) - D f/gamma] [1 + cos(2 pi f (t - t0)/gamma)], where D is the displacement
+    that the first form leaves.  The peak acceleration is `amplitude`; use `of_velocity` to give A instead.
+
+    References
+    ----------
+    Mavroeidis, G. P. and Papageorgiou, A. S. (2003). A mathematical representation of near-fault ground motions.
+    Bulletin of the Seismological Society of America 93, 1099-1131.
+    Dabaghi, M. and Der Kiureghian, A. (2017). Stochastic model for simulation of near-fault ground motions.
+    Earthquake Engineering and Structural Dynamics 46, 963-984.
+
+    Examples
+    --------
+    >>> from toppling.motions import measures
+    >>> pulse = MavroeidisPapageorgiou.of_velocity(velocity=0.8, period=2.0, gamma=2.0)
+    >>> round(float(measures(pulse.sample()).pgv[0]), 3)
+    0.8
+    """
+
+    gamma: float = 2.0
+    nu: float = 0.0
+    zero_residual: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.number("gamma", self.gamma, at_least=1.0, at_most=10.0)
+        checks.number("nu", self.nu, at_least=-100.0, at_most=100.0, unit="rad")
+        if not isinstance(self.zero_residual, bool):
+            raise TypeError(f"zero_residual must be true or false, got {self.zero_residual!r}")
+
+    @classmethod
+    def of_velocity(
+        cls,
+        velocity: float,
+        period: float,
+        gamma: float = 2.0,
+        nu: float = 0.0,
+        zero_residual: bool = False,
+        dt: float = 0.001,
+        tail: float = 1.0,
+    ) -> MavroeidisPapageorgiou:
+        """Return the pulse with a given velocity amplitude A, m/s, > 0, and period 1/f, s, > 0."""
+        checks.number("velocity", velocity, above=0.0, unit="m/s")
+        omega = 2.0 * math.pi / checks.number("period", period, above=0.0, unit="s")
+        peak = cls(1.0, omega, dt, tail, gamma, nu, zero_residual)._peak()
+        return cls(velocity * peak, omega, dt, tail, gamma, nu, zero_residual)
+
+    @property
+    def duration(self) -> float:
+        return 2.0 * math.pi * self.gamma / self.omega
+
+    def shape(self, time: Array) -> Array:
+        return self._unit(time) / self._peak()
+
+    def _unit(self, time: Array) -> Array:
+        """Return the acceleration of the pulse with A = 1, 1/s."""
+        return velocity_pulse_slope(time - 0.5 * self.duration, self.omega, self.gamma, self.nu, self.zero_residual)
+
+    def _peak(self) -> float:
+        return float(np.abs(self._unit(np.linspace(0.0, self.duration, PEAK_POINTS))).max())
+
+
+PEAK_POINTS = 20_001  # gives the peak of a cosine to 1e-6 at ten half cycles
+
+
+def velocity_pulse(time: Array, omega: float, gamma: float, nu: float, zero_residual: bool) -> Array:
+    """Return the velocity of the Mavroeidis-Papageorgiou pulse, A = 1, at times (s) from its middle; zero outside."""
+    slow = omega / gamma
+    carrier = 0.5 * np.cos(omega * time + nu)
+    if zero_residual:
+        carrier = carrier - _drift(gamma, nu)
+    return np.where(np.abs(time) <= math.pi / slow, carrier * (1.0 + np.cos(slow * time)), 0.0)
+
+
+def velocity_pulse_slope(time: Array, omega: float, gamma: float, nu: float, zero_residual: bool) -> Array:
+    """Return the acceleration of `velocity_pulse`, 1/s."""
+    slow = omega / gamma
+    carrier = 0.5 * np.cos(omega * time + nu) - (_drift(gamma, nu) if zero_residual else 0.0)
+    slope = -0.5 * omega * np.sin(omega * time + nu)
+    values = slope * (1.0 + np.cos(slow * time)) - carrier * slow * np.sin(slow * time)
+    return np.where(np.abs(time) <= math.pi / slow, values, 0.0)
+
+
+def _drift(gamma: float, nu: float) -> float:
+    """Return D f/gamma for A = 1; D = cos nu sin(pi gamma)/[2 pi f (1 - gamma²)] is regular at gamma = 1."""
+    return math.cos(nu) * float(np.sinc(1.0 - gamma)) / (2.0 * gamma * (1.0 + gamma))
+
+
+def _exact_end(values: Array) -> Array:
+    """Set the last value of a sine to zero, which rounding leaves at 1e-16."""
+    values[-1] = 0.0
+    return values
+
+
+PULSES: dict[str, type[Pulse]] = {
+    "rectangular": RectangularPulse,
+    "half-sine": HalfSine,
+    "one-cycle-sine": OneCycleSine,
+    "one-cycle-cosine": OneCycleCosine,
+    "ricker": Ricker,
+    "mavroeidis-papageorgiou": MavroeidisPapageorgiou,
+}
+"""The pulses by the names that study files use."""

@@ -1,0 +1,272 @@
+"""Savings of anchoring: the items of a performance assessment ranked, each by itself and one after the other."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ... import checks
+from ...aliases import Array, Flags, Index
+from ...fragility.curves.means import REPLICATES, mean_interval, resampled_means
+from ...fragility.numerics.slabs import Allocator, in_memory, slabs
+from ...units import DIMENSIONLESS
+from ...wording import given_percent
+from .outcomes import ANY
+from .savings import AdditiveItems, AnchoringOrder, EventItems, FreeItems, ItemChances, order_of, score_of
+from .variables import JOINT, PER_YEAR, level_index, per_year, variable
+
+AMOUNTS = ("number", "loss")
+
+
+def anchoring(
+    assessment: xr.Dataset,
+    objective: str = "loss",
+    *,
+    level: float | None = None,
+    per_cost: bool = False,
+    replicates: int = REPLICATES,
+    seed: int = 0,
+    array: Allocator = in_memory,
+) -> xr.Dataset:
+    """Rank the items that are not anchored by the saving of anchoring all their pieces.
+
+    Parameters
+    ----------
+    assessment : xarray.Dataset
+        As `assess` returns it.
+    objective : str
+        ``loss`` or ``number``: the expectation of what overturns; ``any``: the probability that at least one piece
+        overturns; or a consequence, such as ``blocks-exit``: the probability that at least one piece with this
+        consequence overturns.
+    level : float, optional
+        One of the levels: the expectation or probability given this level, instead of the annual value.
+    per_cost : bool
+        Rank by saving over cost; every item that is not anchored must then have an ``anchoring_cost``.
+    replicates, seed : int
+        Number of resamples and seed of the intervals, as for `assess`.
+    array : callable
+        Allocates an array of a shape and a type for data of every item and motion; in memory where not given.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (model, item), the items that count for the objective and are not anchored: ``saving`` by anchoring this one
+        alone, ``saving_share`` of all that can be saved, ``alone`` (the objective if this one stood alone: more than
+        its saving where others have the same effect in the same motions), ``cost``, ``saving_per_cost``, ``payback``
+        (years, for loss in a year), ``rank`` (1 is the first to anchor).  On (model, step): ``anchored_item``, the next
+        to anchor when each is chosen for its saving beside those before, the objective ``left`` then, and the
+        ``total_cost``; step 0 is the present state.
+
+        ``…_lower`` and ``…_upper`` are ends of intervals over motions.  They are paired: the same resampled motions
+        shake the building with and without the item.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No assessment, an objective that it lacks, no such level, neither a level nor a hazard curve, a missing cost,
+        nothing to anchor.
+
+    Notes
+    -----
+    Expectations add up, so the steps are in the order of the savings.  Probabilities of a consequence do not add up: of
+    two shelves that fall across the same door in the same motions, anchoring one saves nothing.  A step in which no
+    item saves anything takes the item with the largest value alone.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.studies.buildings.assessment import assess
+    >>> from toppling.studies.buildings.inventory import Contents, Inventory
+    >>> low, tall = (Contents(f"{n} shelves", tp.catalogue[f"bookcase-{n}-shelf"], floor=0) for n in (2, 6))
+    >>> shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(6)
+    >>> found = assess(Inventory((low, tall)), tp.HousnerImpact(), shaking, [6.0])
+    >>> ranked = anchoring(found, "number", level=6.0)
+    >>> str(ranked["anchored_item"].values[0, 1])
+    '6 shelves'
+    """
+    if not isinstance(assessment, xr.Dataset) or "overturned" not in assessment or "place" not in assessment.dims:
+        raise TypeError(f"assessment must be a dataset as assess returns it, got {checks.kind(assessment)}")
+    goal = _goal(assessment, objective, level is None)
+    weights = _weights(assessment, level)
+    chosen = np.flatnonzero(goal.members & ~assessment["anchored"].values.astype(bool))
+    if chosen.size == 0:
+        raise ValueError(f"nothing can be anchored that counts for {objective!r}: all of it is anchored already")
+    cost = (assessment["anchoring_cost"].values * assessment["count"].values)[chosen]
+    labels = assessment["item"].values[chosen]
+    if per_cost and np.isnan(cost).any():
+        raise ValueError(f"per_cost needs the anchoring_cost of every item, {labels[np.isnan(cost)][0]!r} has none")
+    free = _free(assessment, objective, weights, chosen, array)
+    steps = free.steps(cost if per_cost else None)
+    kept = {str(name): one.variable for name, one in assessment.coords.items() if one.dims == ("model",)}
+    for name, coordinate in assessment.coords.items():
+        if "item" in coordinate.dims:
+            kept[str(name)] = coordinate.isel(item=chosen).variable
+    return xr.Dataset(
+        {
+            **_savings(assessment, free, goal, cost, per_cost, (replicates, seed)),
+            **_stepped(assessment, steps, goal, labels, cost, (replicates, seed)),
+        },
+        coords={
+            **kept,
+            "step": xr.Variable(
+                "step", np.arange(chosen.size + 1), {"units": DIMENSIONLESS, "long_name": "number of items anchored"}
+            ),
+        },
+        attrs={
+            **assessment.attrs,
+            "title": "What anchoring saves",
+            "objective": objective,
+            "objective_text": goal.text,
+            "per_cost": int(per_cost),
+            **({} if level is None else {"level": float(level)}),
+        },
+    )
+
+
+class _Goal(NamedTuple):
+    """An objective: the items that count for it (item,), its unit and name; `pays`: it is money per year."""
+
+    members: Flags
+    units: str
+    text: str
+    pays: bool = False
+
+
+def _free(assessment: xr.Dataset, objective: str, weights: Array, chosen: Index, array: Allocator) -> FreeItems:
+    """Return the chosen items with their contributions; anchored items do not overturn and do not count."""
+    every = ItemChances(assessment, chosen)
+    counts = assessment["count"].values[chosen]
+    if objective in AMOUNTS:
+        amounts = counts * (assessment["value"].values[chosen] if objective == "loss" else 1.0)
+        return AdditiveItems(every, amounts, weights, array)
+    return EventItems(every, weights, array)
+
+
+def _goal(assessment: xr.Dataset, objective: str, yearly: bool) -> _Goal:
+    words = [str(word) for word in assessment["consequence"].values] if "consequence" in assessment.coords else []
+    amounts = [name for name in AMOUNTS if f"{name}_mean" in assessment]
+    checks.choice("objective", objective, (*amounts, ANY, *words))
+    everything = np.ones(assessment.sizes["item"], bool)
+    if objective in AMOUNTS:
+        attributes = assessment[objective].attrs
+        units = per_year(attributes["units"]) if yearly else attributes["units"]
+        text = f"{'expected annual' if yearly else 'mean of'} {attributes['long_name']}"
+        return _Goal(everything, units, text, yearly and objective == "loss")
+    what = "at least one piece overturns"
+    if objective != ANY:
+        lists = [str(one).split(JOINT) for one in assessment["consequences"].values]
+        everything = np.array([objective in one for one in lists])
+        what = f"at least one piece with {objective!r} overturns"
+    if yearly:
+        return _Goal(everything, PER_YEAR, f"annual rate at which {what}")
+    return _Goal(everything, DIMENSIONLESS, f"probability that {what}")
+
+
+def _weights(assessment: xr.Dataset, level: float | None) -> Array:
+    if level is None:
+        if "level_weight" not in assessment:
+            raise ValueError("anchoring needs a level, or an assessment with a hazard curve, got neither")
+        return np.asarray(assessment["level_weight"].values)
+    weights = np.zeros(assessment.sizes["level"])
+    weights[level_index(assessment, level)] = 1.0
+    return weights
+
+
+def _savings(
+    assessment: xr.Dataset, free: FreeItems, goal: _Goal, cost: Array, per_cost: bool, resampling: tuple[int, int]
+) -> dict[str, xr.Variable]:
+    """Return the variables on (model, item)."""
+    confidence = float(assessment.attrs["confidence"])
+    money = assessment["anchoring_cost"].attrs["units"]
+    percent = given_percent(confidence)
+    saved = free.savings
+    mean = saved.mean(axis=-1)
+    total = free.whole.mean(axis=-1)
+    interval = mean_interval(saved, confidence, *resampling)
+    price = cost if per_cost else None
+    alone = free.alone.mean(axis=-1)
+    first, last = _rank_ends(saved, price, alone, confidence, resampling, free.array)
+    by = "saving over cost" if per_cost else "saving"
+    share = np.divide(mean, total[:, None], out=np.full(mean.shape, np.nan), where=total[:, None] > 0.0)
+    each = {
+        "saving": (mean, goal.units, f"saved by anchoring it alone of: {goal.text}"),
+        "saving_lower": (interval.lower, goal.units, f"lower end of the {percent} interval of the saving"),
+        "saving_upper": (interval.upper, goal.units, f"upper end of the {percent} interval of the saving"),
+        "saving_share": (share, DIMENSIONLESS, "saving over all there is to save"),
+        "alone": (alone, goal.units, f"if it stood alone: {goal.text}"),
+        "rank": (_ranks(score_of(mean, price), alone), DIMENSIONLESS, f"rank by {by}, 1 is the first to anchor"),
+        "rank_lower": (first, DIMENSIONLESS, f"first rank of the {percent} interval of the rank"),
+        "rank_upper": (last, DIMENSIONLESS, f"last rank of the {percent} interval of the rank"),
+    }
+    with np.errstate(divide="ignore", invalid="ignore"):
+        each["saving_per_cost"] = (mean / cost, _over(goal.units, money), "saving over cost")
+        if goal.pays:
+            each["payback"] = (cost / mean, "year", "cost over what is saved in a year")
+    found = {name: variable(("model", "item"), *one) for name, one in each.items()}
+    found["cost"] = variable(("item",), cost, money, "cost of anchoring its pieces")
+    return found
+
+
+def _rank_ends(
+    saved: Array, price: Array | None, alone: Array, confidence: float, resampling: tuple[int, int], array: Allocator
+) -> tuple[Index, Index]:
+    """Return the first and the last rank of the interval of every item's rank, (model, item) each."""
+    resampled = resampled_means(saved, *resampling, array=array)
+    models, items, replicates = resampled.shape
+    ranks = array(resampled.shape, np.int64)
+    for k in range(models):
+        # (ranks need all items of a replicate, intervals all replicates of an item)
+        for where in slabs({"item": items, "sample": replicates}, ("sample",)):
+            part = where.get("sample", slice(None))
+            ranks[k, :, part] = _ranks(score_of(resampled[k, :, part].T, price), alone[k]).T
+    ends = np.empty((2, models, items), np.int64)
+    at = [round(q * (replicates - 1)) for q in (0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence)]
+    for where in slabs({"model": models, "item": items, "sample": replicates}, ("model", "item")):
+        here = where.get("model", slice(None)), where.get("item", slice(None))
+        ends[:, *here] = np.moveaxis(np.sort(ranks[here], axis=-1)[..., at], -1, 0)
+    return ends[0], ends[1]
+
+
+def _stepped(
+    assessment: xr.Dataset,
+    steps: AnchoringOrder,
+    goal: _Goal,
+    labels: NDArray[np.object_],
+    cost: Array,
+    resampling: tuple[int, int],
+) -> dict[str, xr.Variable]:
+    """Return the variables on (model, step)."""
+    confidence = float(assessment.attrs["confidence"])
+    percent = given_percent(confidence)
+    interval = mean_interval(steps.left, confidence, *resampling)
+    models = steps.order.shape[0]
+    names = np.concatenate([np.full((models, 1), "", dtype=object), labels[steps.order]], axis=1)
+    spent = np.concatenate([np.zeros((models, 1)), np.cumsum(cost[steps.order], axis=1)], axis=1)
+    money = assessment["anchoring_cost"].attrs["units"]
+    each = {
+        "anchored_item": (names, DIMENSIONLESS, "item anchored at the step"),
+        "left": (steps.left.mean(axis=-1), goal.units, f"what is left: {goal.text}"),
+        "left_lower": (interval.lower, goal.units, f"lower end of the {percent} interval of what is left"),
+        "left_upper": (interval.upper, goal.units, f"upper end of the {percent} interval of what is left"),
+        "total_cost": (spent, money, "cost of all that is anchored then"),
+    }
+    return {name: variable(("model", "step"), *one) for name, one in each.items()}
+
+
+def _ranks(score: Array, alone: Array) -> Index:
+    """Return the rank of every item, 1 for the highest score."""
+    return np.argsort(order_of(score, alone), axis=-1, kind="stable") + 1
+
+
+def _over(units: str, money: str) -> str:
+    """Return the unit of an objective divided by the cost."""
+    if money == DIMENSIONLESS:
+        return units
+    if units == money:
+        return DIMENSIONLESS
+    if units == per_year(money):
+        return PER_YEAR
+    return f"{money}-1" if units == DIMENSIONLESS else f"{units} {money}-1"

@@ -1,0 +1,410 @@
+"""Performance assessment: everything in a building shaken jointly by the same motions.
+
+An intensity-based assessment gives the outcome at a level of shaking, a scenario-based assessment the outcome under
+the unscaled motions of an earthquake, and a time-based assessment the outcome in a year, given the annual rate at which
+each level is exceeded.  The terms are those of FEMA P-58.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array, Flags
+from ...fragility import HazardCurve
+from ...fragility.curves.means import REPLICATES
+from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights
+from ...fragility.runs.factors import dense
+from ...fragility.runs.labels import block_coordinates, law_coordinates
+from ...fragility.runs.request import runner_of
+from ...fragility.runs.runners import Runner
+from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling, scaling
+from ...fragility.uncertainty.joint import Variability, oscillators_of_pieces, overturning_flags, with_restitution
+from ...models import Law, describe_block, describe_law
+from ...models.oscillator import Oscillator
+from ...motions import Building
+from ...motions.arrays import motion_coordinates
+from ...motions.intensity.measure import Measure
+from ...units import DIMENSIONLESS, provenance
+from .contents import Contents, Inventory
+from .outcomes import JointFlags
+from .shaking import Shaking
+from .variables import JOINT, Precision, annual_variables, conditional_variables, variable
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+BUILDING = "building"
+"""The place that includes all floors."""
+
+
+def assess(
+    inventory: Inventory,
+    models: Law | Sequence[Law],
+    motions: xr.DataArray | Iterable[xr.DataArray],
+    levels: Any,
+    im: str | Measure = "pga",
+    building: Building | None = None,
+    hazard: Hazard | None = None,
+    *,
+    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    variability: Variability | None = None,
+    quantiles: Sequence[float] = (0.1, 0.5, 0.9),
+    losses: Any = None,
+    confidence: float = 0.95,
+    replicates: int = REPLICATES,
+    seed: int = 0,
+    client: Client | Runner | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Compute the number and value overturned in a building, by floor and intensity, and in a year.
+
+    Parameters
+    ----------
+    inventory : Inventory
+        The contents of each floor; anchored pieces do not overturn.
+    models : one law or a sequence
+        Damping laws; an item with its own restitution has that instead of the law's.
+    motions : xarray.DataArray or a sequence of them
+        Ground motions (motion, time), or floor motions (motion, floor, time), m s-2.
+    levels : array_like, shape (level,)
+        Levels of the measure of the ground motion, SI, > 0, strictly increasing.
+    im : str or Measure
+        The measure to which the ground motions are scaled, as for `toppling.ida`; ``scale`` for plain factors.  A
+        scenario is ``levels=[1.0], im="scale"``: the motions of an earthquake as they are.
+    building : Building, optional
+        The building between the ground motions and the floors.  None where `motions` are floor motions already, or
+        where everything stands on the ground (floor 0).
+    hazard : Hazard, optional
+        Hazard curve of `im` (``levels``, ``rates``, ``im``, ``units``), for annual values.
+    ground : xarray.DataArray or a sequence of them, optional
+        The ground motions of floor motions, with their labels; floor 0 of the floor motions where not given.
+    variability : Variability, optional
+        The differences between pieces of a line; where not given, pieces are alike and overturn together.
+    quantiles : sequence of float
+        Wanted quantiles of number and loss, between 0 and 1.
+    losses : array_like, optional
+        Losses at which exceedance is given, currency, >= 0, increasing; 0 and 60 from a thousandth of all to all where
+        not given.
+    confidence, replicates, seed
+        Of the intervals: their confidence, the number of resamples of the motions and the seed that decides them.
+    client, progress
+        As for `toppling.ida`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Places are ``building`` and each floor; (model, …, level) are conditional on the level, names with `annual` and
+        `rate` are per year and only there with a hazard curve, names with `loss` only where something has a value, with
+        `consequence` only where something has one.
+
+        - ``overturned`` (model, item, level, motion): flags; (…, item, variant, …) with `variability`.
+        - ``number``, ``loss`` (model, place, level, motion): what overturns under each motion; one axis more,
+          realisation, with `variability`.  ``number_mean``, ``number_quantile``, ``number_exceedance`` (P of
+          ``number_threshold`` or more) and the same of loss (P of more than ``loss_threshold``).
+        - ``probability`` (model, item, level): that a piece overturns; ``any_probability`` (model, place, level): that
+          at least one does; ``consequence_probability`` (model, place, consequence, level): that at least one does
+          that has the consequence.
+        - ``annual_number``, ``annual_loss``, ``any_rate``, ``consequence_rate``, ``number_rate``, ``loss_rate``: the
+          same in a year; ``item_rate``, ``item_annual_number``, ``item_annual_loss`` (model, item).
+        - ``level_weight`` (level): the annual rate that each level stands for; ``level_weight_below`` and ``_above``
+          say which parts of the first and the last lie outside the levels, ``annual_number_below`` … what comes of it.
+
+        ``…_lower`` and ``…_upper`` are ends of intervals.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `toppling.ida`; a floor that the building has not, a measure that depends on the block, a hazard curve of
+        another measure, a restitution for a law that has none.
+
+    Notes
+    -----
+    All items are shaken by the same ground motion at the same level, each through its own floor, so pieces that fall in
+    the same motion are counted together.  Distributions over motions are of this joint outcome; motions have equal
+    weight.
+
+    Intervals: of probabilities Wilson's with one trial a motion; of means, and of everything in a year, from resampled
+    motions (`fragility.means.mean_interval`), each with all its levels, floors and items; of quantiles from ranks.
+    Where nothing overturns under any motion, annual values are 0 and their intervals NaN: the motions cannot tell.
+    The intervals leave out the uncertainty of the hazard, the building and the blocks.
+
+    In a year: integral of the conditional value over the hazard curve (`fragility.expected.level_weights`: linear in
+    the logarithm of the level, constant above the last one, to zero within one step below the first).
+
+    References
+    ----------
+    FEMA (2018). Seismic performance assessment of buildings, volume 1, methodology. FEMA P-58-1, 2nd ed. (recalled).
+    Baker, J. W., Almeter, E., Cook, D., Liel, A., Haselton, C. (2023). A model for partially dependent component damage
+    fragilities in seismic risk analysis. Earthquake Spectra (the part of the dispersion that pieces do not share).
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.studies.buildings.inventory import Contents, Inventory
+    >>> shelves = Inventory((Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=2, count=3),))
+    >>> frame = tp.motions.Building.flexural_shear(0.5, storeys=2)
+    >>> shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(6)
+    >>> found = assess(shelves, tp.HousnerImpact(), shaking, [1.0, 8.0], building=frame)
+    >>> found["number_mean"].sel(place="building").values.tolist()
+    [[0.0, 3.0]]
+    """
+    laws = _laws(models)
+    if not isinstance(inventory, Inventory):
+        raise TypeError(f"inventory must be an Inventory (read_inventory makes one), got {checks.kind(inventory)}")
+    if variability is not None and not isinstance(variability, Variability):
+        raise TypeError(f"variability must be a Variability or None, got {checks.kind(variability)}")
+    if isinstance(im, str) and im in BLOCK_MEASURES:
+        raise ValueError(f"im must be a measure of the ground motion alone, so that all items see the same, got {im!r}")
+    runner = runner_of(client)
+    precision = Precision.checked(quantiles, confidence, replicates, seed)
+    shaking = Shaking.of(building, motions, ground, im == SCALE)
+    floors = shaking.used(inventory)
+    scaled = scaling(levels, shaking.ground, im, (), shaking.ground)
+    weights = None if hazard is None else _weights(scaled, hazard)
+    thresholds = _losses(losses, inventory)
+    flags = _run(inventory, laws, shaking, floors, scaled, im, variability, runner, progress)
+    places = [BUILDING, *(f"floor {floor}" for floor in floors)]
+    members = np.array(
+        [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
+    )
+    joint = JointFlags(inventory, flags, members, thresholds, variability, runner.array)
+    precision = precision.over(len(shaking.ground))
+    variables = conditional_variables(joint, precision)
+    if weights is not None:
+        variables |= annual_variables(joint, weights, precision)
+    text = "whether a piece overturned"
+    if variability is None:
+        variables["overturned"] = variable(("model", "item", "level", "motion"), flags[:, :, 0], DIMENSIONLESS, text)
+    else:
+        dims = ("model", "item", "variant", "level", "motion")
+        variables["overturned"] = variable(dims, flags, DIMENSIONLESS, f"{text}, of each variant")
+    configuration = {
+        "inventory": [described(row) for row in inventory.rows],
+        "currency": inventory.currency,
+        "building": None if building is None else building.description,
+        "models": [describe_law(model) for model in laws],
+        "im": scaled.name,
+        "levels": scaled.levels.tolist(),
+        "motions": [record.label for record in shaking.ground],
+        "hazard": None if hazard is None else [one.tolist() for one in hazard_points(hazard)],
+        "variability": None if variability is None else variability.plain,
+        "replicates": precision.replicates,
+        "seed": precision.seed,
+    }
+    as_they_are = scaled.name == SCALE and scaled.levels.tolist() == [1.0]
+    return xr.Dataset(
+        dict(sorted(variables.items())),
+        coords={
+            **law_coordinates(laws),
+            **_item_coordinates(inventory, laws),
+            "place": _labels("place", places, "place: the building, or a floor of it"),
+            "level": xr.Variable(
+                "level", scaled.levels, {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
+            ),
+            **motion_coordinates([record._replace(floor="") for record in shaking.ground]),
+            **_measured(scaled),
+            **_thresholds(joint, precision),
+        },
+        attrs={
+            "title": "Performance assessment",
+            "basis": "time" if hazard is not None else "scenario" if as_they_are else "intensity",
+            "im": scaled.name,
+            "currency": inventory.currency,
+            "confidence": precision.confidence,
+            "pieces": "alike" if variability is None else variability.pieces,
+            **provenance(configuration),
+        },
+    )
+
+
+def _run(
+    inventory: Inventory,
+    laws: list[Law],
+    shaking: Shaking,
+    floors: list[str],
+    scaled: Scaling,
+    im: str | Measure,
+    variability: Variability | None,
+    runner: Runner,
+    progress: Callable[[int, int], None] | None,
+) -> Flags:
+    """Run floor by floor and return flags (model, item, variant, level, motion); alike items of a floor run once."""
+    variants = 1 if variability is None else variability.variants
+    shape = (scaled.levels.size, len(shaking.ground))
+    flags = runner.array((len(laws), len(inventory), variants, *shape), np.bool_)
+    for own in flags.reshape(-1, *flags.shape[2:]):
+        own[...] = False
+    plans: dict[str, tuple[list[Oscillator], dict[tuple[Any, ...], int]]] = {}
+    for floor in floors:
+        oscillators: list[Oscillator] = []
+        first: dict[tuple[Any, ...], int] = {}
+        for row in inventory.rows:
+            if str(row.floor) == floor and not row.anchored and _kind(row) not in first:
+                first[_kind(row)] = len(oscillators)
+                for law in laws:
+                    oscillators.extend(_named(row, law, variability))
+        plans[floor] = oscillators, first
+    runs = shape[0] * shape[1]
+    total = runs * sum(len(oscillators) for oscillators, _ in plans.values())
+    done = 0
+    for floor, (oscillators, first) in plans.items():
+        if not oscillators:
+            continue
+        plain = shaking.on(floor)
+        factors = dense(scaling(scaled.levels, plain, im, (), shaking.ground).factors)
+        report = None if progress is None else _shifted(progress, done, total)
+        found = overturning_flags(oscillators, plain, factors, runner, report)
+        for i, row in enumerate(inventory.rows):
+            if str(row.floor) == floor and not row.anchored:
+                at = first[_kind(row)]
+                flags[:, i] = found[at : at + len(laws) * variants].reshape(len(laws), variants, *shape)
+        done += runs * len(oscillators)
+    return flags
+
+
+def distinct_runs(inventory: Inventory, variability: Variability | None = None) -> int:
+    """Return the number of oscillators of an inventory for one law: alike items of a floor are run once."""
+    kinds = {(str(row.floor), *_kind(row)) for row in inventory.rows if not row.anchored}
+    return len(kinds) * (1 if variability is None else variability.variants)
+
+
+def _kind(row: Contents) -> tuple[Any, ...]:
+    """Return the properties that decide the runs of a row, beside its floor."""
+    return (row.block.width, row.block.height, row.block.cm_height, row.block.inertia_factor, row.e)
+
+
+def _named(row: Contents, law: Law, variability: Variability | None) -> list[Oscillator]:
+    try:
+        return oscillators_of_pieces(row.block, law, row.e, variability)
+    except ValueError as error:
+        raise ValueError(f"{row.label!r}: {error}") from None
+
+
+def _shifted(progress: Callable[[int, int], None], before: int, total: int) -> Callable[[int, int], None]:
+    return lambda done, _: progress(before + done, total)
+
+
+def _weights(scaled: Scaling, hazard: Hazard) -> LevelWeights:
+    """Return the hazard curve as weights of the levels; ValueError where it is of another measure."""
+    hazard_points(hazard)
+    of, units = getattr(hazard, "im", None), getattr(hazard, "units", None)
+    if of is not None and of != scaled.name:
+        raise ValueError(f"hazard must be of the measure of the levels, {scaled.name!r}, got {of!r}")
+    if units is not None and units != scaled.units:
+        raise ValueError(f"levels of the hazard must be in {scaled.units}, got {units!r}")
+    if getattr(hazard, "at", "ground") != "ground":
+        raise ValueError("hazard must be of the ground, whose measure the levels are of, got one of a floor")
+    return level_weights(scaled.levels, covering(hazard, scaled.levels) if isinstance(hazard, HazardCurve) else hazard)
+
+
+def covering(hazard: HazardCurve, levels: Array) -> HazardCurve:
+    """Return the hazard as points from a step below the levels to above them, its ends extended with their slopes."""
+    lowest = min(hazard.levels[0], levels[0] ** 2 / levels[1] if levels.size > 1 else levels[0])
+    highest = max(hazard.levels[-1], levels[-1])
+    # (between points this close a second-order curve is nearly straight)
+    bent = np.geomspace(lowest, highest, 2000) if hazard.curvature > 0.0 else np.empty(0)
+    ends = [one for one in (lowest, highest) if one not in hazard.levels]
+    return hazard.resampled(np.unique(np.concatenate([ends, hazard.levels, bent])))
+
+
+def _losses(losses: Any, inventory: Inventory) -> Array:
+    """Return the thresholds of loss, empty where nothing has a value."""
+    if inventory.value == 0.0:
+        if losses is not None:
+            raise ValueError("losses must not be given for an inventory in which nothing has a value")
+        return np.zeros(0)
+    if losses is None:
+        return np.concatenate([[0.0], np.geomspace(1e-3, 1.0, 60) * inventory.value])
+    values = checks.finite_array("losses", np.atleast_1d(np.asarray(losses)), unit=inventory.currency)
+    if values[0] < 0.0 or np.any(np.diff(values) <= 0.0):
+        raise ValueError(f"losses must be >= 0 and strictly increasing, got {values.tolist()!r:.60}")
+    return values
+
+
+def _laws(models: Any) -> list[Law]:
+    found = [models] if isinstance(models, Law) or not isinstance(models, Iterable) else list(models)
+    if not found:
+        raise ValueError("models must hold at least one, got none")
+    for model in found:
+        if not isinstance(model, Law):
+            raise TypeError(f"models must be one Law or a sequence of them, got {checks.kind(model)}")
+    labels = [model.label for model in found]
+    if len(set(labels)) < len(labels):
+        twice = next(label for label in labels if labels.count(label) > 1)
+        raise ValueError(f"models must have unique labels, got {twice!r} more than once")
+    return found
+
+
+def described(row: Contents) -> dict[str, Any]:
+    """Return a row as plain values."""
+    return {
+        "label": row.label,
+        **describe_block(row.block),
+        "floor": row.floor,
+        "count": row.count,
+        "e": row.e,
+        "value": row.value,
+        "consequences": list(row.consequences),
+        "anchored": row.anchored,
+        "anchoring_cost": row.anchoring_cost,
+    }
+
+
+def _labels(dim: str, values: Sequence[str], long_name: str) -> xr.Variable:
+    return variable((dim,), np.array(values, dtype=object), DIMENSIONLESS, long_name)
+
+
+def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Variable]:
+    """Return the coordinates of the items: their numbers, values, blocks and restitution."""
+    rows = inventory.rows
+    money = inventory.currency or DIMENSIONLESS
+    blocks = [row.block for row in rows]
+    used = [[with_restitution(law, row.e).restitution(row.block) for row in rows] for law in laws]
+    e = np.array([[np.nan if one is None else one for one in line] for line in used])
+    columns: dict[str, tuple[Any, str, str]] = {
+        "count": ([row.count for row in rows], DIMENSIONLESS, "number of pieces"),
+        "value": ([row.value for row in rows], money, "lost when a piece overturns"),
+        "anchored": ([row.anchored for row in rows], DIMENSIONLESS, "whether the pieces are anchored already"),
+        "anchoring_cost": (
+            [np.nan if row.anchoring_cost is None else row.anchoring_cost for row in rows],
+            money,
+            "cost of anchoring a piece",
+        ),
+    }
+    found = {
+        "item": _labels("item", [row.label for row in rows], "item of the inventory"),
+        "floor": _labels("item", [str(row.floor) for row in rows], "floor, 0 is the ground"),
+        "consequences": _labels("item", [JOINT.join(row.consequences) for row in rows], "what its overturning means"),
+        "e": variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used"),
+    }
+    for name, (values, units, long_name) in columns.items():
+        found[name] = variable(("item",), np.array(values), units, long_name)
+    for name, one in block_coordinates(blocks).items():
+        if name != "block":  # (items have their own labels)
+            found[name] = xr.Variable("item", one.values, one.attrs)
+    return found
+
+
+def _measured(scaled: Scaling) -> dict[str, xr.Variable]:
+    """Return the measure of the unscaled ground motions as a coordinate."""
+    if scaled.measured is None:
+        return {}
+    return {f"ground_{scaled.name}": variable(("motion",), scaled.measured, scaled.units, scaled.long_name)}
+
+
+def _thresholds(joint: JointFlags, precision: Precision) -> dict[str, xr.Variable]:
+    """Return quantiles, consequences and thresholds as coordinates."""
+    text = "probability of the quantile"
+    found = {"quantile": variable(("quantile",), precision.quantiles, DIMENSIONLESS, text)}
+    for one in joint.quantities:
+        name = f"{one.name}_threshold"
+        text = f"{one.text}, {'more than' if one.strictly else 'at least'}"
+        found[name] = variable((name,), one.thresholds, one.units, text)
+    if joint.inventory.consequences:
+        found["consequence"] = _labels("consequence", joint.inventory.consequences, "what an overturning means")
+    return found

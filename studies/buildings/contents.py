@@ -1,0 +1,156 @@
+"""The contents of a building: kinds of pieces on floors, with the consequences of their overturning.
+
+Pieces of one row are alike in sizes, restitution and value.  Files are read in `inventory`, runs made in `assessment`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ... import checks
+from ...models import Block
+from ..file.csv_table import MAX_TEXT
+from ..file.table import shown
+
+MAX_ROWS = 10_000
+MAX_COUNT = 1_000_000
+MAX_VALUE = 1e15
+MAX_CONSEQUENCES = 40
+RESERVED = ("number", "loss", "any")
+"""Words that cannot be consequences, because results use them for everything that falls."""
+
+
+@dataclass(frozen=True)
+class Contents:
+    """Pieces of one kind on one floor.
+
+    Parameters
+    ----------
+    label : str
+        Name in results.
+    block : Block
+        The mechanical model of each piece.
+    floor : int or str
+        The floor that it stands on, by its name in the building (or the file of floor motions): 0 is the ground.
+    count : int
+        Number of pieces, 1 to 1,000,000.
+    e : float, optional
+        Restitution, above 0 to 1; that of the damping law where not given.
+    value : float
+        The loss when a piece overturns, in the inventory's currency, >= 0.
+    consequences : tuple of str
+        The consequences when at least one piece overturns, such as ``blocks-exit``.
+    anchored : bool
+        True where the pieces are fixed already, so that they do not overturn.
+    anchoring_cost : float, optional
+        Cost of fixing a piece, in the inventory's currency, >= 0.
+
+    Raises
+    ------
+    TypeError, ValueError
+        A value out of range.
+    """
+
+    label: str
+    block: Block
+    floor: int | str
+    count: int = 1
+    e: float | None = None
+    value: float = 0.0
+    consequences: tuple[str, ...] = ()
+    anchored: bool = False
+    anchoring_cost: float | None = None
+
+    def __post_init__(self) -> None:
+        _text("label", self.label)
+        if not isinstance(self.block, Block):
+            raise TypeError(f"block must be a toppling Block, got {checks.kind(self.block)}")
+        if isinstance(self.floor, str):
+            _text("floor", self.floor)
+        else:
+            object.__setattr__(self, "floor", checks.count("floor", self.floor))
+        if checks.count("count", self.count, at_least=1) > MAX_COUNT:
+            raise ValueError(f"count must be at most {MAX_COUNT}, got {self.count}")
+        if self.e is not None:
+            checks.number("e", self.e, above=0.0, at_most=1.0)
+        checks.number("value", self.value, at_least=0.0, at_most=MAX_VALUE)
+        if self.anchoring_cost is not None:
+            checks.number("anchoring_cost", self.anchoring_cost, at_least=0.0, at_most=MAX_VALUE)
+        words: Any = self.consequences
+        if isinstance(words, str):
+            raise TypeError(f"consequences must be a sequence of words, got the string {shown(words)}")
+        for word in self.consequences:
+            _text("consequence", word)
+            if word in RESERVED:
+                raise ValueError(f"consequence must not be one of {', '.join(RESERVED)}, got {word!r}")
+        object.__setattr__(self, "consequences", tuple(dict.fromkeys(self.consequences)))
+
+
+@dataclass(frozen=True)
+class Inventory:
+    """All contents of a building, and the currency of their values ('' where it is not stated).
+
+    Raises
+    ------
+    TypeError, ValueError
+        No rows, invalid rows, a label used twice, more than a million pieces or 40 different consequences.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shelf = Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=2, count=3, value=400.0)
+    >>> inventory = Inventory((shelf,), "EUR")
+    >>> inventory.pieces, inventory.value
+    (3, 1200.0)
+    """
+
+    rows: tuple[Contents, ...]
+    currency: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rows", tuple(self.rows))
+        if not self.rows:
+            raise ValueError("an inventory must have at least one row, got none")
+        if len(self.rows) > MAX_ROWS:
+            raise ValueError(f"an inventory must have at most {MAX_ROWS} rows, got {len(self.rows)}")
+        for row in self.rows:
+            if not isinstance(row, Contents):
+                raise TypeError(f"rows must be Contents, got {checks.kind(row)}")
+        labels = [row.label for row in self.rows]
+        if len(set(labels)) < len(labels):
+            twice = next(label for label in labels if labels.count(label) > 1)
+            raise ValueError(f"rows must have unique labels, got {twice!r} more than once")
+        if self.currency:
+            _text("currency", self.currency)
+        if self.pieces > MAX_COUNT:
+            raise ValueError(f"an inventory must have at most {MAX_COUNT} pieces, got {self.pieces}")
+        if len(self.consequences) > MAX_CONSEQUENCES:
+            raise ValueError(
+                f"an inventory must have at most {MAX_CONSEQUENCES} different consequences, got "
+                f"{len(self.consequences)}"
+            )
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @property
+    def pieces(self) -> int:
+        """Number of pieces."""
+        return sum(row.count for row in self.rows)
+
+    @property
+    def value(self) -> float:
+        """Value of all pieces."""
+        return math.fsum(row.count * row.value for row in self.rows)
+
+    @property
+    def consequences(self) -> tuple[str, ...]:
+        """All consequences, each once, in the order of the rows."""
+        return tuple(dict.fromkeys(word for row in self.rows for word in row.consequences))
+
+
+def _text(name: str, value: Any) -> None:
+    if not isinstance(value, str) or not value.strip() or len(value) > MAX_TEXT or not value.isprintable():
+        raise ValueError(f"{name} must be 1 to {MAX_TEXT} printable characters, got {shown(value)}")

@@ -1,0 +1,180 @@
+"""Inventories in CSV files, one line for each kind of piece on a floor; `contents` holds what the lines describe."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from ..file.blocks import block_of_line
+from ..file.csv_table import CsvLine, CsvTable, TableKind
+from ..file.table import StudyError, shown
+from .contents import MAX_COUNT, MAX_ROWS, MAX_VALUE, Contents, Inventory
+
+COLUMNS = (
+    "item",
+    "catalogue",
+    "width_m",
+    "height_m",
+    "cm_height_m",
+    "inertia_factor",
+    "floor",
+    "count",
+    "e",
+    "restitution",
+    "value",
+    "currency",
+    "consequence",
+    "anchored",
+    "anchoring_cost",
+)
+"""Columns of an inventory file, in any order."""
+
+
+class InventoryError(StudyError):
+    """Error for an inventory that cannot be used: one sentence with file, line, column, value and what is allowed."""
+
+
+KIND = TableKind("inventory", COLUMNS, MAX_ROWS, 16 * 2**20, InventoryError)
+
+
+def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = None) -> Inventory:
+    """Read an inventory from a CSV file.
+
+    Parameters
+    ----------
+    path : path
+        A table in UTF-8 separated by commas, semicolons or tabs, one line for each kind of piece on a floor.
+    floors : sequence of str, optional
+        The existing floors; any floor is allowed where not given.
+
+    Returns
+    -------
+    Inventory
+
+    Raises
+    ------
+    InventoryError
+        One sentence that names file, line, column, value and what is allowed.
+
+    Notes
+    -----
+    The header names the columns, in any order; empty cells are treated as if the column were not there, lines that
+    start with # are comments:
+
+    ================== ===============================================================================================
+    ``item``           name in results; the catalogue name where not given.  Where several lines have the same name,
+                       their floor is added
+    ``catalogue``      name of a catalogue item, which gives the sizes
+    ``width_m``,       or: full outer sizes, m, the width in the direction of shaking
+    ``height_m``
+    ``cm_height_m``    height of the centre of mass, m (mid-height), also beside ``catalogue``
+    ``inertia_factor`` I_O/(m R²), above 1 to 2 (4/3); must be given with ``cm_height_m``
+    ``floor``          floor that it stands on: 0 is the ground (the only column that must be filled)
+    ``count``          number of pieces (1)
+    ``e``              restitution, above 0 to 1 (that of the damping law); ``restitution`` is the same
+    ``value``          loss when a piece overturns
+    ``currency``       of ``value`` and ``anchoring_cost``, the same in every line that states it, such as EUR
+    ``consequence``    consequences when at least one piece overturns, such as blocks-exit; several are separated
+                       by |
+    ``anchored``       yes or no (no): anchored pieces do not overturn
+    ``anchoring_cost`` cost of fixing a piece
+    ================== ===============================================================================================
+
+    Where semicolons or tabs separate the cells, numbers may have decimal commas; a file has either commas or points.
+
+    Examples
+    --------
+    >>> from toppling.studies.buildings.inventory import example_path
+    >>> inventory = read_inventory(example_path())
+    >>> len(inventory), inventory.pieces, inventory.currency
+    (14, 54, 'EUR')
+    """
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(f"path must be a path, got {type(path).__name__}")
+    file = Path(path)
+    table = CsvTable(file, KIND)
+    if "floor" not in table.columns:
+        raise InventoryError(f"{table.where}: column 'floor' is missing")
+    if "catalogue" not in table.columns and not {"width_m", "height_m"} <= set(table.columns):
+        raise InventoryError(f"{table.where}: columns must name catalogue, or width_m and height_m")
+    found: list[tuple[CsvLine, Contents]] = []
+    currency = ""
+    for line in table:
+        found.append((line, _contents(line)))
+        if floors is not None and str(found[-1][1].floor) not in floors:
+            known = ", ".join(floors if len(floors) <= 12 else [*floors[:5], "…", floors[-1]])
+            hint = "; give a building, or floor motions" if list(floors) == ["0"] else ""
+            line.refuse("floor", f"must be one of {known}, got {shown(line.text('floor'))}{hint}")
+        stated = line.text("currency")
+        if stated and currency and stated != currency:
+            line.refuse("currency", f"must be {currency!r} as in the lines above, got {stated!r}")
+        currency = currency or stated
+    if not found:
+        raise InventoryError(f"{file}: has a header but no items")
+    try:
+        return Inventory(tuple(_told_apart(found)), currency)
+    except ValueError as error:
+        raise InventoryError(f"{file}: {error}") from None
+
+
+def example_path() -> str:
+    """Return the path of the example inventory (a small clinic) that ships with the package."""
+    return str(Path(__file__).parents[1] / "examples" / "inventory.csv")
+
+
+def _told_apart(found: Sequence[tuple[CsvLine, Contents]]) -> Iterator[Contents]:
+    """Yield the rows with unique labels: the floor is added to labels that several lines have."""
+    lines: dict[str, list[CsvLine]] = {}
+    for line, row in found:
+        lines.setdefault(row.label, []).append(line)
+    taken: dict[str, CsvLine] = {}
+    for line, row in found:
+        label = row.label if len(lines[row.label]) == 1 else f"{row.label}, floor {row.floor}"
+        if label in taken:
+            line.refuse("item", f"must be another name, {label!r} is taken by line {taken[label].number}")
+        taken[label] = line
+        yield replace(row, label=label)
+
+
+def _contents(line: CsvLine) -> Contents:
+    """Return the contents that a line describes."""
+    block = block_of_line(line)
+    floor = line.text("floor")
+    if not floor:
+        line.refuse("floor", "is empty: it must say where the item stands, 0 is the ground")
+    if re.fullmatch(r"[-+]?[\d.,]+", floor) and not (floor.isascii() and floor.isdecimal() and len(floor) < 10):
+        line.refuse("floor", f"must be a whole number from 0 (ground), or a name, got {shown(floor)}")
+    if line.text("e") and line.text("restitution"):
+        line.refuse("restitution", "is the same as e: give one of them")
+    e_column = "restitution" if line.text("restitution") else "e"
+    count = line.count_in("count")
+    if count is not None and not 1 <= count <= MAX_COUNT:
+        line.refuse("count", f"must be from 1 to {MAX_COUNT}, got {count}")
+    anchored = line.text("anchored").lower()
+    if anchored not in {"", *_YES, *_NO}:
+        line.refuse("anchored", f"must be yes or no, got {shown(anchored)}")
+    words = [word.strip().lower() for word in re.split(r"[|,;]", line.text("consequence"))]
+    e = line.number_in(e_column, above=0.0, at_most=1.0)
+    value = line.number_in("value", at_least=0.0, at_most=MAX_VALUE)
+    cost = line.number_in("anchoring_cost", at_least=0.0, at_most=MAX_VALUE)
+    return line.checked(
+        "consequence",
+        lambda: Contents(
+            label=line.text("item") or line.text("catalogue") or f"line {line.number}",
+            block=block,
+            floor=int(floor) if floor.isdecimal() else floor,
+            count=1 if count is None else count,
+            e=e,
+            value=0.0 if value is None else value,
+            consequences=tuple(word for word in words if word),
+            anchored=anchored in _YES,
+            anchoring_cost=cost,
+        ),
+    )
+
+
+_YES = ("yes", "y", "true", "1")
+_NO = ("no", "n", "false", "0")

@@ -1,0 +1,118 @@
+"""Notes on a performance assessment that a reader needs before relying on its numbers, in sentences."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array
+from ...fragility import HazardCurve
+from ...fragility.hazard.levels import level_weights
+from ...wording import whole_percent
+from ..text.curve_notes import NOTABLE, SETTLED
+from ..text.words import level_text
+from .assessment import BUILDING, covering
+
+NOTABLE_BELOW = 0.02
+"""Share of an annual value from below the levels above which it is worth a sentence."""
+MOST_NAMED = 6
+"""Most anchored items that a sentence names."""
+
+
+def notes(assessment: xr.Dataset) -> list[str]:
+    """Notes that a reader should know before relying on the numbers: one sentence each."""
+    held = anchored_text(assessment)
+    found = [held] if held else []
+    for one in _amounts(assessment):
+        below, above = (float(_share(one, f"annual_{one.name}_{side}").max()) for side in ("below", "above"))
+        if below > NOTABLE_BELOW:
+            found.append(
+                f"{whole_percent(below)} of the annual {one.text} comes from below the first level, where it is a "
+                "guess: add lower levels"
+            )
+        if above > NOTABLE and not one.settled:
+            found.append(
+                f"{whole_percent(above)} of the annual {one.text} comes from above the last level, as if nothing more "
+                "fell there: add higher levels"
+            )
+    if not bool(assessment["overturned"].any()):
+        found.append("nothing overturned under any motion: annual values have no intervals")
+    if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:
+        found.append("pieces of a line are alike and overturn together: means do not depend on it, extremes do")
+    return found
+
+
+def anchored_text(here: xr.Dataset) -> str:
+    """A sentence on the pieces that are anchored already, which tables count as not overturning; empty without any."""
+    held = np.flatnonzero(here["anchored"].values.astype(bool))
+    if not held.size:
+        return ""
+    named = [f"{int(here['count'].values[i]):,} × {here['item'].values[i]}" for i in held[:MOST_NAMED]]
+    more = f" and {held.size - MOST_NAMED} more items" if held.size > MOST_NAMED else ""
+    number, every = int(here["count"].values[held].sum()), int(here["count"].values.sum())
+    one = number == 1
+    return (
+        f"{number:,} of {every:,} pieces {'is' if one else 'are'} anchored and {'counts' if one else 'count'} as not "
+        f"overturning: {', '.join(named)}{more}"
+    )
+
+
+def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
+    """Notes on annual values that come from shaking above the hazard curve's own levels: a sentence each."""
+    levels = assessment["level"].values
+    curve = covering(hazard, levels)
+    last = float(hazard.levels[-1])
+    # only events above the hazard curve's last level count; without the others the curve is flat below that level
+    rarer = _Points(np.asarray(curve.levels), np.minimum(curve.rates, float(hazard.rates[-1])), curve.im, curve.units)
+    weights = xr.DataArray(level_weights(levels, rarer).weights, dims="level")
+    found = []
+    for one in _amounts(assessment):
+        beyond = (assessment[f"{one.name}_mean"].sel(place=BUILDING) * weights).sum("level")
+        share = float((beyond / one.annual.where(one.annual > 0.0)).fillna(0.0).max())
+        if share > NOTABLE:
+            found.append(
+                f"{whole_percent(share)} of the annual {one.text} comes from shaking above the hazard curve's last "
+                f"level ({level_text(last, assessment['level'])}), where only its last slope is known: give the "
+                "curve at higher levels"
+            )
+    return found
+
+
+class _Points(NamedTuple):
+    """A hazard curve as points."""
+
+    levels: Array
+    rates: Array
+    im: Any
+    units: str
+
+
+class _Amount(NamedTuple):
+    """An annual amount of the whole building; `settled`: nearly everything has fallen at the last level."""
+
+    name: str
+    text: str
+    annual: xr.DataArray
+    settled: bool
+    assessment: xr.Dataset
+
+
+def _amounts(assessment: xr.Dataset) -> list[_Amount]:
+    """Return number and loss, where their annual values are known."""
+    found = []
+    free = (~assessment["anchored"].astype(bool)) * assessment["count"]
+    for name, text, each in (("number", "overturnings", free), ("loss", "loss", free * assessment["value"])):
+        if f"annual_{name}" in assessment:
+            last = assessment[f"{name}_mean"].sel(place=BUILDING).isel(level=-1)
+            settled = bool((last >= SETTLED * float(each.sum())).all())
+            found.append(_Amount(name, text, assessment[f"annual_{name}"].sel(place=BUILDING), settled, assessment))
+    return found
+
+
+def _share(one: _Amount, name: str) -> xr.DataArray:
+    """Return the share of a part in an annual amount, by model; 0 where the amount is 0."""
+    part = one.assessment[name].sel(place=BUILDING)
+    share: xr.DataArray = (part / one.annual.where(one.annual > 0.0)).fillna(0.0)
+    return share

@@ -1,0 +1,209 @@
+"""Savings of anchoring items, motion by motion: each item alone, and the items one after the other.
+
+Flags are read in parts, of items or of motions; arrays of every item and motion are allocated by `array`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array, Index
+from ...fragility.numerics.slabs import Allocator, slabs
+from ...fragility.numerics.totals import chances, chances_of_any
+from .variables import a_year
+
+
+class AnchoringOrder(NamedTuple):
+    """The order of anchoring (model, item), and the rest of the objective after each step (model, step, motion)."""
+
+    order: Index
+    left: Array
+
+
+class FreeItems(ABC):
+    """The items that can be anchored, and their contributions to the objective, motion by motion."""
+
+    alone: Array
+    """The objective if each item stood alone (model, item, motion)."""
+    array: Allocator
+    """Allocates the arrays of every item and motion."""
+
+    @property
+    @abstractmethod
+    def whole(self) -> Array:
+        """The objective with all items (model, motion)."""
+
+    @property
+    @abstractmethod
+    def savings(self) -> Array:
+        """The saving by anchoring each item while all others stand free (model, item, motion)."""
+
+    @abstractmethod
+    def steps(self, cost: Array | None) -> AnchoringOrder:
+        """Anchor the items one after the other, each time the item that saves most (for its cost)."""
+
+    def _nothing_left(self) -> Array:
+        """Allocate zeros (model, step, motion)."""
+        models, items, motions = self.alone.shape
+        found = self.array((models, items + 1, motions), np.float64)
+        found[...] = 0.0
+        return found
+
+
+class AdditiveItems(FreeItems):
+    """Items whose amounts add up to the objective."""
+
+    def __init__(self, chances: ItemChances, amounts: Array, weights: Array, array: Allocator) -> None:
+        self.array = array
+        models, items, _, motions = chances.shape
+        self.alone = array((models, items, motions), np.float64)
+        for of, rows in chances.of_items():
+            self.alone[of, rows] = a_year(chances.piece(of, rows), weights) * amounts[rows, None]
+
+    @property
+    def whole(self) -> Array:
+        return np.asarray(self.alone.sum(axis=1))
+
+    @property
+    def savings(self) -> Array:
+        return self.alone
+
+    def steps(self, cost: Array | None) -> AnchoringOrder:
+        mean = self.alone.mean(axis=-1)
+        order = order_of(score_of(mean, cost), mean)
+        left = self._nothing_left()
+        for k, one in enumerate(order):
+            for step in range(one.size - 1, -1, -1):
+                np.add(left[k, step + 1], self.alone[k, one[step]], out=left[k, step])
+        return AnchoringOrder(order, left)
+
+
+class EventItems(FreeItems):
+    """Items of which any one causes the event."""
+
+    def __init__(self, chances: ItemChances, weights: Array, array: Allocator) -> None:
+        self.array = array
+        self.chances = chances
+        # (levels without weight add nothing)
+        self.levels = np.flatnonzero(weights)
+        self.weights = weights[self.levels]
+        models, items, _, motions = chances.shape
+        self.alone = array((models, items, motions), np.float64)
+        for k, part, chance in self._parts():
+            self.alone[k, :, part] = a_year(chance, self.weights)
+
+    @property
+    def whole(self) -> Array:
+        found = np.empty((self.alone.shape[0], self.alone.shape[2]))
+        for k, part, chance in self._parts():
+            found[k, part] = self._together(chance)
+        return found
+
+    @property
+    def savings(self) -> Array:
+        found = self.array(self.alone.shape, np.float64)
+        for k, part, chance in self._parts():
+            found[k, :, part] = self._saved(chance)
+        return found
+
+    def steps(self, cost: Array | None) -> AnchoringOrder:
+        models, items, motions = self.alone.shape
+        order = np.empty((models, items), np.int64)
+        left = self._nothing_left()
+        saved = self.array((items, motions), np.float64)
+        parts = self._motions
+        for k in range(models):
+            standing = list(range(items))
+            whole = self._chance(k, parts[0]) if len(parts) == 1 else None
+            for step in range(items):
+                for part in parts:
+                    here = self._chance(k, part)[standing] if whole is None else whole[standing]
+                    left[k, step, part] = self._together(here)
+                    saved[: len(standing), part] = self._saved(here)
+                prices = None if cost is None else cost[standing]
+                score = score_of(saved[: len(standing)].mean(axis=-1), prices)
+                if not score.max() > 0.0:
+                    score = score_of(self.alone[k, standing].mean(axis=-1), prices)
+                order[k, step] = standing.pop(int(score.argmax()))
+        return AnchoringOrder(order, left)
+
+    @property
+    def _motions(self) -> list[slice]:
+        """Bounds of the parts of the motions that are processed at a time."""
+        _, items, motions = self.alone.shape
+        sizes = {"item": items, "variant": self.chances.variants, "level": self.levels.size, "motion": motions}
+        return [where.get("motion", slice(0, motions)) for where in slabs(sizes, ("motion",))]
+
+    def _chance(self, k: int, part: slice) -> Array:
+        """P(an item causes the event | motion) (item, level, motion)."""
+        return self.chances.any_piece(k, self.levels, part)
+
+    def _parts(self) -> Iterator[tuple[int, slice, Array]]:
+        for k in range(self.alone.shape[0]):
+            for part in self._motions:
+                yield k, part, self._chance(k, part)
+
+    def _together(self, chance: Array) -> Array:
+        """The annual value of the event with all items (motion,)."""
+        return a_year(1.0 - np.prod(1.0 - chance, axis=0), self.weights)
+
+    def _saved(self, chance: Array) -> Array:
+        """The annual value of the event caused by each item alone, where no other item causes it (item, motion)."""
+        stays = 1.0 - chance
+        others = np.ones_like(stays)
+        np.cumprod(stays[:-1], axis=0, out=others[1:])
+        after = np.ones_like(stays[0])
+        for i in range(len(stays) - 1, -1, -1):
+            others[i] *= after
+            after = after * stays[i]
+        others *= chance
+        return a_year(others, self.weights)
+
+
+class ItemChances:
+    """Probabilities of items given the motion, from the flags of an assessment, read in parts."""
+
+    def __init__(self, assessment: xr.Dataset, chosen: Index) -> None:
+        flags = assessment["overturned"]
+        if "variant" not in flags.dims:
+            flags = flags.expand_dims("variant")
+        self._flags = flags.transpose("model", "item", "variant", "level", "motion").variable
+        self._chosen = chosen
+        self._counts = assessment["count"].values[chosen]
+        self._independent = assessment.attrs["pieces"] == "independent"
+        models, _, self.variants, levels, motions = self._flags.shape
+        self.shape = (models, chosen.size, levels, motions)
+
+    def of_items(self) -> Iterator[tuple[slice, slice]]:
+        """Yield the bounds of laws and items, slab by slab."""
+        sizes = dict(zip(("model", "item", "level", "motion"), self.shape, strict=True)) | {"variant": self.variants}
+        for where in slabs(sizes, ("model", "item")):
+            yield where.get("model", slice(None)), where.get("item", slice(None))
+
+    def piece(self, of: slice, rows: slice) -> Array:
+        """P(a piece overturns | motion) (model, item, level, motion)."""
+        return chances(self._flags[of, self._chosen[rows]].values)
+
+    def any_piece(self, k: int, levels: Index, part: slice) -> Array:
+        """P(at least one piece of an item overturns | motion) under one law (item, level, motion)."""
+        flags = self._flags.isel(model=[k], item=self._chosen, level=levels, motion=part).values
+        found: Array = chances_of_any(chances(flags), self._counts, self._independent)[0]
+        return found
+
+
+def score_of(saving: Array, cost: Array | None) -> Array:
+    """Return the score that decides the order: the saving (…, item), or the saving over the cost."""
+    if cost is None:
+        return saving
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(saving > 0.0, saving / cost, 0.0))
+
+
+def order_of(score: Array, alone: Array) -> Index:
+    """Return the items by decreasing score; of equal scores, such as 0, the item with the largest `alone` is first."""
+    return np.asarray(np.lexsort((np.broadcast_to(-alone, score.shape), -score), axis=-1))

@@ -1,0 +1,234 @@
+"""Variables of a performance assessment: distributions given the level, and annual values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ... import checks
+from ...aliases import Array, Flags
+from ...fragility.curves.means import mean_interval, quantiles
+from ...fragility.fitting.bootstrap import draw_motions
+from ...fragility.hazard.levels import LevelWeights
+from ...fragility.numerics.proportions import wilson_interval
+from ...fragility.numerics.slabs import slabs
+from ...fragility.numerics.totals import exceedances
+from ...units import DIMENSIONLESS
+from ...wording import given_percent
+from .outcomes import JointFlags, Quantity
+
+Variables = dict[str, xr.Variable]
+
+PER_YEAR = "year-1"
+JOINT = " | "
+"""Separator of the consequences of one item in a coordinate."""
+
+
+@dataclass(frozen=True)
+class Precision:
+    """The wanted quantiles and the options of the intervals, over so many motions."""
+
+    quantiles: Array
+    confidence: float
+    replicates: int
+    seed: int
+    motions: int = 0
+
+    @classmethod
+    def checked(cls, which: Any, confidence: Any, replicates: Any, seed: Any) -> Precision:
+        """Check the arguments; TypeError or ValueError where one is out of range."""
+        found = checks.finite_array("quantiles", np.atleast_1d(np.asarray(which)))
+        if found[0] <= 0.0 or found[-1] >= 1.0 or np.any(np.diff(found) <= 0.0):
+            raise ValueError(f"quantiles must lie between 0 and 1 and increase, got {found.tolist()!r:.60}")
+        return cls(
+            found,
+            checks.number("confidence", confidence, above=0.0, below=1.0),
+            checks.count("replicates", replicates, at_least=50),
+            checks.count("seed", seed),
+        )
+
+    def over(self, motions: int) -> Precision:
+        """Return the same options over another number of motions."""
+        return replace(self, motions=motions)
+
+    @cached_property
+    def drawn(self) -> Array:
+        """How often each motion is drawn (replicate, motion), the same for all variables."""
+        return draw_motions((np.arange(self.motions),), self.replicates, self.seed)
+
+    def of_means(self, values: Array, most: Any = None) -> tuple[Array, Array, Array]:
+        """Return the mean over motions (last axis) and its interval."""
+        found = mean_interval(values, self.confidence, self.replicates, self.seed, most, self.drawn)
+        return values.mean(axis=-1), found.lower, found.upper
+
+    def of_probabilities(self, values: Array, possible: Flags) -> tuple[Array, Array, Array]:
+        """Return the mean over motions of P(event | motion), and Wilson's interval with one trial for each motion.
+
+        Where an event is not `possible` (broadcast to the mean), the interval is 0.
+        """
+        n = values.shape[-1]
+        mean = values.mean(axis=-1)
+        # a motion counts as a success by its probability; where all probabilities are 1, the successes are exactly n
+        successes = np.where(values.min(axis=-1) == 1.0, n, np.minimum(mean * n, n))
+        trials = np.full(mean.shape, n)
+        lower, upper = wilson_interval(cast("NDArray[np.integer]", successes), trials, self.confidence)
+        return mean, np.where(possible, lower, 0.0), np.where(possible, upper, 0.0)
+
+
+def conditional_variables(joint: JointFlags, precision: Precision) -> Variables:
+    """Compute all variables given the level."""
+    models, items, _, levels, _ = joint.flags.shape
+    falls = np.empty((3, models, items, levels))
+    for of, rows, chance in joint.chances():
+        falls[:, of, rows] = precision.of_probabilities(chance, joint.standing[rows, None])
+    dims: tuple[str, ...] = ("model", "item", "level")
+    text = "probability that a piece overturns"
+    found = with_interval("probability", dims, falls, DIMENSIONLESS, text, precision)
+    for one in joint.quantities:
+        # at most everything overturns that is not anchored
+        most = (joint.members @ (one.amounts * joint.counts * joint.standing))[None, :, None]
+        means = precision.of_means(joint.results.expected[one.name], most)
+        dims = ("model", "place", "level")
+        found |= with_interval(f"{one.name}_mean", dims, means, one.units, f"mean of {one.text}", precision)
+        outcomes = joint.results.outcomes[one.name]
+        at, above = _spread(outcomes, one, most, precision)
+        dims = ("model", "place", "level", "quantile")
+        found |= with_interval(f"{one.name}_quantile", dims, at, one.units, f"quantile of {one.text}", precision)
+        dims = ("model", "place", "level", f"{one.name}_threshold")
+        text = f"probability of {one.bound}"
+        found[f"{one.name}_exceedance"] = variable(dims, above, DIMENSIONLESS, text)
+        dims = ("model", "place", "level", "motion", "realisation")
+        if joint.variability is None:
+            dims, outcomes = dims[:-1], outcomes[..., 0]
+        found[one.name] = variable(dims, outcomes, one.units, one.text)
+    for event in joint.events:
+        found |= with_interval(
+            f"{event.name}_probability",
+            ("model", *event.dims, "level"),
+            precision.of_probabilities(joint.results.happens[event.name], joint.possible(event)[..., None]),
+            DIMENSIONLESS,
+            f"probability that {event.text}",
+            precision,
+        )
+    return found
+
+
+def _spread(outcomes: Array, one: Quantity, most: Array, precision: Precision) -> tuple[Array, Array]:
+    """Return quantiles (value and ends, model, place, level, quantile) and exceedance (…, threshold) of outcomes."""
+    of_level = outcomes.shape[:3]
+    at, above = np.empty((3, *of_level, precision.quantiles.size)), np.empty((*of_level, one.thresholds.size))
+    sizes = dict(zip(("model", "place", "level", "motion", "realisation"), outcomes.shape, strict=True))
+    for where in slabs(sizes, ("model", "place", "level")):
+        here = where.get("model", slice(None)), where.get("place", slice(None)), where.get("level", slice(None))
+        bound = most[:, here[1]]
+        at[:, *here] = quantiles(outcomes[here], precision.quantiles, bound, precision.confidence)
+        for i, share in enumerate(exceedances(outcomes[here], one.thresholds, one.strictly)):
+            above[*here, i] = share.mean(axis=-1)
+    return at, above
+
+
+def annual_variables(joint: JointFlags, weights: LevelWeights, precision: Precision) -> Variables:
+    """Compute all annual variables: values given the level, weighted with the hazard motion by motion."""
+    w = weights.weights
+    found: Variables = {
+        "level_weight": variable(("level",), w, PER_YEAR, "annual rate that the level stands for"),
+        "level_weight_below": variable((), weights.below, PER_YEAR, "part of the first one from below the levels"),
+        "level_weight_above": variable((), weights.above, PER_YEAR, "part of the last one from above the levels"),
+    }
+    rates, amounts = _of_items(joint, w, precision)
+    text = "annual rate at which a piece overturns"
+    found |= with_interval("item_rate", ("model", "item"), rates, PER_YEAR, text, precision)
+    for one in joint.quantities:
+        units = per_year(one.units)
+        text = f"expected annual {one.text}"
+        name = f"item_annual_{one.name}"
+        found |= with_interval(name, ("model", "item"), amounts[one.name], units, text, precision)
+        given = joint.results.expected[one.name]
+        name = f"annual_{one.name}"
+        means = precision.of_means(a_year(given, w))
+        found |= with_interval(name, ("model", "place"), means, units, text, precision)
+        for side, weight, at in (("below", weights.below, 0), ("above", weights.above, -1)):
+            values = weight * given[:, :, at].mean(axis=-1)
+            found[f"{name}_{side}"] = variable(("model", "place"), values, units, f"part of it from {side} the levels")
+        found |= with_interval(
+            f"{one.name}_rate",
+            ("model", "place", f"{one.name}_threshold"),
+            _rates_of(joint.results.outcomes[one.name], one, w, precision),
+            PER_YEAR,
+            f"annual rate of {one.bound}",
+            precision,
+        )
+    for event in joint.events:
+        happens = precision.of_means(a_year(joint.results.happens[event.name], w))
+        text = f"annual rate at which {event.text}"
+        found |= with_interval(f"{event.name}_rate", ("model", *event.dims), happens, PER_YEAR, text, precision)
+    return found
+
+
+def _of_items(joint: JointFlags, weights: Array, precision: Precision) -> tuple[Array, dict[str, Array]]:
+    """Return the annual rates of all lines (value and ends, model, item), and their annual amounts by quantity."""
+    shape = (3, *joint.flags.shape[:2])
+    rates, amounts = np.empty(shape), {one.name: np.empty(shape) for one in joint.quantities}
+    for of, rows, chance in joint.chances():
+        pieces = a_year(chance, weights)
+        rates[:, of, rows] = precision.of_means(pieces)
+        for one in joint.quantities:
+            amounts[one.name][:, of, rows] = precision.of_means(pieces * (one.amounts * joint.counts)[rows, None])
+    return rates, amounts
+
+
+def _rates_of(outcomes: Array, one: Quantity, weights: Array, precision: Precision) -> Array:
+    """Return the annual rates at which thresholds are exceeded (value and ends, model, place, threshold)."""
+    found = np.empty((3, *outcomes.shape[:2], one.thresholds.size))
+    sizes = dict(zip(("model", "place", "level", "motion", "realisation"), outcomes.shape, strict=True))
+    for where in slabs(sizes, ("model", "place")):
+        here = where.get("model", slice(None)), where.get("place", slice(None))
+        for i, share in enumerate(exceedances(outcomes[here], one.thresholds, one.strictly)):
+            found[:, *here, i] = precision.of_means(a_year(share, weights))
+    return found
+
+
+def a_year(values: Array, weights: Array) -> Array:
+    """Sum values (…, level, motion) over the weighted levels: the annual value of each motion, (…, motion)."""
+    found = np.zeros((*values.shape[:-2], values.shape[-1]))
+    for level, weight in enumerate(weights):  # (summed in the order of the levels, whatever the other dimensions are)
+        found += weight * values[..., level, :]
+    return found
+
+
+def level_index(assessment: xr.Dataset, level: float) -> int:
+    """Return the index of a level; ValueError where it is not among the levels."""
+    levels = assessment["level"].values
+    wanted = checks.number("level", level)
+    found = np.flatnonzero(np.isclose(levels, wanted, rtol=1e-6, atol=0.0))
+    if not found.size:
+        raise ValueError(f"level must be one of {', '.join(f'{one:.6g}' for one in levels)}, got {wanted:g}")
+    return int(found[0])
+
+
+def per_year(units: str) -> str:
+    """Return the unit of an annual amount."""
+    return PER_YEAR if units == DIMENSIONLESS else f"{units} {PER_YEAR}"
+
+
+def with_interval(
+    name: str, dims: tuple[str, ...], found: Any, units: str, long_name: str, precision: Precision
+) -> Variables:
+    """Make a variable and the ends of its interval."""
+    value, lower, upper = found
+    percent = given_percent(precision.confidence)
+    return {
+        name: variable(dims, value, units, long_name),
+        f"{name}_lower": variable(dims, lower, units, f"lower end of the {percent} interval: {long_name}"),
+        f"{name}_upper": variable(dims, upper, units, f"upper end of the {percent} interval: {long_name}"),
+    }
+
+
+def variable(dims: tuple[str, ...], values: Any, units: str, long_name: str) -> xr.Variable:
+    """Make a variable with its unit and long name."""
+    return xr.Variable(dims, values, {"units": units, "long_name": long_name})

@@ -1,0 +1,366 @@
+"""The `toppling` command: arguments in, exit codes out.
+
+0 done, 1 out of memory or a cluster that is gone, 2 wrong input, 130 interrupted; one sentence on standard error.
+Never a traceback for a user's mistake.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+from json import dumps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import App, Parameter
+from cyclopts.exceptions import CycloptsError
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from ...fragility.runs.cluster import ClusterError
+from ...models import catalogue
+from ...models.items import QUALITIES
+from ...models.runs import prepare
+from ...wording import counted, system_reason
+from .. import show
+from ..file.table import StudyError
+from ..kinds.study import Study
+from ..single.command import simulate_one
+from ..store.folder import RESULT_NAME
+from ..store.progress import show_progress
+from ..text.rows import plain_table
+from ..text.terminal import fitted, say, terminal
+from .export import ExportFormat, guessed_lines, missing_lines, read_curves, write_curves
+from .forecast import forecast, status_of
+
+if TYPE_CHECKING:
+    from distributed import Client
+    from xarray import Dataset
+
+EXIT_FAILED = 1
+EXIT_INPUT = 2
+EXIT_INTERRUPTED = 130
+COMMANDS = ("run", "status", "simulate", "motions", "catalogue", "bench", "export", "report", "schema")
+
+app = App(
+    name="toppling",
+    help="How likely is this block to fall over in an earthquake?",
+    help_format="plaintext",
+    result_action="return_value",
+    suppress_keyboard_interrupt=False,
+)
+
+
+@app.command
+def run(
+    study: Path,
+    *,
+    out: Annotated[Path | None, Parameter(help="Folder for the results; results/NAME where not given.")] = None,
+    scheduler: Annotated[str | None, Parameter(help="Address of a dask scheduler, tcp://host:port.")] = None,
+    fresh: Annotated[bool, Parameter(negative="", help="Compute again, and replace what that folder holds.")] = False,
+    dry_run: Annotated[
+        bool, Parameter(negative="", help="Say what it takes (runs, chunks, time, memory, disk); run nothing.")
+    ] = False,
+) -> None:
+    """Run a study: print its tables, write results.nc and its figures.
+
+    Every finished chunk is kept in that folder: after an interruption the same command goes on where it stopped, and
+    finished results of the same study are not computed again; docs/study.md lists every key.
+
+    Parameters
+    ----------
+    study
+        The study file (TOML).
+    """
+    console = terminal()
+    folder = out if out is not None else Path("results") / study.stem
+    plan = Study.from_toml(study)
+    say(console, f"{plan.title}: {plan.words}", *(f"note: {note}" for note in plan.notes))
+    if dry_run:
+        say(console, *forecast(plan, folder).lines())
+        if folder.is_dir() and any(folder.iterdir()) and not fresh:
+            try:
+                plan.refuse_occupied(folder)
+                say(console, f"in {folder}: {status_of(folder).lines(folder)[0]}")
+            except StudyError as error:
+                say(console, f"in {folder}: {error}")
+        return
+    client = None if scheduler is None else _connect(scheduler)
+    if client is None:
+        with console.status("loading the engine (compiled once after installation, some 20 s)"):
+            prepare(plan.of_each_law)
+    try:
+        with show_progress(console, "runs", plan.work) as display:
+            results = plan.run(folder, client, resume=not fresh, progress=display.update, watching=display.watching)
+    finally:
+        if client is not None:
+            client.close()
+    if display.watch is None:
+        say(console, "results of this study were there already (--fresh computes them again)")
+    elif display.watch.kept:
+        say(console, f"went on from {display.watch.kept:,} runs that were kept")
+    try:
+        _show(console, plan, results, folder)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(
+            f"interrupted: the results are written ({folder / RESULT_NAME}), not all of the figures"
+        ) from None
+
+
+def _show(console: Console, plan: Study, results: Dataset, folder: Path) -> None:
+    """Print a study's tables and write its figures."""
+    for table in show.tables(results):
+        for part in fitted(table, console.width):
+            console.print(part)
+    said_before = plan.notes
+    notes = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in said_before]
+    say(console, *show.hints(results), *(f"note: {note}" for note in notes))
+    say(console, f"results: {folder / RESULT_NAME}", *(f"figure:  {path}" for path in show.draw(results, folder)))
+
+
+@app.command
+def status(
+    folder: Path,
+    *,
+    json: Annotated[bool, Parameter(negative="", help="Print it as JSON.")] = False,
+) -> None:
+    """Say where a study stands: finished, running, or interrupted with so many runs kept.
+
+    Parameters
+    ----------
+    folder
+        The folder that `toppling run` was given with --out.
+    """
+    found = status_of(folder)
+    if json:
+        sys.stdout.write(dumps(found._asdict(), ensure_ascii=False) + "\n")
+    else:
+        say(terminal(), *found.lines(folder))
+
+
+app.command(simulate_one, name="simulate")
+
+
+@app.command(name="motions")
+def look_at_motions(
+    inputs: Annotated[list[str], Parameter(negative_iterable="")],
+    /,
+    *,
+    out: Annotated[Path, Parameter(help="Folder for the figures.")] = Path("results/motions"),
+    json_: Annotated[
+        bool, Parameter(name="--json", negative="", help="Print every measure of every motion as JSON, no table.")
+    ] = False,
+    damping: Annotated[float, Parameter(help="Damping ratio of the spectra.")] = 0.05,
+    target: Annotated[
+        Path | None, Parameter(help="CSV of a spectrum to hold them against: period (s) or frequency (Hz), sa (unit).")
+    ] = None,
+) -> None:
+    """Look at motions: print their measures, draw histories.png, spectra.png and husid.png.
+
+    Parameters
+    ----------
+    inputs
+        One study file (TOML), or record files: paths or patterns.
+    """
+    from ...motions import TargetSpectrum, matching_report  # noqa: PLC0415 - not for every command
+    from ..single.motions import draw_motions, measured, measures_json, measures_table, read_motions  # noqa: PLC0415 - matplotlib
+
+    motions = read_motions(inputs)
+    try:
+        values = measured(motions, damping)
+        spectrum = None if target is None else TargetSpectrum.from_csv(target, damping)
+    except ValueError as error:
+        raise StudyError(str(error)) from None
+    figures = draw_motions(motions, out, damping, spectrum)
+    if json_:
+        print(measures_json(values, figures))
+        return
+    console = terminal()
+    console.print(measures_table(values))
+    if spectrum is not None:
+        misfit = matching_report(motions, spectrum).misfit_mean
+        console.print(
+            f"misfit to {spectrum.name}: {100 * float(misfit.mean()):.1f} % in the mean over periods and motions, "
+            f"{100 * float(misfit.max()):.1f} % for the worst motion",
+            highlight=False,
+        )
+    for figure in figures:
+        console.print(f"figure: {figure}", highlight=False, markup=False, soft_wrap=True)
+
+
+@app.command(name="catalogue")
+def show_catalogue() -> None:
+    """List the catalogue of real contents: sizes, slenderness, FEMA P-58 id and quality of the source."""
+    table = Table(
+        title="Contents: width (the smaller plan size) and height in m, slenderness α in rad",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        caption="quality: " + "; ".join(f"{letter} {meaning}" for letter, meaning in QUALITIES.items()),
+        caption_justify="left",
+    )
+    table.add_column("name", no_wrap=True)
+    for heading in ("width", "height", "α"):
+        table.add_column(heading, justify="right")
+    for heading in ("FEMA P-58", "quality"):
+        table.add_column(heading)
+    for name in catalogue:
+        item = catalogue.item(name)
+        block = item.block
+        sizes = (f"{block.width:.3f}", f"{block.height:.3f}", f"{block.alpha:.3f}")
+        table.add_row(name, *sizes, item.fema_p58 or "", item.quality)
+    terminal().print(table)
+
+
+@app.command
+def bench(
+    *,
+    out: Annotated[Path, Parameter(help="Folder for performance.md and its figures.")] = Path("results/bench"),
+    parts: Annotated[
+        str, Parameter(help="What to measure, with commas: speed, skipping, scale, precision, flags.")
+    ] = "speed,skipping,scale,precision,flags",
+    full: Annotated[bool, Parameter(negative="", help="The slowest rivals as well.")] = False,
+    json: Annotated[bool, Parameter(negative="", help="Print all figures as JSON instead of tables.")] = False,
+) -> None:
+    """Measure the engine beside other integrators, against a 40-digit truth; some 6 minutes (--full: some 25)."""
+    from ...benchmarks import page, suite  # noqa: PLC0415 - compiled rivals and peers load only here
+
+    try:
+        chosen = suite.parts_of(parts)
+    except ValueError as error:
+        raise StudyError(f"--parts {parts}: {error}") from None
+    out.mkdir(parents=True, exist_ok=True)
+    log = Console(stderr=True)
+    with log.status("") as status:
+        tell = status.update if log.is_terminal else log.print
+        results = suite.run(chosen, full, lambda part: tell(f"measuring: {part}"))
+    written = page.write(results, out)
+    if json:
+        sys.stdout.write(dumps(results, ensure_ascii=False, allow_nan=False) + "\n")
+        return
+    console = terminal(least=120)
+    for table in page.summary(results):
+        console.print(plain_table(table.title, table.headings, table.rows))
+    console.print("\n".join(f"written: {path}" for path in written), highlight=False, markup=False, soft_wrap=True)
+
+
+@app.command
+def export(
+    result: Path,
+    *,
+    format_: Annotated[
+        ExportFormat,
+        Parameter(name="--format", help="pelicun (CSV and JSON), nrml (OpenQuake's XML), or csv (plain table)."),
+    ],
+    out: Annotated[
+        Path | None, Parameter(help="Folder for the files; export beside the results where not given.")
+    ] = None,
+    model: Annotated[
+        str | None, Parameter(help="Label of one law, or its short name for all of its kind; all where not given.")
+    ] = None,
+) -> None:
+    """Write the fragility curves of a study's results for another program.
+
+    Parameters
+    ----------
+    result
+        The results (results.nc), or the folder that holds them.
+    """
+    result = _result_file(result)
+    folder = result.parent / "export" if out is None else out
+    curves = read_curves(result, model)
+    written = write_curves(curves, folder, format_)
+    console = terminal()
+    lines = [f"{counted(len(written.ids) - len(set(written.missing) & set(written.ids)), 'curve')} for {format_}"]
+    lines += [*guessed_lines(curves), *missing_lines(written)]
+    lines += [f"written: {path}" for path in written.paths]
+    console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
+
+
+@app.command
+def report(
+    result: Path,
+    *,
+    format_: Annotated[
+        Literal["html", "pdf", "md"],
+        Parameter(name="--format", help="html (one file that holds everything), pdf (needs Chromium), md (and PNGs)."),
+    ] = "html",
+    out: Annotated[
+        Path | None, Parameter(help="The file, or a folder for it; report.html beside the results where not given.")
+    ] = None,
+) -> None:
+    """Write a report of a study's results: the answer, figures, tables, method, assumptions, validity, provenance.
+
+    Parameters
+    ----------
+    result
+        The results (results.nc), or the folder that holds them.
+    """
+    from ..report.page import write_report  # noqa: PLC0415 - jinja2 and matplotlib
+
+    console = terminal()
+    with console.status("drawing the figures"):
+        written = write_report(_result_file(result), out, format_)
+    say(console, *(f"written: {path}" for path in written))
+
+
+@app.command
+def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed where not given.")] = None) -> None:
+    """Print the JSON schema of study files (draft 2020-12): every key with its unit, default and meaning."""
+    from ..file.json_schema import study_schema  # noqa: PLC0415 - not for every command
+
+    text = dumps(study_schema(), ensure_ascii=False, indent=2) + "\n"
+    if out is None:
+        sys.stdout.write(text)
+        return
+    try:
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise StudyError(f"{out}: cannot be written ({system_reason(error)})") from None
+
+
+def _result_file(path: Path) -> Path:
+    return path / RESULT_NAME if path.is_dir() else path
+
+
+def _connect(address: str) -> Client:
+    from distributed import Client  # noqa: PLC0415 - the cluster code loads only where there is a cluster
+
+    if "://" not in address:
+        raise StudyError(f"--scheduler {address!r}: must be an address such as tcp://10.0.0.1:8786")
+    # the cluster's own log messages are replaced by one sentence of ours
+    for name in [*logging.root.manager.loggerDict]:
+        if name.partition(".")[0] in ("distributed", "asyncio", "tornado"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    try:
+        return Client(address, timeout="10s", set_as_default=False)
+    except (OSError, TimeoutError, ValueError, TypeError, ImportError) as error:
+        raise StudyError(f"--scheduler {address}: cannot be reached ({error})") from None
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Entry point of the command; returns the exit code."""
+    try:
+        app(arguments, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        sentence = " ".join(str(error).split())
+        given = sys.argv[1:] if arguments is None else arguments
+        command = f"toppling {given[0]}" if given and given[0] in COMMANDS else "toppling"
+        print(f"toppling: {sentence} (see {command} --help)", file=sys.stderr)
+        return EXIT_INPUT
+    except StudyError as error:
+        print(f"toppling: {error}", file=sys.stderr)
+        return EXIT_INPUT
+    except OSError as error:
+        print(f"toppling: output cannot be written ({system_reason(error)})", file=sys.stderr)
+        return EXIT_INPUT
+    except ClusterError as error:
+        print(f"toppling: {error}; what is finished is kept: run the same command again to go on", file=sys.stderr)
+        return EXIT_FAILED
+    except MemoryError:
+        print("toppling: not enough memory for this study; make it smaller", file=sys.stderr)
+        return EXIT_FAILED
+    except KeyboardInterrupt as error:
+        print(f"toppling: {str(error) or 'interrupted, no results written'}", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    return 0

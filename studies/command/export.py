@@ -1,0 +1,149 @@
+"""Export of a study's curves for other programs: the selection from a result file, and the formats."""
+
+from __future__ import annotations
+
+import difflib
+from contextlib import suppress
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+
+from ...fragility import ExchangeError, Written, write_curve_csv, write_nrml, write_pelicun
+from ...fragility.curves.curve import TABULATED
+from ...fragility.fitting.states import SEPARATED
+from ..file.table import StudyError
+from ..store.folder import damaged
+
+ExportFormat = Literal["pelicun", "nrml", "csv"]
+
+PERFORMANCE, UNCERTAINTY = "performance", "uncertainty"
+"""Kinds of studies whose results are not curves alone."""
+
+MOST_NAMED, NAMED = 12, 3
+"""Most curves without an estimate that are all named, and the number that is named of more curves."""
+
+# Names of files never come from labels: they are fixed, in a folder that the user chooses.
+_WRITERS = {
+    "pelicun": (write_pelicun, "fragility.csv"),
+    "nrml": (write_nrml, "fragility.xml"),
+    "csv": (write_curve_csv, "curves.csv"),
+}
+
+
+def read_curves(path: Path, model: str | None = None) -> xr.Dataset:
+    """Read the curves of a result file, of every law or of the laws that `model` names by label or short name.
+
+    Raises
+    ------
+    StudyError
+        One sentence: no such file, no result file, no curves in it, no such law.
+    """
+    try:
+        with xr.open_dataset(path) as whole:
+            kind = str(whole.attrs.get("kind", ""))
+            stored = _of_all_samples(whole) if kind == UNCERTAINTY else whole
+            parts = [name for name, array in stored.data_vars.items() if "motion" not in array.dims]
+            # only the curves are loaded, because the runs may be larger than the memory
+            curves = stored[parts].load()
+            observed = ("probability", "lower", "upper", "overturnings", "runs")
+            if "curve_probability" in curves:  # (renamed as in a fit, in place of the observed probability)
+                curves = curves.drop_vars(observed, errors="ignore")
+                curves = curves.rename(curve_probability="probability")
+            im = stored["level"].attrs.get("im", "") if "level" in stored.coords else ""
+            floors = _floors(stored)
+    except FileNotFoundError:
+        raise StudyError(f"{path}: no such file") from None
+    except RuntimeError:
+        raise damaged(path) from None
+    except (OSError, ValueError):
+        raise StudyError(f"{path}: is no result file") from None
+    if kind == PERFORMANCE:
+        raise StudyError(
+            f"{path}: results of a performance study, which has no fragility curves, only what overturns at each "
+            "level: export those of a study with ida, stripes or cloud"
+        )
+    tabulated = curves.attrs.get("form") in TABULATED and "probability" in curves
+    if not tabulated and ("median" not in curves or "dispersion" not in curves):
+        raise StudyError(f"{path}: holds no fragility curves (median and dispersion, or probability on level)")
+    if not curves.attrs.get("im"):
+        curves = curves.assign_attrs(im=im)
+    if len(floors) == 1:  # (results of one floor have no such dimension, but a format may need the floor)
+        curves = curves.assign_coords(floor=floors[0])
+    if model is None:
+        return curves
+    if "model" not in curves.dims:
+        raise StudyError(f"--model {model}: {path} does not tell laws apart")
+    labels = [str(label) for label in curves["model"].values]
+    laws = [str(law) for law in curves["law"].values] if "law" in curves.coords else []
+    chosen = np.flatnonzero([label == model for label in labels] if model in labels else [law == model for law in laws])
+    if not chosen.size:
+        near = difflib.get_close_matches(model, [*labels, *dict.fromkeys(laws)], n=1, cutoff=0.4)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise StudyError(f"--model {model}: {path} holds {', '.join(map(repr, labels)):.300}{hint}")
+    return curves.isel(model=chosen)
+
+
+def _of_all_samples(stored: xr.Dataset) -> xr.Dataset:
+    """Return the pooled curves of an uncertainty study, which are of all samples together."""
+    own = [name for name, one in stored.data_vars.items() if {"sample", "motion"} & {*one.dims} or "level" in one.dims]
+    rest = stored.drop_vars(own)
+    law = rest.coords.get("law")
+    if law is not None and "sample" in law.dims and bool((law == law.isel(sample=0)).all()):
+        rest = rest.assign_coords(law=law.isel(sample=0, drop=True))  # one law for all samples
+    return rest.drop_vars([name for name, one in rest.coords.items() if "sample" in one.dims])
+
+
+def _floors(stored: xr.Dataset) -> list[str]:
+    """Return the floors of the motions, where results are not separated by floor."""
+    if "floor" not in stored.coords or stored["floor"].dims != ("motion",):
+        return []
+    return sorted({str(floor) for floor in stored["floor"].values})
+
+
+def guessed_lines(curves: xr.Dataset) -> list[str]:
+    """A line with the number of curves of separated data, which other programs cannot recognise; or none."""
+    status = curves["status"].values if "status" in curves else np.empty(0)
+    number = int((status == SEPARATED).sum())
+    if not number:
+        return []
+    return [f"{number:,} of {status.size:,} curves are of separated data: their dispersions are guesses"]
+
+
+def missing_lines(written: Written) -> list[str]:
+    """A line with the reason for each curve without an estimate, or one line for more than `MOST_NAMED` of a reason."""
+    by_reason: dict[str, list[str]] = {}
+    for name, reason in written.missing.items():
+        by_reason.setdefault(reason, []).append(name)
+    lines = []
+    for reason, names in by_reason.items():
+        if len(names) <= MOST_NAMED:
+            lines += [f"no estimate ({reason}): {name}" for name in names]
+        else:
+            more = f"{len(names) - NAMED:,} more"
+            lines.append(f"no estimate ({reason}) of {len(names):,}: {', '.join(names[:NAMED])} and {more}")
+    return lines
+
+
+def write_curves(curves: xr.Dataset, folder: Path, format_: ExportFormat) -> Written:
+    """Write curves into a folder, made where missing.
+
+    Raises
+    ------
+    StudyError
+        One sentence: curves that the format cannot hold, a folder that cannot be written.
+    """
+    write, name = _WRITERS[format_]
+    made = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StudyError(f"{folder}: cannot be made a folder ({error.strerror})") from None
+    try:
+        return write(curves, folder / name)
+    except (TypeError, ValueError) as error:
+        if made:
+            with suppress(OSError):
+                folder.rmdir()
+        raise StudyError(str(error) if isinstance(error, ExchangeError) else f"no curves to export: {error}") from None

@@ -1,0 +1,311 @@
+"""Tables of a study file that define the analysis: its design, levels, validity screen, fit and measures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
+
+from ...aliases import Array
+from ...fragility.fitting.fit import FORMS, METHODS
+from ...fragility.fitting.intervals import INTERVALS
+from ...fragility.fitting.likelihood import PENALTIES
+from ...fragility.fitting.states import state_name
+from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
+from ...fragility.uncertainty.joint import PIECES, Variability
+from ...models.friction import FixedFriction, Friction, LognormalFriction
+from ...motions.intensity.parametric_measures import PARAMETRIC_MEASURES
+from ...units import DIMENSIONLESS, STANDARD_GRAVITY
+from ..plan.estimates import Fit
+from .motions import MotionsTable
+from .table import KeyInfo, PartialTable, RelativePath, Table, nearest, one_of, shown
+
+# The SI value of each unit that a level may be written in, and the SI unit that it belongs to.
+LEVEL_UNITS: dict[str, tuple[float, str]] = {
+    "g": (STANDARD_GRAVITY, "m s-2"),
+    "m/s2": (1.0, "m s-2"),
+    "cm/s2": (0.01, "m s-2"),
+    "m/s": (1.0, "m s-1"),
+    "cm/s": (0.01, "m s-1"),
+    "m": (1.0, "m"),
+    "cm": (0.01, "m"),
+    "1": (1.0, "1"),
+}
+
+
+MOST_LEVEL = 1e9
+"""Highest level in any unit: beyond it the arithmetic overflows."""
+
+
+def named_measure(value: str) -> str:
+    """Annotation of the name of an intensity measure; a measure with parameters is written as its label."""
+    word, bracket, rest = value.partition("(")
+    if value in INTENSITY_MEASURES or (bracket and word in PARAMETRIC_MEASURES):
+        measure = intensity_measure(value)
+        return value if measure is None else measure.label
+    near = nearest(word.strip() or value, (*INTENSITY_MEASURES, *PARAMETRIC_MEASURES))
+    meant = f"{near}{bracket}{rest}" if near in PARAMETRIC_MEASURES and bracket else near
+    meant = f"{near}(1.0)" if near in PARAMETRIC_MEASURES and not bracket else meant
+    hint = f"; did you mean {shown(meant)}?" if near else ""
+    known = (*INTENSITY_MEASURES, *(f"{name}(…)" for name in PARAMETRIC_MEASURES))
+    raise ValueError(f"must be one of {', '.join(known)}, got {shown(value)}{hint}")
+
+
+def refuse_unordered(name: str, values: Sequence[float], unit: str) -> None:
+    """Raise a ValueError, in the unit of the file, unless levels are > 0 and increase."""
+    of = "" if unit == "1" else f" {unit}"
+    for before, value in zip((0.0, *values), values, strict=False):
+        if not 0.0 < value <= MOST_LEVEL:
+            raise ValueError(f"{name} must be > 0 and at most {MOST_LEVEL:g}, got {value:g}{of}")
+        if not value > before:
+            raise ValueError(f"{name} must be strictly increasing, got {value:g}{of} after {before:g}{of}")
+
+
+class LevelsTable(Table):
+    """Levels of the intensity measure: a list of values, or from, to, number and spacing."""
+
+    values: Annotated[
+        list[float] | None,
+        KeyInfo(unit="as `unit` says"),
+        Field(min_length=1, max_length=100_000, description="The levels, increasing."),
+    ] = None
+    from_: Annotated[
+        float | None,
+        KeyInfo(unit="as `unit` says"),
+        Field(alias="from", ge=0.0, le=MOST_LEVEL, description="First level."),
+    ] = None
+    to: Annotated[
+        float | None, KeyInfo(unit="as `unit` says"), Field(ge=0.0, le=MOST_LEVEL, description="Last level.")
+    ] = None
+    number: Annotated[int | None, Field(ge=1, le=100_000, description="Number of levels.")] = None
+    spacing: Annotated[Literal["linear", "log"], Field(description="Spacing of the levels.")] = "linear"
+    unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        ranged = (self.from_, self.to, self.number)
+        if (self.values is None) == (None in ranged) or (
+            self.values is not None and any(v is not None for v in ranged)
+        ):
+            raise ValueError("levels need either values, or from, to and number")
+        if self.number == 1 and self.from_ != self.to:
+            raise ValueError(f"levels from {self.from_:g} to {self.to:g} need number >= 2, got 1")
+        if self.spacing == "log" and not (self.from_ or 0.0) > 0.0:
+            raise ValueError(f"levels with log spacing need from > 0, got {self.from_}")
+        return self
+
+    def build(self, im: str) -> Array:
+        """Return the levels in SI; ValueError where the unit is not one of the measure's."""
+        factor, si = LEVEL_UNITS[self.unit]
+        measure = intensity_measure(im)
+        needed = DIMENSIONLESS if measure is None else measure.units
+        if si != needed:
+            fitting = [unit for unit, (_, of) in LEVEL_UNITS.items() if of == needed]
+            raise ValueError(f"unit of levels of {im} must be one of {', '.join(fitting)}, got {self.unit!r}")
+        if self.values is not None:
+            refuse_unordered("levels", self.values, self.unit)
+            return np.array(self.values) * factor
+        assert self.from_ is not None  # checked above
+        assert self.to is not None
+        assert self.number is not None
+        if self.spacing == "log":
+            if not self.to > 0.0:
+                raise ValueError(f"levels with log spacing need to > 0, got {self.to}")
+            found = np.exp(np.linspace(math.log(self.from_), math.log(self.to), self.number))
+        else:
+            found = np.linspace(self.from_, self.to, self.number)
+        refuse_unordered("levels", found.tolist(), self.unit)
+        return found * factor
+
+
+Named = Annotated[
+    str,
+    AfterValidator(named_measure),
+    WithJsonSchema(
+        {
+            "type": "string",
+            "anyOf": [{"enum": list(INTENSITY_MEASURES)}, {"pattern": rf"^({'|'.join(PARAMETRIC_MEASURES)})\(.+\)$"}],
+        }
+    ),
+]
+Where = Annotated[str | None, one_of(("floor", "ground"))]
+
+
+class IdaTable(Table):
+    """Incremental dynamic analysis: every motion at every level of a measure."""
+
+    im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
+    im_at: Annotated[Where, KeyInfo("floor"), Field(description="Where the motions of a building are measured.")] = None
+    levels: Annotated[LevelsTable, Field(description="Levels of the measure.")]
+
+
+class StripeTable(Table):
+    """One stripe: its level, and what its motions have that [motions] has not."""
+
+    level: Annotated[float, KeyInfo(unit="as `unit` of [stripes] says"), Field(description="Level of the measure.")]
+    motions: Annotated[
+        dict[str, Any] | None,
+        PartialTable(MotionsTable),
+        KeyInfo("none"),
+        Field(description="Keys of [motions] that are others at this level."),
+    ] = None
+
+
+class StripesTable(Table):
+    """Multiple stripes: motions that differ from level to level."""
+
+    im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
+    im_at: Annotated[Where, KeyInfo("floor"), Field(description="Where the motions of a building are measured.")] = None
+    unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
+    scale: Annotated[bool, Field(description="Whether motions are scaled to their level, or taken as they are.")] = True
+    at: Annotated[
+        list[StripeTable], Field(min_length=1, max_length=1000, description="The stripes, with increasing levels.")
+    ]
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        refuse_unordered("the levels of stripes", [stripe.level for stripe in self.at], self.unit)
+        return self
+
+    def levels(self) -> Array:
+        """Return the levels in SI; ValueError where the unit is not one of the measure's."""
+        return LevelsTable(values=[stripe.level for stripe in self.at], unit=self.unit).build(self.im)
+
+
+class CloudTable(Table):
+    """Cloud: every motion once, as it is."""
+
+    im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
+    im_at: Annotated[Where, KeyInfo("floor"), Field(description="Where the motions of a building are measured.")] = None
+
+
+class ScreenTable(Table):
+    """Validity screen: the friction there is, and how many flags are tested."""
+
+    friction: Annotated[
+        float | None,
+        KeyInfo("not known: a need above 1 counts as sliding"),
+        Field(ge=0.05, le=2.0, description="Coefficient of friction between block and floor, or its median."),
+    ] = None
+    friction_dispersion: Annotated[
+        float | None,
+        KeyInfo("the coefficient is known"),
+        Field(gt=0.0, description="Dispersion of a lognormal coefficient of friction."),
+    ] = None
+    undecided: Annotated[
+        float | None,
+        KeyInfo(0.08),
+        Field(ge=0.0, le=1.0, description="Share of the motions run again under perturbations of a millionth."),
+    ] = None
+
+    @model_validator(mode="after")
+    def _median_given(self) -> Self:
+        if self.friction is None and self.friction_dispersion is not None:
+            raise ValueError("friction_dispersion needs friction (the median)")
+        return self
+
+    def build(self) -> Friction | None:
+        """Return the coefficient of friction, None where it is not given."""
+        if self.friction is None:
+            return None
+        if self.friction_dispersion is None:
+            return FixedFriction(self.friction)
+        return LognormalFriction(self.friction, self.friction_dispersion)
+
+
+class VariabilityTable(Table):
+    """How pieces of one line of an inventory differ."""
+
+    restitution_sd: Annotated[
+        float | None, KeyInfo(0.0, at_least=0.0), Field(description="Standard deviation of the restitution.")
+    ] = None
+    slenderness_dispersion: Annotated[
+        float | None, KeyInfo(0.0, at_least=0.0), Field(description="Dispersion of the slenderness.")
+    ] = None
+    pieces: Annotated[
+        str | None, one_of(PIECES), KeyInfo("independent"), Field(description="Each its own draw, or one for all.")
+    ] = None
+    variants: Annotated[
+        int | None, KeyInfo(16, at_least=1), Field(description="Variants of each block that are run.")
+    ] = None
+    realisations: Annotated[int | None, KeyInfo(20, at_least=1), Field(description="Fillings of the building.")] = None
+    seed: Annotated[int | None, KeyInfo(0), Field(ge=0, description="Seed of the draws.")] = None
+
+    def build(self) -> Variability:
+        """Make the variability; ValueError where a value is out of range."""
+        return Variability(**self.model_dump(exclude_none=True))
+
+
+class PerformanceTable(Table):
+    """Performance assessment: an inventory, shaken jointly."""
+
+    inventory: Annotated[
+        str, RelativePath(), Field(description="CSV of what stands where, relative to the study file.")
+    ]
+    im: Annotated[
+        Named,
+        Field(description="Intensity measure of the ground motion: by name, or with its period in s, as Sa(1.0)."),
+    ] = "pga"
+    levels: Annotated[
+        LevelsTable | None, KeyInfo("the motions as they are, a scenario"), Field(description="Its levels.")
+    ] = None
+    variability: Annotated[
+        VariabilityTable | None,
+        KeyInfo("alike: they fall together"),
+        Field(description="How pieces of one line differ."),
+    ] = None
+    objective: Annotated[
+        str | None,
+        KeyInfo("`loss`, or `number` where nothing has a value"),
+        Field(description="What anchoring saves: loss, number, any, or a consequence in the inventory."),
+    ] = None
+    at_level: Annotated[
+        float | None,
+        KeyInfo("the middle one", unit="as `levels.unit` says", above=0.0),
+        Field(description="Level of the table and the ranking without a hazard."),
+    ] = None
+    replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Resamples of the motions.")] = 1000
+    seed: Annotated[int, Field(ge=0, description="Seed of the resamples.")] = 0
+
+
+class FitTable(Table):
+    """How curves are fitted to the runs."""
+
+    form: Annotated[str, one_of(FORMS), Field(description="Shape of the curves.")] = "lognormal"
+    method: Annotated[str, one_of(METHODS), Field(description="What they are fitted to.")] = "binomial"
+    intervals: Annotated[
+        str | None,
+        one_of(INTERVALS),
+        KeyInfo("`bootstrap` for ida, else `profile`"),
+        Field(description="Kind of intervals."),
+    ] = None
+    fractiles: Annotated[
+        list[Annotated[float, Field(gt=0.0, lt=1.0)]] | None,
+        KeyInfo("none", above=0.0, below=1.0),
+        Field(description="Probabilities whose levels are wanted."),
+    ] = None
+    penalty: Annotated[str, one_of(PENALTIES), Field(description="Penalised likelihood.")] = "auto"
+    replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Bootstrap replicates.")] = 1000
+    seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
+    state: Annotated[
+        str | float, Field(description="What counts: overturned, uplifted, or a number, |θ|/α beyond it.")
+    ] = "overturned"
+    confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")] = 0.95
+
+    def build(self) -> Fit:
+        """Make the options of the fit; ValueError where there is no such state."""
+        state_name(self.state)
+        return Fit(**{**self.model_dump(), "fractiles": tuple(self.fractiles or ())})
+
+
+class MeasuresTable(Table):
+    """Which measure serves best: every plain one, and others."""
+
+    also: Annotated[
+        list[Named] | None,
+        KeyInfo("none"),
+        Field(description="Measures with parameters, such as Sa(1.0), beside all plain ones."),
+    ] = None

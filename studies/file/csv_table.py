@@ -1,0 +1,200 @@
+"""Tables in CSV files, one thing per line: cells by column, and errors that name line and column."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import io
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple, NoReturn, TypeVar
+
+from ... import checks
+from ...wording import system_reason
+from .table import StudyError, shown
+
+UNITS = {"mm": "divide by 1000", "cm": "divide by 100", "in": "multiply by 0.0254", "ft": "multiply by 0.3048"}
+"""The advice for sizes in other units."""
+MAX_TEXT = 200
+"""Most characters of a cell."""
+
+Value = TypeVar("Value")
+
+
+class TableKind(NamedTuple):
+    """A kind of table: its name, the columns that it may have, and its largest size."""
+
+    name: str
+    columns: tuple[str, ...]
+    most_rows: int
+    most_bytes: int
+    error: type[StudyError] = StudyError
+
+
+class CsvTable:
+    """The lines of a file below its header, which names the columns in any order.
+
+    A table in UTF-8 is separated by commas, semicolons or tabs; empty lines and lines that begin with # are skipped,
+    and empty cells are treated as if the column were not there.  Errors are of the kind's own type, one sentence that
+    names the file, and line and column where there is one.
+    """
+
+    def __init__(self, file: Path, kind: TableKind) -> None:
+        self.file, self.kind = file, kind
+        text = self._text()
+        self.delimiter = _delimiter(text)
+        self.decimal = ""  # "." or ",", once a number has shown which
+        self._reader = csv.reader(io.StringIO(text, newline=""), delimiter=self.delimiter, strict=True)
+        number, header = next(self._lines(), (0, []))
+        if not header:
+            raise kind.error(f"{file}: empty")
+        self.where = f"{file}, line {number}"
+        self.columns = [self._column(name) for name in header]
+        twice = next((name for i, name in enumerate(self.columns) if name and name in self.columns[:i]), None)
+        if twice is not None:
+            raise kind.error(f"{self.where}: column {twice!r} stands there twice")
+
+    def __iter__(self) -> Iterator[CsvLine]:
+        for n, (number, cells) in enumerate(self._lines(), start=1):
+            if n > self.kind.most_rows:
+                raise self.kind.error(f"{self.file}: more than {self.kind.most_rows:,} lines")
+            if len(cells) > len(self.columns) and any(cells[len(self.columns) :]):
+                raise self.kind.error(
+                    f"{self.file}, line {number}: has {len(cells)} cells, the header names {len(self.columns)} columns"
+                )
+            if any(cell for name, cell in zip(self.columns, cells, strict=False) if not name):
+                raise self.kind.error(f"{self.file}, line {number}: has a cell below a heading without a name")
+            named = {name: cell for name, cell in zip(self.columns, cells, strict=False) if name}
+            yield CsvLine(self, number, named)
+
+    def _lines(self) -> Iterator[tuple[int, list[str]]]:
+        """Yield the number and the cells of each line that is not empty."""
+        while True:
+            try:
+                cells = next(self._reader)
+            except StopIteration:
+                return
+            except csv.Error as error:
+                raise self.kind.error(f"{self.file}, line {self._reader.line_num}: no CSV ({error})") from None
+            cells = [cell.strip() for cell in cells]
+            if any(cells):
+                yield self._reader.line_num, cells
+
+    def _column(self, heading: str) -> str:
+        """Return the column that a heading names; '' for a column without a name, which must be empty."""
+        known = self.kind.columns
+        name = next((one for one in known if one.lower() == heading.lower()), None)
+        if name is not None or not heading:
+            return name or ""
+        stem, _, unit = heading.lower().rpartition("_")
+        if unit in UNITS and f"{stem}_m" in known:
+            raise self.kind.error(
+                f"{self.file}, line {self._reader.line_num}: unknown column {shown(heading)}; sizes are in metres: "
+                f"name it {stem}_m, and {UNITS[unit]}"
+            )
+        near = difflib.get_close_matches(heading.lower()[:MAX_TEXT], known, n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]!r}?" if near else f"allowed are {', '.join(known)}"
+        raise self.kind.error(f"{self.file}, line {self._reader.line_num}: unknown column {shown(heading)}; {hint}")
+
+    def _text(self) -> str:
+        """Return the text of the file, without its comments."""
+        file, error = self.file, self.kind.error
+        try:
+            if not file.is_file():
+                raise error(f"{file}: {'not a file' if file.exists() else 'no such file'}")
+            if file.stat().st_size > self.kind.most_bytes:
+                raise error(f"{file}: larger than {self.kind.most_bytes // 2**20} MiB, no {self.kind.name} is")
+            content = file.read_bytes()
+            if content.startswith(b"PK"):
+                raise error(f"{file}: a workbook or archive, no text; save its sheet as CSV in UTF-8")
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            raise error(f"{file}: not a text file in UTF-8; save it as CSV in UTF-8") from None
+        except (OSError, ValueError) as wrong:
+            if isinstance(wrong, error):
+                raise
+            raise error(f"{file}: cannot be read ({system_reason(wrong)})") from None
+        if "\0" in text:
+            raise error(f"{file}: holds NUL characters, not a text file")
+        # (quotes in comments do not quote; empty lines in place of the comments keep the numbers of the other lines)
+        return _COMMENT.sub(r"\1", text)
+
+
+@dataclass(frozen=True)
+class CsvLine:
+    """One line: its cells by column, read as text, numbers or counts."""
+
+    table: CsvTable
+    number: int
+    cells: dict[str, str]
+
+    def refuse(self, column: str, what: str) -> NoReturn:
+        """Raise an error about a cell."""
+        raise self.table.kind.error(f"{self.table.file}, line {self.number}, column {column!r}: {what}")
+
+    def text(self, column: str) -> str:
+        """Return the text of a cell, '' where it is empty."""
+        cell = self.cells.get(column, "")
+        if len(cell) > MAX_TEXT or not cell.isprintable():
+            self.refuse(column, f"must be at most {MAX_TEXT} printable characters, got {shown(cell)}")
+        return cell
+
+    def number_in(
+        self,
+        column: str,
+        *,
+        above: float | None = None,
+        at_least: float | None = None,
+        at_most: float | None = None,
+    ) -> float | None:
+        """Return a cell as a number, None where it is empty."""
+        cell = self.text(column)
+        if not cell:
+            return None
+        if not _NUMBER.fullmatch(cell) or ("," in cell and self.table.delimiter == ","):
+            self.refuse(column, f"must be a number, got {shown(cell)}")
+        mark = "," if "," in cell else "." if "." in cell else ""
+        if mark == "," and _THOUSANDS.fullmatch(cell):
+            plain = cell.replace(",", "")
+            self.refuse(column, f"is ambiguous, write {plain} or {cell.replace(',', '.')}, got {shown(cell)}")
+        if mark and self.table.decimal not in {"", mark}:
+            self.refuse(column, f"must have its decimals as the numbers above ({self.table.decimal}), got {cell!r}")
+        self.table.decimal = self.table.decimal or mark
+        value = float(cell.replace(",", "."))
+        return self.checked(
+            column, lambda: checks.number(column, value, above=above, at_least=at_least, at_most=at_most)
+        )
+
+    def count_in(self, column: str) -> int | None:
+        """Return a cell as a whole number, None where it is empty."""
+        cell = self.text(column)
+        if not cell:
+            return None
+        if not (cell.isascii() and cell.isdecimal() and len(cell) < 10):
+            self.refuse(column, f"must be a whole number, got {shown(cell)}")
+        return int(cell)
+
+    def checked(self, column: str, made: Callable[[], Value]) -> Value:
+        """Return the result of `made`, and raise its ValueError as an error of this line."""
+        try:
+            return made()
+        except self.table.kind.error:
+            raise
+        except ValueError as error:
+            self.refuse(column, str(error).removeprefix(f"{column} "))
+
+
+_NUMBER = re.compile(r"[-+]?(?:\d{1,30}[.,]?\d{0,30}|[.,]\d{1,30})(?:[eE][-+]?\d{1,3})?", re.ASCII)
+_COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*")
+_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)
+
+
+def _delimiter(text: str) -> str:
+    """Return the separator of the cells: the most frequent of , ; and tab in the header, outside quotes."""
+    # (line by line, as csv reads: the header does not need all lines of a large file)
+    lines = (line.group() for line in re.finditer(r"[^\r\n]+", text))
+    header = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
+    bare = re.sub(r'"[^"]*"', "", header)
+    return max((",", ";", "\t"), key=bare.count)

@@ -1,0 +1,151 @@
+"""The table of a study file that gives the hazard curve and the questions asked with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from ...fragility import HazardCurve, read_hazard
+from ...fragility.hazard.pieces import ABOVE_RULES, BELOW_RULES
+from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, intensity_measure
+from ..plan.risk import Risk
+from .analyses import LEVEL_UNITS, refuse_unordered
+from .table import KeyInfo, RelativePath, Table, one_of
+
+ALONG = ("alpha", "R", "width", "height")
+WAYS: tuple[tuple[set[str], set[str]], ...] = (
+    ({"file"}, {"site", "component", "unit", "file_years"}),
+    ({"k0", "k"}, {"unit"}),
+    ({"k0", "k1", "k2"}, {"unit"}),
+    ({"levels", "rates"}, {"unit"}),
+)
+"""Ways to give a curve: the keys that define it, and the keys that may come with them."""
+COMMON = {"years", "probability", "along", "below", "above", "at"}
+
+
+class HazardTable(Table):
+    """Hazard curve of the measure of the levels, and the questions asked with it."""
+
+    file: Annotated[
+        str | None, RelativePath(), Field(description="CSV or JSON of a hazard curve, relative to the study file.")
+    ] = None
+    site: Annotated[
+        int | str | Annotated[tuple[float, float], Field(strict=False)] | None,
+        Field(description="Which site of the file: number, name, [lon, lat]."),
+    ] = None
+    component: Annotated[str | None, KeyInfo("Total"), Field(description="Which curve of a USGS response.")] = None
+    file_years: Annotated[
+        float | None,
+        KeyInfo(unit="years", above=0.0),
+        Field(description="Years of the file's probabilities, if it is silent."),
+    ] = None
+    k0: Annotated[
+        float | None,
+        KeyInfo(unit="1/yr", above=0.0),
+        Field(description="Annual rate at a level of 1 unit, of a power law."),
+    ] = None
+    k: Annotated[float | None, Field(description="Exponent of the power law k0 x^-k.")] = None
+    k1: Annotated[float | None, Field(description="Of the second-order law k0 exp(-k2 ln²x - k1 ln x).")] = None
+    k2: Annotated[float | None, Field(description="Its curvature.")] = None
+    levels: Annotated[
+        list[float] | None,
+        KeyInfo(unit="as `unit` says", above=0.0),
+        Field(description="Levels of a curve given here."),
+    ] = None
+    rates: Annotated[
+        list[float] | None, KeyInfo(unit="1/yr", above=0.0), Field(description="Their annual rates of exceedance.")
+    ] = None
+    unit: Annotated[
+        str | None, one_of(LEVEL_UNITS), Field(description="Unit of the levels; of a file only where it states none.")
+    ] = None
+    at: Annotated[
+        str, one_of(("ground", "floor")), Field(description="What the curve is of: the site, or one floor.")
+    ] = "ground"
+    below: Annotated[
+        str,
+        one_of(BELOW_RULES),
+        Field(description="Shaking below the curve's lowest level: extended with its slope, or none."),
+    ] = "extend"
+    above: Annotated[
+        str,
+        one_of(ABOVE_RULES),
+        Field(description="Shaking above the highest level: extended with its slope, held there, or none."),
+    ] = "extend"
+    years: Annotated[float, KeyInfo(unit="years"), Field(gt=0.0, description="Time of the probabilities.")] = 50.0
+    probability: Annotated[
+        float | None,
+        KeyInfo("not asked"),
+        Field(gt=0.0, lt=1.0, description="Target in that time: which size meets it?"),
+    ] = None
+    along: Annotated[str | None, one_of(ALONG), Field(description="Which size of the blocks is asked for.")] = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        given = {name for name in self.model_fields_set if getattr(self, name) is not None} - COMMON
+        if not any(needed <= given <= needed | more for needed, more in WAYS):
+            raise ValueError(
+                "a hazard needs either file, or k0 and k, or k0, k1 and k2, or levels and rates, got "
+                + (", ".join(sorted(given)) or "nothing")
+            )
+        if self.file is None and self.unit is None:
+            raise ValueError("key 'hazard.unit' is missing: the levels are in it")
+        if (self.probability is None) != (self.along is None):
+            raise ValueError("hazard.probability and hazard.along go together: which size meets which target")
+        return self
+
+    def build(self, im: str, folder: Path) -> HazardCurve:
+        """Make the curve of a measure (of the base of a block-normalised one); ValueError where there is none."""
+        name = BLOCK_MEASURES[im].measure.label if im in BLOCK_MEASURES else im
+        if name == SCALE:
+            raise ValueError("hazard needs levels of a measure, got im 'scale'")
+        measure = intensity_measure(name)
+        if self.file is None and self.unit is not None and measure is not None:
+            fitting = [unit for unit, (_, si) in LEVEL_UNITS.items() if si == measure.units]
+            # (for a measure whose unit no level may have, the curve itself checks the unit)
+            if fitting and self.unit not in fitting:
+                raise ValueError(f"hazard.unit must be one of {', '.join(fitting)} for {name}, got {self.unit!r}")
+        if self.file is not None:
+            curve = read_hazard(
+                folder / self.file,
+                name,
+                self.site,
+                units=self.unit,
+                years=self.file_years,
+                component=self.component or "Total",
+            )
+            return replace(curve, at=self.at)
+        if self.levels is not None and self.rates is not None:
+            assert self.unit is not None  # of every curve that is no file
+            refuse_unordered("hazard.levels", self.levels, self.unit)
+            if len(self.rates) != len(self.levels):
+                raise ValueError(
+                    f"hazard.rates must hold one for each level, got {len(self.rates)} for {len(self.levels)} levels"
+                )
+            for level, rate in zip(self.levels, self.rates, strict=True):
+                if not rate > 0.0:
+                    raise ValueError(
+                        f"hazard.rates must be > 0 per year, got {rate:g} at {level:g} {self.unit}: leave that level "
+                        "out"
+                    )
+            pairs = list(zip(self.levels, self.rates, strict=True))
+            for (low, often), (high, rare) in pairwise(pairs):
+                if rare > often:
+                    raise ValueError(
+                        f"hazard.rates must never rise, got {often:g} per year at {low:g} {self.unit} and {rare:g} at "
+                        f"{high:g} {self.unit}"
+                    )
+            return HazardCurve.from_points(self.levels, self.rates, name, self.unit, "study file", at=self.at)
+        assert self.k0 is not None  # one of four ways, checked above
+        if self.k is not None:
+            return replace(HazardCurve.power_law(self.k0, self.k, name, self.unit), at=self.at)
+        assert self.k1 is not None
+        assert self.k2 is not None
+        return replace(HazardCurve.log_quadratic(self.k0, self.k1, self.k2, name, self.unit), at=self.at)
+
+    def risk(self, im: str, folder: Path) -> Risk:
+        """Return the curve with the questions asked of it."""
+        return Risk(self.build(im, folder), self.years, self.below, self.above, self.probability, self.along)

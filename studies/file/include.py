@@ -1,0 +1,226 @@
+"""The content of a study file and of the files that it includes: TOML in, plain values out, without their meaning.
+
+A file refines the files that it includes: its key of a table replaces the included one; anything else may be given in
+one file only.  Relative paths refer to the file that names them.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+import tomllib
+import unicodedata
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, get_args
+
+from ...wording import system_reason
+from ..plan.size import MOST_BYTES
+from .table import PartialTable, RelativePath, StudyError, Table, shown
+
+MOST_FILES = 32
+MOST_LEVELS = 8
+MOST_NESTING = 16
+MOST_ENTRIES = 100_000
+MOST_TEXT = 4096
+INCLUDE = "include"
+# The beginnings of the TOML reader's messages, and the usual cause of each.
+_TOML_WORDS = (
+    ("Invalid value", "no value after the =: text stands in quotes, numbers have a decimal point"),
+    (
+        "Expected newline or end of document",
+        "something is left after the value: numbers have a decimal point, units stand in the key",
+    ),
+    (
+        "Cannot declare",
+        "this table was there before: put its keys into one, or write [[...]] where there may be several",
+    ),
+    ("Cannot overwrite a value", "this key was there before in the same table"),
+    ("Unclosed inline table", "the table in braces is not closed in its line: }"),
+    ("Unclosed array", "the list is not closed: ]"),
+    ("Unterminated string", "the text is not closed: a quote is missing"),
+    ("Illegal character", "the text is not closed in its line, or holds a character that no text may"),
+    ("Expected '=' after a key", "a key needs a = and a value after it"),
+    ("Expected ']' at the end of a table declaration", "the header of the table is not closed: ]"),
+)
+_DIRECTING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+
+
+@dataclass(frozen=True)
+class MergedContent:
+    """The content of a study file, and the file that each key comes from, by (table,) and (table, key)."""
+
+    content: dict[str, Any]
+    origin: dict[tuple[str, ...], Path] = field(default_factory=dict)
+
+
+def read_content(path: Path, table: type[Table]) -> MergedContent:
+    """Read a study file merged with its included files; the fields of `table` tell which keys are paths.
+
+    Raises
+    ------
+    StudyError
+        A file that cannot be read, is too large, is no TOML or nested too deeply; text that holds control characters,
+        integers of more than 64 bits; files that include each other, more than 32 of them, deeper than 8, or that give
+        the same key.
+    """
+    return _merged(path, table, [], [])
+
+
+def _merged(path: Path, table: type[Table], above: list[Path], seen: list[Path]) -> MergedContent:
+    own = _parsed(path)
+    seen.append(path)
+    here = [*above, path.resolve()]
+    found: dict[str, Any] = {}
+    origin: dict[tuple[str, ...], Path] = {}
+    for name in _included(path, own):
+        file = path.parent / name
+        if not _is_file(file):
+            raise StudyError(f"{path}: include: no file {shown(name)} (looked in {path.parent.resolve()})")
+        if file.resolve() in here:
+            raise StudyError(f"{path}: include: {shown(name)} includes this file again")
+        if len(here) > MOST_LEVELS or len(seen) >= MOST_FILES:
+            raise StudyError(
+                f"{path}: include: at most {MOST_FILES} files, {MOST_LEVELS} deep, got more with {shown(name)}"
+            )
+        part = _merged(file, table, here, seen)
+        for key, value in rebased(part.content, table, os.path.dirname(name)).items():
+            if key in found:
+                raise StudyError(f"{path}: include: {shown(key)} is given by {origin[key,]} and by {file}")
+            found[key] = value
+        origin |= part.origin
+    for key, value in own.items():
+        before = found.get(key, {})
+        if isinstance(before, dict) and isinstance(value, dict):
+            found[key] = {**before, **value}
+            origin |= {(key, inner): path for inner in value}
+        elif key in found:
+            raise StudyError(
+                f"{path}: {shown(key)} is given here and by {origin[key,]}: only keys of tables can be given anew"
+            )
+        else:
+            found[key] = value
+        origin[key,] = path
+    return MergedContent(found, origin)
+
+
+def _included(path: Path, own: dict[str, Any]) -> list[str]:
+    """Remove the list of included files from the content of a file, and return it."""
+    names = own.pop(INCLUDE, [])
+    if not isinstance(names, list) or not all(isinstance(name, str) and name for name in names):
+        raise StudyError(f'{path}: include must be a list of files, as include = ["common.toml"], got {shown(names)}')
+    return names
+
+
+def _parsed(path: Path) -> dict[str, Any]:
+    """Return the content of one file; StudyError where no study can have such content."""
+    try:
+        if path.is_dir():
+            raise StudyError(f"{path}: cannot be read (Is a directory)")
+        if not path.is_file():
+            raise StudyError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
+        with path.open("rb") as stream:
+            data = stream.read(MOST_BYTES + 1)
+    except StudyError:
+        raise
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
+    if len(data) > MOST_BYTES:
+        raise StudyError(f"{path}: larger than {MOST_BYTES // 2**20} MiB, no study file is")
+    try:
+        content = tomllib.loads(data.decode("utf-8"))
+    except UnicodeDecodeError:
+        raise StudyError(f"{path}: not a text file in UTF-8") from None
+    except (ValueError, RecursionError) as error:  # (an integer of thousands of digits raises no TOMLDecodeError)
+        raise StudyError(f"{path}: not valid TOML: {_reason(error, data.decode('utf-8'))}") from None
+    _refuse_strange(path, content)
+    return content
+
+
+def _reason(error: Exception, text: str) -> str:
+    """Return the line of an error in a TOML text, and the error in a user's words."""
+    if isinstance(error, RecursionError):
+        return "nested too deeply"
+    if not isinstance(error, tomllib.TOMLDecodeError):
+        return "a number that is none"
+    said, _, where = str(error).partition(" (at ")
+    place = re.match(r"line (\d+)", where)
+    lines = text.splitlines()
+    number = int(place[1]) if place else len(lines)
+    line = lines[number - 1].strip() if 0 < number <= len(lines) else ""
+    words = next((cure for start, cure in _TOML_WORDS if said.startswith(start)), f"{said[:1].lower()}{said[1:]}")
+    return f"line {number}{f', {shown(line)}' if line else ''}: {words}"
+
+
+def _refuse_strange(path: Path, content: dict[str, Any]) -> None:
+    """Raise a StudyError for content that TOML allows and no study has, such as control characters and deep nesting."""
+    left: list[tuple[str, Any, int]] = [("", content, 0)]
+    while left:
+        key, value, depth = left.pop()
+        where = f"{path}: {shown(key)}" if key else str(path)
+        if isinstance(value, dict | list):
+            if depth >= MOST_NESTING:
+                raise StudyError(f"{where} is nested too deeply")
+            if len(value) > MOST_ENTRIES:
+                raise StudyError(f"{where} holds {len(value):,} entries, allowed are {MOST_ENTRIES:,}")
+            pairs = value.items() if isinstance(value, dict) else ((f"[{i + 1}]", one) for i, one in enumerate(value))
+            for name, one in pairs:
+                if isinstance(value, dict):
+                    _refuse_text(f"{where}: a key", name)
+                dot = "." if key and isinstance(value, dict) else ""
+                left.append((f"{key}{dot}{name}", one, depth + 1))
+        elif isinstance(value, str):
+            _refuse_text(where, value)
+        elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise StudyError(f"{where} is an integer of more than 64 bits")
+
+
+def _refuse_text(where: str, text: str) -> None:
+    if len(text) > MOST_TEXT:
+        raise StudyError(f"{where} holds {len(text):,} characters, allowed are {MOST_TEXT:,}")
+    for one in text:
+        if one in _DIRECTING or unicodedata.category(one) in {"Cc", "Cs", "Zl", "Zp"}:
+            raise StudyError(f"{where} holds the control character U+{ord(one):04X}: {shown(text)}")
+
+
+def _is_file(file: Path) -> bool:
+    try:
+        return file.is_file()
+    except OSError:  # a name too long
+        return False
+
+
+def rebased(content: Mapping[str, Any], table: type[Table], folder: str) -> dict[str, Any]:
+    """Return the content with its relative paths moved into `folder`; values of unexpected types stay as they are."""
+    if not folder:
+        return dict(content)
+    fields = {one.alias or name: one for name, one in table.model_fields.items()}
+    found = dict(content)
+    for key, value in content.items():
+        if key not in fields:
+            continue
+        located = next((one for one in fields[key].metadata if isinstance(one, RelativePath)), None)
+        inner = next((one.table for one in fields[key].metadata if isinstance(one, PartialTable)), None)
+        inner = inner or next(tables_of(fields[key].annotation), None)
+        if located is not None:
+            before = glob.escape(folder) if located.pattern else folder
+            found[key] = [_in(before, one) for one in value] if isinstance(value, list) else _in(before, value)
+        elif inner is not None and isinstance(value, dict):
+            found[key] = rebased(value, inner, folder)
+        elif inner is not None and isinstance(value, list):
+            found[key] = [rebased(one, inner, folder) if isinstance(one, dict) else one for one in value]
+    return found
+
+
+def _in(folder: str, value: Any) -> Any:
+    return os.path.join(folder, value) if isinstance(value, str) and value else value
+
+
+def tables_of(annotation: Any) -> Iterator[type[Table]]:
+    """Yield the classes of tables in a type annotation."""
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        yield annotation
+    for part in get_args(annotation):
+        yield from tables_of(part)

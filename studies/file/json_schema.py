@@ -1,0 +1,109 @@
+"""The schema of study files as JSON Schema (draft 2020-12), for editors, other programs and the documentation.
+
+The schema holds the rules of single keys; rules that join several keys are checked when a study is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic.fields import FieldInfo
+
+from .include import INCLUDE, tables_of
+from .schema import ANALYSES, StudyFile
+from .table import UNIT_SUFFIXES, KeyInfo, PartialTable, Table, suffix_of
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+BOUNDS = (
+    ("above", "exclusiveMinimum"),
+    ("at_least", "minimum"),
+    ("below", "exclusiveMaximum"),
+    ("at_most", "maximum"),
+)
+
+
+def study_schema() -> dict[str, Any]:
+    """Make the JSON schema of a study file.
+
+    Returns
+    -------
+    dict
+        Draft 2020-12, every key with its description; the annotation ``unit`` holds its unit, ``default`` the value
+        that holds where the key is not given (the description names it where it is no single value).
+
+    Examples
+    --------
+    >>> schema = study_schema()
+    >>> schema["$defs"]["BlockTable"]["properties"]["width_m"]["unit"]
+    'm'
+    """
+    schema = StudyFile.model_json_schema(by_alias=True)
+    definitions = schema.pop("$defs")
+    for table in all_tables():
+        own = schema if table is StudyFile else definitions[table.__name__]
+        for name, field in table.model_fields.items():
+            key = field.alias or name
+            own["properties"][key] = _property(own["properties"][key], key, field)
+        own["description"] = (table.__doc__ or "").strip()
+    needed = schema.pop("required")
+    return {
+        "$schema": DIALECT,
+        **schema,
+        "title": "toppling study file",
+        # keys that a file lacks may be given in the files that it includes
+        "if": {"not": {"required": [INCLUDE]}},
+        "then": {"required": needed, "oneOf": [{"required": [name]} for name in ANALYSES]},
+        "$defs": definitions,
+    }
+
+
+def all_tables(table: type[Table] = StudyFile) -> list[type[Table]]:
+    """Return a class of tables and all classes of tables in it, each once, in their order."""
+    found = [table]
+    for field in table.model_fields.values():
+        for inner in tables_of(field.annotation):
+            found += [one for one in all_tables(inner) if one not in found]
+    return found
+
+
+def unit_of(key: str, field: FieldInfo) -> str:
+    """Return the unit of a key: that of its ending, else that of its annotation; '' where there is none."""
+    return UNIT_SUFFIXES.get(suffix_of(key), "") or _key_info(field).unit
+
+
+def _key_info(field: FieldInfo) -> KeyInfo:
+    return next((one for one in field.metadata if isinstance(one, KeyInfo)), KeyInfo())
+
+
+def _property(made: dict[str, Any], key: str, field: FieldInfo) -> dict[str, Any]:
+    """Return the schema of a key by pydantic, without null, which TOML lacks, and with the key's annotation."""
+    about = _key_info(field)
+    own = {name: value for name, value in made.items() if name not in {"title", "anyOf", "default"}}
+    types = [one for one in made.get("anyOf", []) if one != {"type": "null"}]
+    own |= types[0] if len(types) == 1 else {"anyOf": types} if types else {}
+    other = next((one.table for one in field.metadata if isinstance(one, PartialTable)), None)
+    if other is not None:
+        own = {"$ref": f"#/$defs/{other.__name__}", "description": own["description"]}
+    for one in _numbers(own):
+        one |= {word: value for name, word in BOUNDS if (value := getattr(about, name)) is not None}
+    unit = unit_of(key, field)
+    if unit or any(one["type"] == "number" for one in _numbers(own)):
+        own["unit"] = unit or "1"
+    default = made.get("default") if about.default is None else about.default
+    if default is None:
+        return own
+    words = own.get("enum")
+    if isinstance(default, str) and not (words and default in words) and about.default is not None:
+        return {**own, "description": f"{own['description']} Where not given: {default}."}
+    return {**own, "default": default}
+
+
+def _numbers(schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the parts of a property that are numbers."""
+    if schema.get("type") in {"number", "integer"}:
+        yield schema
+    parts = [*schema.get("anyOf", []), *schema.get("prefixItems", []), schema.get("items")]
+    for part in parts:
+        if isinstance(part, dict):
+            yield from _numbers(part)

@@ -1,0 +1,412 @@
+"""Tables of a study file that define the shaking of the blocks: motions and buildings."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import xarray as xr
+from pydantic import Field, model_validator
+
+from ... import motions as shaking
+from ...motions import RecordError
+from ...motions.matching.targets import EDITIONS
+from ...motions.simulated.kanai_tajimi import BASELINES
+from ...motions.simulated.near_fault import WITH_PULSE
+from ...motions.simulated.scenario import FAULTINGS
+from ...motions.simulated.seismological import SITES
+from ..plan.size import refuse_samples
+from .table import KeyInfo, RelativePath, Table, bare, construct, expand, one_of, refuse_foreign
+
+
+class EnvelopeTable(Table):
+    """Intensity envelope of a simulated motion."""
+
+    kind: Annotated[
+        str, one_of(shaking.ENVELOPES), Field(description="Its shape; the keys that follow belong to one each.")
+    ]
+    rise_s: Annotated[float | None, KeyInfo(4.0, above=0.0), Field(description="End of the quadratic rise, s.")] = None
+    strong_end_s: Annotated[
+        float | None, KeyInfo(15.0, above=0.0), Field(description="End of the strong phase, s.")
+    ] = None
+    decay_per_s: Annotated[float | None, KeyInfo(0.0992, above=0.0), Field(description="Rate of decay, 1/s.")] = None
+    shape: Annotated[
+        float | None, KeyInfo(3.0, above=1.0), Field(description="Shape of the gamma envelope, above 1.")
+    ] = None
+    rate_per_s: Annotated[
+        float | None, KeyInfo(0.4, above=0.0), Field(description="Rate of the gamma envelope, 1/s.")
+    ] = None
+    slow_per_s: Annotated[
+        float | None, KeyInfo(0.15, above=0.0), Field(description="Slow rate of the double exponential, 1/s.")
+    ] = None
+    fast_per_s: Annotated[
+        float | None, KeyInfo(0.6, above=0.0), Field(description="Fast rate of the double exponential, 1/s.")
+    ] = None
+
+    def build(self) -> shaking.Envelope:
+        """Make the envelope; ValueError where a parameter does not belong to it or is out of range."""
+        envelope: shaking.Envelope = construct(shaking.ENVELOPES[self.kind], self, {"kind"}, f"envelope {self.kind!r}")
+        return envelope
+
+
+BUILDINGS: dict[str, tuple[set[str], set[str]]] = {
+    "ground": (set(), set()),
+    "flexural-shear": ({"period_s", "alpha0", "storeys"}, {"period_s"}),
+    "storeys": ({"masses_kg", "stiffnesses_n_m"}, {"masses_kg", "stiffnesses_n_m"}),
+}
+"""Kinds of buildings, each with its own keys and the keys that must be given."""
+
+
+class BuildingTable(Table):
+    """An elastic building between the motions and the blocks."""
+
+    name: Annotated[
+        str | None,
+        Field(
+            min_length=1,
+            max_length=200,
+            description="Its name, where there are several: its floors are called after it.",
+        ),
+    ] = None
+    kind: Annotated[str, one_of(BUILDINGS), Field(description="A uniform cantilever, masses on springs, or none.")]
+    period_s: Annotated[
+        float | None, KeyInfo(at_least=1e-3, at_most=100.0), Field(description="Fundamental period, s.")
+    ] = None
+    alpha0: Annotated[
+        float | None,
+        KeyInfo(5.0, at_least=0.0, at_most=1e4),
+        Field(description="Flexural-shear parameter: 0 bends, 10 000 shears."),
+    ] = None
+    storeys: Annotated[int | None, KeyInfo(5, at_least=1, at_most=500), Field(description="Number of storeys.")] = None
+    masses_kg: Annotated[
+        list[float] | None, KeyInfo(above=0.0), Field(description="Mass of each floor from the lowest up, kg.")
+    ] = None
+    stiffnesses_n_m: Annotated[
+        list[float] | None, KeyInfo(above=0.0), Field(description="Stiffness of each storey, N/m.")
+    ] = None
+    damping: Annotated[
+        float | list[float] | None,
+        KeyInfo(0.05, at_least=0.0, below=1.0),
+        Field(description="Damping ratio of all modes, or of each."),
+    ] = None
+    storey_height_m: Annotated[
+        float | list[float] | None, KeyInfo(3.0, above=0.0), Field(description="Height of all storeys, or of each, m.")
+    ] = None
+    modes: Annotated[
+        int | None, KeyInfo("6, or all of `storeys`", at_least=1), Field(description="Number of modes.")
+    ] = None
+    floors: Annotated[
+        list[int] | None, KeyInfo("all", at_least=0), Field(description="Floors with blocks; 0 is the ground.")
+    ] = None
+
+    def build(self) -> shaking.Building:
+        """Make the building; ValueError where a key does not belong to it or is out of range."""
+        own, needed = BUILDINGS[self.kind]
+        refuse_foreign(
+            self, own | {"name", "kind", "damping", "storey_height_m", "modes", "floors"}, f"kind {self.kind!r}"
+        )
+        missing = sorted(name for name in needed if getattr(self, name) is None)
+        if missing:
+            raise ValueError(f"kind {self.kind!r} needs {' and '.join(missing)}")
+        given = self.model_dump(exclude={"name", "kind", "floors"}, exclude_none=True)
+        options = {bare(key): value for key, value in given.items()}
+        make = shaking.Building.flexural_shear if self.kind == "flexural-shear" else shaking.Building.from_storeys
+        return make(**options)
+
+    def made(self) -> shaking.Building:
+        """Make the only building of a study; as `build`, but an error names the table."""
+        try:
+            return self.build()
+        except ValueError as error:
+            raise ValueError(f"building: {error}") from None
+
+    @property
+    def floor_count(self) -> int:
+        """The number of floors whose motions are computed; ValueError as `build`."""
+        if self.kind == "ground":
+            return 1
+        return len(self.floors) if self.floors is not None else len(self.build().floors)
+
+    def shake(self, ground: list[xr.DataArray]) -> list[xr.DataArray]:
+        """Compute the motions of the floors; floors of a building with a name carry that name (``tower 10``)."""
+        if self.kind == "ground":
+            refuse_foreign(self, {"name", "kind"}, "kind 'ground'")
+            return [array.expand_dims(floor=[self.name or "ground"], axis=1) for array in ground]
+        moved = self.build().floor_motions(ground, self.floors)
+        if self.name is None:
+            return moved
+        return [
+            array.assign_coords(floor=[f"{self.name} {floor}" for floor in array["floor"].values]) for array in moved
+        ]
+
+
+RECORD_UNITS = ("g", "m/s2", "cm/s2", "mm/s2", "gal")
+
+
+class MotionsTable(Table):
+    """What shakes the blocks: a generator, a pulse, records, or floor histories."""
+
+    generator: Annotated[
+        str | None, one_of(shaking.GENERATORS), Field(description="Name of a stochastic generator.")
+    ] = None
+    pulse: Annotated[str | None, one_of(shaking.PULSES), Field(description="Name of a textbook pulse.")] = None
+    records: Annotated[
+        str | list[str] | None,
+        RelativePath(pattern=True),
+        Field(description="Record files: paths or patterns (* and **), relative to the study file."),
+    ] = None
+    floors_file: Annotated[
+        str | list[str] | None,
+        RelativePath(pattern=True),
+        Field(description="Floor histories (CSV, netCDF) of another program: paths or patterns, as for records."),
+    ] = None
+    number: Annotated[int | None, Field(ge=1, description="Number of simulated motions.")] = None
+    seed: Annotated[int | None, KeyInfo(0), Field(ge=0, description="Seed of the simulated motions.")] = None
+    duration_s: Annotated[
+        float | None,
+        KeyInfo("30; 20 for `spectrum-compatible`; else what the motions need", above=0.0),
+        Field(description="Length of a simulated motion, s."),
+    ] = None
+    dt_s: Annotated[
+        float | None,
+        KeyInfo("0.005; 0.001 for pulses", above=0.0),
+        Field(description="Time step, s; of records only where a table states none."),
+    ] = None
+    unit: Annotated[
+        str | None,
+        one_of(RECORD_UNITS),
+        KeyInfo("the file's own"),
+        Field(description="Unit of accelerations in records, for tables that state none."),
+    ] = None
+    omega_g_rad_s: Annotated[
+        float | list[float] | None,
+        KeyInfo("5π; from 8π to 3π where it drifts", above=0.0),
+        Field(description="Circular frequency of the ground filter, or its drift, rad/s."),
+    ] = None
+    omega_g_times_s: Annotated[list[float] | None, KeyInfo("evenly"), Field(description="Times of the drift, s.")] = (
+        None
+    )
+    xi_g: Annotated[float | None, KeyInfo(0.6, above=0.0), Field(description="Damping ratio of the ground filter.")] = (
+        None
+    )
+    omega_f_rad_s: Annotated[
+        float | None, KeyInfo("π/4", above=0.0), Field(description="Circular frequency of the high-pass, rad/s.")
+    ] = None
+    xi_f: Annotated[float | None, KeyInfo(0.6, above=0.0), Field(description="Damping ratio of the high-pass.")] = None
+    s0_m2_s3: Annotated[
+        float | None, KeyInfo(0.01, above=0.0), Field(description="Spectral density of the white noise, m²/s³.")
+    ] = None
+    baseline: Annotated[
+        str | None,
+        one_of(BASELINES),
+        KeyInfo("`parabolic` for `kanai-tajimi`, `none` for `clough-penzien`"),
+        Field(description="Baseline correction."),
+    ] = None
+    target: Annotated[
+        str | None, RelativePath(), Field(description="CSV of the spectrum to be matched, relative to the study file.")
+    ] = None
+    s_ds: Annotated[float | None, KeyInfo(unit="g", above=0.0), Field(description="S_DS of ASCE 7.")] = None
+    z_over_h: Annotated[
+        float | None,
+        KeyInfo(0.0, at_least=0.0, at_most=1.0),
+        Field(description="Height of attachment over that of the roof."),
+    ] = None
+    edition: Annotated[str | None, one_of(EDITIONS), KeyInfo("7-16"), Field(description="Edition of ASCE 7.")] = None
+    vertical: Annotated[bool | None, KeyInfo(False), Field(description="The vertical spectrum.")] = None
+    lowest_frequency_hz: Annotated[float | None, KeyInfo(0.1), Field(description="Where matching starts, Hz.")] = None
+    f_lowest_hz: Annotated[
+        float | None,
+        KeyInfo("not checked", above=0.0),
+        Field(description="Lowest natural frequency of the component, Hz, from which acceptance is checked."),
+    ] = None
+    pgv_bound: Annotated[
+        float | None,
+        KeyInfo(0.15, above=0.0),
+        Field(description="Greatest relative distance of PGV from what the spectrum implies."),
+    ] = None
+    pgd_bound: Annotated[
+        float | None,
+        KeyInfo(0.5, above=0.0),
+        Field(description="Greatest relative distance of PGD from what the spectrum implies."),
+    ] = None
+    envelope: Annotated[
+        EnvelopeTable | None, KeyInfo("that of the generator"), Field(description="Intensity envelope.")
+    ] = None
+    magnitude: Annotated[
+        float | None,
+        KeyInfo("6.5; 7 for `near-fault`", at_least=3.0, at_most=8.5),
+        Field(description="Moment magnitude of the scenario."),
+    ] = None
+    distance_m: Annotated[
+        float | None,
+        KeyInfo("20 000; 5000 for `near-fault`", at_least=0.0, at_most=1e6),
+        Field(description="Distance of the scenario, m."),
+    ] = None
+    vs30_m_s: Annotated[
+        float | None,
+        KeyInfo("760; 500 for `near-fault`", at_least=100.0, at_most=3000.0),
+        Field(description="Shear-wave velocity of the uppermost 30 m, m/s."),
+    ] = None
+    faulting: Annotated[
+        str | None, one_of(FAULTINGS), KeyInfo("strike-slip"), Field(description="Style of faulting.")
+    ] = None
+    f_c_hz: Annotated[
+        float | None,
+        KeyInfo("0.15 for `site-based`; else from the magnitude", above=0.0),
+        Field(description="Corner of the high-pass, Hz: it rules the peak velocity."),
+    ] = None
+    arias_m_s: Annotated[float | None, KeyInfo(0.5, above=0.0), Field(description="Expected Arias intensity, m/s.")] = (
+        None
+    )
+    d5_95_s: Annotated[
+        float | None, KeyInfo(12.0, above=0.0), Field(description="Time from 5 to 95 % of the Arias intensity, s.")
+    ] = None
+    t_mid_s: Annotated[
+        float | None, KeyInfo(7.0, above=0.0), Field(description="Time to 45 % of the Arias intensity, s.")
+    ] = None
+    omega_mid_rad_s: Annotated[
+        float | None, KeyInfo("10π", above=0.0), Field(description="Filter frequency at that time, rad/s.")
+    ] = None
+    omega_slope_rad_s2: Annotated[
+        float | None, KeyInfo("-0.2π"), Field(description="Slope of the filter frequency, rad/s².")
+    ] = None
+    zeta: Annotated[
+        float | None, KeyInfo(0.2, at_least=0.005, at_most=0.99), Field(description="Damping ratio of the filter.")
+    ] = None
+    depth_m: Annotated[
+        float | None, KeyInfo(0.0, at_least=0.0, at_most=3e4), Field(description="Depth of the top of the rupture, m.")
+    ] = None
+    along_m: Annotated[
+        float | None,
+        KeyInfo(20000.0, at_least=0.0, at_most=5e5),
+        Field(description="Length of rupture towards the site, m."),
+    ] = None
+    angle_rad: Annotated[
+        float | None,
+        KeyInfo(0.0, at_least=0.0, at_most=0.5 * math.pi),
+        Field(description="Angle between rupture and site, rad."),
+    ] = None
+    with_pulse: Annotated[
+        str | None,
+        one_of(WITH_PULSE),
+        KeyInfo("always"),
+        Field(description="Whether near-fault motions have a pulse; `probability` is the scenario's own."),
+    ] = None
+    stress_drop_pa: Annotated[
+        float | None, KeyInfo(8e6, at_least=1e4, at_most=1e9), Field(description="Stress drop of the source, Pa.")
+    ] = None
+    kappa_s: Annotated[
+        float | None, KeyInfo(0.04, at_least=0.0, at_most=1.0), Field(description="Attenuation near the site, s.")
+    ] = None
+    q0: Annotated[float | None, KeyInfo(180.0, above=0.0), Field(description="Quality factor of the path at 1 Hz.")] = (
+        None
+    )
+    q_exponent: Annotated[
+        float | None, KeyInfo(0.45, at_least=0.0, at_most=1.0), Field(description="Its growth with frequency.")
+    ] = None
+    beta_m_s: Annotated[
+        float | None,
+        KeyInfo(3500.0, at_least=100.0, at_most=1e4),
+        Field(description="Shear-wave velocity at the source, m/s."),
+    ] = None
+    density_kg_m3: Annotated[
+        float | None, KeyInfo(2800.0, at_least=100.0, at_most=1e4), Field(description="Density at the source, kg/m³.")
+    ] = None
+    site: Annotated[str | None, one_of(SITES), KeyInfo("generic-rock"), Field(description="Site amplification.")] = None
+    amplification: Annotated[
+        list[Annotated[tuple[float, float], Field(strict=False)]] | None,
+        KeyInfo("that of the site"),
+        Field(description="Own amplification instead: pairs of frequency (Hz) and factor."),
+    ] = None
+    gamma: Annotated[
+        float | None,
+        KeyInfo(2.0, at_least=1.0, at_most=10.0),
+        Field(description="Half cycles of the near-fault pulse."),
+    ] = None
+    nu_rad: Annotated[
+        float | None,
+        KeyInfo(0.0, at_least=-100.0, at_most=100.0),
+        Field(description="Phase of the near-fault pulse, rad."),
+    ] = None
+    zero_residual: Annotated[
+        bool | None, KeyInfo(False), Field(description="Whether the near-fault pulse leaves nothing.")
+    ] = None
+    amplitude_m_s2: Annotated[
+        float | None, KeyInfo(1.0, above=0.0), Field(description="Amplitude of the pulse, m/s².")
+    ] = None
+    omega_rad_s: Annotated[
+        float | None, KeyInfo(above=0.0), Field(description="Circular frequency of the pulse, rad/s.")
+    ] = None
+    tail_s: Annotated[float | None, KeyInfo(1.0, at_least=0.0), Field(description="Quiet after the pulse, s.")] = None
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        sources = ("generator", "pulse", "records", "floors_file")
+        kinds = [name for name in sources if getattr(self, name) is not None]
+        if len(kinds) != 1:
+            raise ValueError(f"motions needs exactly one of {', '.join(sources)}, got {' and '.join(kinds) or 'none'}")
+        if self.generator is not None and self.number is None:
+            raise ValueError("motions from a generator need number (how many)")
+        return self
+
+    def samples(self, folder: Path) -> float:
+        """The number of samples of all motions that are generated, 0 where they are read; ValueError as `build`."""
+        made = self._made(folder)
+        if made is None:
+            return 0.0
+        if isinstance(made, shaking.Pulse):
+            return (made.duration + made.tail) / made.dt
+        length = getattr(made, "length", None) or made.duration
+        return (self.number or 1) * float(length / made.dt)
+
+    def build(self, folder: Path, first: int = 0) -> list[xr.DataArray]:
+        """The motions; ValueError where a parameter does not belong or is out of range, or no record is found.
+
+        `first` is the number of a generator's first motion among those of its seed.
+        """
+        made = self._made(folder)
+        if made is not None:
+            refuse_samples(self.samples(folder), "motions")
+            return [made.sample(self.number or 1, seed=self.seed or 0, first=first)]
+        found: list[xr.DataArray] = []
+        if self.records is not None:
+            refuse_foreign(self, {"records", "dt_s", "unit"}, "motions from records")
+            for path in expand(self.records, folder):
+                found.append(shaking.read(path, self.dt_s, self.unit))
+                refuse_samples(sum(array.size for array in found), "records")
+        if self.floors_file is not None:
+            refuse_foreign(self, {"floors_file"}, "motions from a floors_file")
+            for path in expand(self.floors_file, folder, "floors_file"):
+                found.append(shaking.read_floors(path))
+                refuse_samples(sum(array.size for array in found), "floors_file")
+        return found
+
+    def _made(self, folder: Path) -> Any:
+        """Return the generator or pulse that makes the motions, None where they are read."""
+        try:
+            return self._source(folder)
+        except RecordError:
+            raise
+        except ValueError as error:
+            raise ValueError(f"motions: {error}") from None
+
+    def _source(self, folder: Path) -> Any:
+        if self.pulse is not None:
+            if self.omega_rad_s is None:
+                raise ValueError(f"pulse {self.pulse!r} needs omega_rad_s (its circular frequency)")
+            amplitude = 1.0 if self.amplitude_m_s2 is None else self.amplitude_m_s2
+            values = self.model_copy(update={"amplitude_m_s2": amplitude})
+            return construct(shaking.PULSES[self.pulse], values, {"pulse"}, f"pulse {self.pulse!r}")
+        if self.generator is None:
+            return None
+        apart = {"generator", "number", "seed"}
+        kind, what = shaking.GENERATORS[self.generator], f"generator {self.generator!r}"
+        for need in ("s_ds", "target"):
+            if need in getattr(kind, "__dataclass_fields__", {}) and getattr(self, need) is None:
+                raise ValueError(f"{what} needs {need}")
+        values = self
+        if self.target is not None:
+            spectrum = shaking.TargetSpectrum.from_csv(folder / self.target)
+            values = self.model_copy(update={"target": spectrum})
+        return construct(kind, values, apart, what)

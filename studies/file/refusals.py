@@ -1,0 +1,186 @@
+"""Validation errors of a study file as one sentence in a user's words: the key, the value and what is allowed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+
+from .include import tables_of
+from .table import UNIT_SUFFIXES, KeyInfo, Table, nearest, shown, suffix_of
+
+NO_TABLE = ("model_type", "model_attributes_type", "dict_type")
+NO_LIST = ("list_type", "tuple_type")
+NO_INTEGER = ("int_type", "int_from_float", "int_parsing", "int_parsing_size")
+NO_NUMBER = ("float_type", "float_parsing", "finite_number")
+OUTSIDE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
+MOST_WRITTEN = 1e9
+"""Bounds from here on are written with a power of ten."""
+HINTS = {
+    "title": '; every study has one, as title = "Office contents"',
+    "models": "; a study has one [[models]] table for each damping law",
+    "motions": "; the table [motions] says what shakes the blocks",
+}
+"""The advice for keys that must be given, where it is not obvious."""
+
+
+def refusal(
+    errors: ValidationError, content: Any, table: type[Table], above: tuple[int | str, ...] = ()
+) -> tuple[str, tuple[str, ...]]:
+    """Return the sentence for the errors of `content`, which should be a `table`, and the location of the error.
+
+    `above`: the location of the table itself in the study file.
+    """
+    found = errors.errors(include_url=False)
+    # an unknown key is likely the cause of a missing one, so it is reported first
+    error = min(found, key=lambda one: one["type"] != "extra_forbidden")
+    kind = error["type"]
+    location = _stated(error["loc"], content, kind)
+    names = tuple(part for part in (*above, *location) if isinstance(part, str))
+    key = _written((*above, *location))
+    value = error["input"]
+    if kind == "extra_forbidden":
+        return _unknown(key, location, table), names
+    if kind == "missing":
+        return f"key {shown(key, 120)} is missing{HINTS.get(key, '')}", names
+    if kind in NO_LIST and isinstance(value, dict):
+        return f"{key}: there may be several: write [[{key}]] for each, not [{key}]", names
+    if kind in NO_TABLE:
+        return f"{key}: {_no_table(location, key, value)}", names
+    if kind == "value_error":
+        message = error["msg"].removeprefix("Value error, ")
+        return (f"{key}: {message}" if key else message), names
+    return f"{key}: {_allowed(kind, location, table, error)}, got {_as_written(value)}", names
+
+
+def _unknown(key: str, location: tuple[int | str, ...], table: type[Table]) -> str:
+    """The sentence for an unknown key: its place, the key that may be meant, or the keys that are allowed."""
+    name = str(location[-1])
+    fields = _fields(table)
+    if len(location) > 1 and name in fields:
+        if next(tables_of(fields[name].annotation), None) is not None:
+            header = f"[[{name}]]" if "list" in str(fields[name].annotation) else f"[{name}]"
+            return f"unknown key {shown(key, 120)}: {name} is a table of the file itself, write {header}"
+        inside = _written(tuple(part for part in location[:-1] if isinstance(part, str)))
+        return (
+            f"unknown key {shown(key, 120)}: {name} is a key of the whole file, and every line below [{inside}] "
+            "belongs to that table; move it above the first [table]"
+        )
+    known = _known_keys(table, location[:-1])
+    near = nearest(name, known)
+    hint = f"; did you mean {near!r}?" if near else f", allowed are {', '.join(known)}"
+    return f"unknown key {shown(key, 120)}{hint}"
+
+
+def _allowed(kind: str, location: tuple[int | str, ...], table: type[Table], error: Any) -> str:
+    """The requirement on a value by the table: its kind, bounds and unit."""
+    field, name = _field(table, location)
+    bounds = "" if field is None else _bounds(field)
+    unit = "" if field is None else UNIT_SUFFIXES.get(suffix_of(name), "")
+    of = f"{f' {bounds}' if bounds else ''}{f' (in {unit})' if unit else ''}"
+    value, context = error["input"], error.get("ctx", {})
+    plain = ", without quotes" if isinstance(value, str) else ""
+    if kind in NO_INTEGER:
+        return f"must be a whole number{of}{plain}"
+    if kind in NO_NUMBER:
+        return f"must be a {'finite ' if kind == 'finite_number' else ''}number{of}{plain}"
+    if kind in OUTSIDE:
+        return f"must be{of}"
+    if kind == "bool_type":
+        return "must be true or false, without quotes"
+    if kind == "string_type":
+        return "must be text in quotes"
+    if kind in NO_LIST and field is not None and next(tables_of(field.annotation), None) is not None:
+        return f"must be tables: write [[{_written(location)}]] and its keys below it for each"
+    if kind in NO_LIST:
+        return f"must be a list: put it in brackets, as [{_as_written(value)}]"
+    if kind in ("too_short", "too_long"):
+        end, number = ("least", "min_length") if kind == "too_short" else ("most", "max_length")
+        entries = "entry" if context[number] == 1 else "entries"
+        return f"must hold at {end} {context[number]:,} {entries}"
+    if kind in ("string_too_short", "string_too_long"):
+        end, number = ("least", "min_length") if kind == "string_too_short" else ("most", "max_length")
+        letters = "character" if context[number] == 1 else "characters"
+        return f"must hold at {end} {context[number]:,} {letters}"
+    if kind == "literal_error":
+        return f"must be {context['expected']}"
+    message: str = error["msg"]
+    return f"{message[0].lower()}{message[1:]}"
+
+
+def _bounds(field: FieldInfo) -> str:
+    """The bounds of a number in the table: '> 0 and <= 1'."""
+    signs = ((">", "gt", "above"), (">=", "ge", "at_least"), ("<", "lt", "below"), ("<=", "le", "at_most"))
+    found = []
+    for one in field.metadata:
+        for sign, constraint, words in signs:
+            bound = getattr(one, words if isinstance(one, KeyInfo) else constraint, None)
+            if bound is not None:
+                found.append(f"{sign} {bound:,.0f}" if 10.0 <= bound < MOST_WRITTEN else f"{sign} {bound:g}")
+    return " and ".join(found)
+
+
+def _field(table: type[Table], location: tuple[int | str, ...]) -> tuple[FieldInfo | None, str]:
+    """Return the field of the key at `location` (None where the table has none), and the name of the key."""
+    field: FieldInfo | None = None
+    name = ""
+    for part in location:
+        if isinstance(part, str):
+            field, name = _fields(table).get(part), part
+            if field is not None:
+                table = next(tables_of(field.annotation), table)
+    return field, name
+
+
+def _as_written(value: Any) -> str:
+    """Return a value as text in the notation of TOML, where Python's differs."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(value) if hasattr(value, "isoformat") else shown(value)
+
+
+def _no_table(location: tuple[int | str, ...], key: str, value: Any) -> str:
+    """The advice where something else is given in place of a table."""
+    if location and location[-1] == "levels":
+        values = shown(value) if isinstance(value, list) else "[0.1, 0.2]"
+        return f'levels need their unit: write levels = {{ values = {values}, unit = "g" }}, or another unit'
+    if isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
+        return f"there is one only: write [{key}], not [[{key}]]"
+    if location and isinstance(location[-1], int):
+        several = _written(location[:-1])
+        return f"must be a table: write [[{several}]] and its keys below it, got {_as_written(value)}"
+    return f"must be a table: write [{key}] and its keys below it, got {_as_written(value)}"
+
+
+def _stated(location: tuple[int | str, ...], content: Any, kind: str) -> tuple[int | str, ...]:
+    """Return the parts of a location that are in the file, without those that name one of several types."""
+    at = content
+    kept: list[int | str] = []
+    for i, part in enumerate(location):
+        whole = isinstance(at, list) and isinstance(part, int) and part < len(at)
+        if part in at if isinstance(at, dict) else whole:
+            at = at[part]
+        elif not (kind == "missing" and i == len(location) - 1):
+            continue
+        kept.append(part)
+    return tuple(kept)
+
+
+def _written(location: tuple[int | str, ...]) -> str:
+    """Return a location as text, counted from 1: blocks[2].width_m."""
+    return "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
+
+
+def _known_keys(table: type[Table], location: tuple[int | str, ...]) -> list[str]:
+    """Return the keys allowed at `location` in a table."""
+    for part in location:
+        fields = _fields(table)
+        if isinstance(part, str) and part in fields:
+            table = next(tables_of(fields[part].annotation), table)
+    return list(_fields(table))
+
+
+def _fields(table: type[Table]) -> dict[str, FieldInfo]:
+    """Return the fields of a table by their keys."""
+    return {field.alias or name: field for name, field in table.model_fields.items()}

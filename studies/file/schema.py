@@ -1,0 +1,279 @@
+"""The study file: one TOML schema, checked once, and converted into blocks, laws and motions.
+
+Units are part of the names of keys (``width_m``, ``dt_s``) or given beside the values (``unit = "g"``).  Unknown keys
+are refused.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, NamedTuple, Self
+
+import numpy as np
+import xarray as xr
+from pydantic import Field, ValidationError, field_validator, model_validator
+
+from ...aliases import Array
+from ...fragility.curves.curve import LINKED
+from ...fragility.runs.request import OUTPUTS
+from ..plan.designs import Cloud, Design, Incremental, Stripes
+from ..plan.size import refuse_factors, refuse_samples
+from .analyses import CloudTable, FitTable, IdaTable, MeasuresTable, PerformanceTable, ScreenTable, StripesTable
+from .blocks import BlockTable
+from .hazard import HazardTable
+from .include import read_content
+from .models import ModelTable
+from .motions import BuildingTable, MotionsTable
+from .refusals import refusal
+from .sensitivity import SensitivityTable
+from .table import KeyInfo, RelativePath, StudyError, Table, one_of
+from .uncertainty import UncertaintyTable
+
+
+class MotionSet(NamedTuple):
+    """Motions that shake the blocks, and the ground motions below them where the levels are of their measure."""
+
+    motions: tuple[xr.DataArray, ...]
+    ground: tuple[xr.DataArray, ...]
+
+
+ANALYSES = ("ida", "stripes", "cloud", "performance")
+
+
+class StudyFile(Table):
+    """A study: blocks x damping laws x motions, as one kind of analysis."""
+
+    include: Annotated[
+        list[str] | None,
+        KeyInfo("none"),
+        RelativePath(),
+        Field(description="Files whose tables become this file's, relative to it; its own keys come before theirs."),
+    ] = None
+    title: Annotated[str, Field(min_length=1, max_length=200, description="Title of the study; it must be given.")]
+    blocks: Annotated[
+        list[BlockTable] | None,
+        Field(
+            min_length=1,
+            max_length=2000,
+            description="The blocks, one table each; a performance study has an inventory instead.",
+        ),
+    ] = None
+    blocks_file: Annotated[
+        str | None,
+        KeyInfo("none"),
+        RelativePath(),
+        Field(description="Instead of blocks: a CSV of up to a million, one line each, its columns their keys."),
+    ] = None
+    models: Annotated[
+        list[ModelTable], Field(min_length=1, max_length=100, description="The damping laws, one table each.")
+    ]
+    motions: Annotated[MotionsTable, Field(description="What shakes them.")]
+    building: Annotated[
+        BuildingTable | None,
+        KeyInfo("none: they stand on the ground"),
+        Field(description="What stands between the motions and them."),
+    ] = None
+    buildings: Annotated[
+        list[BuildingTable] | None,
+        KeyInfo("none"),
+        Field(min_length=1, max_length=100, description="Several, side by side, each with a name."),
+    ] = None
+    ida: Annotated[IdaTable | None, Field(description="Every motion at every level.")] = None
+    stripes: Annotated[StripesTable | None, Field(description="Motions that differ from level to level.")] = None
+    cloud: Annotated[CloudTable | None, Field(description="Every motion once, as it is.")] = None
+    screen: Annotated[ScreenTable | None, Field(description="The validity screen.")] = None
+
+    outputs: Annotated[
+        list[Annotated[str, one_of(OUTPUTS)]] | None,
+        KeyInfo("overturned, peak_rotation"),
+        Field(description="Results kept of every run."),
+    ] = None
+    fit: Annotated[FitTable | None, Field(description="How curves are fitted.")] = None
+    measures: Annotated[MeasuresTable | None, Field(description="Which measure serves best.")] = None
+    uncertainty: Annotated[UncertaintyTable | None, Field(description="What is not known of blocks and laws.")] = None
+
+    sensitivity: Annotated[SensitivityTable | None, Field(description="How results depend on delta or e.")] = None
+
+    performance: Annotated[PerformanceTable | None, Field(description="An inventory, shaken jointly.")] = None
+    hazard: Annotated[HazardTable | None, Field(description="How often the ground shakes, for what a year brings.")] = (
+        None
+    )
+
+    @field_validator("title")
+    @classmethod
+    def _seen(cls, title: str) -> str:
+        if not title.strip():
+            raise ValueError(f"must hold something that can be seen, got {title!r}")
+        return title
+
+    @model_validator(mode="after")
+    def _one_analysis(self) -> Self:
+        analyses = [name for name in ANALYSES if getattr(self, name) is not None]
+        if len(analyses) != 1:
+            found = " and ".join(analyses) or "none"
+            raise ValueError(f"a study needs exactly one of {', '.join(ANALYSES)}, got {found}")
+        if self.performance is not None:
+            given = [
+                name
+                for name in (
+                    "blocks",
+                    "blocks_file",
+                    "buildings",
+                    "screen",
+                    "uncertainty",
+                    "sensitivity",
+                    "fit",
+                    "measures",
+                    "outputs",
+                )
+                if getattr(self, name) is not None
+            ]
+            if given:
+                why = "its blocks stand in its inventory" if given[0].startswith("blocks") else "leave it out"
+                raise ValueError(f"a performance study has no {given[0]}: {why}")
+            if self.hazard is not None:
+                given = sorted(self.hazard.model_fields_set & {"years", "probability", "along", "at", "below", "above"})
+                if given:
+                    raise ValueError(f"hazard.{given[0]} is not for a performance study: its values are of one year")
+        elif self.blocks is None and self.blocks_file is None:
+            raise ValueError("key 'blocks' is missing")
+        elif self.blocks is not None and self.blocks_file is not None:
+            raise ValueError("blocks stand in the study file or in blocks_file, not in both")
+        form = "lognormal" if self.fit is None else self.fit.form
+        if self.hazard is not None and form in LINKED:
+            raise ValueError(f"hazard needs curves whose rates are known exactly, not fit.form {form!r}")
+        if self.sensitivity is not None:
+            apart = ("hazard", "screen", "fit", "measures", "outputs", "uncertainty")
+            given = [name for name in apart if getattr(self, name) is not None]
+            if given:
+                raise ValueError(f"a study with sensitivity has no {given[0]}")
+        if self.building is not None and self.buildings is not None:
+            raise ValueError("a study has one building or several buildings, not both keys")
+        names = [one.name for one in self.buildings or []]
+        if None in names or len(set(names)) < len(names):
+            raise ValueError(f"buildings need a name each, all different, got {', '.join(map(str, names))}")
+        if self.performance is None and self.analysis.im_at == "ground" and not self._stand:
+            raise ValueError(f"{analyses[0]}.im_at 'ground' needs a building, whose floors move with the ground")
+        if self._stand and self.motions.floors_file is not None:
+            raise ValueError("a building needs ground motions, got motions.floors_file, which are of floors already")
+        return self
+
+    @property
+    def kind(self) -> str:
+        """The kind of the study."""
+        if self.performance is not None:
+            return "performance"
+        if self.sensitivity is not None:
+            return "sensitivity"
+        return "fragility" if self.uncertainty is None else "uncertainty"
+
+    @property
+    def analysis(self) -> IdaTable | StripesTable | CloudTable:
+        """The table of the one analysis that is asked for."""
+        found = self.ida or self.stripes or self.cloud
+        if found is None:
+            raise ValueError("a performance study has no ida, stripes or cloud")
+        return found
+
+    @property
+    def _stand(self) -> list[BuildingTable]:
+        """The tables of the buildings that blocks stand in."""
+        return [self.building] if self.building is not None else self.buildings or []
+
+    def shaking(self, folder: Path) -> list[MotionSet]:
+        """Compute the motions in the buildings, one set for all levels or each stripe; ValueError as of the tables."""
+        if self.stripes is None:
+            return [self._shaking(self.motions, folder)]
+        tables = self._stripes_motions(self.stripes)
+        samples = 0.0
+        for i, table in enumerate(tables, start=1):
+            try:
+                samples += table.samples(folder)
+            except ValueError as error:
+                raise ValueError(f"stripes.at[{i}]: {error}") from None
+        refuse_samples(samples * (1 + sum(self._floor_counts())), "the motions of all stripes")
+        found: list[MotionSet] = []
+        held = 0
+        for i, table in enumerate(tables, start=1):
+            try:
+                found.append(self._shaking(table, folder))
+                held += sum(array.size for array in found[-1].motions)
+                refuse_samples(
+                    held, "the motions of all stripes"
+                )  # (the size of records is known only once they are read)
+            except ValueError as error:
+                raise ValueError(f"stripes.at[{i}]: {error}") from None
+        return found
+
+    def _stripes_motions(self, stripes: StripesTable) -> list[MotionsTable]:
+        """Return the table of motions of each level: [motions] with the keys that differ there."""
+        common = self.motions.model_dump(by_alias=True, exclude_unset=True)
+        found = []
+        for i, stripe in enumerate(stripes.at, start=1):
+            together = {**common, **(stripe.motions or {})}
+            try:
+                found.append(MotionsTable.model_validate(together))
+            except ValidationError as error:
+                where = ("stripes", "at", i - 1, "motions")
+                raise ValueError(refusal(error, together, MotionsTable, where)[0]) from None
+        return found
+
+    def _shaking(self, motions: MotionsTable, folder: Path) -> MotionSet:
+        counts = self._floor_counts()
+        refuse_samples(motions.samples(folder) * (1 + sum(counts)), "motions on all floors")
+        ground = motions.build(folder)
+        if not self._stand:
+            return MotionSet(tuple(ground), ())
+        refuse_samples(sum(array.size for array in ground) * (1 + sum(counts)), "motions on all floors")
+        floors: list[xr.DataArray] = []
+        for i, building in enumerate(self._stand, start=1):
+            try:
+                floors.extend(building.shake(ground))
+            except ValueError as error:
+                raise ValueError(f"{self._called(i)}: {error}") from None
+        at_ground = self.performance is None and self.analysis.im_at == "ground"
+        return MotionSet(tuple(floors), tuple(ground) if at_ground else ())
+
+    def _floor_counts(self) -> list[int]:
+        """Return the number of floors of each building whose motions are wanted; ValueError for an invalid building."""
+        found = []
+        for i, building in enumerate(self._stand, start=1):
+            try:
+                found.append(building.floor_count)
+            except ValueError as error:
+                raise ValueError(f"{self._called(i)}: {error}") from None
+        return found
+
+    def _called(self, number: int) -> str:
+        return "building" if self.buildings is None else f"buildings[{number}]"
+
+    def design(self, folder: Path) -> Design:
+        """Make the design of the analysis with its motions; ValueError where they do not go together."""
+        levels = self._levels()  # (errors of the levels are raised before motions are made)
+        sets = self.shaking(folder)
+        if self.ida is not None:
+            refuse_factors(levels.size * sum(array.size // array.sizes["time"] for array in sets[0].motions))
+        if self.stripes is not None:
+            ground = tuple(one.ground for one in sets) if self.stripes.im_at == "ground" else ()
+            return Stripes(tuple(one.motions for one in sets), ground, self.stripes.im, levels, self.stripes.scale)
+        if self.ida is not None:
+            return Incremental(*sets[0], self.ida.im, levels)
+        return Cloud(*sets[0], self.analysis.im)
+
+    def _levels(self) -> Array:
+        """Return the levels in SI, none for a cloud; ValueError where their unit is not the measure's."""
+        if self.stripes is not None:
+            return self.stripes.levels()
+        return np.empty(0) if self.ida is None else self.ida.levels.build(self.ida.im)
+
+
+def read_study_file(path: Path) -> StudyFile:
+    """Read a study file and check it against the schema; StudyError with one sentence where it is not valid."""
+    merged = read_content(path, StudyFile)
+    try:
+        return StudyFile.model_validate(merged.content)
+    except ValidationError as error:
+        message, key = refusal(error, merged.content, StudyFile)
+        origin = merged.origin.get(key[:2]) or merged.origin.get(key[:1]) or path
+        where = "" if origin == path else f" (in {origin})"
+        raise StudyError(f"{path}: {message}{where}") from None

@@ -1,0 +1,277 @@
+"""The base class of all tables of a study file, annotations of their keys, and quantities with units.
+
+Unknown keys are refused, words are checked, and units are removed from the names of keys.  `quantity` reads numbers
+with their unit as people write them: ``0.4g``, ``40cm``.
+"""
+
+from __future__ import annotations
+
+import difflib
+import glob
+import math
+import os
+import re
+import sys
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
+
+from ...fragility.exchange.rows import UNITS
+from ...motions import RecordError
+from ...units import ACCELERATION, METRE, RADIAN, SECOND
+from ...wording import system_reason
+
+_MORE = {"s": (1.0, SECOND), "ms": (1e-3, SECOND), "rad": (1.0, RADIAN), "deg": (math.pi / 180.0, RADIAN)}
+_SPELLINGS = {"m/s²": "m/s2", "m/s^2": "m/s2", "cm/s²": "cm/s2", "cm/s^2": "cm/s2", "Gal": "gal", "°": "deg"}
+_WRITTEN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+_EXAMPLES = {ACCELERATION: "0.4g or 3.9m/s2", METRE: "0.4m or 40cm", SECOND: "0.5s", RADIAN: "0.2rad or 12deg"}
+
+
+def quantity(option: str, text: str, units: str, *, bare: float = 0.0) -> float:
+    """Convert a number with its unit to its SI value, > 0.
+
+    Parameters
+    ----------
+    option : str
+        The option that it is given for, as the user wrote it.
+    text : str
+        The number and, with or without a blank between, its unit.
+    units : str
+        The SI unit that it must convert to: ``m s-2``, ``m``, ``s`` or ``rad``.
+    bare : float
+        A number without a unit is taken in that unit up to this value; 0 where the unit must always be given.
+
+    Raises
+    ------
+    StudyError
+        No number, another unit or none, a value that is not finite and > 0, a number alone that is above `bare`.
+
+    Examples
+    --------
+    >>> quantity("--width", "40cm", "m"), quantity("--width", "0.4", "m", bare=10.0)
+    (0.4, 0.4)
+    """
+    factors = {name: factor for name, (factor, si) in {**UNITS, **_MORE}.items() if si == units and " " not in name}
+    example = _EXAMPLES[units]
+    found = _WRITTEN.fullmatch(text)
+    if found is None or "," in text:
+        hint = " (a decimal point, no comma)" if "," in text else ""
+        raise StudyError(f"{option} {text[:40]}: must be a number with its unit, such as {example}{hint}")
+    name = _SPELLINGS.get(found[2], found[2])
+    if not name and not bare:
+        raise StudyError(f"{option} {text[:40]}: say the unit, such as {example}")
+    if name and name not in factors:
+        near = difflib.get_close_matches(name.lower(), factors, n=1, cutoff=0.5)
+        hint = f"; did you mean {found[1]}{near[0]}?" if near else ""
+        raise StudyError(f"{option} {text[:40]}: unit must be one of {', '.join(factors)}, got {name[:20]!r}{hint}")
+    value = float(found[1]) * (factors[name] if name else 1.0)
+    if not 0.0 < value < math.inf:
+        raise StudyError(f"{option} {text[:40]}: must be finite and > 0")
+    if not name and value > bare:
+        fits = [unit for unit in ("cm", "mm") if float(found[1]) * factors.get(unit, math.inf) <= bare]
+        hint = f"; did you mean {float(found[1]) * factors[fits[0]]:g} ({found[1]}{fits[0]})?" if fits else ""
+        alone = f"a number alone is in {units}, up to {bare:g} (beyond that {found[1]}{units})"
+        raise StudyError(f"{option} {text[:40]}: {alone}{hint}")
+    return value
+
+
+MOST_CHARACTERS = 399
+"""Most characters of a message, which must fit a few lines of a terminal."""
+
+
+class StudyError(ValueError):
+    """Error for a study that cannot be run: one sentence that names the file, the key, the value and what is allowed.
+
+    Whatever a hostile file puts into the message, it is one printable line of fewer than 400 characters.
+    """
+
+    def __init__(self, message: str) -> None:
+        line = "".join(one if one.isprintable() else " " for one in message)
+        if len(line) > MOST_CHARACTERS:  # (the end names the given value and what may be meant)
+            line = f"{line[: MOST_CHARACTERS - 123]} … {line[-120:]}"
+        super().__init__(line)
+
+
+def nearest(value: str, words: Iterable[str]) -> str | None:
+    """Return the word that is most similar to `value`, ignoring capitals; None where none is similar."""
+    known = {word.casefold(): word for word in words}
+    near = difflib.get_close_matches(value[:100].casefold(), known, n=1, cutoff=0.5)
+    return known[near[0]] if near else None
+
+
+def checked(value: str, allowed: Iterable[str], beside: str = "") -> str:
+    """Return a word that must be one of those allowed; the ValueError suggests the nearest one."""
+    words = list(allowed)
+    if value in words:
+        return value
+    near = nearest(value, words)
+    hint = f"; did you mean {near!r}?" if near else ""
+    raise ValueError(f"must be one of {', '.join(words)}{beside}, got {shown(value)}{hint}")
+
+
+def shown(value: Any, most: int = 60) -> str:
+    """Return a value as text for a message, at most `most` characters."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits, lists in lists
+        return f"a {type(value).__name__}"
+    return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
+@dataclass(frozen=True)
+class WordChoice:
+    """Annotation of a text (or None) that must be one of some words, which the schema lists."""
+
+    allowed: tuple[str, ...]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        def check(value: Any) -> Any:
+            return None if value is None else checked(value, self.allowed)
+
+        return no_info_after_validator_function(check, handler(source))
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"type": "string", "enum": list(self.allowed)}
+
+
+def one_of(names: Iterable[str]) -> WordChoice:
+    """Annotation of a word (or None) that must be one of `names`."""
+    return WordChoice(tuple(names))
+
+
+@dataclass(frozen=True)
+class KeyInfo:
+    """Annotation of a key for the schema, beside its description; the values are checked by what is built of them.
+
+    `default`: the value that holds where the key is not given, in words where it is no single value; `unit`: the unit
+    of a key whose name does not end with it; `above`, `at_least`, `below`, `at_most`: bounds of the value, or of each
+    value of a list.
+    """
+
+    default: Any = None
+    unit: str = ""
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
+
+
+@dataclass(frozen=True)
+class RelativePath:
+    """Annotation of a path (or several) relative to the file that names it; `pattern`: * and ** are wildcards."""
+
+    pattern: bool = False
+
+
+class Table(BaseModel):
+    """A table of a study file: keys that it does not know are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+@dataclass(frozen=True)
+class PartialTable:
+    """Annotation of a table whose keys are those of another, all optional, checked when the two are merged."""
+
+    table: type[Table]
+
+
+# The unit that each ending of a key stands for, longest first.
+UNIT_SUFFIXES = {
+    "_m2_s3": "m²/s³",
+    "_rad_s2": "rad/s²",
+    "_kg_m3": "kg/m³",
+    "_rad_s": "rad/s",
+    "_per_s": "1/s",
+    "_m_s2": "m/s²",
+    "_m_s": "m/s",
+    "_n_m": "N/m",
+    "_rad": "rad",
+    "_hz": "Hz",
+    "_pa": "Pa",
+    "_kg": "kg",
+    "_m": "m",
+    "_s": "s",
+}
+
+
+def suffix_of(key: str) -> str:
+    """Return the ending of a key that is a unit, '' where there is none."""
+    return next((suffix for suffix in UNIT_SUFFIXES if key.endswith(suffix)), "")
+
+
+def bare(key: str) -> str:
+    """Return a key without its unit."""
+    return key.removesuffix(suffix_of(key))
+
+
+def refuse_foreign(table: BaseModel, allowed: set[str], what: str) -> None:
+    """Raise a ValueError where a key is given that does not belong to the thing that the table describes."""
+    for name in sorted(table.model_fields_set):
+        if getattr(table, name) is not None and name not in allowed:
+            raise ValueError(f"{what} has no key {name!r}, allowed are {', '.join(sorted(allowed))}")
+
+
+def construct(cls: Any, table: BaseModel, apart: set[str], what: str) -> Any:
+    """Make an instance of a dataclass from the table's keys without their units; `apart` are keys with another use."""
+    own = {key for key in type(table).model_fields if bare(key) in cls.__dataclass_fields__}
+    refuse_foreign(table, own | apart, what)
+    options = {bare(key): getattr(table, key) for key in own if getattr(table, key) is not None}
+    if isinstance(options.get("envelope"), Table):
+        options["envelope"] = options["envelope"].build()
+    try:
+        return cls(**options)
+    except TypeError as error:
+        raise ValueError(f"{what}: {error}") from None
+
+
+MOST_FILES = 100_000
+"""Most files and folders that a pattern may look at; more of them means minutes in a folder too high up."""
+
+
+def expand(patterns: str | list[str], folder: Path, what: str = "records") -> list[Path]:
+    """Return the files that patterns name, sorted, each once; RecordError where a pattern names none or too many."""
+    found: dict[Path, None] = {}
+    for pattern in [patterns] if isinstance(patterns, str) else patterns:
+        try:
+            _refuse_wide(pattern, folder)
+            matches = sorted(glob.glob(pattern, root_dir=folder, recursive=True))
+            files = [folder / match for match in matches if (folder / match).is_file()]
+            # a name with brackets is a pattern that does not match itself
+            if not files and (folder / pattern).is_file():
+                files = [folder / pattern]
+        except (OSError, ValueError) as error:
+            raise RecordError(f"{what}: {shown(pattern)} cannot be looked for ({system_reason(error)})") from None
+        if not files:
+            raise RecordError(f"{what}: no file matches {shown(pattern)} (looked in {folder.resolve()})")
+        found.update(dict.fromkeys(files))
+    return list(found)
+
+
+def _refuse_wide(pattern: str, folder: Path) -> None:
+    """Raise a ValueError where a pattern looks at too many files, counted before glob, which cannot be stopped."""
+    parts = Path(pattern).parts
+    if "\0" in pattern or not parts:
+        raise ValueError("no name of a file")
+    first = next((i for i, part in enumerate(parts) if glob.has_magic(part)), len(parts))
+    if first == len(parts):
+        return
+    if parts.count("**") > 1:
+        raise ValueError("** may stand once")
+    deepest = sys.maxsize if "**" in parts else len(parts) - first
+    left = [(str(folder.joinpath(*parts[:first])), 1)]
+    seen = 0
+    while left:
+        at, depth = left.pop()
+        with suppress(OSError), os.scandir(at) as entries:  # as glob does, which skips folders that it may not enter
+            for entry in entries:
+                seen += 1
+                if seen > MOST_FILES:
+                    raise ValueError(f"there are more than {MOST_FILES:,} files to look at: name a folder further down")
+                if depth < deepest and entry.is_dir():
+                    left.append((entry.path, depth + 1))

@@ -1,0 +1,106 @@
+"""Tables of a study file that define the uncertain inputs of blocks and laws, and the indices that are wanted."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from ...fragility import Beta, Categorical, Lognormal, Normal, RandomInputs, Uniform
+from ...fragility.uncertainty.distributions import Distribution
+from ...fragility.uncertainty.realisation import KNOWN
+from ...units import METRE, RADIAN
+from .table import KeyInfo, Table, bare, checked, one_of, refuse_foreign
+
+# Each distribution, the keys that must be given and the keys that may be; lower and upper truncate the first two.
+DISTRIBUTIONS: dict[str, tuple[type[Distribution], tuple[str, ...], tuple[str, ...]]] = {
+    "normal": (Normal, ("mean", "std"), ("lower", "upper")),
+    "lognormal": (Lognormal, ("median", "dispersion"), ("lower", "upper")),
+    "uniform": (Uniform, ("lower", "upper"), ()),
+    "beta": (Beta, ("a", "b"), ("lower", "upper")),
+    "choice": (Categorical, ("values",), ("weights",)),
+}
+
+
+INPUTS = tuple(name + {METRE: "_m", RADIAN: "_rad"}.get(known.units, "") for name, known in KNOWN.items())
+"""Names of the inputs that can be uncertain, each with its unit."""
+
+
+class InputTable(Table):
+    """One uncertain input: its distribution."""
+
+    distribution: Annotated[
+        str, one_of(DISTRIBUTIONS), Field(description="Its kind; the keys that follow belong to one each.")
+    ]
+    mean: Annotated[
+        float | None,
+        KeyInfo(unit="of the input"),
+        Field(description="Mean of the normal distribution, before truncation."),
+    ] = None
+    std: Annotated[float | None, KeyInfo(unit="of the input"), Field(description="Its standard deviation.")] = None
+    median: Annotated[
+        float | None, KeyInfo(unit="of the input"), Field(description="Median of the lognormal distribution.")
+    ] = None
+    dispersion: Annotated[float | None, Field(description="Its logarithmic standard deviation.")] = None
+    a: Annotated[float | None, Field(description="First shape of the beta distribution.")] = None
+    b: Annotated[float | None, Field(description="Second shape of the beta distribution.")] = None
+    lower: Annotated[float | None, KeyInfo(unit="of the input"), Field(description="Lower end of the support.")] = None
+    upper: Annotated[float | None, KeyInfo(unit="of the input"), Field(description="Upper end of the support.")] = None
+    values: Annotated[list[str] | None, Field(description="What is chosen from: laws.")] = None
+    weights: Annotated[list[float] | None, KeyInfo("equal", at_least=0.0), Field(description="Their weights.")] = None
+
+    def build(self) -> Distribution:
+        """Make the distribution; ValueError where a key does not belong to it, or is missing or out of range."""
+        kind, needed, more = DISTRIBUTIONS[self.distribution]
+        refuse_foreign(self, {"distribution", *needed, *more}, f"distribution {self.distribution!r}")
+        missing = [name for name in needed if getattr(self, name) is None]
+        if missing:
+            raise ValueError(f"distribution {self.distribution!r} needs {' and '.join(missing)}")
+        given = self.model_dump(exclude={"distribution"}, exclude_none=True)
+        if self.values is not None:  # (the names that the class has for them)
+            weights = self.weights or [1.0] * len(self.values)
+            if len(weights) != len(self.values) or min(weights) < 0.0 or sum(weights) == 0.0:
+                raise ValueError(f"weights must be {len(self.values)} numbers >= 0, not all 0, got {weights}")
+            given = {"choices": tuple(self.values), "probabilities": tuple(one / sum(weights) for one in weights)}
+        return kind(**given)
+
+
+class CorrelationTable(Table):
+    """Rank correlation of two inputs."""
+
+    of: Annotated[tuple[str, str], Field(strict=False, description="The two inputs.")]
+    rank: Annotated[float, KeyInfo(at_least=-1.0, at_most=1.0), Field(description="Spearman's correlation, -1 to 1.")]
+
+
+class UncertaintyTable(Table):
+    """What is uncertain, and which indices are wanted."""
+
+    inputs: Annotated[dict[str, InputTable], Field(min_length=1, description="Uncertain inputs by name.")]
+    correlations: Annotated[list[CorrelationTable] | None, KeyInfo("none"), Field(description="Rank correlations.")] = (
+        None
+    )
+    samples: Annotated[int, Field(ge=2, le=1_000_000, description="Number of Latin hypercube samples.")] = 64
+    seed: Annotated[int, Field(ge=0, description="Seed of the samples.")] = 0
+    sobol: Annotated[
+        int | None,
+        KeyInfo("no indices"),
+        Field(ge=8, le=1_000_000, description="Base samples of Sobol' indices, a power of 2."),
+    ] = None
+    morris: Annotated[
+        int | None, KeyInfo("no screening"), Field(ge=2, le=100_000, description="Trajectories of Morris' screening.")
+    ] = None
+
+    def build(self) -> RandomInputs:
+        """Make the inputs; ValueError for a distribution or correlation that is invalid, or a name without its unit."""
+        found = {}
+        for name, table in self.inputs.items():
+            try:
+                checked(name, INPUTS)
+                found[bare(name)] = table.build()
+            except (TypeError, ValueError) as error:
+                raise ValueError(f"uncertainty.inputs.{name}: {error}") from None
+        pairs = {(bare(one.of[0]), bare(one.of[1])): one.rank for one in self.correlations or []}
+        try:
+            return RandomInputs(found, pairs)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"uncertainty: {error}") from None

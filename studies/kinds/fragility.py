@@ -1,0 +1,209 @@
+"""Fragility studies: blocks under damping laws, by any of the three designs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import xarray as xr
+
+from ...aliases import Progress
+from ...fragility import notes, screen
+from ...fragility.fitting.states import state_name
+from ...fragility.risk.inversion import check_family
+from ...fragility.runs.scaling import BLOCK_MEASURES
+from ...fragility.validity.undecided import perturbed_runs
+from ...models import Block, Law
+from ...models.friction import FixedFriction, Friction
+from ...wording import counted
+from ..file.schema import StudyFile
+from ..plan.designs import Design
+from ..plan.estimates import Fit, ranked
+from ..plan.risk import Risk
+from .study import (
+    CURVE_BYTES,
+    REPLICATE_BYTES,
+    SLAB_BYTES_A_RUN,
+    BlockStudy,
+    Study,
+    blocks_of,
+    check_laws,
+    each,
+    part_of,
+    plain,
+)
+
+if TYPE_CHECKING:
+    from ...fragility.runs.runners import Runner
+
+# Share of the motions whose flags are tested under perturbations: some 30 % more work.
+UNDECIDED = 0.08
+LOGNORMAL = Fit()
+OUTPUTS = ("overturned", "peak_rotation")
+# Bytes of the ranking of all measures for a curve.
+RANKED_BYTES = 3e3
+# Bytes of a curve and its rate in the results, most of them the shares of 40 bins.
+STORED_BYTES = 1.2e3
+# Planning figures of a fit, measured on a current core: of a curve and of each of its motions, in one thread;
+# and of each replicate's levels and motions, in all threads.
+SECONDS_A_CURVE = 2e-3
+SECONDS_A_MOTION = 2e-6
+SECONDS_A_LEVEL = 2e-7
+SECONDS_A_WEIGHT = 2e-9
+# Curves without parameters are probabilities, as the observed ones are, so they have other names in the results.
+OBSERVED = ("probability", "probability_lower", "probability_upper")
+SIZE = ("size_along", "size_probability")
+
+
+@dataclass(frozen=True)
+class FragilityStudy(BlockStudy, Study):
+    """Blocks x damping laws x motions.
+
+    `design` holds the motions and their analysis; `friction` and `undecided` (share of the motions) are for the
+    validity screen; `fit` holds the options of the fit, `risk` the hazard and its questions where there is a hazard;
+    `measures` are ranked beside the plain ones (None: no ranking); `outputs` are kept of every run, beside the outputs
+    that the fit needs.
+    """
+
+    blocks: tuple[Block, ...]
+    models: tuple[Law, ...]
+    design: Design
+    friction: Friction | None = None
+    undecided: float = UNDECIDED
+    fit: Fit = LOGNORMAL
+    risk: Risk | None = None
+    measures: tuple[str, ...] | None = None
+    outputs: tuple[str, ...] = OUTPUTS
+    kind: ClassVar[str] = "fragility"
+
+    @classmethod
+    def of(cls, content: StudyFile, folder: Path) -> Self:
+        screening = content.screen
+        study = cls(
+            content.title,
+            plain(content),
+            blocks_of(content, folder),
+            each("models", content.models),
+            content.design(folder),
+            None if screening is None else screening.build(),
+            UNDECIDED if screening is None or screening.undecided is None else screening.undecided,
+            LOGNORMAL if content.fit is None else content.fit.build(),
+            None if content.hazard is None else content.hazard.risk(content.analysis.im, folder),
+            None if content.measures is None else tuple(content.measures.also or ()),
+            OUTPUTS if content.outputs is None else tuple(content.outputs),
+        )
+        # errors in the combination of blocks, laws, motions and levels are raised before the work, not during it
+        check_laws(content, study.blocks, study.models)
+        study.design.check(study.blocks)
+        if study.risk is not None:
+            study.risk.check(study.design, content.motions.floors_file is not None)
+        if study.risk is not None and study.risk.along is not None:
+            if len(study.blocks) < 2:
+                raise ValueError(f"hazard.along {study.risk.along!r} needs blocks that differ in it, got one block")
+            sizes = [getattr(block, study.risk.along) for block in study.blocks]
+            try:
+                check_family(study.risk.along, sizes, [block.label for block in study.blocks])
+            except ValueError as error:
+                raise ValueError(f"hazard.along: {error}") from None
+        return study
+
+    @property
+    def words(self) -> str:
+        of = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')} × {self.design.words}"
+        again = f", and {self.perturbed_runs:,} again, changed by a millionth: does the verdict stay?"
+        return f"{of} = {counted(self.runs, 'run')}{again if self.perturbed_runs else ''}"
+
+    @property
+    def runs(self) -> int:
+        return len(self.blocks) * len(self.models) * self.design.runs
+
+    @property
+    def work(self) -> int:
+        return self.runs + self.perturbed_runs
+
+    @property
+    def curves(self) -> int:
+        return len(self.blocks) * len(self.models) * max(1, len(self.design.floors))
+
+    def seconds_of_fits(self, threads: int) -> float:
+        drawn = 0 if self.fit.intervals in ("wald", "profile") and self.risk is None else self.fit.replicates
+        alone = SECONDS_A_CURVE + SECONDS_A_MOTION * self.design.shakes
+        levels = max(1, self.design.levels.size)
+        each = SECONDS_A_LEVEL * levels + SECONDS_A_WEIGHT * self.design.shakes / max(1, len(self.design.floors))
+        return self.curves * (alone + drawn * each / threads)
+
+    @property
+    def kept_outputs(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys((*self.fit.outputs, *self.outputs)))
+
+    @property
+    def together(self) -> float:
+        # (a slab is one block under one law at least)
+        slab = max(super().together, SLAB_BYTES_A_RUN * self.design.runs)
+        drawn = 0.0 if self.risk is None else REPLICATE_BYTES * self.fit.replicates
+        ranked = 0.0 if self.measures is None else RANKED_BYTES
+        # (the measure is held twice: by itself, and as a coordinate of the results)
+        measured = 16.0 * len(self.blocks) * self.design.shakes if self.design.im in BLOCK_MEASURES else 0.0
+        return slab + (CURVE_BYTES + drawn + ranked) * self.curves + measured
+
+    @property
+    def stored_bytes(self) -> float:
+        # beside the kept outputs there are the screen's verdict, the chance of sliding (where friction is given),
+        # and the friction that a block needs, which is the same for all laws
+        slides = 0 if self.friction is None else 1 if isinstance(self.friction, FixedFriction) else 4
+        of_blocks = 8.0 * self.runs / len(self.models)
+        of_curves = (STORED_BYTES + (0.0 if self.measures is None else RANKED_BYTES)) * self.curves
+        return (self.bytes_a_run + 1 + slides) * float(self.runs) + of_blocks + of_curves
+
+    @property
+    def perturbed_runs(self) -> int:
+        """Number of further runs that test which outcomes are undecided."""
+        if self.undecided == 0.0:
+            return 0
+        each_motion = self.design.runs // self.design.shakes
+        return perturbed_runs(len(self.blocks), self.models, each_motion, self.design.shakes, self.undecided)
+
+    def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
+        results = self.design.run(
+            self.blocks,
+            self.models,
+            self.kept_outputs,
+            client,
+            part_of(progress, 0, self.work),
+        )
+        screened = screen(
+            results,
+            self.design.motions,
+            self.friction,
+            undecided=self.undecided,
+            client=client,
+            progress=part_of(progress, self.runs, self.work),
+        )
+        curves = self.fit.curves(results, self.risk is not None, telling=client.tell)
+        found = dict(screened.data_vars)
+        attributes = {"fit_method": curves.attrs["method"], "form": curves.attrs["form"]}
+        if self.measures is not None:
+            ranking = ranked(results, self.design.arrays, self.measures, self.fit.state)
+            found |= ranking.data_vars
+            attributes["ranking"] = ranking.attrs["ranking"]
+        said = self.fit.notes(curves, results)
+        if self.risk is not None:
+            highest = self.design.highest(results)
+            rates = self.risk.of(curves, self.fit.confidence, highest, self.fit.state, client.tell)
+            said += self.risk.notes(rates, curves, highest, self.design)
+            found |= rates.data_vars
+            attributes |= {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}
+        kept = curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
+        found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
+        if self.design.levels.size:
+            found |= self.fit.probabilities(results).data_vars
+        if "floor" in curves.dims:  # (the dimension of the curves takes the name)
+            results = results.rename(floor="motion_floor")
+        return results.assign(found).assign_attrs(
+            **attributes,
+            confidence=self.fit.confidence,
+            state=state_name(self.fit.state),
+            screen=screened.attrs["screen"],
+            notes="\n".join([*said, *notes(screened)]),
+        )

@@ -1,0 +1,240 @@
+"""Performance studies: an inventory in a building, shaken jointly."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array, Progress
+from ...fragility import HazardCurve, block_notes, preliminary_screen
+from ...fragility.numerics import slabs
+from ...fragility.runs.scaling import SCALE
+from ...fragility.uncertainty.joint import Variability
+from ...models import Law
+from ...models.oscillator import Oscillator
+from ...motions import Building
+from ...wording import counted
+from ..buildings.anchoring import anchoring
+from ..buildings.assessment import assess, described, distinct_runs
+from ..buildings.contents import Inventory
+from ..buildings.inventory import read_inventory
+from ..buildings.notes import hazard_notes, notes
+from ..buildings.shaking import Shaking
+from ..file.analyses import LevelsTable, PerformanceTable
+from ..file.schema import StudyFile
+from ..text.words import level_text
+from .study import SLAB_BYTES_A_RUN, Study, each, plain
+
+if TYPE_CHECKING:
+    from ...fragility.runs.runners import Runner
+
+OSCILLATOR_BYTES = 5500.0
+"""Most memory of an oscillator, with its description in the runs of its floor."""
+RANKING = "ranked_"
+"""Prefix of the names of the ranking's variables, beside those of the assessment."""
+
+
+@dataclass(frozen=True)
+class PerformanceStudy(Study):
+    """An inventory in a building under the same motions.
+
+    `levels` are of the measure `im`, or a plain factor of 1 for a scenario; `hazard` is given where annual values are
+    wanted.  `objective` is the quantity that anchoring saves, given the level `at` where there is no hazard.
+    """
+
+    inventory: Inventory
+    models: tuple[Law, ...]
+    building: Building | None
+    motions: tuple[xr.DataArray, ...]
+    im: str
+    levels: Array
+    hazard: HazardCurve | None
+    variability: Variability | None
+    objective: str
+    at: float | None
+    replicates: int
+    seed: int
+    kind: ClassVar[str] = "performance"
+
+    @classmethod
+    def of(cls, content: StudyFile, folder: Path) -> Self:
+        asked = content.performance
+        assert asked is not None  # (the table makes it this kind of study)
+        building = None if content.building is None else content.building.made()
+        if content.motions.floors_file is None:  # (errors in the inventory are raised before motions are made)
+            known = ["0"] if building is None else [str(floor) for floor in building.floors]
+            inventory = read_inventory(folder / asked.inventory, known)
+        if asked.levels is None:
+            if "im" in asked.model_fields_set:
+                raise ValueError("performance.im needs performance.levels: without them the motions are as they are")
+            im, levels = SCALE, np.ones(1)
+        else:
+            im, levels = asked.im, asked.levels.build(asked.im)
+        hazard = None if content.hazard is None else content.hazard.build(im, folder)
+        at = None
+        if hazard is None:
+            at = float(levels[levels.size // 2]) if asked.at_level is None else _level_of(levels, asked, im)
+        elif asked.at_level is not None:
+            raise ValueError("performance.at_level does not go with a hazard: the ranking is of a year")
+        motions = tuple(content.motions.build(folder))
+        if content.motions.floors_file is not None:
+            known = Shaking.of(building, motions, None, im == SCALE).known
+            inventory = read_inventory(folder / asked.inventory, known)
+        study = cls(
+            content.title,
+            plain(content),
+            inventory,
+            each("models", content.models),
+            building,
+            motions,
+            im,
+            levels,
+            hazard,
+            asked.variability.build() if asked.variability is not None else None,
+            asked.objective or ("loss" if inventory.value > 0.0 else "number"),
+            at,
+            asked.replicates,
+            asked.seed,
+        )
+        allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
+        if study.objective not in allowed:
+            raise ValueError(f"performance.objective must be one of {', '.join(allowed)}, got {study.objective!r}")
+        for row in inventory.rows:
+            for model in study.models:
+                if row.e is None:
+                    model.oscillator(row.block)
+        return study
+
+    @property
+    def words(self) -> str:
+        of = f"{counted(self.inventory.pieces, 'piece')} in {counted(len(self.inventory), 'line')}"
+        shakes = sum(array.sizes["motion"] for array in self.motions)
+        levels = "" if self.im == SCALE else f" × {counted(self.levels.size, 'level')}"
+        shaken = f"{counted(len(self.models), 'law')} × {counted(shakes, 'motion')}{levels}"
+        return f"{of} × {shaken} = {counted(self.runs, 'run')}"
+
+    @property
+    def runs(self) -> int:
+        shakes = sum(array.sizes["motion"] for array in self.motions)
+        return distinct_runs(self.inventory, self.variability) * len(self.models) * shakes * self.levels.size
+
+    @property
+    def stored_bytes(self) -> float:
+        return self._flags + 16.0 * self._outcomes
+
+    @property
+    def together(self) -> float:
+        variants = 1 if self.variability is None else self.variability.variants
+        motions = self._shaken / len(self.models) / self.levels.size
+        # lines are processed in slabs, at least one line under one law with all its levels
+        of_one = max(min(self._flags, slabs.RUNS), self.levels.size * motions)
+        oscillators = distinct_runs(self.inventory, self.variability) * len(self.models)
+        of_lines = 300.0 * len(self.models) * len(self.inventory) * self.levels.size
+        drawn = 16.0 * self.replicates * motions
+        return SLAB_BYTES_A_RUN * of_one + OSCILLATOR_BYTES * oscillators + of_lines + drawn + 8.0 * variants * motions
+
+    @property
+    def arrays_aside(self) -> list[float]:
+        of_places = 8.0 * self._shaken * (1 + len({str(row.floor) for row in self.inventory.rows}))
+        of_lines = 8.0 * len(self.models) * len(self.inventory)
+        of_motions = of_lines * self._shaken / len(self.models) / self.levels.size
+        # expectations and chances of any fall and of each consequence; savings by anchoring and their ranks
+        consequences = len(self.inventory.consequences)
+        anchored = [of_motions] * 4 + [of_lines * self.replicates] * 2
+        return [of_places] * 3 + ([of_places * consequences] if consequences else []) + anchored
+
+    @property
+    def _shaken(self) -> int:
+        return len(self.models) * self.levels.size * sum(array.sizes["motion"] for array in self.motions)
+
+    @property
+    def _flags(self) -> float:
+        """Number of flags of all lines; lines that are alike count each."""
+        return float(
+            len(self.inventory) * self._shaken * (1 if self.variability is None else self.variability.variants)
+        )
+
+    @property
+    def _outcomes(self) -> float:
+        """Number of outcomes in the building and on each floor, motion by motion."""
+        places = 1 + len({str(row.floor) for row in self.inventory.rows})
+        return float(places * self._shaken * (1 if self.variability is None else self.variability.realisations))
+
+    @property
+    def of_each_law(self) -> list[Oscillator]:
+        return [model.oscillator(self.inventory.rows[0].block) for model in self.models]
+
+    @property
+    def notes(self) -> list[str]:
+        return block_notes([row.block for row in self.inventory.rows])
+
+    @property
+    def arrays(self) -> Iterable[xr.DataArray]:
+        return self.motions
+
+    @property
+    def _read(self) -> list[Any]:
+        rows = [described(row) for row in self.inventory.rows]
+        return [rows, self.inventory.currency, None if self.hazard is None else asdict(self.hazard)]
+
+    def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
+        found = assess(
+            self.inventory,
+            self.models,
+            self.motions,
+            self.levels,
+            self.im,
+            self.building,
+            self.hazard,
+            variability=self.variability,
+            replicates=self.replicates,
+            seed=self.seed,
+            client=client,
+            progress=progress,
+        )
+        ranked = anchoring(
+            found,
+            self.objective,
+            level=self.at,
+            replicates=self.replicates,
+            seed=self.seed,
+            array=client.array,
+        )
+        whole = ranked.reindex(item=found["item"])
+        blocks = [row.block for row in self.inventory.rows]
+        screened = preliminary_screen(blocks, self.models, found.sizes["motion"], "item")
+        said = [*notes(found), *([] if self.hazard is None else hazard_notes(found, self.hazard))]
+        if self.at is not None and self.levels.size > 1 and "at_level" not in self.configuration["performance"]:
+            middle = level_text(self.at, found["level"])
+            said.append(f"performance.at_level is not given: table and ranking are of the middle level, {middle}")
+        beside = {f"{RANKING}{name}": one for name, one in whole.data_vars.items()}
+        return found.assign({**beside, **screened.data_vars}).assign_attrs(
+            ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
+            notes="\n".join([*said, screened.attrs["notes"]]),
+            **({} if self.at is None else {"at_level": self.at}),
+        )
+
+
+def ranking_of(results: xr.Dataset) -> xr.Dataset:
+    """Return the ranking held by a performance study's results, as `anchoring` returns it."""
+    own = [str(name) for name in results.data_vars if str(name).startswith(RANKING)]
+    ranked = results[own].rename({name: name.removeprefix(RANKING) for name in own})
+    keep = np.flatnonzero(np.isfinite(ranked["rank"].values).all(axis=0))
+    return ranked.isel(item=keep).assign_attrs(json.loads(results.attrs["ranking"]))
+
+
+def _level_of(levels: Array, asked: PerformanceTable, im: str) -> float:
+    """Return the level of the ranking; ValueError where it is not among the levels."""
+    if asked.levels is None or asked.at_level is None:
+        raise ValueError("performance.at_level needs performance.levels")
+    at = float(LevelsTable(values=[asked.at_level], unit=asked.levels.unit).build(im)[0])
+    found = levels[np.isclose(levels, at, rtol=1e-9)]
+    if not found.size:
+        raise ValueError(f"performance.at_level must be one of the levels, got {asked.at_level:g} {asked.levels.unit}")
+    return float(found[0])

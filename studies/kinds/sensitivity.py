@@ -1,0 +1,277 @@
+"""Sensitivity studies: every law at many values of delta or of e, under the same motions, beside the rigid block."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Progress
+from ...fragility import RandomInputs, ida, overturning_response, preliminary_screen, sobol_indices, tornado
+from ...models import Block, HousnerImpact, Law
+from ...motions import OneCycleSine
+from ...units import STANDARD_GRAVITY
+from ...wording import counted
+from ..file.schema import StudyFile
+from ..file.sensitivity import GIVEN, OWN, PREVIOUS, RIGID, Sweep
+from ..plan.designs import Incremental
+from ..plan.estimates import middle_level
+from ..sensitivity.claims import claims
+from ..sensitivity.findings import Grid, convergence, findings
+from .study import (
+    CURVE_BYTES,
+    MOST_VARIED,
+    REPLICATE_BYTES,
+    BlockStudy,
+    Study,
+    blocks_of,
+    check_laws,
+    check_one_floor,
+    each,
+    incremental_design,
+    part_of,
+    plain,
+)
+
+if TYPE_CHECKING:
+    from ...fragility.runs.runners import Runner
+
+PULSE_FREQUENCY = 5.0
+PULSE_LEVELS = np.linspace(1.1, 2.8, 18)
+"""Pulses that measure the distance of a law from the rigid block: omega/p of one sine cycle, peaks over g tan alpha.
+
+The rigid block with e = 0.9 survives these pulses up to 3.02 (Zhang and Makris 2001).
+"""
+PULSE_STEPS = 500
+
+
+OUTPUTS = ("overturned", "peak_rotation", "uplifted")
+
+
+@dataclass(frozen=True)
+class SensitivityStudy(BlockStudy, Study):
+    """Blocks x laws x values x motions x levels; tornado of `inputs`, and Sobol' indices where `sobol` is a number."""
+
+    blocks: tuple[Block, ...]
+    models: tuple[Law, ...]
+    design: Incremental
+    sweep: Sweep
+    inputs: RandomInputs | None = None
+    sobol: int | None = None
+    kind: ClassVar[str] = "sensitivity"
+
+    @classmethod
+    def of(cls, content: StudyFile, folder: Path) -> Self:
+        asked = content.sensitivity
+        assert asked is not None  # (the table makes it this kind of study)
+        design = incremental_design(content, folder, "sensitivity", "value")
+        study = cls(
+            content.title,
+            plain(content),
+            blocks_of(content, folder, MOST_VARIED),
+            each("models", content.models),
+            design,
+            asked.sweep(),
+            asked.random_inputs(),
+            asked.sobol,
+        )
+        varied = {"delta": ("delta",), "e": ("e", "restitution_factor")}[study.sweep.parameter]
+        for i, table in enumerate(content.models, start=1):
+            for name in varied:
+                if getattr(table, name) is not None:
+                    raise ValueError(f"models[{i}]: {name} is what sensitivity.values are of, it cannot be given")
+        if not any(_has(model, study.sweep.parameter) for model in study.models):
+            raise ValueError(f"models must hold one with {study.sweep.parameter}, which is varied, got none")
+        check_one_floor(design, "sensitivity")
+        check_laws(content, study.blocks, study.grid.laws)
+        for block in study.blocks:
+            for model in study.models:
+                own = study.inputs_of(model)
+                if own is not None:
+                    own.realise(block, model, own.sample(2))
+        design.check(study.blocks)
+        return study
+
+    @property
+    def words(self) -> str:
+        laws = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')}"
+        values = f"{counted(len(self.sweep.values), 'value')} of {self.sweep.parameter}"
+        return f"{laws} × {values} × {self.design.words}: {counted(self.runs, 'run')} that differ"
+
+    @property
+    def runs(self) -> int:
+        return self._shaken + self._pulsed + self._varied
+
+    @property
+    def kept_outputs(self) -> tuple[str, ...]:
+        return OUTPUTS
+
+    @property
+    def stored_bytes(self) -> float:
+        values = len(self.models) * len(self.sweep.values)
+        return float(self.bytes_a_run * self._shaken * (1.0 + values / len(self.grid.laws)))
+
+    @property
+    def together(self) -> float:
+        curves = len(self.blocks) * len(self.grid.laws)
+        return super().together + (CURVE_BYTES + REPLICATE_BYTES * self.sweep.replicates) * curves
+
+    @cached_property
+    def grid(self) -> Grid:
+        """Every law at every value, and the laws that each is compared with."""
+        sweep = self.sweep
+        at = [[_at(model, sweep.parameter, value) for value in sweep.values] for model in self.models]
+        rigid = [[_rigid(law, sweep, k) for k, law in enumerate(row)] for row in at]
+        against: dict[str, list[list[Law | None]]] = {}
+        if sweep.reference == OWN:
+            against[OWN] = [[_at(model, "e", None)] * sweep.values.size for model in self.models]
+        elif sweep.reference != RIGID:
+            given = [_at(model, sweep.parameter, float(sweep.reference)) for model in self.models]
+            against[GIVEN] = [[law] * sweep.values.size for law in given]
+        against[RIGID] = [list(row) for row in rigid]
+        against[PREVIOUS] = [[None, *row[:-1]] for row in at]
+        return Grid.of(at, against)
+
+    @property
+    def _shaken(self) -> int:
+        return len(self.blocks) * len(self.grid.laws) * self.design.runs
+
+    @property
+    def _pulsed(self) -> int:
+        if self.sweep.parameter != "delta":
+            return 0
+        return len(self.blocks) * len(self.grid.laws) * PULSE_LEVELS.size
+
+    def inputs_of(self, model: Law) -> RandomInputs | None:
+        """Return the inputs that apply to a law and its block; None where there are none."""
+        if self.inputs is None:
+            return None
+        of_laws = {"e", "restitution_factor", "delta", "zeta", "coefficient"}
+        own = {name: one for name, one in self.inputs.distributions.items() if name not in of_laws or _has(model, name)}
+        return RandomInputs(own) if own else None
+
+    def _samples(self, model: Law) -> tuple[int, int]:
+        """The numbers of samples of the tornado and of the indices of a law."""
+        own = self.inputs_of(model)
+        if own is None:
+            return 0, 0
+        d = len(own.names)
+        return 2 * d + 1, 0 if self.sobol is None else self.sobol * (d + 2)
+
+    @property
+    def _varied(self) -> int:
+        samples = sum(sum(self._samples(model)) for model in self.models)
+        return len(self.blocks) * samples * self.design.shakes
+
+    def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
+        laws = self.grid.laws
+        runs = self.design.run(self.blocks, laws, OUTPUTS, client, part_of(progress, 0, self.runs))
+        found = findings(runs, self.blocks, self.models, self.grid, self.sweep, client.array)
+        if self._pulsed:
+            peaks = self._pulses(client, progress)
+            found = found.assign(convergence(peaks, self.blocks, self.grid, self.sweep).data_vars)
+        if self.inputs is not None:
+            found = found.assign(self._indices(found, client, progress).data_vars)
+        checked = preliminary_screen(self.blocks, self.models, found.sizes["motion"])
+        return found.assign_attrs(
+            claims=json.dumps([one._asdict() for one in claims(found)], ensure_ascii=False),
+            notes=checked.attrs["notes"],
+        )
+
+    def _pulses(self, client: Runner, progress: Progress | None) -> list[xr.DataArray]:
+        """Compute the peak rotations (model, level) of each block under its own pulses, for all distinct laws."""
+        each_block = self._pulsed // len(self.blocks)
+        found = []
+        for i, block in enumerate(self.blocks):
+            omega = PULSE_FREQUENCY * block.p
+            pulse = OneCycleSine(1.0, omega, dt=2.0 * np.pi / omega / PULSE_STEPS).sample(1)
+            runs = ida(
+                block,
+                self.grid.laws,
+                pulse,
+                PULSE_LEVELS * STANDARD_GRAVITY * block.b / block.h,
+                outputs="peak_rotation",
+                client=client,
+                screen=False,
+                progress=part_of(progress, self._shaken + i * each_block, self.runs),
+            )
+            found.append(runs["peak_rotation"].isel(block=0, motion=0))
+        return found
+
+    def _indices(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
+        """Tornado and Sobol' indices of P(overturn) at the level where its mean over values is nearest to 1/2."""
+        assert self.inputs is not None
+        done = self._shaken + self._pulsed
+        blocks = []
+        for block in self.blocks:
+            rows = []
+            for j, model in enumerate(self.models):
+                inputs = self.inputs_of(model)
+                assert (
+                    inputs is not None
+                )  # (a law with the parameter has its own inputs, other laws those of the block)
+                at = middle_level(found["probability"].sel(block=block.label).isel(model=j))
+                level = self.design.at[at : at + 1]
+                samples = self._samples(model)
+                parts = {}
+                for name, size in zip(("tornado", "sobol"), samples, strict=True):
+                    if not size:
+                        continue
+                    response = overturning_response(
+                        inputs,
+                        block,
+                        model,
+                        self.design.motions,
+                        level,
+                        self.design.im,
+                        ground=self.design.ground or None,
+                        client=client,
+                        progress=part_of(progress, done, self.runs),
+                    )
+                    if name == "tornado":
+                        parts[name] = tornado(inputs, response)
+                    else:
+                        assert self.sobol is not None
+                        parts[name] = sobol_indices(inputs, response, self.sobol, seed=self.sweep.seed)
+                    done += size * self.design.shakes
+                rows.append(_row(parts, self.inputs.names, float(level[0]), found["level"].attrs))
+            blocks.append(xr.concat(rows, found["model"], combine_attrs="override"))
+        return xr.concat(blocks, found["block"], combine_attrs="override", coords="minimal")
+
+
+def _row(parts: dict[str, xr.Dataset], names: tuple[str, ...], level: float, attrs: dict[str, Any]) -> xr.Dataset:
+    """Tornado and indices of one block and law on all inputs; inputs that do not apply to the law have no effect."""
+    found: dict[str, Any] = {}
+    for name, part in parts.items():
+        one = part.isel(output=0).reindex(input=np.array(names, dtype=object))
+        missing = [which not in part["input"].values for which in names]
+        for key, array in one.data_vars.items():
+            bare = array.drop_vars([c for c in array.coords if c != "input"])
+            if "input" in bare.dims:
+                held = one["base"].item() if key in ("low", "high") else 0.0
+                bare = bare.where(~xr.DataArray(missing, dims="input"), held).assign_attrs(array.attrs)
+            found[f"{name}_{key}"] = bare
+    found["index_level"] = ((), level, {**attrs, "long_name": f"{attrs.get('long_name', 'level')} of the indices"})
+    return xr.Dataset(found)
+
+
+def _has(model: Law, name: str) -> bool:
+    return any(one.name == name for one in fields(model))  # type: ignore[arg-type]
+
+
+def _at(model: Law, parameter: str, value: float | None) -> Law:
+    """Return the law at a value of the parameter; unchanged where it has no such parameter."""
+    return replace(model, **{parameter: value}) if _has(model, parameter) else model  # type: ignore[type-var]
+
+
+def _rigid(law: Law, sweep: Sweep, k: int) -> HousnerImpact:
+    """Return the rigid block that a law represents: with its e (or the study's, where e is varied) and lever arm."""
+    options = law.options
+    e = float(sweep.values[k]) if sweep.parameter == "e" else options.get("e")
+    factor = 1.0 if e is not None else float(options.get("restitution_factor", 1.0))
+    return HousnerImpact(e, "bilinear", options.get("lever", "h"), restitution_factor=factor)

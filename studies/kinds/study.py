@@ -1,0 +1,417 @@
+"""A study: the content of a study file, ready to be run into one result dataset.
+
+This module holds the parts that all kinds of studies share; each kind has a module of its own.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, astuple, dataclass
+from functools import cached_property
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Progress
+from ...fragility import block_notes
+from ...fragility.numerics import slabs
+from ...fragility.runs.plan import OUTPUT_TYPES
+from ...fragility.runs.runners import Runner, Threads, never
+from ...models import Block, Law
+from ...models.oscillator import Oscillator
+from ...models.runs import engine_identity
+from ...motions import records
+from ...motions.arrays import digest
+from ..file.blocks import MOST_BLOCKS, read_blocks
+from ..file.schema import StudyFile, read_study_file
+from ..file.table import StudyError
+from ..plan.designs import Design, Incremental
+from ..plan.risk import Risk
+from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
+from ..store.resources import Resources, chunks_of, refuse_shortage
+from ..store.shards import Shards, belongs, open_shards, refuse_other, remove_shards
+from ..store.watch import Stop, Watch, run_log
+from ..store.worker_motions import cluster
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+MOST_VARIED = 2000
+"""Most blocks of a study that runs many samples or values of each block."""
+# Memory of a block and its curve, from the file to the results; and of each replicate of a curve.
+CURVE_BYTES = 3e3
+REPLICATE_BYTES = 50.0
+SLAB_BYTES_A_RUN = 100.0
+"""Most memory for each run of a slab, which the ranking of measures needs."""
+__version__ = metadata.version("toppling")
+
+
+@dataclass(frozen=True)
+class Study(ABC):
+    """A study, ready to run.
+
+    `Study.from_toml` makes the kind of study that the file asks for; `configuration` is the file's content as plain
+    values.
+    """
+
+    title: str
+    configuration: dict[str, Any]
+    kind: ClassVar[str]
+    _kinds: ClassVar[dict[str, type[Study]]] = {}
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        Study._kinds[cls.kind] = cls
+
+    @staticmethod
+    def from_toml(path: str | os.PathLike[str]) -> Study:
+        """Read the study in a TOML file; paths in it are relative to the file.
+
+        Raises
+        ------
+        StudyError
+            One sentence that names the file, the key, the value and what is allowed.
+        """
+        if not isinstance(path, str | os.PathLike):
+            raise TypeError(f"path must be a path, got {type(path).__name__}")
+        file = Path(path)
+        content = read_study_file(file)
+        try:
+            study = Study._kinds[content.kind].of(content, file.parent)
+        except StudyError:
+            raise
+        except (ValueError, ArithmeticError) as error:
+            raise StudyError(f"{file}: {error}") from None
+        return study
+
+    @classmethod
+    @abstractmethod
+    def of(cls, content: StudyFile, folder: Path) -> Self:
+        """Make the study of a file in `folder`; ValueError for errors that would otherwise appear during the run."""
+
+    @property
+    @abstractmethod
+    def words(self) -> str:
+        """The size of the study in words."""
+
+    @property
+    @abstractmethod
+    def runs(self) -> int:
+        """Number of runs."""
+
+    @property
+    def work(self) -> int:
+        """Number of runs that progress counts, including runs that only test other runs."""
+        return self.runs
+
+    @property
+    def curves(self) -> int:
+        """Number of curves that are fitted after the runs, where they are many."""
+        return 0
+
+    def seconds_of_fits(self, threads: int) -> float:
+        """The approximate time of the fits on so many threads."""
+        return 0.0
+
+    @property
+    def kept_outputs(self) -> tuple[str, ...]:
+        """The outputs that are kept of every run."""
+        return ("overturned",)
+
+    @property
+    def bytes_a_run(self) -> int:
+        """Bytes of the kept outputs of a run."""
+        return sum(np.dtype(OUTPUT_TYPES.get(name, np.float64)).itemsize for name in self.kept_outputs)
+
+    @property
+    def stored_bytes(self) -> float:
+        """Approximate bytes of the variables of every run in the results."""
+        return float(self.bytes_a_run * self.runs)
+
+    @property
+    def together(self) -> float:
+        """Approximate bytes that are held in memory at once beside the chunks in flight."""
+        return SLAB_BYTES_A_RUN * min(self.runs, slabs.RUNS)
+
+    @property
+    def arrays_aside(self) -> Sequence[float]:
+        """Approximate bytes of each further array that may be large during the run; large arrays are on the disk."""
+        return ()
+
+    @cached_property
+    def room(self) -> Resources:
+        """The approximate memory and disk space that the study needs."""
+        plain = [record for array in self.arrays for record in records(array)]
+        exact = float(np.mean([one.exact for one in self.of_each_law]))
+        return Resources.of(
+            chunks_of(self.work, [record.acceleration.size for record in plain], exact),
+            float(self.bytes_a_run * self.work),
+            self.stored_bytes,
+            self.together + 3.0 * sum(record.acceleration.nbytes for record in plain),
+            self.arrays_aside,
+        )
+
+    @property
+    @abstractmethod
+    def of_each_law(self) -> list[Oscillator]:
+        """An oscillator of each law: the engine is prepared with them, and they decide the cost of a run."""
+
+    @property
+    @abstractmethod
+    def notes(self) -> list[str]:
+        """Notes that a user should know before anything runs: one sentence each."""
+
+    @property
+    @abstractmethod
+    def arrays(self) -> Iterable[xr.DataArray]:
+        """All motions that the results depend on."""
+
+    @property
+    def _read(self) -> list[Any]:
+        """Further data that the results depend on, from files beside the study file, as plain values."""
+        return []
+
+    @abstractmethod
+    def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
+        """Compute the results of the study."""
+
+    def run(
+        self,
+        out: str | os.PathLike[str] | None = None,
+        client: Client | None = None,
+        resume: bool = True,
+        *,
+        progress: Callable[[int, int], None] | None = None,
+        watching: Callable[[Watch], None] | None = None,
+    ) -> xr.Dataset:
+        """Run the study.
+
+        Every chunk (about a second of work) is kept in `out` as it is finished: after a kill, a crash or a full disk
+        the same call computes the missing chunks and gives the same bytes.  One process at a time works in a folder.
+
+        Parameters
+        ----------
+        out : path, optional
+            Folder that gets ``results.nc`` and ``run.log`` (made where missing); nothing is written where not given.
+        client : distributed.Client, optional
+            Where to run; threads of this process where not given.
+        resume : bool
+            Keep the parts of this study in `out` instead of computing them again, and refuse a folder of another study.
+            With False, compute everything and replace the content of the folder.
+        progress : callable, optional
+            Called with (runs done, runs in all).
+        watching : callable, optional
+            Called once, when the work begins, with its `Watch`: rate, share skipped, slowest chunk.
+
+        Returns
+        -------
+        xarray.Dataset
+            The results of this kind of study (docs/study.md lists every variable), with its configuration and the
+            package versions as attributes; no clock values.
+
+        Raises
+        ------
+        StudyError
+            `out` cannot be written or has too little room, another process runs a study there, or it holds another
+            study's results or parts and `resume` is set.
+        ClusterError
+            The cluster cannot do the work, or no longer.
+        KeyboardInterrupt
+            Interrupted (SIGINT or SIGTERM): chunks in flight were finished and kept; a second signal leaves them.
+        """
+        if out is None:
+            return self._labelled(self._runner(client, never), progress)
+        folder = Path(out)
+        with folder_of_one(folder):
+            refuse_folder(folder / RESULT_NAME)
+            # (shards of this study are newer than results beside them: begun with resume=False, or just finished)
+            whole = resume and not belongs(folder, self.identity)
+            before = finished(folder / RESULT_NAME, self.identity, self.configuration) if whole else None
+            if before is not None and before.attrs.get("title") == self.title:
+                return before
+            if before is not None:
+                results = before.assign_attrs(title=self.title)
+            else:
+                refuse_shortage(folder, self.room, resume)
+                results = self._kept(folder, client, not resume, progress, watching)
+            try:
+                save(results, folder / RESULT_NAME)
+            except KeyboardInterrupt:
+                raise KeyboardInterrupt(
+                    f"interrupted while the results were written, all runs are kept in {folder}; the same command"
+                    f"{'' if resume else ' without --fresh'} goes on"
+                ) from None
+            try:
+                remove_shards(folder)
+            except StudyError as error:
+                raise StudyError(f"{folder / RESULT_NAME}: is written, but {error}; remove it yourself") from None
+        return results
+
+    def refuse_occupied(self, folder: Path) -> None:
+        """Raise a StudyError where a folder holds the results or parts of another study."""
+        if not belongs(folder, self.identity):
+            finished(folder / RESULT_NAME, self.identity, self.configuration)
+        refuse_other(folder, self._pinned)
+
+    @property
+    def _pinned(self) -> dict[str, Any]:
+        return {"identity": self.identity, "title": self.title, "study": self.configuration, "work": self.work}
+
+    def _kept(
+        self,
+        folder: Path,
+        client: Client | None,
+        fresh: bool,
+        progress: Progress | None,
+        watching: Callable[[Watch], None] | None,
+    ) -> xr.Dataset:
+        """Compute the results of the study, and keep every chunk in the folder as it is finished."""
+        shards, resumed = open_shards(folder, self._pinned, fresh)
+        stop = Stop()
+        with run_log(folder) as log, stop.graceful():
+            watch = Watch(self.work, log)
+            log.info("%s %s: %s, %s", "resumed" if resumed else "begun", self.title, self.words, engine_identity())
+            if watching is not None:
+                watching(watch)
+            try:
+                results = self._labelled(Shards(shards, self._runner(client, stop), watch, stop), progress)
+            except KeyboardInterrupt:
+                log.warning("interrupted: %s", watch.words)
+                kept = f"{watch.runs:,} of {watch.total:,} runs kept in {folder}"
+                how = " without --fresh" if fresh else ""
+                raise KeyboardInterrupt(f"interrupted with {kept}; the same command{how} goes on") from None
+            except BaseException as error:
+                log.error("ended by %s (%s): %s", type(error).__name__, error, watch.words)
+                raise
+            log.info("finished: %s", watch.words)
+        return results
+
+    def _runner(self, client: Client | None, stop: Callable[[], bool]) -> Runner:
+        """Return the runner of the chunks; workers generate the motions themselves where no file is needed."""
+        return Threads(stop) if client is None else cluster(client, self.configuration, self._digests, stop)
+
+    def _labelled(self, client: Runner, progress: Progress | None) -> xr.Dataset:
+        try:
+            found = self._compute(client, progress)
+        except ValueError as error:
+            raise StudyError(f"{self.title}: {error}") from None
+        said = str(found.attrs.get("notes", "")).splitlines()
+        return found.assign_attrs(
+            notes="\n".join([*(note for note in self.notes if note not in said), *said]),
+            title=self.title,
+            kind=self.kind,
+            study=json.dumps(self.configuration, ensure_ascii=False, sort_keys=True),
+            identity=self.identity,
+        )
+
+    @cached_property
+    def identity(self) -> str:
+        """A hash of all that decides the results: the study without its title, the motions' samples, the version."""
+        content = {key: value for key, value in self.configuration.items() if key != "title"}
+        found = hashlib.sha256(json.dumps([__version__, content, self._read], sort_keys=True).encode())
+        plain = (record for array in self.arrays for record in records(array))
+        for record, samples in zip(plain, self._digests, strict=True):
+            found.update(json.dumps([record.label, record.source, samples]).encode())
+        return found.hexdigest()
+
+    @cached_property
+    def _digests(self) -> list[str]:
+        """The digest of the samples of each motion."""
+        return [digest(record) for array in self.arrays for record in records(array)]
+
+
+class BlockStudy:
+    """The shared part of the kinds of studies that shake known or uncertain blocks by a design."""
+
+    configuration: dict[str, Any]
+    blocks: tuple[Block, ...]
+    models: tuple[Law, ...]
+    design: Design
+    risk: Risk | None = None
+
+    @property
+    def of_each_law(self) -> list[Oscillator]:
+        return [model.oscillator(self.blocks[0]) for model in self.models]
+
+    @property
+    def notes(self) -> list[str]:
+        return block_notes(self.blocks)
+
+    @property
+    def arrays(self) -> Iterable[xr.DataArray]:
+        return (*self.design.arrays, *self.design.below)
+
+    @property
+    def _read(self) -> list[Any]:
+        hazard = [] if self.risk is None else [asdict(self.risk.hazard)]
+        beside = "blocks_file" in self.configuration
+        return [*hazard, *([list(astuple(one)) for one in self.blocks] if beside else [])]
+
+
+def part_of(progress: Progress | None, before: int, total: int) -> Progress | None:
+    """Return the progress callback of a part of the runs that begins after `before` of all `total` runs."""
+    return None if progress is None else lambda done, _: progress(before + done, total)
+
+
+def plain(content: StudyFile) -> dict[str, Any]:
+    """Return a study file as plain values."""
+    found: dict[str, Any] = content.model_dump(mode="json", by_alias=True, exclude_none=True)
+    return found
+
+
+def blocks_of(content: StudyFile, folder: Path, most: int = MOST_BLOCKS) -> tuple[Block, ...]:
+    """Make the blocks of a study, from its file or its blocks_file; ValueError for wrong blocks or more than `most`."""
+    if content.blocks_file is None:
+        return each("blocks", content.blocks or [])
+    found = read_blocks(folder / content.blocks_file)
+    if len(found) > most:
+        raise ValueError(f"blocks_file: a study of this kind holds at most {most:,} blocks, got {len(found):,}")
+    return found
+
+
+def incremental_design(content: StudyFile, folder: Path, key: str, each: str) -> Incremental:
+    """Return the design of a study whose table `key` needs an incremental analysis; ValueError for any other."""
+    design = content.design(folder)
+    if not isinstance(design, Incremental):
+        raise ValueError(f"{key} needs ida: the same motions at the same levels for every {each}")
+    return design
+
+
+def check_one_floor(design: Design, key: str) -> None:
+    """Raise a ValueError where a study with the table `key` has the motions of several floors."""
+    if any(array.sizes.get("floor", 1) > 1 for array in design.arrays) or len(design.floors) > 1:
+        raise ValueError(f"{key} needs the motions of one floor, got several")
+
+
+def check_laws(content: StudyFile, blocks: Iterable[Block], laws: Sequence[Law]) -> None:
+    """Raise a ValueError that names the block and the law where a law does not apply to a block."""
+    for block in blocks:
+        for law in laws:
+            try:
+                law.oscillator(block)
+            except ValueError as error:
+                where = "blocks" if content.blocks_file is None else "blocks_file"
+                raise ValueError(f"{where}: {block.label!r} under {law.label}: {error}") from None
+
+
+def each(name: str, tables: Iterable[Any]) -> tuple[Any, ...]:
+    """Build each table; an error names the table."""
+    built = []
+    for i, table in enumerate(tables, start=1):
+        try:
+            built.append(table.build())
+        except ValueError as error:
+            raise ValueError(f"{name}[{i}]: {error}") from None
+    taken: dict[str, int] = {}
+    for i, value in enumerate(built, start=1):
+        if value.label in taken:
+            raise ValueError(f"{name}[{i}]: the label {value.label!r} is taken by {name}[{taken[value.label]}]")
+        taken[value.label] = i
+    return tuple(built)

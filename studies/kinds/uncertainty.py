@@ -1,0 +1,288 @@
+"""Uncertainty studies: blocks and laws with uncertain properties, under the same motions for every sample."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Progress
+from ...fragility import (
+    RandomInputs,
+    morris_indices,
+    overturning_response,
+    preliminary_screen,
+    sobol_indices,
+    uncertain_ida,
+)
+from ...fragility.curves.curve import LINKED
+from ...fragility.fitting.links import LOGNORMAL
+from ...fragility.fitting.states import OVERTURNED, state_name
+from ...fragility.runs.scaling import BLOCK_MEASURES
+from ...models import Block, Law
+from ...units import DIMENSIONLESS
+from ...wording import counted
+from ..file.schema import StudyFile
+from ..plan.designs import Incremental
+from ..plan.estimates import Fit
+from ..plan.risk import Risk
+from ..plan.samples import NO_CAPACITY, fitted, pooled_curves, summary, yearly
+from ..text.curve_notes import curve_notes
+from .study import MOST_VARIED, BlockStudy, Study, blocks_of, check_one_floor, each, incremental_design, part_of, plain
+
+if TYPE_CHECKING:
+    from ...fragility.runs.runners import Runner
+
+REFUSED = {
+    "screen": "the screen is of single runs of known blocks, and here every sample is another block: leave uncertainty "
+    "out to screen the block as it is thought to be",
+    "measures": "measures are ranked for known blocks: leave uncertainty out to rank them",
+    "outputs": "of so many runs only the verdicts are kept",
+}
+"""Keys that are refused in a study with uncertainty, and the reasons."""
+FORMS = (LOGNORMAL, *LINKED)
+"""Forms of curves that can be fitted to every sample."""
+OF_KNOWN_BLOCKS = ("probability", "along")
+"""Questions asked with a hazard that need blocks of one size each."""
+
+LEVEL_BYTES_A_RUN = 60.0
+"""Memory for the variance shares of the flags at one level, or of the capacities, for each run."""
+
+DEFAULT = Fit()
+
+
+@dataclass(frozen=True)
+class UncertaintyStudy(BlockStudy, Study):
+    """Samples of uncertain blocks and laws x motions x levels; `sobol` and `morris`: sizes of the indices, or None."""
+
+    blocks: tuple[Block, ...]
+    models: tuple[Law, ...]
+    design: Incremental
+    inputs: RandomInputs
+    samples: int
+    seed: int
+    sobol: int | None = None
+    morris: int | None = None
+    fit: Fit = DEFAULT
+    risk: Risk | None = None
+    kind: ClassVar[str] = "uncertainty"
+
+    @classmethod
+    def of(cls, content: StudyFile, folder: Path) -> Self:
+        asked = content.uncertainty
+        assert asked is not None  # (the table makes it this kind of study)
+        _refuse(content)
+        design = incremental_design(content, folder, "uncertainty", "sample")
+        study = cls(
+            content.title,
+            plain(content),
+            blocks_of(content, folder, MOST_VARIED),
+            each("models", content.models),
+            design,
+            asked.build(),
+            asked.samples,
+            asked.seed,
+            asked.sobol,
+            asked.morris,
+            DEFAULT if content.fit is None else content.fit.build(),
+            None if content.hazard is None else content.hazard.risk(design.im, folder),
+        )
+        if "law" in study.inputs.names and len(study.models) > 1:
+            raise ValueError(f"models must be one law where law is an uncertain input, got {len(study.models)}")
+        check_one_floor(design, "uncertainty")
+        drawn = study.inputs.sample(2, study.seed)
+        for block in study.blocks:
+            for model in study.models:
+                study.inputs.realise(block, model, drawn)
+        design.check(study.blocks)
+        if study.risk is not None:
+            study.risk.check(design, content.motions.floors_file is not None)
+        return study
+
+    @property
+    def words(self) -> str:
+        of = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')}"
+        sampled = f"{of} × {counted(self.samples, 'sample')} × {self.design.words} = {counted(self._sampled, 'run')}"
+        more = self.runs - self._sampled
+        return sampled + (f", and {more:,} more" if more else "")
+
+    @property
+    def runs(self) -> int:
+        more = sum(samples for _, _, samples in self._indices.values())
+        return self._sampled + len(self.blocks) * len(self.models) * more * self.design.runs
+
+    @property
+    def stored_bytes(self) -> float:
+        return float(self._sampled)
+
+    @property
+    def together(self) -> float:
+        # the flags of one block at one level, and its capacities, under all laws
+        return max(super().together, LEVEL_BYTES_A_RUN * self._sampled / len(self.blocks) / self.design.at.size)
+
+    @property
+    def _sampled(self) -> int:
+        return len(self.blocks) * len(self.models) * self.samples * self.design.runs
+
+    @property
+    def _indices(self) -> dict[str, tuple[Any, int, int]]:
+        """The indices that are wanted: function, its size, and the number of its samples."""
+        d = len(self.inputs.names)
+        found: dict[str, tuple[Any, int, int]] = {}
+        if self.sobol is not None:
+            found["sobol"] = sobol_indices, self.sobol, self.sobol * (d + 2)
+        if self.morris is not None:
+            found["morris"] = morris_indices, self.morris, self.morris * (d + 1)
+        return found
+
+    def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
+        share = self.runs // len(self.blocks)
+        parts = []
+        for i, block in enumerate(self.blocks):
+            parts.append(self._of_block(block, client, part_of(progress, i * share, self.runs)))
+        labels = np.array([block.label for block in self.blocks], dtype=object)
+        along = xr.DataArray(labels, dims="block", name="block", attrs={"units": DIMENSIONLESS, "long_name": "block"})
+        rest = [part.drop_vars("overturned") for part in parts]
+        found = xr.concat(rest, along, combine_attrs="override", coords="different", compat="equals")
+        found = found.assign(overturned=_concatenated([part["overturned"].variable for part in parts], client))
+        found = found[list(parts[0].data_vars)]
+        # (the screen is of the nominal blocks, from which samples differ)
+        screened = preliminary_screen(self.blocks, self.models, found.sizes["motion"])
+        said = [*self._said(found), screened.attrs["notes"]]
+        return (
+            found.assign(screened.data_vars)
+            .assign_attrs(combined_attributes(parts))
+            .assign_attrs(notes="\n".join(said))
+        )
+
+    def _said(self, found: xr.Dataset) -> list[str]:
+        """Notes on the curves and rates of all samples together, in sentences."""
+        over = ["sample", "level", "motion"]
+        fell = found["overturned"].sum(over)
+        runs = xr.full_like(fell, self.samples * self.design.runs)
+        said = curve_notes(found, fell, runs, state_name(OVERTURNED))
+        if self.risk is None:
+            return said
+        curves = found[["median", "dispersion"]].assign_attrs(form=self.fit.form, im=self.design.im)
+        said += self.risk.notes(found, curves, self.design.highest(found), self.design)
+        missing = int(found["sample_rate"].isnull().sum())
+        if missing:
+            said.append(
+                f"{missing} of {found['sample_rate'].size} samples have no curve and so no rate of their own: mean and "
+                "quantiles over samples are of the others"
+            )
+        return said
+
+    def _of_block(self, block: Block, client: Runner, progress: Progress | None) -> xr.Dataset:
+        ground = self.design.ground or None
+        runs = uncertain_ida(
+            self.inputs,
+            block,
+            list(self.models),
+            self.design.motions,
+            self.design.at,
+            self.design.im,
+            ("overturned",),
+            client,
+            samples=self.samples,
+            seed=self.seed,
+            ground=ground,
+            progress=progress,
+        )
+        shared = summary(runs, self.fit)
+        pooled, own = pooled_curves(runs, self.fit, keep=self.risk is not None), fitted(runs, self.fit)
+        found = runs.assign(shared.data_vars).assign(own.rename(median="sample_median", dispersion="sample_dispersion"))
+        kept = pooled.drop_vars([name for name in pooled.data_vars if "replicate" in pooled[name].dims])
+        found = found.assign(kept.data_vars).assign_attrs(
+            shared.attrs, fit_method=pooled.attrs["method"], form=pooled.attrs["form"], confidence=self.fit.confidence
+        )
+        if self.risk is not None:
+            rates = yearly(self.risk, pooled, own, self.design.highest(runs), self.fit.confidence)
+            found = found.assign(rates.data_vars).assign_attrs(years=self.risk.years)
+        done = len(self.models) * self.samples * self.design.runs
+        for name, (indices, n, samples) in self._indices.items():
+            each_law = []
+            for model in self.models:
+                response = overturning_response(
+                    self.inputs,
+                    block,
+                    model,
+                    self.design.motions,
+                    self.design.at,
+                    self.design.im,
+                    ground=ground,
+                    client=client,
+                    progress=part_of(progress, done, self.runs),
+                )
+                each_law.append(indices(self.inputs, response, n, seed=self.seed))
+                done += samples * self.design.runs
+            together = xr.concat(each_law, runs["model"], combine_attrs="override")
+            found = found.assign({f"{name}_{key}": one for key, one in together.data_vars.items()})
+        return found
+
+
+def _concatenated(parts: Sequence[xr.Variable], client: Runner) -> xr.Variable:
+    """Join the runs of each block into those of all blocks."""
+    first = parts[0]
+    found = client.array((len(parts), *first.shape), first.dtype)
+    for own, part in zip(found, parts, strict=True):
+        own[...] = part.values
+    return xr.Variable(("block", *first.dims), found, first.attrs)
+
+
+def combined_attributes(parts: Sequence[xr.Dataset]) -> dict[str, str]:
+    """Combine the configurations and the counts of skipped samples of results of one block each."""
+    configurations = [json.loads(one.attrs["configuration"]) for one in parts]
+    first = {key: value for key, value in configurations[0].items() if key != "block"}
+    counts = [json.loads(one.attrs["skipped"]) for one in parts]
+    samples = [one["samples"] for one in counts]
+    shares = {
+        name: round(float(np.average([one[name] for one in counts], weights=samples)), 6)
+        for name in counts[0]
+        if name.startswith("share_")
+    }
+    events = round(float(np.mean([one["events_per_run"] for one in counts])), 3)
+    attributes = {
+        "configuration": json.dumps(
+            {"blocks": [one["block"] for one in configurations], **first}, ensure_ascii=False, sort_keys=True
+        ),
+        "skipped": json.dumps({"samples": sum(samples), **shares, "events_per_run": events}),
+    }
+    reasons = dict.fromkeys(str(one.attrs[NO_CAPACITY]) for one in parts if NO_CAPACITY in one.attrs)
+    return attributes | ({NO_CAPACITY: "; ".join(reasons)} if reasons else {})
+
+
+def _refuse(content: StudyFile) -> None:
+    """Raise a ValueError with the reason for questions that a study with uncertainty cannot answer."""
+    for name, reason in REFUSED.items():
+        if getattr(content, name) is not None:
+            raise ValueError(f"a study with uncertainty has no {name}: {reason}")
+    if content.fit is not None:
+        if content.fit.form not in FORMS:
+            raise ValueError(
+                f"fit.form of a study with uncertainty must be one of {', '.join(FORMS)}, got {content.fit.form!r}: "
+                "every sample needs a median and a dispersion"
+            )
+        if content.fit.state != OVERTURNED:
+            raise ValueError(
+                f"fit.state of a study with uncertainty must be 'overturned', got {content.fit.state!r}: its shares "
+                "of the variance and its indices are of overturning"
+            )
+    if content.hazard is not None:
+        given = [name for name in OF_KNOWN_BLOCKS if getattr(content.hazard, name) is not None]
+        if given:
+            raise ValueError(
+                f"hazard.{given[0]} is not for a study with uncertainty: the sizes of its blocks are not known; leave "
+                "uncertainty out to ask which size meets a target"
+            )
+        im = content.analysis.im
+        if im in BLOCK_MEASURES:
+            raise ValueError(
+                f"hazard needs levels of the motion alone in a study with uncertainty, got im {im!r}: a level of it is "
+                f"another shaking for every sample; set ida.im = {BLOCK_MEASURES[im].measure.label!r}"
+            )

@@ -1,0 +1,198 @@
+"""Designs of a study's motions: each at every level (ida), a set for each level (stripes), or each once (cloud)."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array, Progress
+from ...fragility import cloud, ida, stripes
+from ...fragility.runs.scaling import ground_of, intensities, intensity_measure, scaling
+from ...models import Block, Law
+from ...motions import records
+from ...wording import counted
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from ...fragility.runs.runners import Runner
+
+Motions = tuple[xr.DataArray, ...]
+
+
+class Design(ABC):
+    """Motions and their analysis; `im` is the measure, taken of the `ground` motions where these are given."""
+
+    motions: tuple[Any, ...]
+    ground: tuple[Any, ...]
+    im: str
+    name: ClassVar[str]
+    """Its key in study files."""
+
+    @property
+    def arrays(self) -> Motions:
+        """All motions that shake the blocks."""
+        return self.motions
+
+    @property
+    def below(self) -> Motions:
+        """All ground motions whose measure defines the levels; none where the motions' own measure does."""
+        return self.ground
+
+    @property
+    def levels(self) -> Array:
+        """Levels of the measure; empty where every motion has an intensity of its own."""
+        return np.empty(0)
+
+    def highest(self, runs: xr.Dataset) -> xr.DataArray | float:
+        """The highest shaking of the runs, in the measure; on block where the measure depends on the block."""
+        return float(self.levels[-1]) if self.levels.size else runs["intensity"].max("motion")
+
+    @property
+    def shakes(self) -> int:
+        """Number of motions, counted on every floor."""
+        return sum(array.sizes["motion"] * array.sizes.get("floor", 1) for array in self.arrays)
+
+    @property
+    def floors(self) -> list[str]:
+        """The floors that the motions are of, each once; empty where the motions are of the ground."""
+        every = [array["floor"].values for array in self.arrays if "floor" in array.dims]
+        return list(dict.fromkeys(str(floor) for one in every for floor in one))
+
+    @property
+    def runs(self) -> int:
+        """Number of runs of one block under one law."""
+        return self.shakes
+
+    @property
+    def words(self) -> str:
+        """The size of the design in words: 60 motions × 3 floors × 16 levels."""
+        floors = {array.sizes.get("floor", 1) for array in self.arrays}
+        each = floors.pop() if len(floors) == 1 else 1
+        found = counted(self.shakes // each, "motion")
+        return found if each == 1 else f"{found} × {counted(each, 'floor')}"
+
+    @abstractmethod
+    def check(self, blocks: Sequence[Block]) -> None:
+        """Raise a ValueError where motions, levels and measure do not go together, before anything runs."""
+
+    def run(
+        self,
+        blocks: Sequence[Block],
+        models: Sequence[Law],
+        outputs: Sequence[str],
+        client: Client | Runner | None,
+        progress: Progress | None,
+    ) -> xr.Dataset:
+        """Return all runs of blocks under laws as a labelled dataset."""
+        ground = self.ground or None
+        return self._analysed(blocks, models, outputs, client=client, screen=False, ground=ground, progress=progress)
+
+    @abstractmethod
+    def _analysed(
+        self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
+    ) -> xr.Dataset:
+        """Return the runs of the analysis that has the design's name, with the options that all analyses share."""
+
+
+@dataclass(frozen=True)
+class Incremental(Design):
+    """Every motion at every level."""
+
+    motions: Motions
+    ground: Motions
+    im: str
+    at: Array
+    name: ClassVar[str] = "ida"
+
+    @property
+    def levels(self) -> Array:
+        return self.at
+
+    @property
+    def runs(self) -> int:
+        return self.shakes * self.at.size
+
+    @property
+    def words(self) -> str:
+        return f"{super().words} × {counted(self.at.size, 'level')}"
+
+    def check(self, blocks: Sequence[Block]) -> None:
+        plain = records(self.motions)
+        scaling(self.at, plain, self.im, blocks, ground_of(plain, records(self.ground)) if self.ground else None)
+
+    def _analysed(
+        self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
+    ) -> xr.Dataset:
+        return ida(blocks, models, self.motions, self.at, self.im, outputs, **options)
+
+
+@dataclass(frozen=True)
+class Stripes(Design):
+    """A set of motions at each level, scaled to it where `scale` is set, or as they are."""
+
+    motions: tuple[Motions, ...]
+    ground: tuple[Motions, ...]
+    im: str
+    at: Array
+    scale: bool
+    name: ClassVar[str] = "stripes"
+
+    @property
+    def arrays(self) -> Motions:
+        return tuple(_flat(self.motions))
+
+    @property
+    def below(self) -> Motions:
+        return tuple(_flat(self.ground))
+
+    @property
+    def levels(self) -> Array:
+        return self.at
+
+    @property
+    def words(self) -> str:
+        return f"{super().words} in {counted(self.at.size, 'stripe')}"
+
+    def check(self, blocks: Sequence[Block]) -> None:
+        for i, (level, motions) in enumerate(zip(self.at, self.motions, strict=True)):
+            plain = records(motions)
+            below = ground_of(plain, records(self.ground[i])) if self.ground else None
+            scaling([level], plain, self.im, blocks, below)
+
+    def _analysed(
+        self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
+    ) -> xr.Dataset:
+        return stripes(blocks, models, self.motions, self.at, self.im, outputs, scale=self.scale, **options)
+
+
+@dataclass(frozen=True)
+class Cloud(Design):
+    """Every motion once, as it is."""
+
+    motions: Motions
+    ground: Motions
+    im: str
+    name: ClassVar[str] = "cloud"
+
+    def check(self, blocks: Sequence[Block]) -> None:
+        plain = records(self.motions)
+        measure = intensity_measure(self.im)
+        if measure is None:
+            raise ValueError(f"cloud.im must be a measure of the motions, got {self.im!r}")
+        intensities(measure, ground_of(plain, records(self.ground)) if self.ground else plain, blocks)
+
+    def _analysed(
+        self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
+    ) -> xr.Dataset:
+        return cloud(blocks, models, self.motions, self.im, outputs, **options)
+
+
+def _flat(sets: tuple[Motions, ...]) -> Iterator[xr.DataArray]:
+    for one in sets:
+        yield from one

@@ -1,0 +1,132 @@
+"""Estimates from the runs of a study: probabilities, curves, and the ranking of intensity measures."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ...fragility import fit_fragility, overturning_probability, rank_measures
+from ...fragility.fitting.states import OVERTURNED, UPLIFTED, State, reached, state_name
+from ...fragility.numerics.slabs import gathered
+from ...fragility.runs.provenance import motions_by_floor, scaled_to_levels
+from ..text.curve_notes import crossing_notes, curve_notes
+
+RANK = "measure_"
+"""Prefix of the names of the ranking's variables, beside the other variables of the results."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Options of the fitted curves, as those of `toppling.fit_fragility`."""
+
+    form: str = "lognormal"
+    method: str = "binomial"
+    intervals: str | None = None
+    fractiles: tuple[float, ...] = ()
+    penalty: str = "auto"
+    replicates: int = 1000
+    seed: int = 0
+    state: State = OVERTURNED
+    confidence: float = 0.95
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The outputs of the runs that the fit needs."""
+        uplift = self.form == "uplift-lognormal" or self.state == UPLIFTED
+        peaks = not isinstance(self.state, str)
+        return ("overturned", *(["peak_rotation"] if peaks else []), *(["uplifted"] if uplift else []))
+
+    def curves(
+        self,
+        runs: xr.Dataset,
+        replicates: bool,
+        together: tuple[str, ...] = (),
+        telling: Callable[[str, int, int], None] | None = None,
+    ) -> xr.Dataset:
+        """Fit the curves of runs, pooled along the dimensions `together`, with their `replicates` if wanted.
+
+        `telling` is called with the name of the work, the number of curves fitted, and the number of all curves.
+        """
+        total = math.prod(runs.sizes.get(dim, 1) for dim in ("block", "model")) * len(motions_by_floor(runs)[1])
+        before = 0
+
+        def fitted(part: xr.Dataset) -> xr.Dataset:
+            nonlocal before
+            own = 0
+
+            def progress(done: int, of: int) -> None:
+                nonlocal own
+                own = of
+                if telling is not None:
+                    telling("curves", before + done, total)
+
+            found = fit_fragility(
+                part,
+                self.confidence,
+                form=self.form,
+                method=self.method,
+                intervals=self.intervals,
+                fractiles=self.fractiles,
+                penalty=self.penalty,
+                replicates=self.replicates,
+                seed=self.seed,
+                keep_replicates=replicates,
+                state=self.state,
+                together=together,
+                progress=progress,
+            )
+            before += own
+            return found
+
+        return gathered(fitted, runs)
+
+    def probabilities(self, runs: xr.Dataset) -> xr.Dataset:
+        """Observed probabilities of runs that have levels."""
+        return gathered(lambda part: overturning_probability(part, self.confidence, self.state), runs)
+
+    def notes(self, curves: xr.Dataset, runs: xr.Dataset) -> list[str]:
+        """Notes on curves that rest on few or contradicting runs: one sentence each."""
+        counted = gathered(self._counted, runs)
+        said = curve_notes(curves, counted["fell"], counted["tried"], state_name(self.state))
+        return said + (crossing_notes(curves, self.probabilities(runs)) if scaled_to_levels(runs) else [])
+
+    def _counted(self, runs: xr.Dataset) -> xr.Dataset:
+        """The number of runs of each curve that reached the state, and the number of its runs."""
+        flags = reached(runs, self.state)
+        floor, groups = motions_by_floor(flags)
+        over = [dim for dim in ("level", "motion") if dim in flags.dims]
+        parts = [flags if floor is None else flags.isel(motion=here) for here in groups]
+        counts = [part.sum(over) for part in parts]
+        sizes = [
+            xr.full_like(one, math.prod(part.sizes[dim] for dim in over))
+            for one, part in zip(counts, parts, strict=True)
+        ]
+        fell, tried = (one[0] if floor is None else xr.concat(one, floor) for one in (counts, sizes))
+        return xr.Dataset({"fell": fell, "tried": tried})
+
+
+def ranked(runs: xr.Dataset, motions: Any, also: tuple[str, ...], state: State) -> xr.Dataset:
+    """Return the ranking of measures under the names that it has in the results."""
+    found = rank_measures(runs, motions, also, state=state)
+    said = {name: value for name, value in found.attrs.items() if name not in runs.attrs}
+    renamed = found.rename({str(name): f"{RANK}{name}" for name in found.data_vars})
+    return renamed.assign_attrs(ranking=json.dumps(said, default=str))
+
+
+def ranking_of_measures(results: xr.Dataset) -> xr.Dataset:
+    """Return the ranking held by a study's results, as `rank_measures` returns it."""
+    own = [str(name) for name in results.data_vars if str(name).startswith(RANK)]
+    found = results[own].rename({name: name.removeprefix(RANK) for name in own})
+    return found.assign_attrs(json.loads(results.attrs["ranking"]))
+
+
+def middle_level(probability: xr.DataArray) -> int:
+    """The index of the level at which a probability, averaged over all other dimensions, is nearest to one half."""
+    rest = [dim for dim in probability.dims if dim != "level"]
+    return int(np.abs(probability.mean(rest).values - 0.5).argmin())

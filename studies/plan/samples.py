@@ -1,0 +1,125 @@
+"""Estimates from samples x motions of one uncertain block: curves of each sample and of all, rates, variance shares."""
+
+from __future__ import annotations
+
+import warnings
+
+import xarray as xr
+
+from ...fragility import capacity_variance_shares, fit_fragility, overturning_probability, variance_shares
+from ...fragility.fitting.intervals import WALD
+from ...fragility.hazard.rates import probability_in
+from ...fragility.numerics.slabs import gathered
+from ...units import DIMENSIONLESS, PER_YEAR
+from .estimates import Fit
+from .risk import Risk
+
+QUANTILES = (0.05, 0.5, 0.95)
+FACTORS = ("motion", "model", "sample")
+NO_CAPACITY = "no_capacity_shares"
+"""Attribute that holds the reason why capacities are not known."""
+
+
+def summary(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
+    """Compute probabilities with their spread over samples, and shares of the variance of flags and capacities.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        ``overturned`` on (model, sample, level, motion), as `uncertain_ida` returns it.
+    fit : Fit
+        Options of the fit, of which only the confidence is used.
+    """
+    probability = overturning_probability(runs, fit.confidence)["probability"]
+    alone = [dim for dim in FACTORS if runs.sizes[dim] == 1]
+    told = [dim for dim in FACTORS if dim not in alone]
+    flags = gathered(lambda part: variance_shares(part["overturned"].squeeze(alone), told), runs, ("level",))
+    dataset = xr.Dataset(
+        {
+            "probability": probability.mean("sample").assign_attrs(
+                units=DIMENSIONLESS, long_name="probability of overturning, inputs uncertain"
+            ),
+            "probability_quantile": _quantiles(probability, DIMENSIONLESS, "probability"),
+            "sample_probability": probability,
+            "flag_share": flags["share"],
+            "flag_total_share": flags["total_share"],
+        }
+    )
+    try:
+        capacity = capacity_variance_shares(runs.squeeze(alone), flags["factor"].values.tolist())
+    except ValueError as error:
+        return dataset.assign_attrs({NO_CAPACITY: str(error)})
+    keep = ("share", "total_share", "total_variance", "share_known", "rounding_share", "motions_used")
+    return dataset.assign({f"capacity_{name}": capacity[name] for name in keep})
+
+
+def fitted(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
+    """Fit the curve of every sample: median and dispersion on (model, sample)."""
+    data = runs if fit.method != "binomial" else overturning_probability(runs, fit.confidence)
+    found = gathered(
+        lambda part: fit_fragility(part, form=fit.form, method=fit.method, penalty=fit.penalty, intervals=WALD),
+        data,
+        ("model", "sample"),
+    )
+    names = {"median": "median of each sample", "dispersion": "dispersion of each sample"}
+    return found[list(names)].assign({name: found[name].assign_attrs(long_name=text) for name, text in names.items()})
+
+
+def pooled_curves(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
+    """Fit the curve of all samples together, on model; with its replicates where `keep` is set.
+
+    Every sample of a motion is a run of that motion: intervals are over motions, and the samples stay as they are.
+    """
+    of_one = runs[["overturned"]].drop_vars([name for name, one in runs.coords.items() if "sample" in one.dims])
+    return fit.curves(of_one, replicates=keep, together=("sample",))
+
+
+def yearly(
+    risk: Risk, pooled: xr.Dataset, own: xr.Dataset, highest: xr.DataArray | float, confidence: float
+) -> xr.Dataset:
+    """Compute the rates of the curve of all samples, and of the curve of every sample.
+
+    Parameters
+    ----------
+    risk : Risk
+        Hazard curve and years.
+    pooled, own : xarray.Dataset
+        As `pooled_curves` and `fitted` return them.
+    highest, confidence
+        As for `Risk.of`.
+
+    Returns
+    -------
+    xarray.Dataset
+        As `Risk.of`, of the pooled curve; and ``sample_rate``, ``sample_rate_mean``, ``sample_rate_quantile`` and
+        ``sample_risk_probability_mean``.  Samples without a curve are left out of all of these.
+
+    Notes
+    -----
+    The unknown properties of a block do not change from earthquake to earthquake: the probability in some years is the
+    mean of 1 - exp(-rate years) over samples, which is less than the probability of the mean rate.
+    """
+    each = risk.rates(own, confidence)["rate"]
+    text = "annual rate of overturning"
+    chance = each.copy(data=probability_in(each.values, risk.years))
+    found = {
+        "sample_rate": each.assign_attrs(units=PER_YEAR, long_name=f"{text} of each sample"),
+        "sample_rate_mean": each.mean("sample").assign_attrs(
+            units=PER_YEAR, long_name=f"mean over samples of the {text}"
+        ),
+        "sample_rate_quantile": _quantiles(each, PER_YEAR, text),
+        "sample_risk_probability_mean": chance.mean("sample").assign_attrs(
+            units=DIMENSIONLESS,
+            long_name=f"mean over samples of the probability of overturning in {risk.years:g} years",
+        ),
+    }
+    return risk.of(pooled, confidence, highest).assign(found)
+
+
+def _quantiles(values: xr.DataArray, units: str, text: str) -> xr.DataArray:
+    with warnings.catch_warnings():  # where no sample has a value there is none
+        warnings.filterwarnings("ignore", "All-NaN", RuntimeWarning)
+        found = values.quantile(list(QUANTILES), "sample")
+    found = found.assign_attrs(units=units, long_name=f"quantile over samples of the {text}")
+    found["quantile"] = found["quantile"].assign_attrs(units=DIMENSIONLESS, long_name="probability of the quantile")
+    return found

@@ -1,0 +1,1 @@
+"""Figures, one module for each subject; every function takes matplotlib axes and returns them."""

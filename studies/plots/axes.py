@@ -1,0 +1,225 @@
+"""Axes, legends, headings and colours that all figures share, used as ``axes.grid(ax)`` or ``axes.heading(figure, …)``.
+
+The figures are matplotlib's own objects and never pyplot's, so that no figure stays open and the user's backend is not
+changed.  Nothing here knows the results of a study: `selection` takes from them what a figure draws.
+"""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, MaxNLocator, NullFormatter
+from numpy.typing import NDArray
+
+__all__ = [
+    "COLOURS",
+    "LINES",
+    "MARKERS",
+    "PANEL_COLUMNS",
+    "REFERENCE",
+    "colour",
+    "columns_for",
+    "grid",
+    "heading",
+    "legend_below",
+    "level_axis",
+    "log_spaced",
+    "look",
+    "model_name",
+    "named_rows",
+    "new",
+    "outer_labels",
+    "own_legend",
+    "plain_log",
+    "remove_spare",
+    "round_ticks",
+    "width_of",
+    "wrapped",
+]
+
+# The palette of Okabe and Ito (2008), which readers with any colour vision can tell apart.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+MARKERS = ("o", "s", "^", "D", "v", "P")
+LINES = ("solid", "dotted", "dashdot")
+REFERENCE = ("#000000", "X", (0, (4, 2)))
+"""Colour, marker and line of the reference: black and dashed."""
+PANEL_COLUMNS = 3
+"""Panels in a row of a figure at the most."""
+LETTERS = 13.0
+"""Letters of 10 points that fit into one inch."""
+
+
+def new(width: float, height: float) -> Axes:
+    """Return the axes of a new figure of a width and a height in inches."""
+    return Figure(figsize=(width, height), layout="constrained").add_subplot()
+
+
+def colour(i: int) -> str:
+    """Return colour `i` of the palette, which starts again after its last colour."""
+    return COLOURS[i % len(COLOURS)]
+
+
+def look(i: int) -> tuple[str, str, str]:
+    """Return the colour, marker and line style of entry `i`; after a whole palette the line style changes."""
+    return colour(i), MARKERS[i % len(MARKERS)], LINES[i // len(COLOURS) % len(LINES)]
+
+
+def model_name(label: str) -> str:
+    """Return a law's label with e_R written as a symbol with its subscript."""
+    return label.replace("e_R", "$e_R$")
+
+
+def wrapped(text: str, inches: float, size: float = 10.0) -> str:
+    """Return a text in lines that fit into a width and are about equally long.
+
+    Lines break at spaces; no-break spaces hold.  `size` is the size of the letters in points.
+    """
+    most = max(8, int(LETTERS * inches * 10.0 / size))
+    return "\n".join("\n".join(_even(line, most)) for line in text.split("\n"))
+
+
+def _even(line: str, most: int) -> list[str]:
+    """Break a line into as few lines as needed, the longest as short as possible, so that no word is left alone."""
+    found = textwrap.wrap(line, most, break_on_hyphens=False)
+    # (a width below the longest word would break that word)
+    for width in range(most - 1, max(7, *map(len, line.split(" "))) - 1, -1):
+        closer = textwrap.wrap(line, width, break_on_hyphens=False)
+        if len(closer) > len(found):
+            break
+        found = closer
+    return found
+
+
+def heading(figure: Figure, title: str, text: str = "") -> None:
+    """Write a title above all panels, and below the title what a reader must know to read the panels."""
+    width = 0.94 * figure.get_figwidth()
+    size = 11.0 if width > 7.0 else 10.0
+    figure.suptitle("\n".join(wrapped(one, width, size) for one in (title, text) if one), fontsize=size)
+
+
+def own_legend(ax: Axes, place: Literal["best", "lower right"] = "best") -> None:
+    """Add the legend of axes that have a figure of their own, where they show more than one labelled thing."""
+    if len(ax.get_legend_handles_labels()[1]) > 1:
+        ax.legend(frameon=False, fontsize=9, loc=place)
+
+
+def legend_below(figure: Figure, handles: Sequence[Artist], labels: Sequence[str]) -> None:
+    """Add one legend for all panels below them, in as many columns as fit."""
+    if not labels:
+        return
+    entry = max(len(label.replace("$", "")) for label in labels) / LETTERS * 0.9 + 0.55
+    columns = max(1, min(len(labels), int(0.96 * figure.get_figwidth() / entry)))
+    # (rows of equal length: five entries as 3 + 2, not 4 + 1)
+    columns = math.ceil(len(labels) / math.ceil(len(labels) / columns))
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=9)
+
+
+def columns_for(panels: int) -> int:
+    """Return the number of columns for a number of panels: three at the most, and two for four panels."""
+    return 2 if panels == 4 else min(PANEL_COLUMNS, panels)
+
+
+def outer_labels(ax: Axes, i: int, columns: int, panels: int, *, ticks: bool = True) -> None:
+    """Keep the axis labels of panel `i` only at the left and the lower edge of the panels, which fill row by row.
+
+    With `ticks` the same holds for the numbers at the ticks, as for panels that share their axes.
+    """
+    left, below = i % columns == 0, i + columns >= panels
+    if not left:
+        ax.set_ylabel("")
+    if not below:
+        ax.set_xlabel("")
+    if ticks:
+        ax.tick_params(labelleft=left, labelbottom=below)
+
+
+def remove_spare(axes: NDArray[Any], panels: int) -> None:
+    """Remove the axes of a grid that come after its number of panels."""
+    for ax in list(axes.flat)[panels:]:
+        ax.remove()
+
+
+def grid(ax: Axes, along: str = "both") -> None:
+    """Draw pale grid lines, and remove the frame on the sides that have no axis."""
+    ax.grid(axis=along, alpha=0.25, lw=0.6)  # type: ignore[arg-type]
+    ax.set_axisbelow(True)
+    ax.spines[["top", "right"]].set_visible(False)
+    if along == "x":
+        ax.tick_params(axis="y", length=0.0)
+        ax.spines["left"].set_visible(False)
+
+
+def named_rows(ax: Axes, names: Sequence[str], **text: Any) -> None:
+    """Name the rows of horizontal bars or dots, the first on top, and draw the grid across them.
+
+    `text` holds matplotlib's options for the names.
+    """
+    ax.set_yticks(range(len(names)), names, **text)
+    ax.set_ylim(len(names) - 0.4, -0.6)
+    grid(ax, "x")
+
+
+def round_ticks(most: int, *, whole: bool = False) -> MaxNLocator:
+    """Return a locator of at most `most` intervals at 1, 2 or 5 times powers of ten, with `whole` at integers alone."""
+    return MaxNLocator(most, integer=whole, steps=[1, 2, 5, 10])
+
+
+def log_spaced(levels: Any) -> bool:
+    """Return True if levels are spaced more evenly on a logarithmic axis than on a linear one."""
+    x = np.asarray(levels, dtype=float)
+    if x.size < 3 or x[0] <= 0.0 or x[-1] < 3.0 * x[0]:
+        return False
+    steps, ratios = np.diff(x), np.diff(np.log(x))
+    return bool(ratios.std() / ratios.mean() < steps.std() / steps.mean())
+
+
+def level_axis(ax: Axes, low: float, high: float, log: bool, name: str) -> None:
+    """Set the x-axis of levels: logarithmic from `low` to `high`, or linear from zero to `high`."""
+    if log:
+        ax.set_xscale("log")
+        ax.set_xlim(low, high)
+        plain_log(ax)
+    else:
+        ax.set_xlim(0.0, high)
+        ax.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
+    ax.set_xlabel(wrapped(name, width_of(ax)))
+
+
+def width_of(ax: Axes) -> float:
+    """Return the approximate width that axes have for text, inches."""
+    spec = ax.get_subplotspec()
+    figure = ax.get_figure(root=True)
+    whole = 6.0 if figure is None else float(figure.get_figwidth())
+    return max(1.5, (whole if spec is None else whole / spec.get_gridspec().ncols) - 0.7)
+
+
+def plain_log(ax: Axes) -> None:
+    """Write plain numbers on a logarithmic x-axis, several within a decade where there is room for them."""
+    low, high = ax.get_xlim()
+    decades = math.log10(high / low) if 0.0 < low < high else 1.0
+    room = width_of(ax) / decades
+    subs = (1.0, 2.0, 5.0) if room > 1.3 else (1.0, 3.0) if room > 0.9 else (1.0,)
+    ax.xaxis.set_major_locator(LogLocator(subs=subs))
+    # (small numbers are written as powers of ten, which do not overlap)
+    tiny = LogFormatterMathtext()
+
+    def text(value: float, _: int | None = None) -> str:
+        left, right = ax.get_xlim()
+        if (value < 1e-3 or right > 100.0 * left) and not _is_power(value):
+            return ""
+        return f"{value:,g}" if value >= 1e-3 else str(tiny(value))
+
+    ax.xaxis.set_major_formatter(FuncFormatter(text))
+    ax.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _is_power(value: float) -> bool:
+    """Return True if a number is a power of ten."""
+    return value > 0.0 and abs(math.log10(value) - round(math.log10(value))) < 1e-9

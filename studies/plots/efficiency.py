@@ -1,0 +1,226 @@
+"""Figures that compare intensity measures: their dispersions, and the trend of the capacity with a covariate."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.special import stdtrit
+
+from ...wording import percent
+from ..plan.estimates import RANK, ranking_of_measures
+from ..text.words import floor_name, measure_name
+from . import axes, selection
+
+WORSE = "0.55"
+"""Grey of measures that the paired differences show to be worse than the best."""
+
+
+def measures(
+    results: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    block: str | None = None,
+    model: str | None = None,
+    floor: int | str | None = None,
+    color: str | None = None,
+) -> Axes:
+    """Draw intensity measures ranked by the dispersion of the capacity in each measure, the best on top.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        Results of a study with ``[measures]``, or the dataset that `toppling.fragility.rank_measures` returns.
+    ax : matplotlib Axes, optional
+        Axes to draw into; by default those of a new figure.
+    block, model : str, optional
+        Labels of a block and a damping law; each is needed where there are several.
+    floor : int or str, optional
+        The floor; needed where the results are of several floors.
+    color : str, optional
+        Matplotlib's colour for the measures that cannot be distinguished from the best.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        No ranking; several blocks, laws or floors, and no label given; no such label.
+
+    Notes
+    -----
+    Dots are dispersions of the capacity with bootstrap intervals.  Each measure is taken to the power in which it grows
+    with the motion's amplitude (Arias intensity as its root).  Full dots: measures that paired differences do not
+    distinguish from the best; hollow grey dots: worse measures.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shaking = tp.motions.CloughPenzien(duration=6, dt=0.02).sample(12)
+    >>> runs = tp.ida(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shaking, [1.0, 2.0, 4.0, 8.0])
+    >>> found = tp.fragility.rank_measures(runs, shaking, replicates=50)
+    >>> tp.plot.measures(found).get_xlabel()
+    'dispersion of the capacity'
+    """
+    if f"{RANK}rank" in results:
+        found = ranking_of_measures(results)
+    elif "amplitude_dispersion" in results and "measure" in results.dims:
+        found = results
+    else:
+        raise ValueError(
+            "a figure of measures needs their ranking: a study with measures, or what rank_measures returns"
+        )
+    here = selection.one(found, block=block, floor=floor, model=model)
+    return ranking(here, ax, color=color)
+
+
+def ranking(
+    found: xr.Dataset, ax: Axes | None = None, order: list[str] | None = None, color: str | None = None
+) -> Axes:
+    """Draw the dispersion of the capacity in every measure (over its power) with its interval, the best on top.
+
+    Full dots: measures that the paired differences do not distinguish from the best; hollow dots: worse measures.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        The ranking of one block and one law (and one floor): `fragility.rank_measures` with `sel` or `isel`.
+    ax : matplotlib Axes, optional
+        Axes to draw into; new axes by default.
+    order : list of str, optional
+        The measures from top to bottom; by rank by default.
+    color : str, optional
+        Colour of the measures that cannot be distinguished from the best.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        Several blocks, laws or floors.
+    """
+    _check_single(found, "dispersion")
+    if ax is None:
+        ax = axes.new(6.0, 0.28 * found.sizes["measure"] + 1.3)
+    here = found.sel(measure=order or by_rank(found))
+    y = np.arange(here.sizes["measure"])
+    best = np.nanmin(here["amplitude_dispersion"].values, initial=math.inf)
+    if math.isfinite(best):
+        ax.axvline(best, color="0.7", lw=0.8, ls=(0, (4, 2)), zorder=0)
+    for at, one in zip(y, (here.isel(measure=i) for i in range(y.size)), strict=True):
+        value = one["amplitude_dispersion"].item()
+        if math.isnan(value):
+            ax.annotate(
+                str(one["status"].item()), (0.02, at), xycoords=("axes fraction", "data"), va="center", fontsize=8
+            )
+            continue
+        worse = bool(one["distinguishable"])
+        colour = WORSE if worse else color or axes.COLOURS[0]
+        low, high = (one[f"amplitude_dispersion_{end}"].item() for end in ("lower", "upper"))
+        ax.plot([low, high], [at, at], color=colour, lw=1.6, solid_capstyle="butt")
+        ax.plot(value, at, "o", ms=6.0, color=colour, mfc="white" if worse else colour, mew=1.4)
+    powers = here["power"].values
+    names = [measure_name(str(one), float(power)) for one, power in zip(here["measure"].values, powers, strict=True)]
+    axes.named_rows(ax, names)
+    ax.set_xlim(0.0, _largest(here))
+    ax.set_xlabel("dispersion of the capacity")
+    return ax
+
+
+def _largest(found: xr.Dataset) -> float:
+    """Return the end of an axis on which every dispersion and its interval fit."""
+    ends = [found[name].values for name in ("amplitude_dispersion", "amplitude_dispersion_upper")]
+    return 1.04 * float(np.nanmax(np.concatenate([one.ravel() for one in ends]), initial=0.1))
+
+
+def by_rank(found: xr.Dataset) -> list[str]:
+    """Return the measures from the best to the worst by their mean rank over all else; measures without a rank last."""
+    rank = found["rank"].where(found["rank"] > 0, found.sizes["measure"] + 1)
+    mean = rank.mean([dim for dim in rank.dims if dim != "measure"])
+    return [str(one) for one in found["measure"].values[np.argsort(mean.values, kind="stable")]]
+
+
+def ranking_figure(found: xr.Dataset, block: str | None = None, floor: int | str | None = None) -> Figure:
+    """Return the figure of a block's ranked measures, a panel for each law, in one order; by default the first.
+
+    Raises
+    ------
+    ValueError
+        Results of several floors, and no floor given.
+    """
+    label = selection.labels(found, "block")[0] if block is None else block
+    here = selection.one(found, block=label, floor=floor)
+    where = label if floor is None else f"{label}, {floor_name(floor)}"
+    laws = here.sizes["model"]
+    columns = axes.columns_for(laws)
+    rows = math.ceil(laws / columns)
+    height = 0.24 * here.sizes["measure"] + 0.75
+    width = max(2.6 * columns + 1.8, 6.0)
+    figure = Figure(figsize=(width, height * rows + 1.2), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False, sharey=True, sharex=True)
+    order = by_rank(here)
+    axes.remove_spare(panels, laws)
+    for i, ax in enumerate(panels.flat[:laws]):
+        one = here.isel(model=i)
+        ranking(one, ax, order)
+        ax.set_xlim(0.0, _largest(here))
+        ax.set_title(axes.wrapped(axes.model_name(str(one["model"].item())), 2.5), fontsize=10)
+        ax.set_xlabel("dispersion of the capacity" if i + columns >= laws else "")
+        ax.tick_params(labelbottom=True, labelleft=i % columns == 0)
+    text = (
+        f"{where}: scatter of the capacity in each intensity measure; {found.attrs['motions']} motions, "
+        f"{percent(float(found.attrs['confidence']))} bootstrap intervals; "
+        "full dots: not told from the best by paired differences"
+    )
+    axes.heading(figure, str(found.attrs.get("title", "Intensity measures")), text)
+    return figure
+
+
+def sufficiency(found: xr.Dataset, covariate: str, ax: Axes | None = None, order: list[str] | None = None) -> Axes:
+    """Draw the trend of the capacity with a covariate in every measure, with its interval.
+
+    A sufficient measure leaves no trend.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        The ranking of one block and one law (and one floor), as for `ranking`.
+    covariate : str
+        Name of the covariate.
+    ax, order
+        As for `ranking`.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    _check_single(found, "dispersion")
+    here = found.sel(measure=order or by_rank(found), covariate=covariate)
+    if ax is None:
+        ax = axes.new(6.0, 0.28 * found.sizes["measure"] + 1.3)
+    level = float(found.attrs["confidence"])
+    n = int(here["covariate_motions"])
+    half = stdtrit(max(n - 2, 1), 0.5 + 0.5 * level) * here["slope_se"].values
+    slope, p = here["slope"].values, here["p_value"].values
+    y = np.arange(slope.size)
+    ax.axvline(0.0, color="0.7", lw=0.8, ls=(0, (4, 2)), zorder=0)
+    for at in y[np.isfinite(slope)]:
+        trend = p[at] < 1.0 - level
+        colour = axes.COLOURS[1] if trend else axes.COLOURS[0]
+        ax.plot(slope[at] + half[at] * np.array([-1.0, 1.0]), [at, at], color=colour, lw=1.6, solid_capstyle="butt")
+        ax.plot(slope[at], at, "s" if trend else "o", ms=5.5, color=colour, mfc="white" if trend else colour, mew=1.4)
+    axes.named_rows(ax, [measure_name(str(one)) for one in here["measure"].values])
+    ax.set_xlabel(f"slope of ln capacity on {here['covariate_long_name'].item()}")
+    return ax
+
+
+def _check_single(found: xr.Dataset, name: str) -> None:
+    if found[name].dims != ("measure",):
+        raise ValueError(f"one block and one law are drawn, got {dict(found[name].sizes)}: select them")

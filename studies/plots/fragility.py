@@ -1,0 +1,299 @@
+"""Figures of fragility curves: fitted lines, observed fractions, and every motion of a cloud."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import PercentFormatter
+
+from ...aliases import Array
+from ...fragility import curve_probability
+from ...fragility.curves.curve import TABULATED
+from ...fragility.numerics.proportions import wilson_interval
+from ...wording import percent
+from ..text.block_order import MEDIAN, ORDERS, places
+from ..text.words import axis_name, axis_of, display_unit, floor_name
+from . import axes, selection
+
+MOST_PANELS = 36
+"""Panels of one figure at the most; the results hold all curves."""
+FAR = 3.0
+"""Number of dispersions above the median beyond which a curve is flat."""
+APART, MOST_APART = 0.005, 0.02
+"""Distance between the points of two laws, and the largest distance of a point from its level, shares of the axis."""
+FULL_BIN, MOST_BINS = 30, 8
+"""Motions of a cloud that make a bin, and the largest number of bins."""
+
+
+class Span(NamedTuple):
+    """The start and the end of an axis of levels, in the unit shown, and whether the axis is logarithmic."""
+
+    low: float
+    high: float
+    log: bool
+
+    def points(self, n: int = 400) -> Array:
+        """Return the levels along the axis at which a curve is drawn."""
+        return np.geomspace(self.low, self.high, n) if self.log else np.linspace(0.0, self.high, n + 1)[1:]
+
+    def moved(self, x: Array, share: float) -> Array:
+        """Return levels moved along the axis by a share of its length."""
+        return x * (self.high / self.low) ** share if self.log else x + share * self.high
+
+
+def fragility(
+    results: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    block: str | None = None,
+    model: str | None = None,
+    floor: int | str | None = None,
+    observed: bool = True,
+    color: str | None = None,
+    label: str | None = None,
+) -> Axes:
+    """Draw the fragility curves of one block: a fitted line for each law, and observed fractions with their intervals.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A study's results; or curves, as `toppling.fit_fragility` returns them; or observed fractions, as
+        `toppling.overturning_probability` returns them.
+    ax : matplotlib Axes, optional
+        Axes to draw into; by default those of a new figure with a legend.
+    block, model : str, optional
+        Labels of the block (needed where there are several) and of one law (all laws by default).
+    floor : int or str, optional
+        The floor; needed where the results are of several floors.
+    observed : bool
+        True to draw the observed fractions (for a cloud: every motion, and fractions in bins) with the curves.
+    color, label : str, optional
+        Matplotlib's colour for one law, and the law's text in the legend.
+
+    Returns
+    -------
+    matplotlib Axes
+        Where `ax` was given, the legend is left to the caller (``ax.legend()``).
+
+    Raises
+    ------
+    ValueError
+        Neither curves nor fractions; several blocks or floors, and no label given; no such block, law or floor; a
+        colour or label for several laws.
+
+    Notes
+    -----
+    Levels that are spaced logarithmically are drawn on a logarithmic axis, other levels on a linear axis from zero.
+    Points of several laws are drawn side by side, none further than 2 % of the axis from its level.  The motions of a
+    cloud are ticks: below the curves where the block stands, above them where it falls.  The points of a cloud are
+    fractions in bins of equally many motions, with Wilson intervals, at the bin's geometric mean.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.fragility.curves.published import fema_p58
+    >>> ax = tp.plot.fragility(fema_p58(), block="bookcase-5-shelf", label="FEMA P-58")
+    >>> ax.get_ylabel(), len(ax.lines)
+    ('probability of overturning', 2)
+    """
+    curves = "median" in results or "curve_probability" in results or _tabulated(results)
+    if not curves and not _observed(results) and "intensity" not in results.coords:
+        raise ValueError("fragility needs curves (median and dispersion) or probability, lower and upper on level")
+    here = selection.one(results, block=block, floor=floor)
+    laws = selection.laws(here, model, color)
+    if label is not None and len(laws) > 1:
+        raise ValueError(f"label must be of one law, got {len(laws)} laws: say which model")
+    alone = ax is None
+    if ax is None:
+        ax = axes.new(6.0, 4.2)
+    axis = _axis(results)
+    scale, _ = display_unit(axis)
+    span = _span(results, axis, scale)
+    cloud = "level" not in results.coords and "intensity" in results.coords
+    lines = np.full((len(laws), span.points().size), np.nan)
+    if curves:
+        lines[:] = _curves(here if model is None else laws[0].results, span.points() * scale)
+    for i, law in enumerate(laws):
+        # all points of a level together reach no further than 2 % of the axis on either side
+        step = min(APART, 2.0 * MOST_APART / max(len(laws) - 1, 1))
+        share = step * (i - 0.5 * (len(laws) - 1))
+        if observed and cloud and "overturned" in law.results:
+            _motions(law, ax, scale, i, span, share, floor)
+        elif observed and _observed(law.results):
+            _fractions(law, ax, scale, span, share)
+        fitted = bool(np.isfinite(lines[i]).any())
+        if fitted:
+            ax.plot(span.points(), lines[i], color=law.colour, lw=1.8, ls=law.line)
+        style = law.line if fitted else "none"
+        marker = law.marker if observed and (cloud or _observed(law.results)) else "none"
+        text = label or law.label or "curve"
+        ax.plot([], [], color=law.colour, marker=marker, ms=5.0, mew=0.0, lw=1.8, ls=style, label=text)
+    axes.level_axis(ax, span.low, span.high, span.log, axis_name(axis))
+    ax.set_ylim(-0.02 if not cloud else -0.06, 1.02 if not cloud else 1.06)
+    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.set_yticks(np.linspace(0.0, 1.0, 6))
+    ax.set_ylabel(f"probability of {results.attrs.get('state', 'overturning')}")
+    axes.grid(ax)
+    where = "" if floor is None else f", {floor_name(floor)}".replace("r ", "r\u00a0")
+    # (a title may extend over the numbers beside the axis)
+    ax.set_title(_title(here, where, axes.width_of(ax) + 0.5), fontsize=10)
+    if alone and (len(laws) > 1 or label is not None):
+        ax.legend(frameon=False, fontsize=9)
+    return ax
+
+
+def _axis(results: xr.Dataset) -> xr.DataArray:
+    if "level" in results.coords or "intensity" in results.coords:
+        return axis_of(results)
+    # (curves without levels hold their unit and the name of their measure)
+    name = str(results.attrs.get("im", "")).upper() or "level"
+    return results["median"].assign_attrs(long_name=name)
+
+
+def _tabulated(results: xr.Dataset) -> bool:
+    return results.attrs.get("form") in TABULATED and "probability" in results
+
+
+def _observed(results: xr.Dataset) -> bool:
+    return "level" in results.coords and {"probability", "lower", "upper"} <= {*results.data_vars}
+
+
+def _span(results: xr.Dataset, axis: xr.DataArray, scale: float) -> Span:
+    """Return one axis for all blocks of some results, so that the panels can be compared."""
+    far = math.inf
+    if "median" in results:
+        top = (results["median"] * np.exp(FAR * results.get("dispersion", xr.DataArray(0.0)))).values / scale
+        far = float(np.nanmax(top, initial=0.0, where=np.isfinite(top))) or math.inf
+    if "level" in results.coords:
+        x = axis.values / scale
+        high = float(x[-1])
+        if _observed(results):
+            # the axis ends at the first level at which nearly every block falls
+            rest = [dim for dim in results["probability"].dims if dim != "level"]
+            done = np.flatnonzero((results["probability"] > 0.995).all(rest).values)
+            high = float(x[done[0]] if done.size else high)
+        log = axes.log_spaced(x)
+        return Span(float(x[0]) / 1.06, 1.06 * high, log) if log else Span(0.0, 1.03 * high, log)
+    if "intensity" in results.coords:
+        x = axis.values / scale
+        # (a few strong motions must not compress all curves at the left)
+        return Span(0.0, 1.02 * min(float(x.max()), far), False)
+    return Span(0.0, far if math.isfinite(far) else 1.0, False)
+
+
+def _fractions(law: selection.DrawnLaw, ax: Axes, scale: float, span: Span, share: float) -> None:
+    """Draw observed fractions with their intervals."""
+    one = law.results
+    _points(
+        ax,
+        law,
+        span.moved(one["level"].values / scale, share),
+        one["probability"].values,
+        (one["lower"].values, one["upper"].values),
+    )
+
+
+def _points(ax: Axes, law: selection.DrawnLaw, x: Array, p: Array, ends: tuple[Array, ...]) -> None:
+    errors = np.maximum(np.stack([p - ends[0], ends[1] - p]), 0.0)
+    ax.errorbar(x, p, yerr=errors, fmt=law.marker, ms=3.5, mew=0.0, lw=0.8, color=law.colour, alpha=0.7)
+
+
+def _motions(
+    law: selection.DrawnLaw, ax: Axes, scale: float, i: int, span: Span, share: float, floor: int | str | None
+) -> None:
+    """Draw every motion of a cloud at its own intensity, and fractions in bins of equally many motions."""
+    one = law.results
+    if floor is not None and "motion_floor" in one.coords:
+        one = one.isel(motion=np.flatnonzero(one["motion_floor"].values.astype(str) == str(floor)))
+    at, fell = one["intensity"].values / scale, one["overturned"].values.astype(bool)
+    ax.plot(at, np.where(fell, 1.02 + 0.022 * i, -0.02 - 0.022 * i), "|", ms=5.0, mew=0.7, color=law.colour, alpha=0.4)
+    bins = min(MOST_BINS, at.size // FULL_BIN)
+    if bins < 2:
+        return
+    parts = np.array_split(np.argsort(at, kind="stable"), bins)
+    falls = np.array([int(fell[part].sum()) for part in parts])
+    runs = np.array([part.size for part in parts])
+    ends = wilson_interval(falls, runs, float(one.attrs.get("confidence", 0.95)))
+    middle = np.array([math.exp(float(np.log(at[part]).mean())) for part in parts])
+    _points(ax, law, span.moved(middle, share), falls / runs, (np.asarray(ends[0]), np.asarray(ends[1])))
+
+
+def _curves(here: xr.Dataset, x: Array) -> Array:
+    """Return the fitted curve of one block at x, one row for each law; NaN where there is no curve."""
+    fit = here.assign_attrs(form=here.attrs.get("form", "lognormal"))
+    if "curve_probability" in here:
+        fit = fit.drop_vars(["probability", "lower", "upper"], errors="ignore").rename(curve_probability="probability")
+    found = curve_probability(fit, x, outside="most")
+    return np.asarray(found.transpose(..., "level").values)
+
+
+def _title(here: xr.Dataset, where: str, inches: float) -> str:
+    """Return the title of a panel: the block, and its sizes where they are known."""
+    lines = [axes.wrapped("".join([*selection.labels(here, "block"), where]), inches)]
+    if {"width", "height", "alpha"} <= {*here.coords} and all(here[n].ndim == 0 for n in ("width", "height", "alpha")):
+        width, height, alpha = (here[name].item() for name in ("width", "height", "alpha"))
+        sizes = f"{width:.2f} m × {height:.2f} m, " + f"α = {alpha:.3f} rad".replace(" ", "\u00a0")
+        lines.append(axes.wrapped(sizes, inches, 9.0))
+    return "\n".join(line for line in lines if line)
+
+
+def fragility_figure(results: xr.Dataset) -> Figure:
+    """Return the figure of fragility curves: a panel for each block (and floor), with one legend for all."""
+    floors = selection.floors(results)
+    every = [(str(block), floor) for block in results["block"].values for floor in floors]
+    if len(every) > MOST_PANELS:
+        every = [every[i] for i in np.argsort(places(results).values.ravel())]
+    cases = every[:MOST_PANELS]
+    # each block has its own row where its floors fit into one row
+    one_row = floors != [None] and len(floors) <= axes.PANEL_COLUMNS
+    columns = len(floors) if one_row else axes.columns_for(len(cases))
+    rows = math.ceil(len(cases) / columns)
+    laws = results.sizes["model"]
+    width = max(3.0 * columns, 6.4)
+    figure = Figure(figsize=(width, 3.1 * rows + 0.3 * math.ceil(laws / columns) + 0.7), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
+    shown = _drawn_of(results)
+    for i, (ax, (block, floor)) in enumerate(zip(panels.flat, cases, strict=False)):
+        fragility(shown, ax, block=block, floor=floor)
+        axes.outer_labels(ax, i, columns, len(cases))
+    axes.remove_spare(panels, len(cases))
+    axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
+    text = _reading_note(results, len(floors), len(cases), len(every))
+    axes.heading(figure, str(results.attrs.get("title", "Fragility")), text)
+    return figure
+
+
+def _drawn_of(results: xr.Dataset) -> xr.Dataset:
+    """Return only the variables that the panels show, a tenth of a study's: selecting from all of them is slow."""
+    cloud = "level" not in results.coords
+    curves = [f"{part}{name}" for part in ("", "uplift_") for name in ("median", "dispersion")]
+    wanted = {*curves, "probability", "lower", "upper", "curve_probability", *(["overturned"] if cloud else [])}
+    shown = results[[name for name in results.data_vars if name in wanted]]
+    return shown if cloud else shown.drop_vars([name for name, one in shown.coords.items() if "motion" in one.dims])
+
+
+def _reading_note(results: xr.Dataset, floors: int, panels: int, every: int) -> str:
+    """Return the text below the title: what a reader must know to read the panels."""
+    motions = results.sizes["motion"] // floors
+    confidence = percent(float(results.attrs.get("confidence", 0.95)))
+    parts = [f"{motions} motion{'s' if motions != 1 else ''}{' a floor' if floors > 1 else ''}"]
+    if panels < every:
+        of = every // results.sizes["block"] * int(results.attrs.get("shown_of", results.sizes["block"]))
+        parts.insert(0, f"the {panels} of {of:,} blocks{' and floors' if floors > 1 else ''} {ORDERS[MEDIAN]}")
+    if "level" in results.coords:
+        parts.append(f"points: observed, with {confidence} Wilson intervals")
+    else:
+        parts.append("ticks: every motion, stood below, fell above")
+        if motions >= 2 * FULL_BIN:
+            bins = min(MOST_BINS, motions // FULL_BIN)
+            parts.append(f"points: fractions in {bins} bins of equally many motions, {confidence} Wilson intervals")
+    if results.sizes["model"] > 1:
+        parts[-1] += ", laws side by side"
+    if bool(results["converged"].any()):
+        parts.append(f"lines: {results.attrs.get('form', 'lognormal')} fits")
+    return "; ".join(parts)

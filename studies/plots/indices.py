@@ -1,0 +1,230 @@
+"""Figures of sensitivity indices: Sobol' indices, Morris' effects, and a tornado."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ... import checks
+from ...aliases import Array
+from ...wording import percent
+from ..plan.estimates import middle_level
+from ..text.words import display_unit, input_name
+from . import axes, selection
+
+OWN = {"sobol": "total", "morris": "mu_star", "tornado": "swing"}
+"""For each method a variable that only its results have."""
+
+
+def indices(
+    results: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    method: str | None = None,
+    block: str | None = None,
+    model: str | None = None,
+    level: float | None = None,
+) -> Axes:
+    """Draw how much each uncertain input matters: Sobol' indices, Morris' effects, or a tornado.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        An uncertainty study's results, or the dataset that `sobol_indices`, `morris_indices` or `tornado` of
+        `toppling.fragility` returns, of one output (``isel(output=0)``).
+    ax : matplotlib Axes, optional
+        Axes to draw into; by default those of a new figure with a legend.
+    method : {"sobol", "morris", "tornado"}, optional
+        The method; needed where a study's results hold several.
+    block, model : str, optional
+        Labels of a block and a damping law; each is needed where there are several.
+    level : float, optional
+        For a study: one of its levels (SI); by default the level at which the probability of overturning is nearest to
+        one half.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        No such indices; several methods, blocks, laws or outputs, and none given; no such label, no such level.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.fragility import RandomInputs, Uniform, sobol_indices
+    >>> inputs = RandomInputs({"alpha": Uniform(0.1, 0.2), "e": Uniform(0.8, 1.0)})
+    >>> found = sobol_indices(inputs, lambda one: one["alpha"] + one["e"], n=16)
+    >>> [tick.get_text() for tick in tp.plot.indices(found).get_yticklabels()]
+    ['e', 'α']
+    """
+    draw = {"sobol": sobol_bars, "morris": morris_scatter, "tornado": tornado_bars}
+    held = [name for name, own in OWN.items() if f"{name}_{own}" in results]
+    plain = [name for name, own in OWN.items() if own in results]
+    if not held and not plain:
+        raise ValueError("a figure of indices needs Sobol' or Morris' indices, or a tornado, got none")
+    if method is not None:
+        checks.choice("method", method, held or plain)
+    elif len(held) > 1:
+        raise ValueError(f"results hold indices of several methods, say which: {', '.join(held)}")
+    name = method or (held or plain)[0]
+    if not held:
+        return draw[name](selection.one(results, block=block, model=model), ax)
+    here = selection.one(results, block=block, model=model)
+    at = middle_level(here["probability"]) if level is None else selection.level_index(here, level)
+    own = [str(one) for one in here.data_vars if str(one).startswith(f"{name}_")]
+    ax = draw[name](here[own].rename({one: one.removeprefix(f"{name}_") for one in own}).isel(output=at), ax)
+    scale, unit = display_unit(here["level"])
+    said = f"{float(here['level'][at]) / scale:.3g} {unit}".strip()
+    ax.set_title(f"probability of overturning at {said}", fontsize=10)
+    return ax
+
+
+def _reach(here: xr.Dataset, name: str) -> tuple[Array, Array] | None:
+    """Return how far the interval of an index extends below and above it; None where there is no interval."""
+    value = here[name].values
+    if f"{name}_lower" in here:
+        return np.maximum(value - here[f"{name}_lower"].values, 0.0), np.maximum(
+            here[f"{name}_upper"].values - value, 0.0
+        )
+    return None
+
+
+def sobol_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw first- and total-order Sobol' indices with their intervals, the largest total on top.
+
+    `found` is the dataset that `fragility.sobol_indices` returns, of one output; `ax` is as in `indices`.
+    """
+    here = _one_output(found, "total")
+    order = np.argsort(-np.nan_to_num(here["total"].values), kind="stable")
+    here = here.isel(input=order)
+    y = np.arange(order.size)
+    alone = ax is None
+    if ax is None:
+        ax = axes.new(6.0, 0.55 * y.size + 1.5)
+    for name, shift, colour, label in (
+        ("total", 0.19, axes.COLOURS[5], "total: with all others"),
+        ("first", -0.19, axes.COLOURS[0], "first order: alone"),
+    ):
+        error = {"ecolor": "0.25", "elinewidth": 1.1, "capsize": 2.5}
+        ax.barh(y + shift, here[name].values, 0.36, color=colour, label=label, xerr=_reach(here, name), error_kw=error)
+    ax.axvline(0.0, color="0.25", lw=0.8)
+    axes.named_rows(ax, [input_name(str(one)) for one in here["input"].values])
+    ax.set_xlabel("share of the variance")
+    _title(ax, here)
+    if alone:
+        handles, labels = ax.get_legend_handles_labels()
+        ax.legend(
+            handles[::-1], labels[::-1], frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.08), fontsize=9
+        )
+    return ax
+
+
+def morris_scatter(found: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the scatter of every input's effects against Morris' mean absolute effect of the input.
+
+    `found` is the dataset that `fragility.morris_indices` returns, of one output; `ax` is as in `indices`.
+    """
+    here = _one_output(found, "mu_star")
+    alone = ax is None
+    if ax is None:
+        ax = axes.new(6.0, 4.4)
+    x, y = here["mu_star"].values, here["sigma"].values
+    ends = _reach(here, "mu_star")
+    low, high = (np.zeros(x.size), np.zeros(x.size)) if ends is None else ends
+    for i, name in enumerate(here["input"].values):
+        colour, marker, _ = axes.look(i)
+        ax.errorbar(
+            x[i],
+            y[i],
+            xerr=[[low[i]], [high[i]]],
+            fmt=marker,
+            ms=7.0,
+            color=colour,
+            lw=1.1,
+            label=input_name(str(name)),
+        )
+    largest = 1.08 * max(float((x + high).max()), float(y.max()), 1e-12)
+    ax.plot([0.0, largest], [0.0, largest], color="0.7", lw=0.8, ls=(0, (4, 2)), zorder=0)
+    ax.annotate("σ = µ*", (0.93 * largest, 0.95 * largest), ha="right", fontsize=8, color="0.45")
+    ax.set_xlim(0.0, largest)
+    ax.set_ylim(-0.02 * largest, largest)
+    ax.set_xlabel("µ*: mean absolute effect of the input")
+    ax.set_ylabel("σ: scatter of the effect")
+    axes.grid(ax)
+    if alone:
+        ax.legend(frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9)
+    _title(ax, here)
+    return ax
+
+
+def tornado_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the output with one input at a time at its low and its high quantile, the widest on top.
+
+    `found` is the dataset that `fragility.tornado` returns, of one output; `ax` is as in `indices`.
+    """
+    here = _one_output(found, "swing")
+    here = here.isel(input=np.argsort(-here["swing"].values, kind="stable"))
+    y = np.arange(here.sizes["input"])
+    alone = ax is None
+    if ax is None:
+        ax = axes.new(6.0, 0.42 * y.size + 1.6)
+    base = here["base"].item()
+    first, last = (percent(float(one)) for one in found.attrs["quantiles"])
+    ax.axvline(base, color="0.25", lw=0.9, zorder=0)
+    # only the ends are drawn, not bars from the base: both ends may lie on one side, where one bar would hide the other
+    ax.hlines(y, here["low"].values, here["high"].values, color="0.75", lw=5.0, zorder=1)
+    for name, colour, marker, label in (
+        ("low", axes.COLOURS[0], "o", f"input at its {first} quantile, or its least choice"),
+        ("high", axes.COLOURS[1], "s", f"input at its {last} quantile, or its greatest choice"),
+    ):
+        ax.plot(here[name].values, y, marker, ms=8.0, color=colour, label=label, zorder=2)
+    axes.named_rows(ax, [input_name(str(one)) for one in here["input"].values])
+    ax.set_xlabel(str(here["output"].item()) if "output" in here.coords else "value")
+    if alone:
+        ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=9)
+    return ax
+
+
+def _one_output(indices: xr.Dataset, name: str) -> xr.Dataset:
+    if indices[name].dims != ("input",):
+        raise ValueError(f"one output is drawn, got {dict(indices[name].sizes)}: select it")
+    return indices
+
+
+def _title(ax: Axes, here: xr.Dataset) -> None:
+    if "output" in here.coords:
+        ax.set_title(str(here["output"].item()), fontsize=10)
+
+
+def index_figure(results: xr.Dataset, name: str) -> Figure:
+    """Return the figure of an uncertainty study's Sobol' or Morris' indices: a panel for each block and law.
+
+    The indices are of the probability of overturning at the level at which it is nearest to one half.
+    """
+    blocks, models = selection.labels(results, "block"), selection.labels(results, "model")
+    cases = [(block, model) for block in blocks for model in models]
+    columns = axes.columns_for(len(models))
+    rows = -(-len(cases) // columns)
+    inputs = results.sizes["input"]
+    height = {"sobol": 0.5 * inputs + 1.3, "morris": 3.2}[name]
+    figure = Figure(figsize=(max(2.7 * columns + 0.4, 6.0), height * rows + 1.2), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False)
+    for ax, (block, model) in zip(panels.flat, cases, strict=False):
+        indices(results, ax, method=name, block=block or None, model=model or None)
+        width = 0.72 * figure.get_figwidth() / columns
+        at = ax.get_title().rpartition(" at ")[2]
+        ax.set_title(axes.wrapped(f"{block}\n{axes.model_name(model)}\nat {at}", width, 9.0), fontsize=9)
+        ax.set_xlabel(axes.wrapped(ax.get_xlabel(), width))
+    axes.remove_spare(panels, len(cases))
+    axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
+    text = {
+        "sobol": "Sobol' indices of the probability of overturning, with intervals, where it is nearest to one half",
+        "morris": "Morris' effects on the probability of overturning, with intervals, where it is nearest to one half",
+    }[name]
+    axes.heading(figure, str(results.attrs.get("title", "Indices")), text)
+    return figure

@@ -1,0 +1,170 @@
+"""Figures of single responses: histories and phase portraits.
+
+Every function takes matplotlib axes and returns them.  The functions draw the datasets that `toppling.simulate` and
+`toppling.free_rocking` return, and know nothing of studies.  Lines keep the labels that they are given; axes that the
+caller provides get no legend (``ax.legend()``).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import xarray as xr
+from matplotlib.axes import Axes
+
+from ..text.histories import before_lying, checked, last_balance
+from . import axes, selection
+
+VARIABLES = ("angular_velocity", "restoring_moment", "damping_moment", "overturned", "overturning_time")
+ATTRIBUTES = ("alpha", "p", "configuration")
+"""Variables and attributes of a history that the figures need beside the rotation."""
+HIGHEST = 1.6
+"""|θ|/α at which the curve of a falling block leaves a figure of histories."""
+CROSS: dict[str, Any] = {"marker": "X", "ms": 8.0, "mew": 0.6, "mec": "white", "ls": "none"}
+
+
+def history(
+    responses: xr.Dataset | Sequence[xr.Dataset],
+    ax: Axes | None = None,
+    *,
+    labels: Sequence[str] | None = None,
+    colors: Sequence[str] | None = None,
+) -> Axes:
+    """Draw rotation over slenderness against time, a line for each response, with a cross at the last balance.
+
+    Parameters
+    ----------
+    responses : xarray.Dataset or sequence of them
+        Datasets that `toppling.simulate` or `toppling.free_rocking` returned, of any blocks and laws.
+    ax : matplotlib Axes, optional
+        Axes to draw into; by default those of a new figure with a legend.
+    labels : sequence of str, optional
+        One label for each response, "" for none; by default the law, the block or the motion, whichever distinguishes
+        the responses.
+    colors : sequence of str, optional
+        One of matplotlib's colours for each response; by default the palette, with the first Housner black and dashed.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    TypeError
+        A response is not a dataset.
+    ValueError
+        No responses, datasets that hold no history, labels or colors of another number.
+
+    Notes
+    -----
+    The cross marks where |θ| exceeds α for the last time, or the end of a history that ends before.  The block lies on
+    its side later, at the response's `overturning_time`.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> block = tp.Block.from_slenderness(0.2, 0.38)
+    >>> laws = tp.HousnerImpact(e=0.925), tp.DiscreteDamping(e=0.925)
+    >>> ax = tp.plot.history([tp.free_rocking(block, law, 0.1, 4.0) for law in laws])
+    >>> [text.get_text() for text in ax.get_legend().get_texts()]
+    ['housner e=0.925', 'discrete e=0.925 δ=0.05']
+    """
+    many = [responses] if isinstance(responses, xr.Dataset) else list(responses)
+    if not many:
+        raise ValueError("responses must be at least one history, got none")
+    for one in many:
+        checked(one, VARIABLES, ATTRIBUTES)
+    names = _one_each("labels", labels, many) or _names(many)
+    chosen = _one_each("colors", colors, many)
+    alone = ax is None
+    if ax is None:
+        ax = axes.new(6.4, 3.4)
+    fallen = False
+    for i, (one, (colour, _, line)) in enumerate(zip(many, _styles(many), strict=True)):
+        standing = before_lying(one)
+        time, x = one["time"].values[standing], (one["rotation"].values / one.attrs["alpha"])[standing]
+        own = colour if chosen is None else chosen[i]
+        ax.plot(time, x, color=own, ls=line, lw=1.4, label=names[i])
+        if bool(one["overturned"]):
+            ax.plot(*last_balance(one), color=own, zorder=3, **CROSS)
+            fallen = True
+    if fallen and any(names):
+        ax.plot([], [], color="0.4", label="past its balance for good", **CROSS)
+    if fallen:
+        low, high = ax.get_ylim()
+        ax.set_ylim(max(low, -HIGHEST - 0.1), min(high, HIGHEST + 0.1))
+    ax.set_xlabel("time (s)")
+    ax.set_ylabel("rotation over slenderness, θ/α (–)")
+    if alone:
+        axes.own_legend(ax)
+    axes.grid(ax)
+    return ax
+
+
+def phase(response: xr.Dataset, ax: Axes | None = None, *, label: str | None = None, color: str | None = None) -> Axes:
+    """Draw the phase portrait: angular velocity over p α against rotation over slenderness.
+
+    The curve is a spiral that ends at rest, or that leads outwards until the block falls.
+
+    Parameters
+    ----------
+    response : xarray.Dataset
+        Dataset that `toppling.simulate` or `toppling.free_rocking` returned; nothing is drawn after overturning.
+    ax, label, color : optional
+        Matplotlib's axes to draw into (new axes by default), and properties of the line.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        The response is not a dataset, or it holds no history.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> block = tp.Block.from_slenderness(0.2, 0.38)
+    >>> ax = tp.plot.phase(tp.free_rocking(block, tp.HousnerImpact(e=0.925), 0.1, 4.0))
+    >>> ax.get_ylabel()
+    "angular velocity over p α, θ'/(pα) (–)"
+    """
+    checked(response, VARIABLES, ATTRIBUTES)
+    if ax is None:
+        ax = axes.new(4.6, 4.2)
+    standing = before_lying(response)
+    alpha, p = response.attrs["alpha"], response.attrs["p"]
+    x, v = response["rotation"].values / alpha, response["angular_velocity"].values / (p * alpha)
+    ax.plot(x[standing], v[standing], color=color or axes.COLOURS[0], lw=1.2, label=label)
+    ax.set_xlabel("rotation over slenderness, θ/α (–)")
+    ax.set_ylabel("angular velocity over p α, θ'/(pα) (–)")
+    axes.grid(ax)
+    return ax
+
+
+def _one_each(name: str, values: Sequence[str] | None, many: Sequence[Any]) -> list[str] | None:
+    """Return the values as a list; ValueError where there is not one value for each response."""
+    if values is None:
+        return None
+    if isinstance(values, str) or len(values) != len(many):
+        raise ValueError(f"{name} must be {len(many)}, one for each response, got {values!r:.60}")
+    return list(values)
+
+
+def _names(many: Sequence[xr.Dataset]) -> list[str]:
+    """Return the names that distinguish the responses: law, block and motion, as far as they differ."""
+    found = [[str(one.attrs.get(name, "")) for name in ("model", "block", "motion")] for one in many]
+    differ = [len(set(column)) > 1 for column in zip(*found, strict=True)]
+    if not any(differ):
+        differ[0] = True
+    texts = [", ".join(part for part, other in zip(row, differ, strict=True) if other and part) for row in found]
+    return [axes.model_name(text) for text in texts]
+
+
+def _styles(many: Sequence[xr.Dataset]) -> list[tuple[str, str, Any]]:
+    """Return colour, marker and line of each response, chosen as for the laws of a study."""
+    laws = [json.loads(one.attrs["configuration"])["model"]["law"] for one in many]
+    return selection.looks(xr.Dataset({"law": ("model", laws)}))

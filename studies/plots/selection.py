@@ -1,0 +1,107 @@
+"""The parts of results that a figure draws: one block, law or floor by its label, and the laws with their look.
+
+Used as ``selection.one(results, block=block)`` and ``selection.laws(results)``.  Nothing here draws.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from . import axes
+
+__all__ = ["DrawnLaw", "floors", "labels", "laws", "level_index", "looks", "one"]
+
+
+class DrawnLaw(NamedTuple):
+    """A law to be drawn: its label, its part of the results, and its look, which is the same in every panel."""
+
+    label: str
+    results: xr.Dataset
+    colour: str
+    marker: str
+    line: Any
+
+
+def laws(results: xr.Dataset, model: str | None = None, color: str | None = None) -> list[DrawnLaw]:
+    """Return every law of some results, or only the law labelled `model`, each with the look that it has among all.
+
+    Raises
+    ------
+    ValueError
+        No such law; one colour for several laws.
+    """
+    names = labels(results, "model")
+    if model is not None:
+        checks.choice("model", model, names)
+    found = []
+    for i, (label, (colour, marker, line)) in enumerate(zip(names, looks(results), strict=True)):
+        if model is None or label == model:
+            here = results.isel(model=i) if "model" in results.dims else results
+            found.append(DrawnLaw(axes.model_name(label), here, color or colour, marker, line))
+    if color is not None and len(found) > 1:
+        raise ValueError(f"color must be of one law, got {len(found)} laws: say which model")
+    return found
+
+
+def looks(results: xr.Dataset) -> list[tuple[str, str, Any]]:
+    """Return colour, marker and line of each model: the first Housner black and dashed, the others in order."""
+    names = results.get("law")
+    if names is None or "model" not in names.dims:
+        along = [""] * len(labels(results, "model"))
+    else:
+        # (an uncertain law differs from sample to sample: then no model is the reference)
+        along = [str(law) for law in names.isel({dim: 0 for dim in names.dims if dim != "model"}).values]
+    chosen: list[tuple[str, str, Any]] = []
+    for law in along:
+        if law == "housner" and axes.REFERENCE not in chosen:
+            chosen.append(axes.REFERENCE)
+        else:
+            chosen.append(axes.look(sum(one != axes.REFERENCE for one in chosen)))
+    return chosen
+
+
+def labels(results: xr.Dataset, dim: str) -> list[str]:
+    """Return the labels along a dimension; without the dimension one label, the coordinate's or an empty one."""
+    if dim not in results.dims:
+        return [str(results[dim].item())] if dim in results.coords and results[dim].ndim == 0 else [""]
+    return [str(one) for one in results[dim].values]
+
+
+def floors(results: xr.Dataset) -> list[int | str | None]:
+    """Return the floors of results; None alone where the results do not distinguish floors."""
+    return list(results["floor"].values.tolist()) if "floor" in results.dims else [None]
+
+
+def one(results: xr.Dataset, **chosen: str | int | None) -> xr.Dataset:
+    """Return the results of one block, law or floor: of the label given for each dimension, or of its only label.
+
+    Raises
+    ------
+    ValueError
+        Several labels along a dimension, and none is given; no such label.
+    """
+    for dim, label in chosen.items():
+        if dim not in results.dims:
+            continue
+        names = labels(results, dim)
+        if label is None:
+            if len(names) > 1:
+                few = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
+                raise ValueError(f"results are of several {dim}s, say which: {few}")
+            results = results.isel({dim: 0})
+        else:
+            results = results.isel({dim: names.index(checks.choice(dim, str(label), names))})
+    return results
+
+
+def level_index(results: xr.Dataset, level: float) -> int:
+    """Return the position of a level (SI) among the levels of results; ValueError where it is not one of them."""
+    levels = results["level"].values
+    close = np.flatnonzero(np.isclose(levels, checks.number("level", level), rtol=1e-6, atol=0.0))
+    if not close.size:
+        raise ValueError(f"level must be one of {', '.join(f'{one:.6g}' for one in levels)}, got {level:g}")
+    return int(close[0])

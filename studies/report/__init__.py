@@ -1,0 +1,1 @@
+"""The report: one page for people, with the answer first, then figures, tables, checks and method."""

@@ -1,0 +1,378 @@
+"""The detailed answer of a report: the question of a study, and sentences that answer it from the results.
+
+Every sentence gives its interval, or says that there is none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.fitting.states import ALL, OVERTURNED, state_name
+from ...wording import (
+    chance_text,
+    confidence_text,
+    currency_of,
+    in_years,
+    interval_text,
+    percent,
+    three_digits,
+    whole_percent,
+    years_between,
+)
+from ..kinds.performance import ranking_of
+from ..plan.estimates import middle_level
+from ..sensitivity.claims import FAILS, HOLDS, OPEN
+from ..tables.assessment import annual_rows, level_rows, objective_unit, ranking_rows
+from ..tables.sensitivity import GREEK, claims_of
+from ..text.block_order import places, shown
+from ..text.curve_notes import reached_of, verb_of
+from ..text.rows import Rows
+from ..text.words import axis_of, display_unit, floor_name, input_name, reference_law
+from .results_file import without_motions
+
+SPREAD = (0.1, 0.5, 0.9)
+"""Shares of many blocks for which the answer gives the median."""
+CHANCES = (0.5, 0.1, 0.01)
+"""Probabilities in the study's years for which the answer counts the blocks that reach them."""
+MOST_NAMED = 3
+"""Largest number of blocks that are named among those that fell in every run."""
+MOST_DESCRIBED = 12
+"""Largest number of blocks that the answer describes; of more blocks it describes the weakest."""
+VERDICTS = {HOLDS: ("holds", "hold"), FAILS: ("does not hold", "do not hold"), OPEN: ("is open", "are open")}
+
+
+class Answer(NamedTuple):
+    """A study's question, and the sentences that answer it, the most important first."""
+
+    question: str
+    sentences: list[str]
+
+
+def answer(results: xr.Dataset) -> Answer:
+    """Return a study's question and its answer."""
+    return _ANSWERS[str(results.attrs["kind"])](results)
+
+
+def _fragility(results: xr.Dataset) -> Answer:
+    verb = verb_of(str(results.attrs.get("state", state_name(OVERTURNED))))
+    cases = list(product(range(results.sizes["block"]), _floors(results)))
+    question = f"How strong must shaking be until each of these {_blocks(results)} {verb}"
+    if results.sizes["block"] == 1:
+        question = f"How strong must shaking be until this block {verb}"
+    question += ", and how often is that?" if "rate" in results else "?"
+    said = []
+    if len(cases) > MOST_DESCRIBED:
+        held = "the tables hold all" if shown(results) is results else "tables hold more, the results all"
+        cases = [cases[i] for i in np.argsort(places(results).values.ravel())]
+        status = results["status"].isel(model=reference_law(results)[0]).transpose("block", ...).values
+        always = int((status == ALL).sum())
+        said = [*_spread(results, verb), *([_always(results, cases[:always], len(cases))] if always else [])]
+        others = len(cases) - always
+        if others > MOST_DESCRIBED:
+            of = f"of the other {others:,}" if always else f"of {others:,}"
+            said.append(f"The {MOST_DESCRIBED} that fall first {of}; {held}.")
+        cases = cases[always : always + MOST_DESCRIBED]
+    for i, (k, floor) in cases:
+        here = _block_and_floor(results, i, k)
+        where = "" if floor is None else f", {floor_name(floor)},"
+        text = f"{results['block'].values[i]}{where} {curve_sentence(here, verb, axis_of(results))}"
+        if "rate" in here:
+            text += f" {_rate_sentence(here, float(results.attrs['years']))}"
+        said.append(text)
+    if "size_along" in results.attrs:
+        said.extend(_size_sentences(results))
+    return Answer(question, said)
+
+
+def _spread(results: xr.Dataset, verb: str) -> Iterator[str]:
+    """Yield sentences on the spread of many blocks' medians, and on the number of blocks with a high chance."""
+    at, _ = reference_law(results)
+    one = results.isel(model=at)
+    medians = one["median"].values.ravel()
+    known = medians[np.isfinite(medians)]
+    every = f"{medians.size:,} {'blocks' if 'floor' not in results.dims else 'blocks and floors'}"
+    if known.size:
+        scale, unit = display_unit(axis_of(results))
+        few, half, most = (three_digits(float(value) / scale) for value in np.quantile(known, SPREAD))
+        unit = f" {unit}" if unit else ""
+        yield (
+            f"Of {every} a tenth {verb} below {few}{unit} and half below {half}{unit}, nine tenths below {most}{unit} "
+            f"(medians of the {known.size:,} that have one)."
+        )
+    if "risk_probability" in one:
+        chance = one["risk_probability"].values.ravel()
+        told = int(np.isfinite(chance).sum())
+        numbers = [f"{int((chance >= share).sum()) or 'none'} at {percent(share)} or more" for share in CHANCES]
+        years = f"{float(results.attrs['years']):g} years"
+        yield f"Chances in {years}, of the {told:,} with a rate: {', '.join(numbers)}."
+
+
+def _always(results: xr.Dataset, cases: Sequence[tuple[int, tuple[int, str | None]]], every: int) -> str:
+    """Return the sentence on the blocks that fell in every run, with the names of the first."""
+    names = [
+        f"{results['block'].values[i]}{'' if floor is None else f', {floor_name(floor)}'}"
+        for i, (_, floor) in cases[:MOST_NAMED]
+    ]
+    more = f" and {len(cases) - MOST_NAMED:,} more" if len(cases) > MOST_NAMED else ""
+    number = f"{len(cases):,} of {every:,} ({'; '.join(names)}{more})"
+    unknown = "neither median nor rate is known" if "rate" in results else "no median is known"
+    state = str(results.attrs.get("state", state_name(OVERTURNED)))
+    return f"In every run {number} {reached_of(state)}, even in the weakest shaking: {unknown}."
+
+
+def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
+    """Return a sentence on one block's curves: the reference law's median with its interval, and the other medians.
+
+    Parameters
+    ----------
+    here : xarray.Dataset
+        Curves on the dimension model alone.
+    verb : str
+        The verb for what the block does, such as overturns.
+    axis : xarray.DataArray
+        The levels, with the attributes of their measure.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> curves = xr.Dataset(
+    ...     {"median": ("model", [4.0, 2.0]), "median_lower": ("model", [3.6, 1.9]),
+    ...      "median_upper": ("model", [4.4, 2.2]), "status": ("model", ["ok", "ok"])},
+    ...     {"model": ["rigid", "soft"], "law": ("model", ["housner", "discrete"])},
+    ...     {"confidence": 0.95},
+    ... )
+    >>> level = xr.DataArray([0.5, 8.0], attrs={"units": "m s-1", "long_name": "peak ground velocity"})
+    >>> curve_sentence(curves, "overturns", level)  # doctest: +NORMALIZE_WHITESPACE
+    'overturns with a probability of 50 % at a peak ground velocity of 4.00 m/s (95 % interval 3.60–4.40) under rigid,
+    the reference law. The other law puts it at 2.00 m/s: a factor of 2 between laws.'
+    """
+    at, known = reference_law(here)
+    law = f"under {here['model'].values[at]}" + (", the reference law" if known else "")
+    one = here.isel(model=at)
+    median = float(one["median"])
+    scale, unit = display_unit(axis)
+    unit = f" {unit}" if unit else ""
+    if not np.isfinite(median):
+        text = f"has no median {law}: {one['status'].item()}."
+    else:
+        lower, upper = (float(one[f"median_{end}"]) / scale for end in ("lower", "upper"))
+        percent = confidence_text(here)
+        interval = f"({percent} interval {interval_text(lower, upper)})".replace(f"{percent} interval no", "no")
+        measure = axis.attrs.get("long_name", "level")
+        article = "an" if measure[:1].lower() in "aeiou" else "a"
+        once = " once it has uplifted" if here.attrs.get("form") == "uplift-lognormal" else ""
+        text = (
+            f"{verb} with a probability of 50 %{once} at {article} {measure} of {three_digits(median / scale)}{unit} "
+            f"{interval} {law}."
+        )
+        outside = "above the highest" if median > float(axis.max()) else "below the lowest"
+        if not float(axis.min()) <= median <= float(axis.max()):
+            text += f" That is {outside} shaking that was run: an extrapolation."
+    others = np.delete(here["median"].values.astype(float), at) / scale
+    found = others[np.isfinite(others)]
+    if found.size:
+        low, high = found.min(), found.max()
+        ends = (
+            three_digits(high)
+            if three_digits(low) == three_digits(high)
+            else f"{three_digits(low)} to {three_digits(high)}"
+        )
+        them = "law puts" if others.size == 1 else f"{others.size} laws put"
+        every = [*found, median / scale] if np.isfinite(median) else [*found]
+        ratio = f"{max(every) / min(every):.2g}"
+        apart = f": a factor of {ratio} between laws" if ratio != "1" else ""
+        text += f" The other {them} it at {ends}{unit}{apart}."
+        if found.size < others.size:
+            text += f" ({others.size - found.size} of them have no median.)"
+    elif others.size:
+        text += " No other law has a median."
+    return text
+
+
+def _rate_sentence(here: xr.Dataset, years: float) -> str:
+    """Return the sentence on the annual rate under the reference law, and under the other laws."""
+    at, _ = reference_law(here)
+    one = here.isel(model=at)
+    rate = float(one["rate"])
+    if not np.isfinite(rate):
+        return "Without a curve there is no annual rate."
+    lower, upper = (float(one[f"rate_{end}"]) for end in ("lower", "upper"))
+    interval = "whose interval has no width (see the notes)" if lower == upper else years_between(upper, lower)
+    chance = f"{chance_text(float(one['risk_probability']))} in {years:g} years"
+    text = f"With the hazard curve given that is once in {in_years(rate)} years ({interval}), {chance}"
+    others = np.delete(here["rate"].values.astype(float), at)
+    others = others[np.isfinite(others)]
+    if others.size:
+        often, seldom = in_years(others.max()), in_years(others.min())
+        text += (
+            f"; by the other law{'s' if others.size > 1 else ''} once in {often}"
+            + (f" to {seldom}" if seldom != often else "")
+            + " years"
+        )
+    return f"{text}."
+
+
+def _size_sentences(results: xr.Dataset) -> Iterator[str]:
+    along = str(results.attrs["size_along"])
+    name = f"size_{along}"
+    units = results[name].attrs["units"].replace("1", "")
+    at, _ = reference_law(results)
+    target = f"{100.0 * float(results.attrs['size_probability']):.3g} % in {float(results.attrs['years']):g} years"
+    floors = list(enumerate(results["floor"].values)) if "floor" in results[name].dims else [(0, None)]
+    for k, floor in floors:
+        one = results.isel(model=at) if floor is None else results.isel(model=at, floor=k)
+        where = "" if floor is None else f" on {floor_name(floor)}"
+        found = float(one[name])
+        if np.isfinite(found):
+            low, high = (float(one[f"{name}_{end}"]) for end in ("lower", "upper"))
+            interval = interval_text(low, high)
+            size, law = f"{three_digits(found)} {units} ({interval})", one["model"].item()
+            yield f"A {along} of {size} meets {target}{where} under {law}."
+        else:
+            yield f"No {along} was found that meets {target}{where}: {one['size_status'].item()}."
+
+
+def _uncertainty(results: xr.Dataset) -> Answer:
+    question = (
+        "How strong must shaking be until this block overturns"
+        if results.sizes["block"] == 1
+        else f"How strong must shaking be until each of these {_blocks(results)} overturns"
+    )
+    question += " when its size, restitution and law are not known exactly, and what matters most?"
+    at, _ = reference_law(results)
+    scale, unit = display_unit(results["level"])
+    said = []
+    for i in range(min(results.sizes["block"], MOST_DESCRIBED)):
+        here = results.isel(block=i)
+        text = f"{results['block'].values[i]} {curve_sentence(here, 'overturns', results['level'])}"
+        own = here["sample_median"].isel(model=at).values / scale
+        if np.isfinite(own).any():
+            low, high = np.nanquantile(own, [0.05, 0.95])
+            text += (
+                f" Of the blocks that it may be, 90 % have a median between {three_digits(low)} and "
+                f"{three_digits(high)}{f' {unit}' if unit else ''}."
+            )
+        if "rate" in here:
+            text += f" {_rate_sentence(here, float(results.attrs['years']))}"
+        text += f" {_largest_share(here)}"
+        said.append(text)
+    return Answer(question, said)
+
+
+def largest_share(here: xr.Dataset) -> tuple[str, float] | None:
+    """Return the component with the largest share of one block's variance, and its share; None where it is unknown."""
+    known = "capacity_share" in here
+    share = here["capacity_share"] if known else here["flag_share"].isel(level=middle_level(here["probability"]))
+    if not np.isfinite(share.values).any():
+        return None
+    first = int(np.nanargmax(share.values))
+    name = " × ".join(input_name(part) for part in str(here["component"].values[first]).split(" × "))
+    return f"what {name} do together" if " × " in name else name, float(share[first])
+
+
+def _largest_share(here: xr.Dataset) -> str:
+    found = largest_share(here)
+    if found is None:
+        return "Where the scatter comes from could not be told."
+    what = "the logarithm of its capacity" if "capacity_share" in here else "its verdict where that is least certain"
+    return f"The largest part of the variance of {what}, {whole_percent(found[1])}, is {found[0]}."
+
+
+def _performance(results: xr.Dataset) -> Answer:
+    yearly = "annual_number" in results
+    question = "What falls in this building " + ("in a year" if yearly else "at this shaking")
+    question += ", what does that mean, and what should be anchored first?"
+    at, known = reference_law(results)
+    labels = [str(one) for one in results["model"].values]
+    said = []
+    for model in (labels[at], *(one for i, one in enumerate(labels) if i != at))[:MOST_DESCRIBED]:
+        level = None if yearly else float(results.attrs["at_level"])
+        rows = annual_rows(results, model) if level is None else level_rows(results, level, model)
+        law = f"under {model}" + (", the reference law" if known and model == labels[at] else "")
+        said.append(_whole_building(rows, law, results))
+        if model == labels[at]:
+            said.extend(_first_to_anchor(results, model))
+    return Answer(question, said)
+
+
+def _whole_building(rows: Rows, law: str, results: xr.Dataset) -> str:
+    """Return a sentence from a table's first row, that of the whole building; its numbers are the table's texts."""
+    if not rows.rows:
+        return f"Nothing is known {law}."
+    found = dict(zip(rows.headings, rows.rows[0], strict=True))
+    percent = f"{confidence_text(results)} intervals in brackets"
+    money = f" {currency_of(results)}" if currency_of(results) else ""
+    if "overturned a year" in found:
+        text = f"Of {found['free pieces']} pieces that can fall {found['overturned a year']} overturn in a mean year"
+        if "lost a year" in found:
+            text += f", a loss of {found['lost a year']}{money}"
+        often = found["anything falls, once in"]
+        text += f"; nothing ever falls {law}" if often == "–" else f"; something falls once in {often} {law}"
+    else:
+        shaken = rows.title.partition(" (")[0].partition(",")[0]
+        text = f"{shaken}, of {found['free pieces']} pieces that can fall {found['overturned']} overturn"
+        if "lost" in found:
+            text += f", a loss of {found['lost']}{money}"
+        chance = "0 %" if found["anything falls"] == "–" else found["anything falls"]
+        text += f"; the probability that anything falls is {chance} {law}"
+    return f"{text} ({percent})."
+
+
+def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
+    ranking = ranking_of(results)
+    rows = ranking_rows(ranking, model, most=1)
+    _, unit = objective_unit(ranking)
+    for row in rows.rows:
+        found = dict(zip((heading.partition(",")[0] for heading in rows.headings), row, strict=True))
+        share = "" if found["share"] == "–" else f" ({found['share']} of all there is to save)"
+        place = found["rank"].partition(" ")[2].strip("()")
+        sure = f"; its place in the ranking may be {place}" if place else "; no resample puts it elsewhere"
+        yield (
+            f"Anchor {found['item']} on {floor_name(found['floor'])} first: of the {ranking.attrs['objective_text']} "
+            f"that saves {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."
+        )
+
+
+def _sensitivity(results: xr.Dataset) -> Answer:
+    symbol = GREEK[str(results.attrs["parameter"])]
+    claims = claims_of(results)
+    verdicts = [one.verdict for one in claims]
+    counts = [(verdicts.count(one), *words) for one, words in VERDICTS.items() if one in verdicts]
+    parts = [f"{n} {alone if n == 1 else several}" for n, alone, several in counts]
+    said = [f"Of {len(claims)} claims about {symbol}: {', '.join(parts)}."] if claims else ["No claim could be judged."]
+    said += [f"{_capitalised(one.claim)}: {one.verdict}. {_capitalised(one.text)}." for one in claims[:MOST_DESCRIBED]]
+    return Answer(f"How much do results depend on {symbol}, and does what is said of it hold?", said)
+
+
+def _capitalised(text: str) -> str:
+    """Return a text with a capital letter, unless the text begins with a symbol."""
+    return text if text[1:2] == "_" else f"{text[:1].upper()}{text[1:]}"
+
+
+def _blocks(results: xr.Dataset) -> str:
+    return f"{results.sizes['block']:,} blocks"
+
+
+def _floors(results: xr.Dataset) -> list[tuple[int, str | None]]:
+    return [(k, str(one)) for k, one in enumerate(results["floor"].values)] if "floor" in results.dims else [(0, None)]
+
+
+def _block_and_floor(results: xr.Dataset, block: int, floor: int) -> xr.Dataset:
+    here = without_motions(results).isel(block=block)
+    return here.isel(floor=floor) if "floor" in here.dims else here
+
+
+_ANSWERS = {
+    "fragility": _fragility,
+    "uncertainty": _uncertainty,
+    "performance": _performance,
+    "sensitivity": _sensitivity,
+}

@@ -1,0 +1,185 @@
+"""A study's figures for a page: SVG inside HTML, PNG files beside Markdown, and a description of each in words.
+
+The same results give the same bytes: there are no dates, and ids come from a fixed salt and are unique on the page.
+Text is drawn as paths, so that a figure looks the same without its font.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BytesIO, StringIO
+from typing import TYPE_CHECKING, NamedTuple
+from xml.etree import ElementTree
+
+import xarray as xr
+
+from .. import show
+from ..text.names import clean
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_PANELS_DESCRIBED = 6
+PIXELS_AN_INCH = 96.0
+NARROWEST, WIDEST = 0.72, 1.15
+"""Widths of a figure on a page over the width for which it was drawn: text of 9 points has at least 9 pixels."""
+# Attributes of positions, in points: rounded to a hundredth, which is not visible and halves large figures.
+_PLACES = ("d", "x", "y", "width", "height")
+_DIGITS = re.compile(r"-?\d+\.\d{3,}(?!\d*e)")
+_REFERENCE = re.compile(r"url\(#([^)]+)\)")
+
+
+class Picture(NamedTuple):
+    """A figure on a page: its file name, its caption, its description in words, and the image."""
+
+    name: str
+    caption: str
+    description: str
+    svg: str
+    png: bytes
+
+
+# The captions, by the first part of a figure's name; the description of its contents is read from the figure.
+CAPTIONS = {
+    "fragility": "Probability of overturning against the strength of shaking: fitted curves, observed shares of the "
+    "motions with their intervals.",
+    "risk": "Which shaking the annual rate of overturning comes from.",
+    "measures": "Which measure of shaking tells best which block falls: the smaller the dispersion the better.",
+    "uncertainty": "Probability of overturning with everything that is uncertain, and where its scatter comes from.",
+    "sobol": "Sobol’ indices: how much of the variance each input explains, alone and with others.",
+    "morris": "Morris’ elementary effects: how much each input matters, and how much that depends on the others.",
+    "number": "How many pieces overturn at each level of shaking.",
+    "loss": "What is lost at each level of shaking.",
+    "exceedance": "How often a year so much or more falls. At the left edge: anything at all; where a line drops to "
+    "the axis, none of the motions brings down more.",
+    "anchoring": "What anchoring each item saves, and what is left as one after the other is anchored.",
+    "median": "Medians of the fragility curves over the values that are varied.",
+    "median_ratio": "Medians over those of the reference, over the values that are varied.",
+    "dispersion": "Dispersions of the fragility curves over the values that are varied.",
+    "probability": "Probability of overturning over the values that are varied.",
+    "flipped": "Share of runs whose verdict differs from the reference’s, over the values that are varied.",
+    "decay_error": "How far free rocking lies from the rigid block’s closed form, over the values that are varied.",
+    "free_rocking": "Free rocking of a block let go, beside the rigid block’s.",
+    "convergence": "How the response to a pulse converges as the value that is varied becomes small.",
+    "tornado": "How far the median moves when one input at a time goes from its low to its high value.",
+}
+
+
+def pictures(results: xr.Dataset, numbers: str, *, png: bool = False) -> Iterator[Picture]:
+    """Yield every figure of a study's results.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A study's results.
+    numbers : str
+        The main numbers in words, with which the description of each figure ends.
+    png : bool
+        True for PNG instead of SVG.
+
+    Yields
+    ------
+    Picture
+        Its ``svg`` is safe inside HTML: no script, no external reference, and ids that no other figure has.
+    """
+    for i, (name, figure) in enumerate(_figures(results), start=1):
+        described = f"{describe(figure)} {clean(numbers)}".strip()
+        svg, content = ("", _png(figure)) if png else (_svg(figure, f"figure-{i}-"), b"")
+        caption = CAPTIONS.get(name) or CAPTIONS.get(name.rpartition("_")[0]) or name.replace("_", " ").capitalize()
+        yield Picture(name, caption, described, svg, content)
+
+
+def describe(figure: Figure) -> str:
+    """Describe a figure for readers who cannot see it: its heading, panels, axes and the labels of its lines."""
+    shown = [ax for ax in figure.axes if ax.get_visible() and ax.axison]
+    heading = figure.get_suptitle()
+    parts = [heading.rstrip(".")] if heading else []
+    titles = [title for title in (ax.get_title() for ax in shown) if title]
+    if titles:
+        more = len(titles) - MOST_PANELS_DESCRIBED
+        panels = "1 panel" if len(shown) == 1 else f"{len(shown)} panels"
+        parts.append(f"{panels}: {'; '.join(titles[:MOST_PANELS_DESCRIBED])}{f'; and {more} more' if more > 0 else ''}")
+    for word, labels in (
+        ("Across", [ax.get_xlabel() for ax in shown]),
+        ("Up", [ax.get_ylabel() for ax in shown]),
+        ("Drawn", _legend(figure, shown)),
+    ):
+        found = list(dict.fromkeys(label for label in labels if label))
+        if found:
+            parts.append(f"{word}: {'; '.join(found)}")
+    return clean(" ".join(f"{' '.join(part.split())}." for part in parts).replace(r"\$", "＄").replace("$", ""))
+
+
+def _legend(figure: Figure, shown: list[Axes]) -> list[str]:
+    legends = [*figure.legends, *(one for one in (ax.get_legend() for ax in shown) if one is not None)]
+    return [text.get_text() for legend in legends for text in legend.get_texts()]
+
+
+@contextmanager
+def _settings() -> Iterator[None]:
+    import matplotlib as mpl  # noqa: PLC0415 - loads slowly
+
+    with (
+        mpl.rc_context({"svg.hashsalt": "toppling", "svg.fonttype": "path", "font.size": 10.0}),
+        warnings.catch_warnings(),
+    ):
+        # (letters that the font lacks appear as boxes; the tables show the letters)
+        warnings.filterwarnings("ignore", "Glyph .* missing from font")
+        warnings.filterwarnings("ignore", "constrained_layout not applied")
+        yield
+
+
+def _figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
+    with _settings():
+        yield from show.figures(results)
+
+
+def _png(figure: Figure) -> bytes:
+    file = BytesIO()
+    figure.savefig(file, format="png", dpi=150, metadata={"Software": None})
+    return file.getvalue()
+
+
+def _svg(figure: Figure, prefix: str) -> str:
+    """Return a figure as an HTML element: without a file's header and metadata, with a prefix to ids and references."""
+    file = StringIO()
+    figure.savefig(file, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
+    root = ElementTree.fromstring(_without_comments(file.getvalue()))
+    for parent in list(root.iter()):
+        for child in list(parent):
+            if _local_name(child.tag) in ("metadata", "style", "script"):
+                parent.remove(child)
+    for element in root.iter():
+        element.tag = _local_name(element.tag)
+        named = [(_local_name(key), value) for key, value in element.attrib.items()]
+        element.attrib = {key: _renamed(key, value, prefix) for key, value in named}
+    for name in ("width", "height", "version"):
+        root.attrib.pop(name, None)
+    # limits on the width: on a narrow screen the figure stays legible, and its box scrolls
+    width = PIXELS_AN_INCH * float(figure.get_figwidth())
+    size = f"max-width:{WIDEST * width:.0f}px;min-width:{NARROWEST * width:.0f}px"
+    root.attrib |= {"style": size, "aria-hidden": "true", "focusable": "false"}
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _without_comments(text: str) -> str:
+    return re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
+
+
+def _local_name(name: str) -> str:
+    """Return a name without its namespace, which HTML does not need inside an svg element."""
+    return name.rpartition("}")[2]
+
+
+def _renamed(key: str, value: str, prefix: str) -> str:
+    if key == "id":
+        return prefix + value
+    if key in _PLACES:
+        return _DIGITS.sub(lambda found: f"{float(found[0]):.2f}".rstrip("0").rstrip("."), value)
+    if key == "href" and value.startswith("#"):
+        return f"#{prefix}{value[1:]}"
+    return _REFERENCE.sub(lambda found: f"url(#{prefix}{found[1]})", value)

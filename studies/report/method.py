@@ -1,0 +1,242 @@
+"""The method part of a report: laws with their sources, blocks, the study file's settings, assumptions and versions."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...wording import counted, short_digits
+from ..text.block_order import chosen_of
+from ..text.names import clean
+from ..text.rows import Rows
+
+LONGEST_VALUE = 300
+"""Largest length of a study file's value in a table; the report prints the whole file below."""
+SECTIONS = {
+    "motions": "motions",
+    "building": "building",
+    "buildings": "buildings",
+    "ida": "incremental dynamic analysis",
+    "stripes": "stripes",
+    "cloud": "cloud",
+    "performance": "inventory",
+    "screen": "validity screen",
+    "fit": "fit",
+    "measures": "measures",
+    "hazard": "hazard",
+    "uncertainty": "uncertainty",
+    "sensitivity": "sensitivity",
+    "outputs": "outputs",
+}
+DESIGNS = {
+    "ida": "Incremental dynamic analysis: every motion is scaled to every level, and every block is run under it.",
+    "stripes": "Stripes: at every level the blocks are run under motions of that level’s own.",
+    "cloud": "Cloud: every motion is run once, as it is.",
+}
+KIND_TEXTS = {
+    "uncertainty": "Sizes, restitution and law are drawn together by Latin hypercube sampling; every draw is run under "
+    "every motion at every level.",
+    "performance": "Every piece of the inventory is run under the motion of its floor; pieces are counted, and their "
+    "value, motion by motion, because one earthquake shakes all of them.",
+    "sensitivity": "One parameter is varied; every value is a law of its own, run under the same motions, so that "
+    "differences are paired.",
+}
+ENGINE = (
+    "Rocking is solved from event to event (edges of zones, impacts, turning points), in closed form where the law is "
+    "linear between events and by Taylor series with error control in exact geometry. A block has overturned when it "
+    "does not come back."
+)
+ASSUMPTIONS = (
+    "Blocks are rigid, rock in one plane about the lower corners on a rigid floor, and do not slide, bounce, twist.",
+    "Shaking is horizontal, in the plane of the width; there is no vertical shaking.",
+    "Blocks do not touch walls or each other, and do not act on the building.",
+    "Restitution is the block’s own, e_R = 1 − (2/λ) sin²α (Housner 1963), where the study gives no other.",
+)
+MEDIAN = (
+    "Median: the level of shaking that half of the motions need. Dispersion β: the standard deviation of the logarithm "
+    "of that level from motion to motion; with β = 0.4 two of three need between the median divided by 1.5 and 1.5 "
+    "times the median."
+)
+BUILDING_ASSUMPTION = "The building is elastic, and its floors move as the ground does at its base."
+
+
+class LawDescription(NamedTuple):
+    """A law in words, and its source."""
+
+    words: str
+    source: str
+
+
+LAWS = {
+    "discrete": LawDescription(
+        "Damping in a narrow zone |θ| ≤ δα about the upright position: c = I_O (1 − e)/(2δα) times the speed of entry.",
+        "Liu, Huang and Qu (2024), Eqs. 15–17",
+    ),
+    "giannini-masiani": LawDescription(
+        "Viscous damping throughout, ζ = (2/π)(1 − e)/(1 + e).", "Giannini and Masiani (1990)"
+    ),
+    "makris-konstantinidis": LawDescription(
+        "Viscous damping throughout, ζ = −0.68 ln e, of the initial stiffness.",
+        "Makris and Konstantinidis (2003), Eq. 11",
+    ),
+    "vassiliou": LawDescription(
+        "Viscous damping throughout, c = c_V (α/0.1)² m g^½ R^(3/2).", "Vassiliou, Mackie and Stojadinović (2014)"
+    ),
+    "viscous": LawDescription(
+        "Viscous damping throughout, of the ratio ζ given.", "as given; FEMA 356 takes ζ = 0.4 (1 − e)"
+    ),
+    "energy-consistent": LawDescription(
+        "Damping in a narrow zone |θ| ≤ δα that takes out exactly what an impact with e takes out.",
+        "derived in toppling",
+    ),
+    "housner": LawDescription(
+        "Rigid block at rest until its threshold is exceeded; angular velocity times e at each impact. The reference.",
+        "Housner (1963); exact geometry: Zhang and Makris (2001), Eq. 12",
+    ),
+}
+
+
+def law_rows(results: xr.Dataset) -> Rows | None:
+    """Return the table of a study's laws; None where the laws differ from sample to sample."""
+    law = results.coords.get("law")
+    if law is None or "model" not in law.dims:
+        return None
+    plain = law.isel({dim: 0 for dim in law.dims if dim != "model"})
+    labels = [str(one) for one in results["model"].values]
+    rows = []
+    for label, name in zip(labels, [str(one) for one in plain.values], strict=True):
+        said = LAWS.get(name, LawDescription("", ""))
+        rows.append((label, said.words, said.source))
+    return Rows("Laws by which blocks lose energy", ("law", "what it does", "source"), rows)
+
+
+def block_rows(results: xr.Dataset) -> Rows | None:
+    """Return the table of the blocks' sizes; None where the sizes are not known."""
+    dim = "item" if "item" in results.dims else "block"
+    columns = [
+        (heading, results[name])
+        for name, heading in (
+            ("width", "width, m"),
+            ("height", "height, m"),
+            ("cm_height", "mass centre, m"),
+            ("alpha", "α, rad"),
+            ("R", "R, m"),
+            ("p", "p, rad/s"),
+            ("floor", "floor"),
+            ("count", "pieces"),
+        )
+        if name in results.coords and results[name].dims == (dim,)
+    ]
+    if not columns or dim not in results.dims:
+        return None
+    rows = [
+        (str(label), *(_cell(column.values[i]) for _, column in columns))
+        for i, label in enumerate(np.atleast_1d(results[dim].values))
+    ]
+    chosen = chosen_of(results)
+    title = "Items of the inventory" if dim == "item" else f"Blocks{': ' if chosen else ''}{chosen}"
+    return Rows(title, (dim, *(heading for heading, _ in columns)), rows)
+
+
+def _cell(value: object) -> str:
+    return short_digits(float(value)) if isinstance(value, float | np.floating) and np.isfinite(value) else str(value)
+
+
+def study_file_rows(results: xr.Dataset) -> Rows:
+    """Return the table of the study file's keys, except those of blocks and laws."""
+    study = study_of(results)
+    rows: list[tuple[str, ...]] = []
+    for name, title in SECTIONS.items():
+        section = study.get(name)
+        if isinstance(section, dict):
+            for key, value in section.items():
+                inner = value if isinstance(value, dict) else {}
+                if inner and all(isinstance(one, dict) for one in inner.values()):
+                    rows += [(f"{title}: {key}, {name}", _value(one)) for name, one in inner.items()]
+                else:
+                    rows.append((f"{title}: {key}", _value(value)))
+        elif section is not None:
+            rows.append((title, _value(section)))
+    return Rows(
+        "What the study file asks (units stand in the keys; what is not here is the default)", ("key", "value"), rows
+    )
+
+
+def study_of(results: xr.Dataset) -> dict[str, object]:
+    """Return the study file as plain values; empty where the results do not hold it."""
+    try:
+        found = json.loads(str(results.attrs.get("study", "{}")))
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _value(value: object) -> str:
+    if isinstance(value, dict) and not any(isinstance(one, dict | list) for one in value.values()):
+        text = ", ".join(f"{key} {one:g}" if isinstance(one, float) else f"{key} {one}" for key, one in value.items())
+    else:
+        text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]}…"
+
+
+def method(results: xr.Dataset) -> list[str]:
+    """Return the paragraphs on how the study was made."""
+    kind = str(results.attrs["kind"])
+    words = [DESIGNS.get(str(results.attrs.get("design", "")), ""), KIND_TEXTS.get(kind, ""), ENGINE]
+    if "fit_method" in results.attrs:
+        words.append(f"Curves: {results.attrs['fit_method']}.")
+    if "median" in results:
+        words.append(MEDIAN)
+    if "rate" in results or "annual_number" in results:
+        words.append("Annual rates: the curves, or what falls at each level, integrated over the hazard curve given.")
+    sizes = [
+        counted(results.sizes[dim], name)
+        for dim, name in (
+            ("block", "block"),
+            ("item", "kind of piece"),
+            ("model", "law"),
+            ("sample", "sample"),
+            ("level", "level"),
+            ("motion", "motion"),
+        )
+        if dim in results.dims
+    ]
+    words.append(f"Size: {', '.join(sizes).replace('kind of pieces', 'kinds of piece')}.")
+    return [clean(one) for one in words if one]
+
+
+def assumptions(results: xr.Dataset) -> list[str]:
+    """Return the assumptions of a study, one sentence each."""
+    study = study_of(results)
+    building = [BUILDING_ASSUMPTION] if "building" in study or "buildings" in study else []
+    return [*ASSUMPTIONS, *building]
+
+
+def provenance_rows(results: xr.Dataset, path: Path) -> Rows:
+    """Return the table of the program and its versions, the study's identity, and the result file with its checksum."""
+    try:
+        versions = json.loads(str(results.attrs.get("package_versions", "{}")))
+    except ValueError:
+        versions = {}
+    packages = (
+        ", ".join(f"{name} {version}" for name, version in versions.items()) if isinstance(versions, dict) else ""
+    )
+    rows = [
+        ("toppling", str(results.attrs.get("toppling_version", ""))),
+        ("packages", packages),
+        ("layout of the results (schema)", str(results.attrs.get("schema", ""))),
+        ("identity of the study", str(results.attrs.get("identity", ""))),
+        ("result file", path.name),
+        ("its SHA-256", _digest(path)),
+    ]
+    return Rows("Provenance", ("", ""), rows)
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,227 @@
+"""The report of a study's results as one self-contained HTML page, as a PDF of that page, or as Markdown.
+
+The page loads nothing: figures are inside it, there is no script, and its content policy forbids everything else.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import xarray as xr
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from .. import show
+from ..file.table import StudyError
+from ..text.block_order import shown
+from ..text.names import clean
+from ..text.rows import Rows, plain_table
+from .answers import answer
+from .cells import PageTable, longest_word, markdown, page_table
+from .figures import Picture, pictures
+from .method import assumptions, block_rows, law_rows, method, provenance_rows, study_file_rows, study_of
+from .results_file import read_results
+from .summary import next_steps, plain_answer
+from .validity import checks_of, not_checked, worst_word
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+ReportFormat = Literal["html", "pdf", "md"]
+
+TEMPLATES = Path(__file__).parents[1] / "templates"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
+PDF_SECONDS = 120.0
+_LINE = re.compile(r"\n\s*")
+_PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
+NUMBERS = 600
+"""Largest length of the answer at the end of a figure's description."""
+
+
+def write_report(result: Path, out: Path | None = None, format_: ReportFormat = "html") -> list[Path]:
+    """Write the report of a study's results.
+
+    Parameters
+    ----------
+    result : Path
+        The results, ``results.nc``.
+    out : Path, optional
+        The file; by default ``report.html`` (``.pdf``, ``.md``) beside the results, or in `out` where `out` is a
+        folder or has no ending.
+    format_ : {"html", "pdf", "md"}
+        One self-contained page; the same page printed by a browser of this machine; Markdown with its figures as PNG
+        files in the same folder.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    StudyError
+        One sentence: a result file that `read_results` refuses, no browser for a PDF, a file that cannot be written.
+    """
+    target = result.parent if out is None else out
+    if target.is_dir() or not target.suffix:
+        target /= f"report.{format_}"
+    if target.exists() and result.exists() and target.samefile(result):
+        raise StudyError(f"{target}: are the results themselves; give the report another name")
+    browser = _browser() if format_ == "pdf" else None
+    with read_results(result) as results:
+        if format_ == "md":
+            return _write_markdown(results, result, target)
+        page = html_page(results, result, opened=format_ == "pdf")
+    if browser is None:
+        _write(target, page.encode("utf-8"))
+    else:
+        _write(target, _printed_pdf(page, browser))
+    return [target]
+
+
+def html_page(results: xr.Dataset, path: Path, *, opened: bool = False) -> str:
+    """Return the page of a study's results, which were read from `path`.
+
+    With `opened` nothing on the page is folded, as a printed page needs.  The same results give the same text.
+    """
+    found = content(results, path)
+    drawn = [(one, Markup(one.svg)) for one in pictures(results, found["numbers"])]
+    template = _environment(escaping=True).get_template("report.html.j2")
+    return template.render(**found, figures=drawn, opened=opened)
+
+
+def content(results: xr.Dataset, path: Path) -> dict[str, Any]:
+    """Return the contents of a report without its figures: text, tables and checks, as the templates need them."""
+    said = answer(results)
+    found = checks_of(results)
+    tables = [page_table(table) for table in show.tables(results)]
+    notes = [line for line in str(results.attrs.get("notes", "")).splitlines() if line]
+    return {
+        "title": str(results.attrs.get("title", "")) or "A study",
+        "kind": str(results.attrs["kind"]),
+        "question": said.question,
+        "plain": plain_answer(results),
+        "sentences": said.sentences,
+        "steps": [*show.hints(results), *next_steps(results, found)],
+        "numbers": _shortened(" ".join(said.sentences)),
+        "tables": tables,
+        "method": method(results),
+        "made_of": [
+            *_tables_of([law_rows(results)], words=True),
+            *_tables_of([block_rows(shown(results))]),
+            *_tables_of([study_file_rows(results)], words=True),
+        ],
+        "assumptions": assumptions(results),
+        "checks": found,
+        "verdict": worst_word(found),
+        "not_checked": not_checked(results),
+        "notes": notes,
+        "provenance": _tables_of([provenance_rows(results, path)], words=True),
+        "study": _study_text(results),
+    }
+
+
+def _tables_of(every: list[Rows | None], words: bool = False) -> list[PageTable]:
+    return [page_table(plain_table(*rows), words) for rows in every if rows is not None and rows.rows]
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= NUMBERS else f"{text[: text.rfind(' ', 0, NUMBERS)]} …"
+
+
+def _study_text(results: xr.Dataset) -> str:
+    text = json.dumps(study_of(results), ensure_ascii=False, indent=2)
+    # each list of numbers and words is put on one line to save space (no string contains a line break)
+    return _PLAIN_LIST.sub(lambda found: f"[{' '.join(re.split(_LINE, found[1]))}]", text)
+
+
+def _environment(*, escaping: bool) -> Environment:
+    def safe(value: object) -> object:
+        return clean(value) if isinstance(value, str) and not isinstance(value, Markup) else value
+
+    made = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=escaping,
+        finalize=safe,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.filters |= {"markdown": markdown, "longest_word": longest_word}
+    return made
+
+
+def _write_markdown(results: xr.Dataset, result: Path, target: Path) -> list[Path]:
+    found = content(results, result)
+    written: list[Path] = []
+    figures: list[tuple[Picture, str]] = []
+    for one in pictures(results, found["numbers"], png=True):
+        beside = target.with_name(f"{target.stem}_{one.name}.png")
+        _write(beside, one.png)
+        written.append(beside)
+        figures.append((one, beside.name.replace(" ", "%20").replace("(", "%28").replace(")", "%29")))
+    text = _environment(escaping=False).get_template("report.md.j2").render(**found, figures=figures)
+    _write(target, text.encode("utf-8", "replace"))
+    return [target, *written]
+
+
+def _write(path: Path, text: bytes) -> None:
+    """Write a file completely or not at all; StudyError where it cannot be written."""
+    temporary = path.with_name(f"{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.write_bytes(text)
+        temporary.replace(path)
+    except OSError as error:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None
+
+
+def _browser(which: Callable[[str], str | None] = shutil.which) -> str:
+    found = next((path for path in map(which, BROWSERS) if path), None)
+    if found is None:
+        raise StudyError(
+            "--format pdf needs Chromium or Chrome, which is not there: install it (Debian: apt install chromium), or "
+            "print the page of --format html"
+        )
+    return found
+
+
+def _printed_pdf(page: str, browser: str) -> bytes:
+    """Return the page as a PDF printed by a browser, without network access."""
+    with tempfile.TemporaryDirectory(prefix="toppling-") as folder:
+        source, target = Path(folder) / "report.html", Path(folder) / "report.pdf"
+        source.write_text(page, encoding="utf-8")
+        command = [
+            browser,
+            "--headless=new",
+            "--disable-gpu",
+            "--disable-extensions",
+            "--disable-background-networking",
+            "--disable-dev-shm-usage",
+            "--no-first-run",
+            "--no-pdf-header-footer",
+            f"--user-data-dir={folder}/profile",
+            f"--print-to-pdf={target}",
+            source.as_uri(),
+        ]
+        if hasattr(os, "geteuid") and os.geteuid() == 0:
+            command.insert(1, "--no-sandbox")  # the sandbox does not work for root
+        try:
+            subprocess.run(command, capture_output=True, check=False, timeout=PDF_SECONDS)
+            return target.read_bytes()
+        except subprocess.TimeoutExpired:
+            reason = f"not in {PDF_SECONDS:g} s"
+        except OSError as error:
+            reason = str(error.strerror or error)
+    raise StudyError(f"--format pdf: {browser} did not print the page ({reason}); --format html needs no browser")

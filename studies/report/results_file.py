@@ -1,0 +1,83 @@
+"""Reading of result files for reports, with refusal of other files, other layouts and other kinds of results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import xarray as xr
+
+from ...units import SCHEMA
+from ..file.table import StudyError
+from ..store.folder import damaged
+
+KINDS = ("fragility", "uncertainty", "performance", "sensitivity")
+
+
+@contextmanager
+def read_results(path: Path) -> Iterator[xr.Dataset]:
+    """Open a study's results until the block ends; variables of single runs are read only where they are used.
+
+    Raises
+    ------
+    StudyError
+        One sentence: no such file, not a result file, another layout, not a study's results; or contents that differ
+        from those of results of its kind.
+    """
+    if not path.is_file():
+        raise StudyError(f"{path}: no such file" if not path.exists() else f"{path}: is no file")
+    try:
+        stored = xr.open_dataset(path, engine="netcdf4")
+    except RuntimeError:  # (the netCDF library's error for checksums that do not fit)
+        raise damaged(path) from None
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError):
+        raise StudyError(f"{path}: is no result file") from None
+    with stored:
+        check_layout(path, stored)
+        try:
+            whole = stored.assign({name: stored[name].load() for name in without_motions(stored).data_vars})
+        except (OSError, ValueError, RuntimeError):
+            raise damaged(path) from None
+        try:
+            yield whole
+        except StudyError:
+            raise
+        except RuntimeError as error:
+            if "NetCDF" in str(error):
+                raise damaged(path) from None
+            raise
+        except (KeyError, IndexError, ValueError, TypeError, AttributeError) as error:
+            reason = " ".join(str(error).split())[:200] or type(error).__name__
+            raise StudyError(
+                f"{path}: does not hold what results of a {stored.attrs['kind']} study hold ({reason}): run its study "
+                "again"
+            ) from error
+
+
+def without_motions(results: xr.Dataset) -> xr.Dataset:
+    """Return the variables that are not given motion by motion, which are small and quick to select from."""
+    return results[[name for name, one in results.data_vars.items() if "motion" not in one.dims]]
+
+
+def check_layout(path: Path, stored: xr.Dataset) -> None:
+    """Raise StudyError where the attributes show that no report can be made of these results."""
+    layout, kind = stored.attrs.get("schema"), stored.attrs.get("kind")
+    if layout is None or "toppling_version" not in stored.attrs:
+        raise StudyError(f"{path}: is a netCDF file, but not one of toppling's (no attribute schema)")
+    try:
+        number = int(layout)
+    except (TypeError, ValueError):
+        raise StudyError(f"{path}: its attribute schema must be a number, got {str(layout)[:40]!r}") from None
+    if number > SCHEMA:
+        raise StudyError(
+            f"{path}: was written by a newer toppling (layout {number}, this one reads {SCHEMA}): update toppling"
+        )
+    if number < SCHEMA:
+        raise StudyError(
+            f"{path}: was written by an older toppling (layout {number}, this one reads {SCHEMA}): run its study again"
+        )
+    if kind is None:
+        raise StudyError(f"{path}: holds runs, not a study's results: toppling run writes those")
+    if str(kind) not in KINDS:
+        raise StudyError(f"{path}: is of the kind {str(kind)[:40]!r}; reports are of {', '.join(KINDS)} studies")

@@ -1,0 +1,241 @@
+"""The summary at the top of a report: the answer in plain words for the owner of the contents, and the next steps.
+
+The sentences give counts out of a hundred earthquakes and chances in years, each with its interval, without names of
+laws or parameters of curves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...aliases import Array
+from ...fragility.fitting.states import ALL, OVERTURNED, state_name
+from ...wording import (
+    about_percent,
+    chances_between,
+    confidence_text,
+    currency_of,
+    interval_text,
+    three_digits,
+    years_between,
+)
+from ..buildings.assessment import BUILDING
+from ..buildings.notes import anchored_text
+from ..kinds.performance import ranking_of
+from ..sensitivity.claims import FAILS, HOLDS
+from ..tables.assessment import pieces_at
+from ..tables.sensitivity import GREEK, claims_of
+from ..text.block_order import places
+from ..text.curve_notes import reached_of, verb_of
+from ..text.words import axis_of, display_unit, floor_name, level_text, reference_law
+from .answers import largest_share
+from .results_file import without_motions
+from .validity import GOOD, INVALID, Check
+
+RARE = 0.1
+"""Probability of overturning, rare but still relevant to an owner, at whose level the summary also gives counts."""
+YEARS = 50.0
+"""Years for which chances are given where the study names no time."""
+MOST_STEPS = 3
+"""Largest number of checks whose cures are among the next steps."""
+
+
+def plain_answer(results: xr.Dataset) -> list[str]:
+    """Return the answer in a few plain sentences.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        A study's results, of any kind.
+
+    Returns
+    -------
+    list of str
+    """
+    return list(_PLAIN[str(results.attrs["kind"])](results))
+
+
+def next_steps(results: xr.Dataset, checks: list[Check]) -> list[str]:
+    """Return the next steps: those that follow from the answer, then the cures of the worst checks."""
+    found = list(_actions(results))
+    bad = [one for one in checks if one.word != GOOD and one.cure]
+    bad.sort(key=lambda one: one.word != INVALID)
+    cures = list(dict.fromkeys(f"{one.reason} {one.cure}" for one in bad))
+    more = len(cures) - MOST_STEPS
+    rest = [f"{more} more check{'s need' if more > 1 else ' needs'} a look: see Validity checks."] if more > 0 else []
+    return [*found, *cures[:MOST_STEPS], *rest]
+
+
+def _curves(results: xr.Dataset) -> Iterator[str]:
+    """Yield sentences on the block that falls first, under the reference law."""
+    at, _ = reference_law(results)
+    state = str(results.attrs.get("state", state_name(OVERTURNED)))
+    small = without_motions(results).isel(model=at)
+    cases = small["median"].transpose("block", ...)
+    status = small["status"].transpose(*cases.dims).values.ravel()
+    if not np.isfinite(cases.values).any():
+        yield f"The runs do not tell how strong shaking must be: {_missing_curves(status)}."
+        return
+    always = int((status == ALL).sum())
+    if always:
+        yield f"{_always_fallen(small, cases, status)} {reached_of(state)} in every run, even in the weakest shaking."
+    order = np.argsort(places(results).values.ravel())
+    at_first = np.unravel_index(order[always], cases.shape)
+    first = small.isel({str(dim): int(i) for dim, i in zip(cases.dims, at_first, strict=True)})
+    name = f"“{first['block'].item()}”"
+    where = f" on {floor_name(first['floor'].item())}" if "floor" in small.dims else ""
+    verb = verb_of(state)
+    if cases.size > 1:
+        yield f"Of {'the others' if always else 'all that is looked at here'}, {name}{where} {verb} first."
+    yield from _hundred_earthquakes(first, results, f"{name}{where}", verb)
+    most = largest_share(first) if str(results.attrs["kind"]) == "uncertainty" else None
+    if most is not None:
+        yield f"Of why that differs from case to case, the largest part ({100.0 * most[1]:.0f}\u00a0%) is: {most[0]}."
+    if "risk_probability" in first:
+        yield _chance_in_years(first, f"{name}{where}", verb, float(results.attrs["years"]))
+
+
+def _missing_curves(status: NDArray[np.object_]) -> str:
+    """Return the reasons why there is no curve, each with its count."""
+    words, numbers = np.unique(status.astype(str), return_counts=True)
+    if len(words) == 1:
+        return str(words[0])
+    return ", ".join(f"{word} ({n:,} of {status.size:,})" for word, n in zip(words, numbers, strict=True))
+
+
+def _always_fallen(small: xr.Dataset, cases: xr.DataArray, status: NDArray[np.object_]) -> str:
+    """Return the blocks that fell in every run: the name of the first, and the number of the others."""
+    every = np.flatnonzero(status == ALL)
+    row, *rest = np.unravel_index(every[0], cases.shape)
+    where = f" on {floor_name(small['floor'][rest[0]].item())}" if rest else ""
+    name = f"“{small['block'][row].item()}”{where}"
+    return name if every.size == 1 else f"{every.size:,} of {status.size:,} ({name} and {every.size - 1:,} more)"
+
+
+def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb: str) -> Iterator[str]:
+    """Yield the number of overturnings in 100 earthquakes: at a level where few are observed, and at the median."""
+    axis = axis_of(results)
+    scale, unit = display_unit(axis)
+    unit = f" {unit}" if unit else ""
+    measure = str(axis.attrs.get("long_name", "level"))
+    median, low, high = (float(first[f"median{end}"]) / scale for end in ("", "_lower", "_upper"))
+    sure = confidence_text(results)
+    known = f"(that level itself is known to {interval_text(low, high)}{unit}, {sure} interval)"
+    rare = _rare(first, results["level"].values, median * scale) if {"probability", "lower"} <= {*first} else None
+    if rare is None:
+        strong = f"as strong as a {measure} of {three_digits(median)}{unit}"
+        yield f"Of 100 earthquakes {strong}, about 50 would {_infinitive(verb, name)} {known}."
+        return
+    few, least, most = (round(100.0 * float(first[end][rare])) for end in ("probability", "lower", "upper"))
+    yield (
+        f"Of 100 earthquakes as strong as a {measure} of {level_text(float(results['level'][rare]), axis)}, "
+        f"about {few} would {_infinitive(verb, name)} ({least} to {most}, {sure} interval); at "
+        f"{three_digits(median)}{unit} about half of them would {known}."
+    )
+
+
+def _rare(first: xr.Dataset, levels: Array, median: float) -> int | None:
+    """Return the position of the level below the median whose observed share is nearest a tenth; None without any."""
+    seen = first["probability"].values
+    found = np.flatnonzero((seen > 0.0) & (seen < 0.5) & (levels < median))
+    return int(found[np.abs(np.log(seen[found] / RARE)).argmin()]) if found.size else None
+
+
+def _infinitive(verb: str, name: str) -> str:
+    """Return the infinitive of what an earthquake does to a block: overturn it, uplift it, bring it to a rotation."""
+    return f"{verb[:-1]} {name}" if verb.endswith("s") else f"bring {name} to {verb.removeprefix('reaches ')}"
+
+
+def _chance_in_years(first: xr.Dataset, name: str, verb: str, years: float) -> str:
+    chance, low, high = (float(first[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
+    if not np.isfinite(chance):
+        return "How often that is cannot be told: there is no curve."
+    ends = "" if low == high else f" ({chances_between(low, high, about_percent)}, taking the hazard as given)"
+    return f"The chance that {name} {verb} within {years:g} years is about {about_percent(chance)}{ends}."
+
+
+def _building(results: xr.Dataset) -> Iterator[str]:
+    """Yield sentences on the contents of a building, under the reference law."""
+    at, _ = reference_law(results)
+    one = results.isel(model=at).sel(place=BUILDING)
+    pieces = pieces_at(results, BUILDING)
+    sure = f"{confidence_text(results)} interval"
+    if "any_rate" in one:
+        rate, low, high = (float(one[f"any_rate{end}"]) for end in ("", "_lower", "_upper"))
+        if rate > 0.0:
+            chance, *ends = (-math.expm1(-YEARS * each) for each in (rate, low, high))
+            yield (
+                f"Something in this building falls about once in {three_digits(1.0 / rate)} years "
+                f"({years_between(high, low)}): a chance of about {about_percent(chance)} in {YEARS:g} years "
+                f"({chances_between(ends[0], ends[1], about_percent)}; {sure} over motions, hazard as given)."
+            )
+        else:
+            yield "Under none of the motions does anything fall."
+    else:
+        here = one.sel(level=float(results.attrs["at_level"]))
+        chance, low, high = (100.0 * float(here[f"any_probability{end}"]) for end in ("", "_lower", "_upper"))
+        number, *ends = (float(here[f"number_mean{end}"]) for end in ("", "_lower", "_upper"))
+        yield (
+            f"Of 100 earthquakes {_strength(results)}, about {chance:.0f} would overturn something ({low:.0f} to "
+            f"{high:.0f}), and on average {three_digits(number)} of the {pieces:,} pieces that stand free would fall "
+            f"({interval_text(ends[0], ends[1])}; {sure} over motions)."
+        )
+    if "annual_loss" in one:
+        loss, low, high = (float(one[f"annual_loss{end}"]) for end in ("", "_lower", "_upper"))
+        money = f" {currency_of(results)}" if currency_of(results) else ""
+        yield f"What falls costs {three_digits(loss)}{money} in a mean year ({interval_text(low, high)})."
+    if "consequence_rate" in one and float(one["consequence_rate"].max()) > 0.0:
+        worst = one.isel(consequence=int(one["consequence_rate"].values.argmax()))
+        rate, low, high = (float(worst[f"consequence_rate{end}"]) for end in ("", "_lower", "_upper"))
+        yield (
+            f"Of what that means “{worst['consequence'].item()}” comes about most often: once in "
+            f"{three_digits(1.0 / rate)} years ({years_between(high, low)})."
+        )
+    held = anchored_text(results)
+    if held:
+        yield f"{held[:1].upper()}{held[1:]}."
+
+
+def _strength(results: xr.Dataset) -> str:
+    level = results["level"]
+    if str(results.attrs["im"]) == "scale":
+        return "like these"
+    name = level.attrs.get("long_name", results.attrs["im"])
+    return f"as strong as a {name} of {level_text(float(results.attrs['at_level']), level)}"
+
+
+def _claims(results: xr.Dataset) -> Iterator[str]:
+    symbol = GREEK[str(results.attrs["parameter"])]
+    claims = claims_of(results)
+    holds, fails = (sum(one.verdict == word for one in claims) for word in (HOLDS, FAILS))
+    yield (
+        f"Of {len(claims)} statements about {symbol}, {holds} hold{'s' if holds == 1 else ''} in these runs, {fails} "
+        f"do{'es' if fails == 1 else ''} not, and {len(claims) - holds - fails} cannot be decided."
+    )
+
+
+def _actions(results: xr.Dataset) -> Iterator[str]:
+    """Yield the next steps that follow from the answer itself."""
+    kind = str(results.attrs["kind"])
+    at, _ = reference_law(results)
+    if kind == "performance":
+        ranking = ranking_of(results).isel(model=at)
+        order = np.argsort(ranking["rank"].values)[:3]
+        named = [f"“{ranking['item'].values[i]}” ({floor_name(str(ranking['floor'].values[i]))})" for i in order]
+        if named and float(ranking["saving"].max()) > 0.0:
+            yield f"Anchor first: {', then '.join(named)}."
+    elif "size_along" in results.attrs:
+        yield "Choose the size that meets the target, or anchor what is smaller."
+    elif kind == "fragility" and "rate" not in results:
+        yield (
+            "Hold these levels against the shaking expected at the site; with a [hazard] table in the study file the "
+            "report says how often a year."
+        )
+
+
+_PLAIN = {"fragility": _curves, "uncertainty": _curves, "performance": _building, "sensitivity": _claims}

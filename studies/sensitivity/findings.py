@@ -1,0 +1,337 @@
+"""Results of every law at every value of delta or e: curves, differences from a reference, decay, convergence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array, Flags, Index
+from ...fragility import overturning_probability
+from ...fragility.fitting.bootstrap import draw_motions, percentile_interval
+from ...fragility.numerics.slabs import Allocator, in_memory
+from ...models import Block, Law
+from ...models.friction import friction_at_impact
+from ...units import DIMENSIONLESS, HERTZ
+from ...wording import given_percent
+from ..file.sensitivity import RIGID, Sweep
+from .comparisons import Curves, excess, exponentials, flipped, swing, trend
+from .free_decay import free_decay
+
+ALL, USUAL = "all", "usual"
+DELTA_USUAL = (0.01, 0.1)
+"""Values of delta that are in use; the paper recommends 0.05."""
+SMALL = 0.01
+"""Values of delta up to which the order of convergence is fitted."""
+CALM = (0.2, 0.5)
+"""Peaks of the rigid block, over alpha, under the pulses of convergence: outside the zones, far from overturning."""
+STEPS = {"delta": np.log(10.0), "e": 0.1}
+"""Steps that the trend of medians is given for: a tenfold delta, 0.1 more of e."""
+
+
+class Grid(NamedTuple):
+    """Every law at every value, each oscillator once.
+
+    laws: the distinct laws; at (model, value): their indices; against: for each comparison the indices of the laws that
+    the values are compared with, (model, value), -1 for none.
+    """
+
+    laws: tuple[Law, ...]
+    at: Index
+    against: dict[str, Index]
+
+    @classmethod
+    def of(cls, at: Sequence[Sequence[Law]], against: Mapping[str, Sequence[Sequence[Law | None]]]) -> Self:
+        """Make the grid from the laws and the laws that they are compared with, each (model, value)."""
+        known: dict[Law, int] = {}
+        for rows in (at, *against.values()):
+            for law in (law for row in rows for law in row):
+                if law is not None:
+                    known.setdefault(law, len(known))
+
+        def places(rows: Sequence[Sequence[Law | None]]) -> Index:
+            return np.array([[-1 if law is None else known[law] for law in row] for row in rows], dtype=np.int64)
+
+        return cls(tuple(known), places(at), {name: places(rows) for name, rows in against.items()})
+
+
+def findings(
+    runs: xr.Dataset,
+    blocks: Sequence[Block],
+    models: Sequence[Law],
+    grid: Grid,
+    sweep: Sweep,
+    array: Allocator = in_memory,
+) -> xr.Dataset:
+    """Compute all results but convergence and indices, on (block, model, value) and more, from runs of `grid.laws`.
+
+    `array` allocates the arrays of every run.
+    """
+    confidence = sweep.confidence
+    curves = Curves.of(runs[["overturned"]], sweep.replicates, sweep.seed, confidence)
+    flags = runs["overturned"].transpose("block", "model", "level", "motion").values
+    names = list(grid.against)
+    found: dict[str, Any] = {
+        name: _of_every_run(runs[name], grid.at, array) for name in ("overturned", "peak_rotation", "uplifted")
+    }
+    observed = overturning_probability(runs, confidence)
+    found |= {str(name): _placed(one, grid.at) for name, one in observed.data_vars.items()}
+    found |= {str(name): _placed(one, grid.at) for name, one in curves.fit.data_vars.items()}
+
+    def compared(what: str, on: tuple[str, ...], parts: list[tuple[Array, Array, Array]], text: str) -> None:
+        dims = ("block", "model", "value", *on, "comparison")
+        for i, suffix in enumerate(("", "_lower", "_upper")):
+            said = text if not suffix else f"{suffix[1:]} end of the {given_percent(confidence)} interval of the {text}"
+            found[f"{what}{suffix}"] = (dims, np.stack([part[i] for part in parts], axis=-1), _attributes(said))
+
+    others = [grid.against[name] for name in names]
+    compared(
+        "median_ratio",
+        (),
+        [curves.ratio(grid.at, other, confidence) for other in others],
+        "median over that of what it is held against",
+    )
+    compared(
+        "flipped",
+        ("level",),
+        [flipped(flags, grid.at, other, confidence) for other in others],
+        "share of motions whose flag differs from what it is held against",
+    )
+    compared(
+        "excess",
+        ("level",),
+        [excess(flags, grid.at, other, sweep.replicates, sweep.seed, confidence) for other in others],
+        "probability of overturning less that of what it is held against",
+    )
+    found |= _peaks(runs, grid, sweep)
+    found |= _sensitivity(curves, blocks, grid, sweep)
+    samples = curves.log_samples[:, grid.at]
+    rigid = grid.against[RIGID]
+    found["log_median_sample"] = (
+        ("block", "model", "value", "replicate"),
+        samples,
+        _attributes("ln of the median of each replicate (SI), the same motions for all"),
+    )
+    found["log_rigid_sample"] = (
+        ("block", "model", "value", "replicate"),
+        curves.log_samples[:, rigid],
+        _attributes("ln of the rigid block's median of each replicate (SI)"),
+    )
+    decay = _decay(blocks, grid, sweep)
+    coords = _coordinates(runs, blocks, models, grid, sweep)
+    return xr.Dataset(found, coords=coords, attrs=_said(runs, sweep)).assign(decay)
+
+
+def convergence(peaks: Sequence[xr.DataArray], blocks: Sequence[Block], grid: Grid, sweep: Sweep) -> xr.Dataset:
+    """Compute distances from the rigid block under pulses, from each block's peaks (model, level) of all `grid.laws`.
+
+    `pulse_error` (block, model, value) is the root mean square of the difference of peaks over alpha, over those pulses
+    under which the rigid block turns by 0.2 to 0.5 of alpha (outside the zones, and so far from overturning that
+    nothing jumps);
+    `convergence_order` (block, model) the slope of its logarithm over that of delta, for delta up to 0.01.
+    """
+    each_block = np.stack([one.transpose("model", "level").values for one in peaks])
+    scaled = each_block / np.array([block.alpha for block in blocks])[:, None, None]
+    own, rigid = scaled[:, grid.at], scaled[:, grid.against[RIGID]]
+    calm = (rigid >= CALM[0]) & (rigid <= CALM[1])
+    with np.errstate(invalid="ignore"):
+        error = np.sqrt(np.where(calm, (own - rigid) ** 2, 0.0).sum(axis=-1) / calm.sum(axis=-1))
+    return xr.Dataset(
+        {
+            "pulse_error": (
+                ("block", "model", "value"),
+                error,
+                _attributes("root mean square difference from the rigid block's peaks under pulses, over alpha"),
+            ),
+            "convergence_order": (
+                ("block", "model"),
+                order_of(error, sweep.values),
+                _attributes("order of convergence in delta"),
+            ),
+        }
+    )
+
+
+def order_of(error: Array, values: Array) -> Array:
+    """Return the slope of ln error (block, model, value) over ln delta, for delta up to 0.01; NaN without one."""
+    small = np.flatnonzero(values <= SMALL)
+    if small.size < 2:
+        return np.full(error.shape[:2], np.nan)
+    x = np.log(values[small])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = np.log(error[..., small]) @ (x - x.mean()) / np.sum((x - x.mean()) ** 2)
+    return np.where(np.isfinite(slope), slope, np.nan)
+
+
+def usual(blocks: Sequence[Block], sweep: Sweep) -> Flags:
+    """True for usual values (block, value): delta of 0.01 to 0.1; e that needs no more friction than there is."""
+    if sweep.parameter == "delta":
+        low, high = DELTA_USUAL
+        return np.tile((sweep.values >= low * (1.0 - 1e-9)) & (sweep.values <= high * (1.0 + 1e-9)), (len(blocks), 1))
+    ratio = np.array([block.h / block.b for block in blocks])
+    return np.asarray(friction_at_impact(ratio[:, None], sweep.values[None]) <= sweep.friction)
+
+
+def _sensitivity(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep: Sweep) -> dict[str, Any]:
+    """Compute swing and trend of the medians, over all values and over the usual ones, with the trend's replicates."""
+    spans = [np.ones((len(blocks), sweep.values.size), dtype=bool), usual(blocks, sweep)]
+    shape = (len(blocks), len(grid.at), len(spans))
+    swings = np.full((3, *shape), np.nan)
+    slopes = np.full((*shape, 1 + sweep.replicates), np.nan)
+    x = np.log(sweep.values) if sweep.parameter == "delta" else sweep.values
+    for i, j, s in np.ndindex(*shape):
+        inside = np.flatnonzero(spans[s][i])
+        if inside.size > 1:
+            laws = grid.at[j, inside]
+            swings[:, i, j, s] = swing(curves, i, laws, sweep.confidence)
+            slopes[i, j, s] = trend(curves, i, laws, x[inside]) * STEPS[sweep.parameter]
+    trends = exponentials(slopes[..., 0], slopes[..., 1:], sweep.confidence)
+    step = "a tenfold delta" if sweep.parameter == "delta" else "0.1 more of e"
+    found: dict[str, Any] = {}
+    dims = ("block", "model", "span")
+    for name, parts, text in (
+        ("median_swing", swings, "largest over smallest median"),
+        ("median_trend", trends, f"factor on the median of {step}"),
+    ):
+        for suffix, part in zip(("", "_lower", "_upper"), parts, strict=True):
+            said = text if not suffix else f"{suffix[1:]} end of the interval of the {text}"
+            found[f"{name}{suffix}"] = (dims, part, _attributes(said))
+    found["log_trend_sample"] = ((*dims, "replicate"), slopes[..., 1:], _attributes(f"ln of the {text} in replicates"))
+    return found
+
+
+def _peaks(runs: xr.Dataset, grid: Grid, sweep: Sweep) -> dict[str, Any]:
+    """Compare with the rigid block: shares of smaller peaks, and of motions that uplift only the law's block."""
+    peak, lifted = (
+        runs[name].transpose("block", "model", "level", "motion").values for name in ("peak_rotation", "uplifted")
+    )
+    rigid = grid.against[RIGID]
+    motions = peak.shape[-1]
+    weights = draw_motions((np.arange(motions),), sweep.replicates, sweep.seed)
+    share = np.full((3, peak.shape[0], *grid.at.shape), np.nan)
+    for block, j, k in np.ndindex(*share.shape[1:]):
+        own, base = peak[block, grid.at[j, k]], peak[block, rigid[j, k]]
+        told = lifted[block, rigid[j, k]] & (own != base)
+        smaller, apart = (told & (own < base)).sum(axis=0), told.sum(axis=0)
+        if apart.any():
+            with np.errstate(invalid="ignore"):
+                samples = (weights @ smaller) / (weights @ apart)
+            share[:, block, j, k] = smaller.sum() / apart.sum(), *percentile_interval(samples, sweep.confidence)[:2]
+    text = "share of the rigid block's rocking runs in which the law's peak is smaller, of those where they differ"
+    found: dict[str, Any] = {
+        name: (("block", "model", "value"), part, _attributes(said))
+        for name, part, said in (
+            ("peak_smaller", share[0], text),
+            ("peak_smaller_lower", share[1], f"lower end of the interval of the {text}"),
+            ("peak_smaller_upper", share[2], f"upper end of the interval of the {text}"),
+        )
+    }
+    alone = np.empty((*share.shape[1:], lifted.shape[2]))
+    for block, j, k in np.ndindex(*share.shape[1:]):
+        alone[block, j, k] = np.mean(lifted[block, grid.at[j, k]] & ~lifted[block, rigid[j, k]], axis=-1)
+    said = "share of motions that uplift it and not the rigid block"
+    return {**found, "uplift_alone": (("block", "model", "value", "level"), alone, _attributes(said))}
+
+
+def _decay(blocks: Sequence[Block], grid: Grid, sweep: Sweep) -> dict[str, xr.DataArray]:
+    """Compute the free rocking of every law at every value, each oscillator once."""
+    parts = []
+    for block in blocks:
+        laws = [law for row in grid.at for law in (grid.laws[i] for i in row)]
+        rigid = [grid.laws[i].restitution(block) for row in grid.against[RIGID] for i in row]
+        keys = list(zip(laws, rigid, strict=True))
+        once = list(dict.fromkeys(keys))
+        found = free_decay(block, [law for law, _ in once], [float(e or 0.0) for _, e in once], sweep.release)
+        where = xr.DataArray(
+            np.array([once.index(key) for key in keys]).reshape(grid.at.shape), dims=("model", "value")
+        )
+        parts.append(found.isel(law=where))
+    together = xr.concat(parts, "block", combine_attrs="override")
+    return {str(name): one.transpose("block", "model", "value", ...) for name, one in together.data_vars.items()}
+
+
+def _placed(array: xr.DataArray, at: Index) -> xr.DataArray:
+    """Expand an array on (block, model) of the distinct laws to (block, model, value)."""
+    bare = array.drop_vars([name for name, one in array.coords.items() if "model" in one.dims])
+    found = bare.isel(model=xr.DataArray(at, dims=("row", "value"))).rename(row="model")
+    return found.transpose("block", "model", "value", ...)
+
+
+def _of_every_run(one: xr.DataArray, at: Index, array: Allocator) -> xr.Variable:
+    """Expand results of the distinct laws to (block, model, value, level, motion)."""
+    dims = ("block", "model", "level", "motion")
+    values = one.transpose(*dims).values
+    found = array((values.shape[0], *at.shape, *values.shape[2:]), values.dtype)
+    for block, j, k in np.ndindex(*found.shape[:3]):
+        found[block, j, k] = values[block, at[j, k]]
+    return xr.Variable(("block", "model", "value", "level", "motion"), found, one.attrs)
+
+
+def _coordinates(
+    runs: xr.Dataset, blocks: Sequence[Block], models: Sequence[Law], grid: Grid, sweep: Sweep
+) -> dict[str, Any]:
+    """Return the labels with their numbers, the friction that an impact needs, and the elastic modes."""
+    kept = {str(name): one.variable for name, one in runs.coords.items() if "model" not in one.dims}
+    token = {"delta": "δ=", "e": "e="}[sweep.parameter]
+    labels = [" ".join(part for part in law.label.split() if not part.startswith(token)) for law in models]
+    e = np.array([[[grid.laws[i].restitution(block) or np.nan for i in row] for row in grid.at] for block in blocks])
+    rigid = np.array([[[grid.laws[i].restitution(b) for i in row] for row in grid.against[RIGID]] for b in blocks])
+    delta = np.array([[getattr(grid.laws[i], "delta", np.nan) for i in row] for row in grid.at])
+    rest = np.array([law.options.get("rest", "elastic" if "delta" in law.options else "rigid") for law in models])
+    ratio = np.array([block.h / block.b for block in blocks])
+    p = np.array([block.p for block in blocks])
+    flat = np.array([np.sin(block.alpha) / block.alpha for block in blocks])
+    mode = p[:, None, None] * np.sqrt((1.0 / delta - 1.0) * flat[:, None, None]) / (2.0 * np.pi)
+    mode = np.where((rest == "elastic")[:, None], mode, np.nan)
+    rate = np.array(
+        [[[grid.laws[i].oscillator(one).regions[0].damping for i in row] for row in grid.at] for one in blocks]
+    )
+    names = {"delta": "half width of the elastic zone over alpha, δ", "e": "coefficient of restitution, e"}
+    on = ("block", "model", "value")
+    return {
+        **kept,
+        "model": ("model", np.array(labels, dtype=object), _attributes("damping law")),
+        "law": ("model", np.array([law.law for law in models], dtype=object), _attributes("short name of the law")),
+        "rest": ("model", rest.astype(object), _attributes("elastic zone at rest, or rigid")),
+        "value": ("value", sweep.values, _attributes(names[sweep.parameter])),
+        "comparison": (
+            "comparison",
+            np.array(list(grid.against), dtype=object),
+            _attributes("what a value is held against"),
+        ),
+        "span": ("span", np.array([ALL, USUAL], dtype=object), _attributes("which values")),
+        "in_use": (("block", "value"), usual(blocks, sweep), _attributes("whether the value is a usual one")),
+        "e": (on, e, _attributes("coefficient of restitution used; NaN of laws without")),
+        "rigid_e": (on, rigid, _attributes("coefficient of restitution of the rigid block beside it")),
+        "delta": (("model", "value"), delta, _attributes("half width of the elastic zone over alpha; NaN without")),
+        "friction_impact": (
+            ("block", "model", "value"),
+            friction_at_impact(ratio[:, None, None], rigid),
+            _attributes("coefficient of friction that an impact needs"),
+        ),
+        "viscous_rate": (on, rate, {"units": "s-1", "long_name": "viscous damping of the moving block over I_O"}),
+        "elastic_frequency": (on, mode, {"units": HERTZ, "long_name": "frequency of the elastic mode at rest"}),
+    }
+
+
+def _said(runs: xr.Dataset, sweep: Sweep) -> dict[str, Any]:
+    """Return the attributes: the varied parameter and the options of its evaluation."""
+    low, high = DELTA_USUAL
+    friction = f"e that need no more friction than {sweep.friction:g}"
+    return {
+        **runs.attrs,
+        "parameter": sweep.parameter,
+        "reference": sweep.reference if isinstance(sweep.reference, str) else f"{sweep.reference:g}",
+        "usual": f"δ from {low:g} to {high:g}" if sweep.parameter == "delta" else friction,
+        "release": sweep.release,
+        "friction": sweep.friction,
+        "confidence": sweep.confidence,
+        "replicates": sweep.replicates,
+        "state": "overturning",
+    }
+
+
+def _attributes(long_name: str) -> dict[str, str]:
+    return {"units": DIMENSIONLESS, "long_name": long_name}

@@ -1,0 +1,1 @@
+"""One block under one motion: the commands that show motions and single runs."""

@@ -1,0 +1,126 @@
+"""The command `toppling simulate`: reads the command line, makes one run, and writes its files and its text."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+
+from ..file.table import StudyError
+from ..text.terminal import say, terminal
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+
+def simulate_one(
+    block: str | None = None,
+    motion: str | None = None,
+    *,
+    width: Annotated[str | None, Parameter(help="Full width in the direction of shaking: 40cm, 0.4m or 0.4.")] = None,
+    height: Annotated[str | None, Parameter(help="Full height.")] = None,
+    cm_height: Annotated[
+        str | None, Parameter(help="Height of the centre of mass; mid-height where not given.")
+    ] = None,
+    inertia_factor: Annotated[float | None, Parameter(help="I_O/(m R²), above 1 to 2; 4/3 where not given.")] = None,
+    law: Annotated[str, Parameter(help="Damping law.")] = "housner",
+    e: Annotated[
+        float | None, Parameter(help="Restitution, above 0 to 1; the block's own e_R where not given.")
+    ] = None,
+    restitution_factor: Annotated[float | None, Parameter(help="Factor on e_R, instead of e.")] = None,
+    delta: Annotated[float | None, Parameter(help="Half width of the elastic zone over α; 0.05.")] = None,
+    zeta: Annotated[float | None, Parameter(help="Damping ratio of the viscous law.")] = None,
+    coefficient: Annotated[float | None, Parameter(help="Coefficient of the law of Vassiliou et al.; 0.02.")] = None,
+    lever: Annotated[str | None, Parameter(help="Lever arm of the shaking: h or R.")] = None,
+    rest: Annotated[str | None, Parameter(help="Kind of rest: elastic or rigid.")] = None,
+    geometry: Annotated[str | None, Parameter(help="Housner's geometry: exact, linear or bilinear.")] = None,
+    scale: Annotated[float | None, Parameter(help="Factor on the motion.")] = None,
+    pga: Annotated[str | None, Parameter(help="Or: its peak acceleration, 0.4g or 3.9m/s2.")] = None,
+    seed: Annotated[int | None, Parameter(help="Seed of a generator; 0.")] = None,
+    index: Annotated[int, Parameter(help="Which motion of the seed or the file, from 0.")] = 0,
+    period: Annotated[str | None, Parameter(help="Period of a pulse, 0.5s.")] = None,
+    set_: Annotated[
+        tuple[str, ...],
+        Parameter(name="--set", negative_iterable="", help="KEY=VALUE of [motions] in a study file: duration_s=20."),
+    ] = (),
+    out: Annotated[
+        Path, Parameter(help="Folder for history and film; those of an earlier call are replaced or removed.")
+    ] = Path("results/simulate"),
+    animate: Annotated[
+        bool, Parameter(negative="", help="Write a film too: GIF, and MP4 where ffmpeg is there.")
+    ] = False,
+    speed: Annotated[float, Parameter(help="Of the film: 1 is real time, 0.25 four times slower.")] = 1.0,
+    json_: Annotated[bool, Parameter(name="--json", negative="", help="Print it as JSON.")] = False,
+) -> None:
+    """Simulate one block under one motion: what it does, history.csv, history.png and, with --animate, a film.
+
+    toppling simulate bookcase-5-shelf clough-penzien --seed 1 --pga 0.4g --animate
+
+    Parameters
+    ----------
+    block
+        A name of `toppling catalogue`; left out where --width and --height are given.
+    motion
+        A record file, a generator or a pulse by its name, or a study file for one of its motions.
+    """
+    from .inputs import block_of, factor_of, law_of, motion_of  # noqa: PLC0415
+    from .run import Simulation, as_json  # noqa: PLC0415 - not for every command
+
+    sizes = {"--width": width, "--height": height, "--cm-height": cm_height}
+    if motion is None and any(sizes.values()):
+        block, motion = None, block  # the only word given is the motion
+    if motion is None:
+        raise StudyError("which MOTION? A record file, or the name of a generator such as clough-penzien")
+    options = {
+        "e": e,
+        "restitution_factor": restitution_factor,
+        "delta": delta,
+        "zeta": zeta,
+        "coefficient": coefficient,
+        "lever": lever,
+        "rest": rest,
+        "geometry": geometry,
+    }
+    stands, damped = block_of(block, sizes, inertia_factor), law_of(law, options)
+    shaking = motion_of(motion, seed, index, set_, period)
+    run = Simulation(stands, damped, shaking, factor_of(shaking, scale, pga))
+    console = terminal()
+    log = Console(stderr=True)
+    with log.status("loading the engine (compiled once after installation, some 20 s)"):
+        written = run.write(out)
+    if not json_:
+        say(console, *run.lines(), *(f"note: {note}" for note in run.notes))
+    if animate:
+        written += _films(run.shown, out, speed, log)
+    if json_:
+        sys.stdout.write(as_json(run.content(written)) + "\n")
+    else:
+        say(console, *(f"written: {path}" for path in written))
+
+
+def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[Path]:
+    """Write the films of a run: a GIF, and an MP4 where ffmpeg is installed."""
+    from ..film.animate import animate  # noqa: PLC0415 - matplotlib
+    from ..film.writers import ffmpeg  # noqa: PLC0415
+    from .run import FILMS  # noqa: PLC0415
+
+    names = FILMS if ffmpeg() else FILMS[:1]
+    if len(names) == 1:
+        say(log, "no ffmpeg on the PATH: the film is a GIF alone")
+    try:
+        with log.status("") as status:
+            found = []
+            for name in names:
+                status.update(f"drawing {name}")
+                # (an MP4 has twice the pixels: its file is small, and it can be watched on a full screen)
+                found.append(animate(response, folder / name, speed=speed, size=480 if name.endswith("gif") else 960))
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"interrupted: {name} is not written, the history is") from None
+    except OSError as error:
+        raise StudyError(f"{folder / name}: cannot be written ({error.strerror or error})") from None
+    except ValueError as error:
+        raise StudyError(f"--speed {speed:g}: {error}") from None
+    return found

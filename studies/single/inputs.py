@@ -1,0 +1,175 @@
+"""The inputs of `toppling simulate`: block, law and motion from words of the command line; errors as one sentence."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import xarray as xr
+from pydantic import ValidationError
+
+from ... import motions as shaking
+from ...models import Block, Law
+from ...motions.arrays import from_array, records
+from ...motions.intensity.dataset import positive_measure
+from ...units import ACCELERATION, METRE, SECOND
+from ..file.blocks import BlockTable
+from ..file.models import ModelTable
+from ..file.motions import MotionsTable
+from ..file.refusals import refusal
+from ..file.table import StudyError, Table, expand, nearest, quantity
+
+RECORD_KEYS = {"dt_s": "dt", "unit": "unit"}
+"""Keys of ``[motions]`` for what a record file may not state, and their names in `toppling.motions.read_all`."""
+NAMES = (*shaking.GENERATORS, *shaking.PULSES)
+LARGEST = 10.0
+"""Size, m, above which a number without a unit is refused: no furniture is so large, so cm or mm is meant."""
+Built = TypeVar("Built")
+
+
+def block_of(name: str | None, sizes: Mapping[str, str | None], inertia_factor: float | None = None) -> Block:
+    """Return the block of a catalogue name, or of sizes with units (``--width``, ``--height``, ``--cm-height``).
+
+    Raises
+    ------
+    StudyError
+        Neither a name nor sizes, or both; a name that is not in the catalogue; sizes out of range.
+    """
+    given = [option for option, text in sizes.items() if text is not None]
+    metres = {option: quantity(option, str(sizes[option]), METRE, bare=LARGEST) for option in given}
+    if name is not None:
+        if given or inertia_factor is not None:
+            other = given[0] if given else "--inertia-factor"
+            raise StudyError(f"a block is a catalogue name or sizes, got {name!r} and {other}")
+        return built("BLOCK", lambda: BlockTable(catalogue=name).build())
+    if "--width" not in metres or "--height" not in metres:
+        raise StudyError("which block? A name of `toppling catalogue`, or --width and --height")
+    width, height, cm_height = (metres.get(option) for option in ("--width", "--height", "--cm-height"))
+    return built("block", lambda: Block(width or 0.0, height or 0.0, cm_height, inertia_factor))
+
+
+def law_of(law: str, options: Mapping[str, Any]) -> Law:
+    """Return a damping law by its short name; StudyError where an option is not the law's own or out of range."""
+    given = {name: value for name, value in options.items() if value is not None}
+    content = {"law": law, **given}
+    return built(f"--law {law}", lambda: ModelTable.model_validate(content).build(), content, ModelTable)
+
+
+def motion_of(
+    name: str, seed: int | None = None, index: int = 0, settings: Sequence[str] = (), period: str | None = None
+) -> xr.DataArray:
+    """Return one motion: of a generator or a pulse by its name, of a record file, or of a study file.
+
+    Parameters
+    ----------
+    name : str
+        A name of `NAMES`, a path or pattern of record files, or a study file (.toml).
+    seed : int, optional
+        Seed of a generator; 0 by default.
+    index : int
+        Position of the motion among those of the seed, or among those of the file (floor after floor).
+    settings : sequence of str
+        ``key=value``, with keys of ``[motions]`` in a study file.
+    period : str, optional
+        Period of a pulse, with its unit.
+
+    Raises
+    ------
+    StudyError
+        No such name or file, keys that do not belong to the motion, an index beyond the last motion.
+    """
+    keys = dict(_setting(one) for one in settings)
+    made = name in NAMES
+    if name not in shaking.PULSES and period is not None:
+        raise StudyError(f"--period belongs to pulses ({', '.join(shaking.PULSES)}), got {name!r}")
+    if name not in shaking.GENERATORS and seed is not None:
+        raise StudyError(f"--seed belongs to generators ({', '.join(shaking.GENERATORS)}), got {name!r}")
+    if index < 0:
+        raise StudyError(f"--index must be 0 or more, got {index}")
+    at = index
+    if not made:
+        found = _read(name, keys)
+    else:
+        if name in shaking.PULSES:
+            keys |= {"pulse": name}
+            if period is not None:
+                keys["omega_rad_s"] = 2.0 * math.pi / quantity("--period", period, SECOND)
+            elif "omega_rad_s" not in keys:
+                raise StudyError(f"pulse {name!r} needs its --period, such as 0.5s")
+        else:
+            keys |= {"generator": name, "number": 1, "seed": seed or 0}
+        first = index if name in shaking.GENERATORS else 0
+        at -= first
+        found = built(name, lambda: MotionsTable.model_validate(keys).build(Path(), first), keys)
+    plain = records(found)
+    if at >= len(plain):
+        last = f"0 to {len(plain) - 1}" if len(plain) > 1 else "0 only"
+        raise StudyError(f"--index {index}: {name} holds {_count(len(plain), 'motion')} ({last})")
+    one = plain[at]
+    return from_array(one.acceleration, one.dt, [one.label], one.source, one.own_amplitude)
+
+
+def _read(name: str, keys: Mapping[str, Any]) -> list[xr.DataArray]:
+    """Return the motions of record files or of a study file; for any other name the error lists the known names."""
+    from .motions import read_motions  # noqa: PLC0415 - matplotlib
+
+    if not Path(name).exists() and not any(letter in name for letter in "./*\\"):
+        near = nearest(name, NAMES)
+        hint = f"; did you mean {near!r}?" if near else ""
+        raise StudyError(f"MOTION must be a file, or one of {', '.join(NAMES)}, got {name!r}{hint}")
+    foreign = sorted(set(keys) - set(RECORD_KEYS)) or (sorted(keys) if name.lower().endswith(".toml") else [])
+    if foreign:
+        raise StudyError(f"--set {foreign[0]}: belongs to generators and pulses, got {name!r}")
+    if not keys:
+        return read_motions([name])
+    stated = {RECORD_KEYS[key]: value for key, value in keys.items()}
+    return built(name, lambda: [one for path in expand(name, Path()) for one in shaking.read_all(path, **stated)])
+
+
+def factor_of(motion: xr.DataArray, scale: float | None, pga: str | None) -> float:
+    """Return the factor on the motion: the one given, or the factor that scales its peak to a PGA with its unit."""
+    if scale is not None and pga is not None:
+        raise StudyError("give --scale or --pga, not both")
+    if pga is not None:
+        wanted = quantity("--pga", pga, ACCELERATION)
+        return wanted / float(built("--pga", lambda: positive_measure("pga", records(motion)))[0])
+    if scale is None:
+        return 1.0
+    if not 0.0 < scale < math.inf:
+        raise StudyError(f"--scale must be finite and > 0, got {scale:g}")
+    return scale
+
+
+def built(what: str, make: Callable[[], Built], content: Any = None, table: type[Table] = MotionsTable) -> Built:
+    """Return what `make` returns; its error becomes one sentence about `what`, or about keys of `content`.
+
+    `table` is the model of the study file that `content` should fit.
+    """
+    try:
+        return make()
+    except ValidationError as error:
+        raise StudyError(f"{what}: {refusal(error, content, table)[0]}") from None
+    except (StudyError, shaking.RecordError) as error:
+        raise StudyError(str(error)) from None
+    except (TypeError, ValueError, ArithmeticError) as error:
+        raise StudyError(f"{what}: {error}") from None
+
+
+def _setting(text: str) -> tuple[str, Any]:
+    """Return key and value of ``key=value``; the value is as TOML reads it, or else plain text."""
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip() or not value.strip():
+        raise StudyError(f"--set {text[:60]}: must be key=value, such as duration_s=20")
+    if key.strip() in ("generator", "pulse", "records", "floors_file", "number", "seed"):
+        raise StudyError(f"--set {key.strip()}: is said by MOTION, --seed and --index")
+    try:
+        return key.strip(), tomllib.loads(f"value = {value}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return key.strip(), value.strip()
+
+
+def _count(n: int, what: str) -> str:
+    return f"{n} {what}{'' if n == 1 else 's'}"

@@ -1,0 +1,290 @@
+"""Tables and figures of motions: their measures, histories, spectra and Husid plots.
+
+The command `toppling motions` and the gallery of generators use them.  Nothing here knows of blocks.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from ... import motions as shaking
+from ...motions.arrays import Record, records
+from ...motions.intensity.cumulative import husid
+from ...motions.intensity.peaks import velocity
+from ...motions.intensity.spectra import damping_of
+from ...motions.matching.targets import TargetSpectrum
+from ...units import STANDARD_GRAVITY
+from ..file.schema import read_study_file
+from ..file.table import StudyError, expand
+from ..plots import axes
+from ..text.words import floor_name
+
+PERIODS = np.geomspace(0.02, 5.0, 90)
+MOST_HISTORIES = 6
+MOST_ROWS = 12
+PERCENTILES = (16.0, 50.0, 84.0)
+THIN: dict[str, Any] = {"lw": 0.4, "color": "0.65"}
+
+# Variable, heading, unit shown, and the divisor of the values.
+COLUMNS = (
+    ("pga", "PGA", "g", STANDARD_GRAVITY),
+    ("pgv", "PGV", "m/s", 1.0),
+    ("pgd", "PGD", "m", 1.0),
+    ("arias", "Arias", "m/s", 1.0),
+    ("cav", "CAV", "m/s", 1.0),
+    ("d5_75", "D5-75", "s", 1.0),
+    ("d5_95", "D5-95", "s", 1.0),
+    ("t_mean", "Tm", "s", 1.0),
+    ("Sa", "Sa(1 s)", "g", STANDARD_GRAVITY),
+)
+
+
+def read_motions(inputs: Sequence[str]) -> list[xr.DataArray]:
+    """Return the motions of one study file (through its building), or of record files, paths or patterns.
+
+    Raises
+    ------
+    StudyError
+        One sentence: a file cannot be read or does not exist, or a study file is given with other files.
+    """
+    studies = [one for one in inputs if one.lower().endswith(".toml")]
+    if studies and len(inputs) > 1:
+        raise StudyError(f"{studies[0]}: a study file must stand alone, got {len(inputs)} files")
+    try:
+        if not studies:
+            found = [array for path in expand(list(inputs), Path()) for array in shaking.read_all(path)]
+        else:
+            path = Path(studies[0])
+            found = [array for one in read_study_file(path).shaking(path.parent) for array in one.motions]
+        records(found)
+    except StudyError:
+        raise
+    except (ValueError, ArithmeticError) as error:
+        raise StudyError(f"{studies[0]}: {error}" if studies else str(error)) from None
+    return found
+
+
+def measured(motions: Sequence[xr.DataArray], damping: float = 0.05) -> xr.Dataset:
+    """Return every measure without parameters, and Sa(1.0) at a damping ratio, on ``motion``."""
+    return shaking.measures(list(motions), [*shaking.MEASURES, shaking.Sa(1.0, damping)])
+
+
+def measures_table(values: xr.Dataset, rows: int = MOST_ROWS) -> Table:
+    """Return a table for a terminal: the measures of the first motions, and the medians of all (of each floor)."""
+    n = values.sizes["motion"]
+    table = Table(title=f"{n:,} motion{'' if n == 1 else 's'}", box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
+    table.add_column("motion", overflow="fold")
+    columns = [(_variable(values, name), scale) for name, _, _, scale in COLUMNS]
+    for _, heading, unit, _ in COLUMNS:
+        table.add_column(f"{heading}\n{unit}", justify="right", no_wrap=True)
+    shown = min(n, rows)
+    for i in range(shown):
+        cells = (_number(values[name].values[i] / scale) for name, scale in columns)
+        table.add_row(escape(str(values["motion"].values[i])), *cells, end_section=i == shown - 1)
+    if n > shown:
+        table.add_row(f"[italic]… {n - shown:,} more[/]", end_section=True)
+    if n > 1:
+        for floor, here in _by_floor(values).items():
+            name = "median" if floor is None else f"median, {floor_name(floor)}"
+            cells = (_number(float(np.median(values[key].values[here])) / scale) for key, scale in columns)
+            table.add_row(f"[bold]{escape(name)}[/]", *cells)
+    return table
+
+
+def measures_json(values: xr.Dataset, figures: Sequence[Path] = ()) -> str:
+    """Return every measure of every motion as JSON, SI; null where a measure is undefined (durations of zeros)."""
+    found = {
+        str(name): {
+            "units": array.attrs["units"],
+            "long_name": array.attrs["long_name"],
+            "values": [one if math.isfinite(one) else None for one in array.values.tolist()],
+        }
+        for name, array in values.data_vars.items()
+    }
+    content = {
+        "motions": [str(one) for one in values["motion"].values],
+        "dt": {"units": "s", "values": values["dt"].values.tolist()},
+        "duration": {"units": "s", "values": values["duration"].values.tolist()},
+        **({"floor": values["floor"].values.tolist()} if "floor" in values.coords else {}),
+        "measures": found,
+        "figures": [str(path) for path in figures],
+    }
+    return json.dumps(content, ensure_ascii=False, indent=1)
+
+
+def draw_motions(
+    motions: Sequence[xr.DataArray], folder: Path, damping: float = 0.05, target: TargetSpectrum | None = None
+) -> list[Path]:
+    """Write histories.png, spectra.png and husid.png; StudyError where the folder cannot be written."""
+    plain = records(list(motions))
+    figures = {
+        "histories.png": histories_figure(plain),
+        "spectra.png": spectra_figure(list(motions), damping, target),
+        "husid.png": husid_figure(plain),
+    }
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, figure in figures.items():
+            figure.savefig(folder / name, dpi=150)
+    except OSError as error:
+        raise StudyError(f"{folder}: cannot be written ({error.strerror or error})") from None
+    return [folder / name for name in figures]
+
+
+def histories_figure(plain: Sequence[Record]) -> Figure:
+    """Return the figure of acceleration and velocity of the first motions, one row each, to one scale."""
+    shown = list(plain[:MOST_HISTORIES])
+    figure = Figure(figsize=(9.0, 1.25 * len(shown) + 1.1), layout="constrained")
+    panels = figure.subplots(len(shown), 2, squeeze=False, sharex=True, sharey="col")
+    for (left, right), record, colour in zip(panels, shown, axes.COLOURS, strict=False):
+        time = np.arange(record.acceleration.size) * record.dt
+        left.plot(time, record.acceleration / STANDARD_GRAVITY, lw=0.6, color=colour)
+        right.plot(time, velocity(record.acceleration, record.dt), lw=0.8, color=colour)
+        left.set_title(record.label, fontsize=9, loc="left")
+        for ax in (left, right):
+            axes.grid(ax)
+    for ax, name in zip(panels[0], ("acceleration (g)", "velocity (m/s)"), strict=True):
+        ax.set_title(name, fontsize=10, loc="right")
+    for ax in panels[-1]:
+        ax.set_xlabel("time (s)")
+    if len(plain) > len(shown):
+        figure.suptitle(f"the first {len(shown)} of {len(plain):,} motions, one scale for all", fontsize=10)
+    return figure
+
+
+def spectra_figure(
+    motions: Sequence[xr.DataArray], damping: float = 0.05, target: TargetSpectrum | None = None
+) -> Figure:
+    """Return the figure of all motions' pseudo-acceleration spectra, with median and percentiles of each floor."""
+    figure = Figure(figsize=(6.4, 4.6), layout="constrained")
+    draw_spectra(figure.subplots(), motions, damping, target)
+    return figure
+
+
+def draw_spectra(
+    ax: Axes, motions: Sequence[xr.DataArray], damping: float = 0.05, target: TargetSpectrum | None = None
+) -> Axes:
+    """Draw spectra into axes: every motion thin, median and 16 and 84 % of each floor, and a target dotted.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+        Axes to draw into.
+    motions : sequence of xarray.DataArray
+        Labelled motions.
+    damping : float
+        Damping ratio.
+    target : toppling.motions.TargetSpectrum, optional
+        Spectrum that the motions should match.
+    """
+    spectrum = shaking.response_spectrum(list(motions), PERIODS, damping_of(damping))
+    sa = spectrum["sa"].values / STANDARD_GRAVITY
+    floors = _by_floor(spectrum)
+    single = sa.shape[0] == 1
+    for i, (floor, here) in enumerate(floors.items()):
+        colour = axes.colour(i)
+        thin: dict[str, Any] = THIN if len(floors) == 1 else {"lw": 0.4, "color": colour, "alpha": 0.25}
+        name = "" if floor is None else f"{floor_name(floor)}: "
+        if single:
+            ax.plot(PERIODS, sa[0], lw=1.8, color=colour, label=str(spectrum["motion"].values[0]))
+            continue
+        ax.plot(PERIODS, sa[here].T, **thin)
+        low, middle, high = np.percentile(sa[here], PERCENTILES, axis=0)
+        ax.plot(PERIODS, middle, lw=2.0, color=colour, label=f"{name}median", zorder=3)
+        label = "16 and 84 %" if floor is None else None
+        ax.plot(PERIODS, low, lw=1.2, ls="dashed", color=colour, label=label, zorder=3)
+        ax.plot(PERIODS, high, lw=1.2, ls="dashed", color=colour, zorder=3)
+        if floor is None:
+            ax.plot([], [], **THIN, label=f"{sa.shape[0]:,} motions")
+    if len(floors) > 1:
+        ax.plot([], [], lw=1.2, ls="dashed", color="0.3", label="16 and 84 %")
+    if target is not None:
+        values = np.array(target.sa) / STANDARD_GRAVITY
+        ax.plot(target.periods, values, lw=1.8, ls="dotted", color="#000000", label="target", zorder=4)
+    ax.set_xscale("log")
+    top = float(sa.max())
+    if top > 0.0:
+        ax.set_yscale("log")
+        low = max(float(sa[sa > 0.0].min()), 1e-3 * top)
+        ax.set_ylim(0.8 * low, 1.5 * top)
+        if top < 100.0 * low:  # within one decade the axis would otherwise have one number or none
+            ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.set_xlim(PERIODS[0], PERIODS[-1])
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.yaxis.set_major_formatter("{x:g}")
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.yaxis.set_minor_formatter(NullFormatter())
+    ax.set_xlabel("period (s)")
+    ax.set_ylabel(f"Sa (g), {100.0 * damping:g} % damping")
+    ax.legend(fontsize=8, frameon=False)
+    axes.grid(ax)
+    return ax
+
+
+def husid_figure(plain: Sequence[Record]) -> Figure:
+    """Return the Husid plot: the share of the Arias intensity over time, which shows how long shaking is strong."""
+    figure = Figure(figsize=(6.4, 4.0), layout="constrained")
+    ax = figure.subplots()
+    many = len(plain) > MOST_HISTORIES
+    for i, record in enumerate(plain):
+        time = np.arange(record.acceleration.size) * record.dt
+        share = 100.0 * husid(record.acceleration, record.dt)
+        if many:
+            ax.plot(time, share, **THIN)
+        else:
+            ax.plot(time, share, lw=1.5, color=axes.colour(i), label=record.label)
+    if many:
+        ends = max(record.duration for record in plain)
+        time = np.linspace(0.0, ends, 600)
+        # after its end a motion keeps its whole intensity
+        for i, floor in enumerate(dict.fromkeys(record.floor for record in plain)):
+            curves = [
+                np.interp(time, np.arange(one.acceleration.size) * one.dt, 100.0 * husid(one.acceleration, one.dt))
+                for one in plain
+                if one.floor == floor and one.acceleration.any()
+            ]
+            if curves:
+                label = f"median, {floor_name(floor)}" if floor else "median"
+                ax.plot(time, np.median(curves, axis=0), lw=2.0, color=axes.colour(i), label=label)
+        ax.plot([], [], **THIN, label=f"{len(plain):,} motions")
+    for level in (5.0, 75.0, 95.0):
+        ax.axhline(level, lw=0.8, ls="dotted", color="0.3", zorder=0)
+    ax.set_yticks([0, 5, 25, 50, 75, 95])
+    ax.set_ylim(0.0, 101.0)
+    ax.set_xlim(left=0.0)
+    ax.set_xlabel("time (s)")
+    ax.set_ylabel("share of the Arias intensity (%)")
+    ax.legend(fontsize=8, frameon=False, loc="center right")
+    axes.grid(ax)
+    return figure
+
+
+def _by_floor(values: xr.Dataset) -> dict[str | None, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+    """Return a mask of the motions of each floor; without floors one mask of all motions under None."""
+    everything = np.ones(values.sizes["motion"], dtype=bool)
+    if "floor" not in values.coords:
+        return {None: everything}
+    floors = values["floor"].values
+    return {str(floor): np.asarray(floors == floor) for floor in dict.fromkeys(floors.tolist())}
+
+
+def _variable(values: xr.Dataset, name: str) -> str:
+    """Return the variable of a column; the name of the spectral measure includes its parameters."""
+    return next(str(key) for key in values.data_vars if str(key).split("(")[0] == name)
+
+
+def _number(value: float) -> str:
+    return f"{value:.3g}" if math.isfinite(value) else "–"

@@ -1,0 +1,304 @@
+"""One run of one block under one motion, with its outputs, as `toppling simulate` makes it.
+
+The outputs are lines for people, JSON for programs, a table and a figure (module `figure`); module `inputs` reads the
+command line.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from ... import motions as shaking
+from ...fragility import ida
+from ...fragility.validity.notes import NOT_MODELLED, block_notes
+from ...fragility.validity.reasons import (
+    ELASTIC_MODE,
+    REASONS,
+    SCALED_FAR,
+    SLIDES_AT_IMPACT,
+    SLIDES_AT_UPLIFT,
+    SLIDES_WHILE_ROCKING,
+    SQUAT,
+    UNDECIDED,
+)
+from ...fragility.validity.screen import FACTORS, screen
+from ...models import Block, Law, simulate
+from ...models.laws import describe_law
+from ...motions.arrays import records
+from ...units import STANDARD_GRAVITY
+from ..file.table import StudyError
+from ..text.histories import last_balance
+from .inputs import built
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+AFTER = 1.0
+"""Time that a history continues after overturning or coming to rest, s, where either happens after the record."""
+QUIET, LONGEST_QUIET = 100.0, 60.0
+"""Largest time that a history continues after the record until the block stands: over 1/p, and in s."""
+UPRIGHT = 0.01
+"""|θ|/α below which a rocking block is not seen to move: it counts as standing, as in its elastic zone."""
+HISTORY, FIGURE, FILMS = "history.csv", "history.png", ("animation.gif", "animation.mp4")
+_SLIDING = (SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SLIDES_AT_IMPACT)
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """One block under one law and one motion, which is given before it is multiplied by `factor`."""
+
+    block: Block
+    model: Law
+    motion: xr.DataArray
+    factor: float = 1.0
+
+    @cached_property
+    def shaken(self) -> xr.DataArray:
+        """The motion of the floor under the block, multiplied by the factor."""
+        return (self.motion * self.factor).assign_attrs(self.motion.attrs)
+
+    @cached_property
+    def response(self) -> xr.Dataset:
+        """The response that `toppling.simulate` returns; StudyError where the block needs an explicit e."""
+        return built(self.block.label, lambda: simulate(self.block, self.model, self.shaken))
+
+    @property
+    def shown(self) -> xr.Dataset:
+        """The history that is shown: it continues in quiet until the block lies or stands, or until it is cut."""
+        return self._shown[0]
+
+    @property
+    def cut(self) -> bool:
+        """True if the block still rocks at the end of the history that is shown."""
+        return self._shown[1]
+
+    @cached_property
+    def _shown(self) -> tuple[xr.Dataset, bool]:
+        run, falls = self.response, bool(self.response["overturned"])
+        # (NaN: the block falls at a time that rounding decides)
+        late = float(run["overturning_time"]) - float(run["time"][-1])
+        if falls and not late > 0.0:
+            return run, False
+        quiet = late if falls else min(QUIET / self.block.p, LONGEST_QUIET)
+        longer = simulate(self.block, self.model, shaking.pad(self.shaken, 0.0, quiet + AFTER))
+        # the ramp from the last sample to zero adds shaking: where it changes the outcome, the record's own run holds
+        if bool(longer["overturned"]) != falls:
+            return run, not falls
+        if falls:
+            return longer, False
+        upright = max(UPRIGHT, self.model.options.get("delta") or 0.0) * self.block.alpha
+        rocks = np.flatnonzero(np.abs(longer["rotation"].values) > upright)
+        stands = int(rocks[-1]) + 1 if rocks.size else 0
+        if stands <= run.sizes["time"]:
+            return run, False
+        stop = stands + math.ceil(AFTER / records(self.motion)[0].dt)
+        return longer.isel(time=slice(0, stop)), stop > longer.sizes["time"]
+
+    @cached_property
+    def screened(self) -> xr.Dataset | None:
+        """The reasons against the validity of the run; None where the motion is zero."""
+        if not bool(self.motion.any()):
+            return None
+        outputs = ("overturned", "peak_rotation", "uplifted")
+        runs = ida(self.block, self.model, self.motion, [self.factor], im="scale", outputs=outputs, screen=False)
+        return screen(runs, self.motion, undecided=1.0)
+
+    @property
+    def pga(self) -> float:
+        """The peak acceleration, m/s²."""
+        return float(np.abs(self.shaken.values).max())
+
+    @property
+    def threshold(self) -> float:
+        """The acceleration that just lifts a rigid block, g tan α, m/s²."""
+        return STANDARD_GRAVITY * math.tan(self.block.alpha)
+
+    @property
+    def friction(self) -> dict[str, float]:
+        """The coefficients of friction below which the block slides instead: at uplift, while rocking, at impact."""
+        if self.screened is None:
+            return {}
+        names = {"uplift": "friction_uplift", "rocking": "friction_rocking_demand", "impact": "friction_impact"}
+        found = {name: float(self.screened[variable].max()) for name, variable in names.items()}
+        return {name: value for name, value in found.items() if math.isfinite(value)}
+
+    @property
+    def notes(self) -> list[str]:
+        """The reservations that a user should know before trusting the run, one sentence each."""
+        found = block_notes([self.block])
+        if self.screened is not None:
+            verdict = int(self.screened["verdict"].max())
+            held = [reason for reason in REASONS if verdict & reason.bit and reason is not SQUAT]
+            for reason in held:
+                if reason is UNDECIDED:
+                    found.append(
+                        "undecided: a millionth more or less of the motion or of e decides whether it overturns; one "
+                        "motion tells little here, `toppling run` counts many"
+                    )
+                elif reason is SCALED_FAR:
+                    low, high = FACTORS
+                    found.append(
+                        f"the motion is scaled by {self.factor:.3g}: less than {low:g} or more than {high:g} times a "
+                        "record is no such earthquake any more"
+                    )
+                elif reason is ELASTIC_MODE:
+                    found.append(f"{reason.text}: blocks uplift that should not")
+                else:
+                    more = ": that needs more friction than hardly any floor has" if reason in _SLIDING else ""
+                    found.append(f"{reason.text}{more}")
+        return [*found, NOT_MODELLED]
+
+    @property
+    def _block_text(self) -> str:
+        """The block in words."""
+        block = self.block
+        name = "" if block.name is None else f"{block.name}, "
+        return f"{name}{block.width:.3g} m × {block.height:.3g} m, α = {block.alpha:.4g} rad"
+
+    @property
+    def _motion_text(self) -> str:
+        """The motion in words."""
+        by = "" if self.factor == 1.0 else f", scaled by {self.factor:.4g}"
+        return f"{records(self.motion)[0].label}{by}: PGA {_g(self.pga)}"
+
+    @property
+    def _outcome_text(self) -> str:
+        """The outcome of the run in words."""
+        run, shown = self.response, self.shown
+        record, last = float(run["time"][-1]), float(shown["time"][-1])
+        if self.cut:
+            return f"does not overturn; still rocks where its history is cut, {last - record:.3g} s after the record"
+        if not bool(run["overturned"]):
+            quiet = last - record - AFTER
+            return f"stands, rocking until {quiet:.3g} s after the record" if quiet > 0.0 else "stands"
+        at, (balance, side) = float(run["overturning_time"]), last_balance(shown)
+        if not math.isfinite(at):
+            return "overturned after the record"
+        late = " (after the record)" if at > record else ""
+        past = f", past its balance for good at {balance:.2f} s" if abs(side) == 1.0 else ""
+        return f"overturned to the {'right' if side > 0.0 else 'left'} at {at:.2f} s{late}{past}"
+
+    def lines(self) -> list[str]:
+        """Return all results of the run as lines for people."""
+        run, block, motion = self.response, self.block, records(self.motion)[0]
+        restitution = self.model.restitution(block)
+        e = "" if restitution is None or self.model.options["e"] is not None else f", e_R = {restitution:.3f}"
+        ratio = self.pga / self.threshold
+        peak = float(run["peak_rotation"])
+        uplift = "uplifts" if bool(run["uplifted"]) else "does not uplift"
+        turned = f"{peak:.4g} rad = {100.0 * peak / block.alpha:.3g} % of α"
+        if bool(run["overturned"]):
+            turned = f"{peak:.4g} rad: it lies on its side"
+        need = self.friction
+        words = {"uplift": "at uplift", "rocking": "at the peak of the motion", "impact": "at impact"}
+        rows = [
+            ("block", f"{self._block_text}, p = {block.p:.3g} rad/s"),
+            ("law", f"{self.model.label}{e}"),
+            ("motion", f"{self._motion_text}, {motion.duration:g} s at {motion.dt:g} s"),
+            ("uplift", f"{uplift}; g tan α = {_g(self.threshold)}, PGA is {ratio:.3g} times that"),
+            ("peak rotation", turned),
+            ("impacts", f"{int(run['impacts'])}{' during the record' if self.shown is not run else ''}"),
+            ("end", self._outcome_text),
+        ]
+        if need:
+            rows.append(("friction needed", ", ".join(f"{value:.2f} {words[name]}" for name, value in need.items())))
+        return [f"{name + ':':<17}{text}" for name, text in rows]
+
+    def content(self, files: Sequence[Path] = ()) -> dict[str, Any]:
+        """Return all results of the run for programs: SI, None where there is no number."""
+        run, block, motion = self.response, self.block, records(self.motion)[0]
+        at = float(run["overturning_time"])
+        overturned = bool(run["overturned"])
+        return {
+            "block": {
+                "name": block.name,
+                "width": block.width,
+                "height": block.height,
+                "alpha": block.alpha,
+                "R": block.R,
+                "p": block.p,
+            },
+            "model": {**describe_law(self.model), "label": self.model.label, "e": self.model.restitution(block)},
+            "motion": {
+                "label": motion.label,
+                "source": motion.source,
+                "dt": motion.dt,
+                "duration": motion.duration,
+                "factor": self.factor,
+                "pga": self.pga,
+            },
+            "uplift_acceleration": self.threshold,
+            "uplifted": bool(run["uplifted"]),
+            "peak_rotation": float(run["peak_rotation"]),
+            "peak_rotation_over_alpha": float(run["peak_rotation"]) / block.alpha,
+            "impacts": int(run["impacts"]),
+            "overturned": overturned,
+            "overturning_time": at if math.isfinite(at) else None,
+            "cut": self.cut,
+            "direction": float(np.sign(self.shown["rotation"].values[-1])) if overturned else None,
+            "friction": self.friction,
+            "notes": self.notes,
+            "files": [str(path) for path in files],
+        }
+
+    def figure(self) -> Figure:
+        """Return the figure of the run, with the block, the law and the outcome in its heading."""
+        from ..plots import axes  # noqa: PLC0415 - matplotlib
+        from .figure import history_figure  # noqa: PLC0415
+
+        title = f"{self._block_text}, under {axes.model_name(self.model.label)}"
+        text = f"{self._motion_text}\n{self._outcome_text}"
+        ends = float(self.response["time"][-1])
+        return history_figure(self.shown, title, text, lifts=self.threshold, ends=ends)
+
+    def write(self, folder: Path) -> list[Path]:
+        """Write history.csv and history.png into a folder, made where missing, and remove what an earlier run left.
+
+        The films of an earlier run are removed, since they would be taken for this run's.  StudyError where the folder
+        cannot be written.
+        """
+        drawn = self.figure()
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            for name in (HISTORY, FIGURE, *FILMS):
+                (folder / name).unlink(missing_ok=True)
+            table, figure = folder / HISTORY, folder / FIGURE
+            write_history(self.shown, table)
+            drawn.savefig(figure, dpi=150)
+        except OSError as error:
+            raise StudyError(f"{folder}: cannot be written ({error.strerror or error})") from None
+        return [table, figure]
+
+
+def write_history(response: xr.Dataset, path: Path) -> None:
+    """Write a history as CSV, one line for each sample, with units in the first line."""
+    columns = {
+        "time (s)": "time",
+        "rotation (rad)": "rotation",
+        "angular velocity (rad/s)": "angular_velocity",
+        "angular acceleration (rad/s2)": "angular_acceleration",
+        "floor acceleration (m/s2)": "floor_acceleration",
+    }
+    values = np.column_stack([response[name].values for name in columns.values()])
+    with path.open("w", encoding="utf-8", newline="\n") as file:
+        file.write(",".join(columns) + "\n")
+        for row in values.tolist():
+            file.write(",".join(map(repr, row)) + "\n")
+
+
+def _g(acceleration: float) -> str:
+    return f"{acceleration / STANDARD_GRAVITY:.3g} g"
+
+
+def as_json(content: dict[str, Any]) -> str:
+    """Return the content as one JSON object without NaN."""
+    return json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)

@@ -1,0 +1,53 @@
+"""Differences between two study files in words, for a folder that holds the results of the other study."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+MOST_SAID = 3
+"""Most keys that are named; of more keys only their number is given."""
+
+
+def differences(before: Any, now: Any) -> str:
+    """Return the keys of a study file whose values differ; where none differs, files that it reads have changed.
+
+    Parameters
+    ----------
+    before, now : dict
+        The content of the study files as plain values.  The title does not affect the results and is not compared.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> differences({"motions": {"seed": 1}}, {"motions": {"seed": 2}})
+    'motions.seed was 1, is 2'
+    """
+    changed = [*_changes(before, now, "")]
+    if not changed:
+        return "the records or tables that it reads have changed"
+    more = f" and {len(changed) - MOST_SAID} more" if len(changed) > MOST_SAID else ""
+    return "; ".join(changed[:MOST_SAID]) + more
+
+
+def _changes(before: Any, now: Any, key: str) -> Iterator[str]:
+    """Yield a phrase for each key whose values differ."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        for name in dict.fromkeys([*before, *now]):
+            yield from _changes(before.get(name), now.get(name), f"{key}.{name}" if key else str(name))
+    elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+        for i, (old, new) in enumerate(zip(before, now, strict=True), start=1):
+            yield from _changes(old, new, f"{key}[{i}]")
+    elif before != now and key != "title":
+        yield f"{key} was {_short(before)}, is {_short(now)}"
+
+
+def _short(value: Any) -> str:
+    if value is None:
+        return "not given"
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 40 else f"{text[:37]}..."

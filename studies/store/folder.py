@@ -1,0 +1,208 @@
+"""The folder of a study: used by one process at a time; results are written whole or not at all, and recognised."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+from filelock import FileLock, Timeout
+
+from ...wording import system_reason
+from ..file.table import StudyError
+from .differences import differences
+from .netcdf import WHOLE_BYTES, load_small, look_through, write
+
+RESULT_NAME = "results.nc"
+LOCK_NAME = ".lock"
+LOCK_SECONDS = 0.5
+"""Time to wait for a lock, since a process that only checks the lock holds it for a moment too."""
+
+
+@contextmanager
+def folder_of_one(folder: Path) -> Iterator[None]:
+    """Lock a folder, made where missing, for this process alone until the block ends.
+
+    The system releases the lock when a process ends, however it ends.  A folder that was made here is removed again
+    where it stayed empty.
+
+    Raises
+    ------
+    StudyError
+        The folder cannot be made or written, or another process works in it.
+    """
+    _refuse_name(folder)
+    made = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StudyError(f"{folder}: cannot be made a folder ({error.strerror})") from None
+    if not os.access(folder, os.W_OK):
+        raise StudyError(f"{folder}: no permission to write")
+    lock = FileLock(folder / LOCK_NAME)
+    try:
+        lock.acquire(timeout=LOCK_SECONDS)
+    except Timeout:
+        raise StudyError(f"{folder}: another process runs a study there; wait for it, or use another folder") from None
+    except OSError as error:
+        raise StudyError(f"{folder}: cannot be locked ({error.strerror})") from None
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # (removed while still locked: a process that waits for the removed file tries again)
+            (folder / LOCK_NAME).unlink()
+        lock.release()
+        if made:
+            with suppress(OSError):  # not empty, or another run's by now
+                folder.rmdir()
+
+
+def is_locked(folder: Path) -> bool:
+    """Return True if a process works in the folder."""
+    if not (folder / LOCK_NAME).exists():
+        return False
+    lock = FileLock(folder / LOCK_NAME)
+    try:
+        lock.acquire(timeout=0)
+    except (Timeout, OSError):
+        return True
+    lock.release()
+    return False
+
+
+def _refuse_name(folder: Path) -> None:
+    """Raise a StudyError for a folder whose name the netCDF library would misread."""
+    name = str(folder)
+    if os.sep != "\\" and "\\" in name:
+        raise StudyError(f"{name}: the folder's name must hold no backslash, which netCDF takes for a slash")
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        raise StudyError(f"{name!a}: the folder's name is no valid Unicode, which netCDF cannot write") from None
+
+
+def refuse_folder(target: Path) -> None:
+    """Raise a StudyError where a folder has the name of the result file."""
+    if target.is_dir():
+        raise StudyError(f"{target}: is a folder; move it away")
+
+
+def finished(target: Path, identity: str, study: Mapping[str, Any]) -> xr.Dataset | None:
+    """Return the finished results of the study of this identity, or None where there are none.
+
+    `study`: the content of the study file, to name its differences from the study of the results.
+
+    Raises
+    ------
+    StudyError
+        The results of another study are there, or something that is no result file.
+    """
+    try:
+        if not target.exists():
+            return None
+        with ExitStack() as closing:
+            stored = closing.enter_context(xr.open_dataset(target, engine="netcdf4"))
+            if stored.attrs.get("identity") == identity:
+                found = _sound(stored, target)
+                if any(one.nbytes > WHOLE_BYTES for one in found.variables.values()):
+                    closing.pop_all()  # (large variables are read when they are used)
+                return found
+            about = dict(stored.attrs)
+    except StudyError:
+        raise
+    except RuntimeError:
+        raise damaged(target) from None
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
+        if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+            raise StudyError(f"{target}: the name is too long") from None
+        raise StudyError(f"{target}: exists and is no result file; move it away or use --fresh") from None
+    raise StudyError(
+        f"{target}: holds the results of another study{_other(about, study)}; use another folder or --fresh"
+    )
+
+
+def damaged(path: Path) -> StudyError:
+    """Return the error of a result file whose checksums do not match its content."""
+    return StudyError(f"{path}: is damaged, it cannot be read whole; run its study again with --fresh")
+
+
+def _sound(stored: xr.Dataset, target: Path) -> xr.Dataset:
+    """Return results with their small variables in memory; StudyError where any variable is damaged."""
+    try:
+        load_small(stored)
+        look_through(stored)
+        return stored
+    except (OSError, RuntimeError):
+        raise damaged(target) from None
+
+
+def _other(about: Mapping[str, Any], study: Mapping[str, Any]) -> str:
+    """Return the differences of the study of the results, by their attributes; empty where these do not tell."""
+    made, here = about.get("toppling_version"), metadata.version("toppling")
+    if made is not None and made != here:
+        return f" (they were made by toppling {made}, this is {here})"
+    try:
+        before = json.loads(str(about["study"]))
+    except (KeyError, ValueError, RecursionError):
+        return ""
+    return f" ({differences(before, study)})" if isinstance(before, dict) else ""
+
+
+def save(results: xr.Dataset, target: Path) -> None:
+    """Write a dataset whole or not at all: temporary file beside the target, fsync, rename."""
+    temporary = target.with_name(f"{target.name}.part")
+    try:
+        temporary.unlink(missing_ok=True)  # (a link would be written through)
+        write(results, temporary)
+        with temporary.open("rb") as file:
+            os.fsync(file.fileno())
+        temporary.replace(target)
+        sync_folder(target.parent)
+    except (OSError, RuntimeError) as error:  # (the HDF5 library reports a full disk as a RuntimeError)
+        raise StudyError(
+            f"{target}: cannot be written ({system_reason(error)}; is the disk full?); what is finished is kept: run "
+            "the same command again"
+        ) from None
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def without_link(path: Path) -> None:
+    """Remove a link in place of a file to be written, because the file that it points to must not be overwritten."""
+    if path.is_symlink():
+        path.unlink()
+
+
+def write_whole(path: Path, content: bytes | memoryview) -> None:
+    """Write a file whole or not at all: temporary name beside it, fsync, rename; StudyError where this fails."""
+    temporary = path.with_name(f"{path.name}.part")
+    try:
+        with temporary.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+        sync_folder(path.parent)
+    except OSError as error:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise StudyError(
+            f"{path}: cannot be written ({error.strerror}); what is finished is kept: run the same command again"
+        ) from None
+
+
+def sync_folder(folder: Path) -> None:
+    """Make a rename durable (where folders can be opened: not on Windows)."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

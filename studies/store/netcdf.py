@@ -1,0 +1,116 @@
+"""Results as a netCDF file with checksums, written and read slab by slab, since a study may be larger than the memory.
+
+All numeric arrays are stored in chunks, each with its Fletcher-32 checksum, which the library compares whenever it
+reads: a flipped bit in a finished file raises an error instead of giving a wrong number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterator
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import xarray as xr
+
+CHUNK_BYTES = 2**20
+"""Size of a chunk in the file, the least that is read of a variable of every run."""
+SLAB_BYTES = 2**25
+"""Size of a slab that is held in memory while a variable is written or checked."""
+WHOLE_BYTES = 2**25
+"""Size above which variables are read only on request."""
+
+
+def write(results: xr.Dataset, path: Path) -> None:
+    """Write a dataset to a netCDF file; OSError or RuntimeError where this fails."""
+    results = results.drop_encoding()  # (the encoding of a file that they were read from)
+    large = [name for name, one in results.data_vars.items() if _checked(one.variable) and one.nbytes > SLAB_BYTES]
+    small = results.drop_vars(large)
+    encoding = {name: _storage(one) for name, one in small.variables.items() if _checked(one)}
+    small.to_netcdf(path, engine="netcdf4", encoding=encoding)
+    if large:
+        _add_large(results, large, path)
+
+
+def _add_large(results: xr.Dataset, names: list[Hashable], path: Path) -> None:
+    """Append variables of every run slab by slab, as xarray would write them."""
+    before = netCDF4.get_chunk_cache()
+    # (slabs are whole chunks, so the library needs no chunk cache, which takes 16 MB for each variable)
+    netCDF4.set_chunk_cache(CHUNK_BYTES, *before[1:])
+    try:
+        with netCDF4.Dataset(path, "a") as file:
+            for name in names:
+                _write_slabs(file, results[name])
+    finally:
+        netCDF4.set_chunk_cache(*before)
+
+
+def _write_slabs(file: netCDF4.Dataset, one: xr.DataArray) -> None:
+    flags, dims = one.dtype == np.bool_, [str(dim) for dim in one.dims]
+    for dim, size in zip(dims, one.shape, strict=True):
+        if dim not in file.dimensions:
+            file.createDimension(dim, size)
+    stored = file.createVariable(
+        str(one.name),
+        np.int8 if flags else one.dtype,
+        dims,
+        fill_value=np.nan if one.dtype.kind == "f" else None,
+        **_storage(one.variable),
+    )
+    beside = " ".join(sorted(str(name) for name in one.coords if name not in one.dims))
+    stored.setncatts(one.attrs | ({"coordinates": beside} if beside else {}) | ({"dtype": "bool"} if flags else {}))
+    stored.set_auto_maskandscale(False)
+    for where in _slabs_of(one.shape, one.dtype.itemsize):
+        stored[where] = one.variable[where].values.astype(stored.dtype, copy=False)
+
+
+def load_small(stored: xr.Dataset) -> None:
+    """Read the small variables into memory; OSError or RuntimeError where the file is damaged."""
+    for one in stored.variables.values():
+        if one.nbytes <= WHOLE_BYTES:
+            one.load()
+
+
+def look_through(stored: xr.Dataset) -> None:
+    """Read the large variables once, slab by slab, without keeping them; errors as of `load_small`."""
+    for one in stored.variables.values():
+        if one.nbytes > WHOLE_BYTES:
+            for where in _slabs_of(one.shape, one.dtype.itemsize):
+                one[where].load()
+
+
+def _checked(one: xr.Variable) -> bool:
+    return one.ndim > 0 and one.size > 0 and one.dtype.kind in "biuf"
+
+
+def _storage(one: xr.Variable) -> dict[str, Any]:
+    """The storage options of a variable: chunks that are as whole as possible along its last dimensions."""
+    return {"fletcher32": True, "chunksizes": _pieces(one.shape, one.dtype.itemsize, CHUNK_BYTES)}
+
+
+def _steps(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
+    """The sizes of a slab along each dimension, in whole chunks of the file."""
+    chunk = _pieces(shape, itemsize, CHUNK_BYTES)
+    slab = _pieces(shape, itemsize, SLAB_BYTES)
+    return tuple(min(size, max(1, b // a) * a) for size, a, b in zip(shape, chunk, slab, strict=True))
+
+
+def _pieces(shape: tuple[int, ...], itemsize: int, most: int) -> tuple[int, ...]:
+    found: list[int] = []
+    left = max(1, most // itemsize)
+    for size in reversed(shape):
+        # (pieces of equal length, or the last one would be stored half empty)
+        found.append(math.ceil(size / math.ceil(size / min(size, left))))
+        left = max(1, left // size)
+    return tuple(reversed(found))
+
+
+def _slabs_of(shape: tuple[int, ...], itemsize: int) -> Iterator[tuple[slice, ...]]:
+    steps = _steps(shape, itemsize)
+    along = [
+        [slice(first, first + step) for first in range(0, size, step)] for size, step in zip(shape, steps, strict=True)
+    ]
+    yield from product(*along)

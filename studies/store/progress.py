@@ -1,0 +1,87 @@
+"""Progress of a running study: a bar with rate and time left on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+from ...wording import part_text, time_text
+from .watch import Watch
+
+LINE_SECONDS = 5.0
+AFTER_SECONDS = 2.0
+"""Work after the runs that takes less time is not shown."""
+
+
+@dataclass
+class Display:
+    """Display of progress: `Study.run` calls `update` with (runs done, all runs), and `watching` with its counts."""
+
+    show: Callable[[str, int, int, str], None]
+    what: str
+    watch: Watch | None = None
+    _stage: str = ""
+    _after: float = math.inf
+
+    def watching(self, watch: Watch) -> None:
+        """Take over the counts of the study that begins."""
+        self.watch, self._stage = watch, ""
+        watch.telling = self.telling
+
+    def telling(self, what: str, done: int, total: int) -> None:
+        """Show the progress of the work that follows the runs, where it takes more than a moment."""
+        now = time.monotonic()
+        if what != self._stage:
+            self._stage, self._after = what, now + AFTER_SECONDS
+        if now >= self._after:
+            self.show(what, done, total, "")
+
+    def update(self, done: int, total: int) -> None:
+        """Show the progress of the runs."""
+        watch = self.watch
+        if watch is None:
+            self.show(self.what, done, total, "")
+            return
+        rate = max(watch.rate, 1e-9)
+        left = f", {time_text((total - done) / rate)} left" if done < total else ""
+        self.show(self.what, done, total, f"{watch.rate:,.0f}/s{left}, {watch.detail}")
+
+
+@contextmanager
+def show_progress(console: Console, what: str, total: int) -> Iterator[Display]:
+    """Make the display of the progress: a bar on a terminal, lines elsewhere."""
+    if not console.is_terminal:
+        last = time.monotonic()
+
+        def line(stage: str, done: int, total: int, detail: str) -> None:
+            nonlocal last
+            now = time.monotonic()
+            if now - last >= LINE_SECONDS or done == total:
+                last = now
+                share = part_text(done, total)
+                words = f"{stage}: {done:,} of {total:,} ({share}){', ' if detail else ''}{detail}"
+                console.print(words, highlight=False, soft_wrap=True)
+
+        yield Display(line, what)
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[detail]}"),
+    )
+    with Progress(*columns, console=console) as bar:
+        tasks = {what: bar.add_task(what, total=total, detail="")}
+
+        def update(stage: str, done: int, total: int, detail: str) -> None:
+            if stage not in tasks:
+                tasks[stage] = bar.add_task(stage, total=total, detail="")
+            bar.update(tasks[stage], completed=done, total=total, detail=detail)
+
+        yield Display(update, what)

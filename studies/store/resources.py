@@ -1,0 +1,95 @@
+"""Memory and disk space that a study needs, estimated and checked before it begins."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple, Self
+
+from ...fragility.runs.plan import SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE, number_of_chunks
+from ...wording import size_text
+from ..file.table import StudyError
+from .shards import FOLDER, IN_MEMORY
+
+BASE_BYTES = 250e6
+"""Memory of the loaded packages."""
+SHARD_BYTES = 4e3
+"""Size of a shard beside its results."""
+RESULT_BYTES = 2e6
+"""Size of the figures, and of the results beside the variables of every run."""
+HELD = 4
+"""Number of arrays of all runs, each of the largest size, that are held in memory before further ones are files."""
+
+
+class Chunks(NamedTuple):
+    """Approximate seconds on one core, by the generous planning figures of the engine, and number of chunks."""
+
+    seconds: float
+    number: int
+
+
+def chunks_of(runs: int, samples: Sequence[int], exact: float) -> Chunks:
+    """Estimate the chunks of `runs` under motions of so many samples each; `exact`: share of runs in exact geometry."""
+    per_sample = exact * SECONDS_PER_EXACT_SAMPLE + (1.0 - exact) * SECONDS_PER_SAMPLE
+    work = runs * sum(samples) / len(samples) * per_sample
+    return Chunks(work, max(1, math.ceil(number_of_chunks(work))))
+
+
+class Resources(NamedTuple):
+    """Approximate bytes of memory, of disk while a study runs, of its shards and of what is left; and its chunks."""
+
+    memory: float
+    disk: float
+    shards: float
+    left: float
+    chunks: Chunks
+
+    @classmethod
+    def of(cls, chunks: Chunks, kept: float, stored: float, together: float, arrays: Sequence[float] = ()) -> Self:
+        """Estimate from the bytes of runs in shards and in results, of data held at once, and of each further array."""
+        shards = kept + chunks.number * SHARD_BYTES
+        # variables of every run are in a file without a name until they are written, and then in both files
+        left = stored + RESULT_BYTES
+        aside = kept + stored if kept + stored > HELD * IN_MEMORY else 0.0
+        aside += sum(one for one in arrays if one > IN_MEMORY)
+        memory = BASE_BYTES + together + min(kept + stored, HELD * IN_MEMORY)
+        memory += sum(one for one in arrays if one <= IN_MEMORY)
+        return cls(memory, shards + aside + left, shards, left, chunks)
+
+
+def refuse_shortage(folder: Path, needs: Resources, resume: bool) -> None:
+    """Raise a StudyError where a study would fill the disk of its folder, less its kept shards, or the memory."""
+    kept = [path.stat().st_size for path in (folder / FOLDER).glob("*.nc")] if resume else []
+    needed = needs.disk - min(sum(kept), needs.shards)
+    free = free_bytes(folder)
+    if needed > free:
+        raise StudyError(
+            f"{folder}: the study needs about {size_text(needed)} of disk while it runs ({size_text(needs.left)} "
+            f"afterwards), {size_text(free)} are free: use another folder, or fewer motions, levels, blocks, laws, "
+            "samples or outputs"
+        )
+    there = memory_bytes()
+    if needs.memory > there:
+        raise StudyError(
+            f"{folder}: the study needs about {size_text(needs.memory)} of memory, this machine has "
+            f"{size_text(there)}: fewer motions, levels, blocks, laws or samples, or several studies"
+        )
+
+
+def memory_bytes() -> float:
+    """Return the memory of this machine in bytes; infinite where the system does not tell."""
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return math.inf
+
+
+def free_bytes(folder: Path) -> int:
+    """Return the free bytes of the disk that a folder is on, or would be on."""
+    here = folder.absolute()
+    while not here.exists():
+        here = here.parent
+    return shutil.disk_usage(here).free

@@ -1,0 +1,338 @@
+"""Crash safety: every finished chunk is a file of its own (a shard), and a manifest names the study of the chunks.
+
+`shards/manifest.json` identifies the study and the engine; `shards/CALL-CHUNK-CHECKSUM.nc` holds a chunk's results.  A
+file is written whole (temporary name, fsync, rename), and its name carries the checksum of its bytes, so that a damaged
+file is recognised before it is parsed, and its chunk is computed again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import re
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from itertools import groupby
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import netCDF4
+import numpy as np
+from numpy.typing import NDArray
+
+from ...fragility.runs.factors import BlockFactors
+from ...fragility.runs.plan import OUTPUT_TYPES, Chunk, ChunkResult, Work
+from ...fragility.runs.runners import Runner
+from ...models.runs import TALLY, engine_identity
+from ...motions.arrays import digest
+from ...wording import system_reason
+from ..file.table import StudyError
+from .differences import differences
+from .folder import write_whole
+from .watch import Stop, Watch
+
+FOLDER = "shards"
+MANIFEST = "manifest.json"
+LAYOUT = 2
+"""Number of the layout of manifest and shards."""
+MOST = 10**18
+"""Most runs that a manifest can count."""
+IN_MEMORY = 2**25
+"""Largest array of all runs, in bytes, that is held in memory; a larger one is a file without a name."""
+DIMS = ("oscillator", "level", "motion")
+_NAME = re.compile(r"([0-9]{3,})-([0-9]{6,})-([0-9a-f]{16})\.nc")
+_PART = re.compile(rf"({_NAME.pattern}|{re.escape(MANIFEST)})\.part")
+
+
+class Shards(Runner):
+    """A runner that runs chunks by another runner, keeps each of them, and returns the chunks kept before."""
+
+    def __init__(self, folder: Path, inner: Runner, watch: Watch, stop: Stop) -> None:
+        self._folder = folder
+        self._inner = inner
+        self._watch = watch
+        self._stop = stop
+        self._calls = 0
+        self._known: dict[tuple[int, int], list[Path]] = {}
+        for path in sorted(folder.iterdir()):
+            name = _NAME.fullmatch(path.name)
+            if name is not None:
+                self._known.setdefault((int(name[1]), int(name[2])), []).append(path)
+            elif _PART.fullmatch(path.name):
+                with suppress(OSError):
+                    _remove(path)
+
+    def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, ChunkResult]]:
+        """Yield every chunk with its results; StudyError where a chunk cannot be kept."""
+        call = self._calls
+        self._calls += 1
+        whole = _digest_of(work)
+        numbers = {chunk: i for i, chunk in enumerate(chunks)}
+        _add_call(self._folder, call, [work.runs_of(chunk) for chunk in chunks])
+        self._stop.waiting = True
+        try:
+            missing = []
+            for chunk, number in numbers.items():
+                if self._stop():
+                    raise KeyboardInterrupt
+                done = self._kept(call, number, _key(whole, chunk), work, chunk)
+                if done is None:
+                    missing.append(chunk)
+                else:
+                    self._watch.done(done, kept=True)
+                    yield chunk, done
+            for chunk, done in self._inner.run(work, missing):
+                self._keep(call, numbers[chunk], _key(whole, chunk), work, done)
+                self._watch.done(done, kept=False)
+                yield chunk, done
+        finally:
+            self._stop.waiting = False
+
+    def array(self, shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:
+        """Make an array for results of all runs, on the disk where it is large; StudyError where the disk is full.
+
+        The file has no name, so that nothing is left of it however this process ends.  Its whole space is allocated at
+        the beginning, so that a disk that fills up later cannot end the process by a signal.
+        """
+        size = math.prod(shape) * np.dtype(dtype).itemsize
+        if size <= IN_MEMORY:
+            return super().array(shape, dtype)
+        try:
+            with tempfile.TemporaryFile(dir=self._folder) as file:
+                if hasattr(os, "posix_fallocate"):
+                    os.posix_fallocate(file.fileno(), 0, size)
+                else:
+                    file.truncate(size)
+                return np.asarray(np.memmap(file, dtype, "r+", shape=shape))
+        except OSError as error:
+            raise StudyError(
+                f"{self._folder}: has no room for {size:,} bytes of results ({system_reason(error)}); what is "
+                "finished is kept: make room and run the same command again"
+            ) from None
+
+    def tell(self, what: str, done: int, total: int) -> None:
+        """Report the progress of work that is not done in chunks."""
+        self._watch.tell(what, done, total)
+
+    def _kept(self, call: int, number: int, key: str, work: Work, chunk: Chunk) -> ChunkResult | None:
+        """Return the results of a chunk if there is an intact shard of it; damaged shards are removed."""
+        for path in self._known.get((call, number), []):
+            try:
+                return _read(path, key, work, chunk)
+            except (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as error:  # (netCDF4's)
+                self._watch.log.warning("%s is damaged (%s): its chunk is computed again", path.name, error)
+                with suppress(OSError):
+                    _remove(path)
+        return None
+
+    def _keep(self, call: int, number: int, key: str, work: Work, done: ChunkResult) -> None:
+        started = perf_counter()
+        content = _packed(work, done, key)
+        checksum = hashlib.sha256(content).hexdigest()[:16]
+        write_whole(self._folder / f"{call:03d}-{number:06d}-{checksum}.nc", content)
+        self._watch.storing += perf_counter() - started
+
+
+def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[Path, bool]:
+    """Return the folder for the shards of a study, and True if it holds shards of this study already.
+
+    `pinned`: identity, study (its file's content) and work (its runs), as the manifest keeps them.
+
+    Raises
+    ------
+    StudyError
+        The folder holds parts of another study, or of another engine: one sentence that names the difference.
+    """
+    shards = folder / FOLDER
+    _refuse_link(shards)
+    if shards.exists() and not fresh:
+        if refuse_other(folder, pinned):
+            return shards, True
+        if any(_NAME.fullmatch(path.name) for path in shards.iterdir()):
+            raise StudyError(f"{shards}: holds parts of a study without a manifest; use --fresh to start over")
+    remove_shards(folder)
+    try:
+        shards.mkdir(exist_ok=True)
+    except OSError as error:
+        raise StudyError(f"{shards}: cannot be made a folder ({error.strerror})") from None
+    write_whole(shards / MANIFEST, _json(_manifest(pinned)))
+    return shards, False
+
+
+def refuse_other(folder: Path, pinned: Mapping[str, Any]) -> bool:
+    """Return True if a folder holds parts of the study `pinned`; StudyError where they are of another study."""
+    before = read_manifest(folder)
+    if before is None:
+        return False
+    differs = _difference(before, _manifest(pinned))
+    if differs:
+        raise StudyError(
+            f"{folder / FOLDER}: holds parts of another study ({differs}); use another folder, or --fresh to start over"
+        )
+    return True
+
+
+def _manifest(pinned: Mapping[str, Any]) -> dict[str, Any]:
+    return {"layout": LAYOUT, "engine": engine_identity(), **pinned, "calls": []}
+
+
+def read_manifest(folder: Path) -> dict[str, Any] | None:
+    """Return the manifest in a study's folder, None where there is none; StudyError where it is not valid."""
+    path = folder / FOLDER / MANIFEST
+    _refuse_link(folder / FOLDER)
+    try:
+        found = json.loads(path.read_bytes().decode("utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, RecursionError) as error:
+        raise StudyError(f"{path}: cannot be read ({type(error).__name__}); use --fresh to start over") from None
+    kinds = {"layout": int, "engine": dict, "identity": str, "study": dict, "work": int, "calls": list}
+    if not isinstance(found, dict) or not all(isinstance(found.get(name), kind) for name, kind in kinds.items()):
+        raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
+    if found["layout"] != LAYOUT:
+        raise StudyError(
+            f"{path}: has layout {found['layout']}, this version reads {LAYOUT}; use --fresh to start over"
+        )
+    counts = [found["work"], *(value for one in found["calls"] for value in _counts_of(one))]
+    if any(type(value) is not int or not 0 <= value <= MOST for value in counts):
+        raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
+    return found
+
+
+def _counts_of(one: Any) -> list[Any]:
+    """Return the counts in a manifest's entry of a call; [None] where it is no such entry."""
+    pairs = one.get("chunks") if isinstance(one, dict) else None
+    if not isinstance(pairs, list) or not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
+        return [None]
+    return [value for pair in pairs for value in pair]
+
+
+def belongs(folder: Path, identity: str) -> bool:
+    """Return True if the folder holds parts of the study of this identity, made by this engine."""
+    try:
+        found = read_manifest(folder)
+    except StudyError:
+        return False
+    return found is not None and found["identity"] == identity and found["engine"] == engine_identity()
+
+
+def kept_chunks(folder: Path) -> dict[int, set[int]]:
+    """Return the numbers of the kept chunks, by call."""
+    try:
+        chunks = {_NAME.fullmatch(path.name) for path in (folder / FOLDER).iterdir()}
+    except FileNotFoundError:  # (the study has just been finished)
+        return {}
+    found: dict[int, set[int]] = {}
+    for name in chunks:
+        if name is not None:
+            found.setdefault(int(name[1]), set()).add(int(name[2]))
+    return found
+
+
+def remove_shards(folder: Path) -> None:
+    """Remove our files from the folder of shards, the manifest last; StudyError where this fails."""
+    shards = folder / FOLDER
+    _refuse_link(shards)
+    if not shards.exists():
+        return
+    try:
+        ours = [path for path in shards.iterdir() if _NAME.fullmatch(path.name) or _PART.fullmatch(path.name)]
+        for path in (*ours, shards / MANIFEST):
+            _remove(path)
+        if not any(shards.iterdir()):  # (other files were put there by somebody else)
+            shards.rmdir()
+    except OSError as error:
+        raise StudyError(f"{shards}: cannot be removed ({error.strerror})") from None
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, or an empty folder of the same name."""
+    if path.is_dir() and not path.is_symlink():
+        path.rmdir()
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _refuse_link(shards: Path) -> None:
+    """Raise a StudyError where the folder of shards is a link, because the files behind it must not be removed."""
+    if shards.is_symlink():
+        raise StudyError(f"{shards}: is a link to another folder; remove the link, or use another folder")
+
+
+def _add_call(folder: Path, call: int, runs: Sequence[int]) -> None:
+    """Add the chunks of a call to the manifest, as pairs: the number of consecutive chunks, and the runs of each."""
+    path = folder / MANIFEST
+    manifest = json.loads(path.read_text("utf-8"))
+    if len(manifest["calls"]) <= call:
+        manifest["calls"].append({"chunks": [[len(list(equal)), each] for each, equal in groupby(runs)]})
+        write_whole(path, _json(manifest))
+
+
+def _json(manifest: Mapping[str, Any]) -> bytes:
+    return (json.dumps(manifest, ensure_ascii=False, indent=1) + "\n").encode()
+
+
+def _difference(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """Return the differences of a study or of its engine from before; empty where there are none."""
+    if before["engine"] != now["engine"]:
+        names = sorted({*before["engine"], *now["engine"]})
+        found = [(name, before["engine"].get(name), now["engine"].get(name)) for name in names]
+        return ", ".join(f"{name} was {old}, is {new}" for name, old, new in found if old != new)
+    return "" if before["identity"] == now["identity"] else differences(before["study"], now["study"])
+
+
+def _digest_of(work: Work) -> str:
+    """Return a hash of the work without the bounds of its chunks."""
+    found = hashlib.sha256(repr((work.skip, work.outputs, work.factors.shape)).encode())
+    for oscillator in work.oscillators:
+        found.update(repr(oscillator).encode())
+    factors = work.factors
+    arrays = [factors.levels, factors.measured, factors.times] if isinstance(factors, BlockFactors) else [factors]
+    if isinstance(factors, BlockFactors):
+        found.update(factors.measure.label.encode())
+    for array in arrays:
+        found.update(np.ascontiguousarray(array).tobytes())
+    for motion in work.motions:
+        found.update(digest(motion).encode())
+    return found.hexdigest()
+
+
+def _key(whole: str, chunk: Chunk) -> str:
+    return f"{whole} {chunk.row}:{chunk.row_stop} {chunk.first}:{chunk.stop}"
+
+
+def _packed(work: Work, done: ChunkResult, key: str) -> memoryview:
+    """Return a chunk's results as the bytes of a classic netCDF file, which takes a third of the time of HDF5."""
+    file = netCDF4.Dataset("shard", "w", format="NETCDF3_64BIT_DATA", memory=1)  # (grows as it is written)
+    for name, size in zip(DIMS, done.results[0].shape, strict=True):
+        file.createDimension(name, size)
+    file.createDimension("count", len(TALLY))
+    for name, values in zip(work.outputs, done.results, strict=True):
+        stored = values.astype(np.int8) if values.dtype == np.bool_ else values
+        file.createVariable(name, stored.dtype, DIMS)[:] = stored
+    file.createVariable("tally", np.int64, ("count",))[:] = done.tally
+    file.setncatts({"layout": LAYOUT, "key": key})
+    content: memoryview = file.close()
+    return content
+
+
+def _read(path: Path, key: str, work: Work, chunk: Chunk) -> ChunkResult:
+    """Read a chunk's results from its shard; ValueError (or an error of the libraries) where it is damaged."""
+    content = path.read_bytes()
+    name = _NAME.fullmatch(path.name)
+    if name is None or hashlib.sha256(content).hexdigest()[:16] != name[3]:
+        raise ValueError("its bytes have changed")
+    with netCDF4.Dataset(path.name, memory=content) as file:
+        if file.getncattr("key") != key:
+            raise ValueError("it is of another chunk")
+        file.set_auto_mask(False)
+        shape = (chunk.row_stop - chunk.row, work.levels, chunk.stop - chunk.first)
+        if any(file[name].shape != shape for name in work.outputs) or file["tally"].shape != (len(TALLY),):
+            raise ValueError("its arrays have another shape")
+        results = tuple(file[name][:].astype(OUTPUT_TYPES[name]) for name in work.outputs)
+        tally = np.asarray(file["tally"][:], np.int64)
+    return ChunkResult(results, tally)

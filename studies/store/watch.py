@@ -1,0 +1,164 @@
+"""Monitoring of a running study: counts for its progress and its log, and the request to stop it."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+
+import numpy as np
+
+from ...fragility.runs.plan import ChunkResult
+from ...models.runs import TALLY
+from ...wording import part_text, whole_percent
+from ..file.table import StudyError
+from .folder import without_link
+
+LOG_NAME = "run.log"
+LOG_SECONDS = 10.0
+"""Time between two lines of progress in the log."""
+
+
+class Stop:
+    """A request to stop the work: after the first one chunks in flight are finished, after the second they are left.
+
+    Within `graceful`, SIGINT and SIGTERM are requests (in the main thread, where signals can be caught).
+    """
+
+    def __init__(self) -> None:
+        self.asked = False
+        self.waiting = False
+
+    def __call__(self) -> bool:
+        return self.asked
+
+    def _ask(self, number: int, frame: FrameType | None) -> None:
+        if self.asked or not self.waiting:
+            raise KeyboardInterrupt
+        self.asked = True
+        # (not with print, which the signal may have interrupted)
+        os.write(2, b"toppling: finishing the chunks in flight (once more leaves them)\n")
+
+    @contextmanager
+    def graceful(self) -> Iterator[None]:
+        """Catch the signals that would end the process."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = {number: signal.signal(number, self._ask) for number in (signal.SIGINT, signal.SIGTERM)}
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+
+@dataclass
+class Watch:
+    """Counts of a running study; `total` is the number of all runs, including those that only test other runs.
+
+    `telling` is called with the progress of the work that follows the runs.  `busy` is the time of all chunks (s, added
+    over threads or workers), `storing` the time of writing them here.
+    """
+
+    total: int
+    log: logging.Logger
+    runs: int = 0
+    kept: int = 0
+    chunks: int = 0
+    slowest: float = 0.0
+    busy: float = 0.0
+    storing: float = 0.0
+    tally: np.ndarray = field(default_factory=lambda: np.zeros(len(TALLY), np.int64))
+    started: float = field(default_factory=time.monotonic)
+    telling: Callable[[str, int, int], None] | None = None
+    _logged: float = field(default_factory=time.monotonic)
+
+    def done(self, done: ChunkResult, kept: bool) -> None:
+        """Count a further chunk, `kept` from before or computed now."""
+        self.runs += done.runs
+        self.tally += done.tally
+        if kept:
+            self.kept += done.runs
+            return
+        self.chunks += 1
+        self.slowest = max(self.slowest, done.seconds)
+        self.busy += done.seconds
+        if self._due():
+            self.log.info("%s", self.words)
+
+    def tell(self, what: str, done: int, total: int) -> None:
+        """Report the progress of the work that follows the runs, by `telling` and in the log."""
+        if self.telling is not None:
+            self.telling(what, done, total)
+        if self._due():
+            self.log.info("%s: %s of %s", what, f"{done:,}", f"{total:,}")
+
+    def _due(self) -> bool:
+        """Return True if the log is due for a line, once every `LOG_SECONDS`."""
+        now = time.monotonic()
+        if now - self._logged < LOG_SECONDS:
+            return False
+        self._logged = now
+        return True
+
+    @property
+    def rate(self) -> float:
+        """Computed runs per second."""
+        return (self.runs - self.kept) / max(time.monotonic() - self.started, 1e-9)
+
+    @property
+    def skipped(self) -> float:
+        """The share of all samples that did not have to be computed."""
+        counts = dict(zip(TALLY, self.tally.tolist(), strict=True))
+        left_out = sum(counts[name] for name in TALLY if name not in ("samples", "events"))
+        return float(left_out / max(counts["samples"], 1))
+
+    @property
+    def detail(self) -> str:
+        """The share of samples skipped and the time of the slowest chunk, which a progress bar does not show."""
+        return f"{whole_percent(self.skipped)} of samples skipped, slowest chunk {self.slowest:.1f} s"
+
+    @property
+    def words(self) -> str:
+        """The counts in one line."""
+        done = f"{self.runs:,} of {self.total:,} runs ({part_text(self.runs, self.total)})"
+        return f"{done}, {self.rate:,.0f}/s, {self.detail}"
+
+
+class _LogFile(logging.FileHandler):
+    """A log that ignores write errors: a full disk is reported where it ends the study."""
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        pass
+
+    def close(self) -> None:
+        with suppress(OSError):
+            super().close()
+
+
+@contextmanager
+def run_log(folder: Path) -> Iterator[logging.Logger]:
+    """Open a log that appends to a file in the folder; StudyError where it cannot be written."""
+    log = logging.getLogger(f"toppling.run.{folder.resolve()}")
+    log.setLevel(logging.INFO)
+    log.propagate = False
+    try:
+        without_link(folder / LOG_NAME)
+        handler = _LogFile(folder / LOG_NAME, encoding="utf-8")
+    except OSError as error:
+        raise StudyError(f"{folder / LOG_NAME}: cannot be written ({error.strerror})") from None
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    log.addHandler(handler)
+    try:
+        yield log
+    finally:
+        log.removeHandler(handler)
+        handler.close()

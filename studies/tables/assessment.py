@@ -1,0 +1,211 @@
+"""Tables of a performance assessment as rows of text, for a terminal or a report."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...units import DIMENSIONLESS
+from ...wording import (
+    confidence_text,
+    currency_of,
+    given_percent,
+    short_digits,
+    three_digits,
+    value_text,
+    whole_percent,
+    years_between,
+)
+from ..buildings.variables import PER_YEAR, level_index
+from ..text.rows import Rows
+from ..text.words import floor_name, level_text
+
+
+def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
+    """Expected values in a year, by place.
+
+    Raises
+    ------
+    ValueError
+        An assessment without a hazard curve, no such model.
+    """
+    here = of_model(assessment, model)
+    if "annual_number" not in here:
+        raise ValueError("annual values need an assessment with a hazard curve, got one without")
+    has_loss = "annual_loss" in here
+    headings = [
+        "",
+        "free pieces",
+        "overturned a year",
+        *(["lost a year"] if has_loss else []),
+        "anything falls, once in",
+    ]
+    rows = []
+    for place in here["place"].values:
+        one = here.sel(place=place)
+        cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "annual_number")]
+        if has_loss:
+            cells.append(_interval(one, "annual_loss"))
+        cells.append(_period(one, "any_rate"))
+        rows.append(tuple(cells))
+    money = currency_of(here)
+    sure = f"{confidence_text(here)} over motions, hazard as given"
+    title = f"In a year{f', {money}' if money and has_loss else ''} ({sure})"
+    return Rows(_dashed(title, rows), tuple(headings), rows)
+
+
+def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -> Rows:
+    """Overturned pieces and losses at one of the levels, by place.
+
+    Raises
+    ------
+    ValueError
+        No such level or model.
+    """
+    at = level_index(assessment, level)
+    here = of_model(assessment, model).isel(level=at)
+    has_loss = "loss_mean" in here
+    ends = [given_percent(float(q)) for q in here["quantile"].values]
+    headings = [
+        "",
+        "free pieces",
+        "overturned",
+        f"{' / '.join(ends)}",
+        *(["lost"] if has_loss else []),
+        "anything falls",
+    ]
+    rows = []
+    for place in here["place"].values:
+        one = here.sel(place=place)
+        quantiles = " / ".join(short_digits(float(value)) for value in one["number_quantile"].values)
+        cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "number_mean"), quantiles]
+        if has_loss:
+            cells.append(_interval(one, "loss_mean"))
+        cells.append(_percent(one, "any_probability"))
+        rows.append(tuple(cells))
+    shaken = f"{assessment.attrs['im']} = {level_text(float(here['level']), assessment['level'])}"
+    money = currency_of(here)
+    title = f"At {shaken}{f', {money}' if money and has_loss else ''} ({confidence_text(here)} over motions)"
+    return Rows(_dashed(title, rows), tuple(headings), rows)
+
+
+def consequence_rows(assessment: xr.Dataset, level: float | None = None, model: str | None = None) -> Rows | None:
+    """Rates of each consequence by place, or its probabilities at a level; None where nothing has a consequence."""
+    here = of_model(assessment, model)
+    words = _words(here)
+    if not words:
+        return None
+    if level is not None:
+        here = here.isel(level=level_index(assessment, level))
+    said, name, title = (
+        (_years, "consequence_rate", "What it means: once in so many years")
+        if level is None
+        else (_percent, "consequence_probability", "What it means: probability")
+    )
+    places = [str(place) for place in here["place"].values]
+    rows = []
+    for word in words:
+        one = here.sel(consequence=word)
+        # (floors have no interval in the table, which must fit a page)
+        whole, *floors = (said(one.sel(place=place), name) for place in places)
+        rows.append((word, whole, *(text.partition(" (")[0] for text in floors)))
+    return Rows(_dashed(title, rows), ("", *map(place_name, places)), rows)
+
+
+def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) -> Rows:
+    """The items whose anchoring saves most, as `anchoring` ranks them.
+
+    Raises
+    ------
+    ValueError
+        No such model.
+    """
+    here = of_model(ranking, model)
+    paid = bool(np.isfinite(here["cost"].values).any())
+    scale, unit = objective_unit(ranking)
+    saves = f"saves, {unit}" if unit else "saves"
+    headings = ["rank", "item", "floor", "pieces", saves, "share", *(["cost"] if paid else [])]
+    pays = "payback" in here and paid
+    headings += ["pays back in"] if pays else []
+    rows = []
+    order = np.argsort(here["rank"].values)
+    for i in order[: checks.count("most", most, at_least=1)]:
+        one = here.isel(item=int(i))
+        first, last = int(one["rank_lower"]), int(one["rank_upper"])
+        rank = f"{int(one['rank'])}" + (f" ({first}–{last})" if first < last else "")
+        share = float(one["saving_share"])
+        cells = [rank, str(one["item"].item()), str(one["floor"].item()), str(int(one["count"]))]
+        cells += [_interval(one, "saving", scale), "–" if math.isnan(share) else whole_percent(share)]
+        if paid:
+            cells.append(short_digits(float(one["cost"])))
+        if pays:
+            years = float(one["payback"])
+            cells.append(f"{three_digits(years)} years" if math.isfinite(years) else "never")
+        rows.append(tuple(cells))
+    return Rows(f"Anchoring saves of: {ranking.attrs['objective_text']}", tuple(headings), rows)
+
+
+def place_name(place: str) -> str:
+    """The written name of a place."""
+    return floor_name(place.removeprefix("floor ")) if place.startswith("floor ") else place
+
+
+def of_model(dataset: xr.Dataset, model: str | None) -> xr.Dataset:
+    """Return the part of a dataset under one model, the first where none is named."""
+    labels = [str(one) for one in dataset["model"].values]
+    return dataset.isel(model=labels.index(checks.choice("model", model or labels[0], labels)))
+
+
+def _words(here: xr.Dataset) -> list[str]:
+    return [str(word) for word in here["consequence"].values] if "consequence" in here.coords else []
+
+
+def _dashed(title: str, rows: list[tuple[str, ...]]) -> str:
+    """Return a title that explains the dash where the rows hold one."""
+    return f"{title} (–: nothing fell under any motion)" if any("–" in row for row in rows) else title
+
+
+def pieces_at(here: xr.Dataset, place: str) -> int:
+    """The number of pieces in a place that can overturn."""
+    free = ~here["anchored"].values.astype(bool)
+    if place.startswith("floor "):
+        free &= here["floor"].values == place.removeprefix("floor ")
+    return int(here["count"].values[free].sum())
+
+
+def objective_unit(ranking: xr.Dataset) -> tuple[float, str]:
+    """Return the factor that converts an objective to its display unit, and that unit."""
+    units = str(ranking["saving"].attrs["units"])
+    if units == DIMENSIONLESS:
+        return 1.0, ""
+    if units == PER_YEAR:
+        return (1000.0, "in 1000 years") if float(ranking["left"].max()) < 0.1 else (1.0, "a year")
+    return 1.0, units.replace(f" {PER_YEAR}", " a year")
+
+
+def _interval(one: xr.Dataset, name: str, scale: float = 1.0) -> str:
+    value, lower, upper = (scale * float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+    if math.isnan(lower) or math.isnan(upper):
+        return three_digits(value)
+    return value_text(value, lower, upper)
+
+
+def _percent(one: xr.Dataset, name: str) -> str:
+    value, lower, upper = (100.0 * float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+    return "–" if upper == 0.0 else f"{value:.0f} % ({lower:.0f}–{upper:.0f})"
+
+
+def _period(one: xr.Dataset, name: str, unit: str = " years") -> str:
+    """The mean number of years between two events of a rate, with its interval."""
+    rate, lower, upper = (float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+    if rate == 0.0:
+        return "–"
+    text = f"{three_digits(1.0 / rate)}{unit}"
+    return text if math.isnan(lower) else f"{text} ({years_between(upper, lower)})"
+
+
+def _years(one: xr.Dataset, name: str) -> str:
+    return _period(one, name, "")

@@ -1,0 +1,199 @@
+"""Tables of fragility studies for a terminal: curves, annual rates, sizes that meet a target, measures."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import xarray as xr
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from ...fragility.fitting.states import OVERTURNED, state_name
+from ...wording import (
+    chance_text,
+    chances_between,
+    confidence_text,
+    given_percent,
+    in_years,
+    interval_text,
+    percent,
+    three_digits,
+    value_text,
+    years_between,
+)
+from ..plan.estimates import ranking_of_measures
+from ..text.block_order import chosen_of
+from ..text.curve_notes import reached_of, verb_of
+from ..text.rows import Rows
+from ..text.words import axis_of, display_unit, floor_name, fractile_text, measure_name
+
+OVERTURNING = state_name(OVERTURNED)
+
+# Advice where there is no curve, by the status of the fit (separated data have a curve, and a note).
+ADVICE = {
+    "no overturning": "nothing {did} at any level: raise ida.levels.to",
+    "all overturned": "everything {did} at every level: lower ida.levels.from",
+    "one level": "one level gives no curve: take more levels",
+    "not increasing": "fewer blocks {did} at higher levels: look at the motions",
+    "flat": "hardly more blocks {did} at higher levels: take more motions or a wider range of levels",
+    "not converged": "the likelihood has no clear maximum: take more motions",
+}
+
+
+def hints(results: xr.Dataset) -> list[str]:
+    """One line for each reason why a curve is missing."""
+    status = results["status"].values.ravel().astype(str)
+    state = str(results.attrs.get("state", OVERTURNING))
+    did = "fell" if state == OVERTURNING else reached_of(state)
+    lines = []
+    for one in dict.fromkeys(status.tolist()):
+        if one in ADVICE:
+            number = int((status == one).sum())
+            of = f" ({number:,} of {status.size:,} curves)" if status.size > 1 else ""
+            lines.append(f"{one}{of}: {ADVICE[one].format(did=did)}")
+    return lines
+
+
+def fragility_table(results: xr.Dataset) -> Table:
+    """Medians and dispersions of a study's curves, with intervals, for a terminal."""
+    scale, unit = display_unit(axis_of(results))
+    name = axis_of(results).attrs.get("long_name", "level")
+    percent = confidence_text(results)
+    state = str(results.attrs.get("state", OVERTURNING))
+    of = "" if state == OVERTURNING else f" of {state}"
+    table = Table(
+        title=f"Median {name}{f' ({unit})' if unit else ''} and dispersion β{of} with {percent} intervals"
+        f"{_chosen(results)}",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        title_justify="left",
+    )
+    fractions = results["fraction"].values.tolist() if "fractile" in results else []
+    for heading in ("law", "median", percent, "β", percent, *(f"P = {given_percent(p)}" for p in fractions)):
+        table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
+    floors = results["floor"].values.tolist() if "floor" in results.dims else [None]
+    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
+        where = "" if floor is None else f", {floor_name(floor)}"
+        table.add_row(f"[bold]{escape(str(results['block'].values[i]) + where)}[/]")
+        for j, model in enumerate(results["model"].values):
+            one = results.isel(block=i, model=j)
+            if floor is not None:
+                one = one.isel(floor=k)
+            if bool(one["converged"]):
+                median, low, high = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
+                cells: tuple[str, ...] = (three_digits(median), interval_text(low, high), "", "")
+                if "dispersion" in one:
+                    beta, narrow, wide = (one[f"dispersion{end}"].item() for end in ("", "_lower", "_upper"))
+                    cells = (*cells[:2], three_digits(beta), interval_text(narrow, wide))
+                cells += tuple(fractile_text(one, p, scale) for p in fractions)
+            else:
+                cells = ("", f"[italic]{one['status'].item()}[/]", "", "", *("" for _ in fractions))
+            table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
+    return table
+
+
+def risk_table(results: xr.Dataset) -> Table:
+    """Annual rates, and probabilities in the study's years, for a terminal."""
+    years = float(results.attrs["years"])
+    percent = confidence_text(results)
+    table = Table(
+        title=f"How often each {_verb(results)}, and with what probability in {years:g} years ({percent} over "
+        f"motions, hazard as given){_chosen(results)}",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        title_justify="left",
+    )
+    for heading in ("law", "once in (years)", percent, f"P in {years:g} years", percent):
+        table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
+    floors = results["floor"].values.tolist() if "floor" in results["rate"].dims else [None]
+    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
+        where = "" if floor is None else f", {floor_name(floor)}"
+        table.add_row(f"[bold]{escape(str(results['block'].values[i]) + where)}[/]")
+        for j, model in enumerate(results["model"].values):
+            one = results.isel(block=i, model=j)
+            if floor is not None:
+                one = one.isel(floor=k)
+            rate = one["rate"].item()
+            if np.isfinite(rate):
+                low, high = one["rate_lower"].item(), one["rate_upper"].item()
+                chance, least, most = (one[f"risk_probability{end}"].item() for end in ("", "_lower", "_upper"))
+                # (a note says why)
+                alike = "[italic]no width[/]" if low == high else ""
+                cells = (
+                    in_years(rate),
+                    alike or years_between(high, low),
+                    chance_text(chance),
+                    alike or chances_between(least, most),
+                )
+            else:
+                cells = ("", "[italic]no curve[/]", "", "")
+            table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
+    return table
+
+
+def size_table(results: xr.Dataset) -> Table:
+    """The size of the blocks that meets the study's target, for a terminal."""
+    along, target = results.attrs["size_along"], float(results.attrs["size_probability"])
+    years = float(results.attrs["years"])
+    units = results[f"size_{along}"].attrs["units"]
+    table = Table(
+        title=f"Which {along} ({units}) {_verb(results)} with a probability of {percent(target)} in {years:g} "
+        f"years ({confidence_text(results)} over motions, hazard as given)",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        title_justify="left",
+    )
+    for heading in ("law", along, "interval", ""):
+        table.add_column(heading, justify="left" if heading in ("law", "") else "right", overflow="fold")
+    floors = results["floor"].values.tolist() if "floor" in results[f"size_{along}"].dims else [None]
+    for k, floor in enumerate(floors):
+        for j, model in enumerate(results["model"].values):
+            one = results.isel(model=j) if floor is None else results.isel(model=j, floor=k)
+            where = "" if floor is None else f", {floor_name(floor)}"
+            found = one[f"size_{along}"].item()
+            low, high = (one[f"size_{along}_{end}"].item() for end in ("lower", "upper"))
+            status = str(one["size_status"].item())
+            shown = three_digits(found) if np.isfinite(found) else ""
+            interval = interval_text(low, high) if shown else ""
+            table.add_row(escape(str(model) + where), shown, interval, "" if status == "ok" else status)
+    return table
+
+
+def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
+    """The most efficient measures of each block: the dispersion in each measure under every law, best first."""
+    found = ranking_of_measures(results)
+    floors = found["floor"].values.tolist() if "floor" in found.dims else [None]
+    tables = []
+    for block, floor in product(found["block"].values, floors):
+        here = found.sel(block=block) if floor is None else found.sel(block=block, floor=floor)
+        where = "" if floor is None else f", {floor_name(floor)}"
+        rank = here["rank"].mean("model").values
+        rows = []
+        known = np.isfinite(here["amplitude_dispersion"].values).any(
+            axis=here["amplitude_dispersion"].dims.index("model")
+        )
+        there = [i for i in np.argsort(rank) if np.isfinite(rank[i]) and known[i]]
+        for i in there[:most]:
+            cells = []
+            for j in range(here.sizes["model"]):
+                one = here.isel(model=j, measure=i)
+                beta, low, high = (float(one[f"amplitude_dispersion{end}"]) for end in ("", "_lower", "_upper"))
+                near = "" if bool(one["distinguishable"]) else "≈ "
+                cells.append(near + value_text(beta, low, high))
+            # (the dispersion is of the root of the measure that grows with the amplitude)
+            rows.append((measure_name(str(here["measure"].values[i]), float(here["power"].values[i])), *cells))
+        shown = f"the best {most} of {len(there)} measures, " if len(there) > most else ""
+        title = f"Dispersion by measure: {block}{where} ({shown}≈: not told apart from the best)"
+        tables.append(Rows(title, ("", *map(str, here["model"].values)), rows))
+    return tables
+
+
+def _chosen(results: xr.Dataset) -> str:
+    """The ending of a table's title where the table does not hold all blocks."""
+    return f"; {chosen_of(results)}" if chosen_of(results) else ""
+
+
+def _verb(results: xr.Dataset) -> str:
+    return verb_of(str(results.attrs.get("state", OVERTURNING)))

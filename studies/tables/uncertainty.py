@@ -1,0 +1,109 @@
+"""Tables of uncertainty studies as rows of text."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ...wording import (
+    chance_text,
+    confidence_text,
+    given_percent,
+    in_years,
+    interval_text,
+    three_digits,
+    whole_percent,
+    years_between,
+)
+from ..plan.estimates import middle_level
+from ..text.rows import Rows
+from ..text.words import display_unit, fractile_text, input_name
+
+
+def median_rows(results: xr.Dataset) -> Rows:
+    """Median and dispersion with all uncertainties, and the spread of the samples' medians."""
+    scale, unit = display_unit(results["level"])
+    name = results["level"].attrs.get("long_name", "level")
+    fractions = results["fraction"].values.tolist() if "fractile" in results else []
+    rows = []
+    for block in results["block"].values:
+        for model in results["model"].values:
+            one = results.sel(block=block, model=model)
+            own = one["sample_median"].values / scale
+            low, high = np.nanquantile(own, [0.05, 0.95]) if np.isfinite(own).any() else (np.nan, np.nan)
+            median, least, most = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
+            cells = [three_digits(median), interval_text(least, most), three_digits(one["dispersion"].item())]
+            cells += [fractile_text(one, p, scale) for p in fractions]
+            if not bool(one["converged"]):
+                cells = [str(one["status"].item()), *("" for _ in cells[1:])]
+            rows.append((f"{block}, {model}", *cells, interval_text(low, high)))
+    title = f"Median {name}{f' ({unit})' if unit else ''} and dispersion β, motions and inputs together"
+    more = [f"P = {given_percent(p)}" for p in fractions]
+    percent = confidence_text(results)
+    return Rows(title, ("", "median", percent, "β", *more, "90 % of the samples' medians"), rows)
+
+
+def rate_rows(results: xr.Dataset) -> Rows:
+    """Annual rates: of all samples together with its interval, and of the samples."""
+    years = float(results.attrs["years"])
+    rows = []
+    for block in results["block"].values:
+        for model in results["model"].values:
+            one = results.sel(block=block, model=model)
+            label = f"{block}, {model}"
+            rate, low, high = (one[f"rate{end}"].item() for end in ("", "_lower", "_upper"))
+            if not np.isfinite(rate):
+                rows.append((label, "no curve", "", "", "", ""))
+                continue
+            alike = "no width" if low == high else years_between(high, low)
+            own = one["sample_rate_quantile"]
+            ends = years_between(own.values[-1], own.values[0])
+            chance = one["sample_risk_probability_mean"].item()
+            rows.append(
+                (label, in_years(rate), alike, in_years(one["sample_rate_mean"].item()), ends, chance_text(chance))
+            )
+    percent = confidence_text(results)
+    headings = ("", "all together", percent, "mean of samples", "90 % of samples", f"P in {years:g} years")
+    title = f"Overturns once in so many years (P: mean over the samples; {percent} over motions, hazard as given)"
+    return Rows(title, headings, rows)
+
+
+def share_rows(results: xr.Dataset) -> Rows:
+    """Shares of the variance of ln capacity by component, or of the flags where capacities are not known."""
+    known = "capacity_share" in results
+    names = [str(one) for one in results["component"].values]
+    words = [" × ".join(input_name(part) for part in one.split(" × ")) for one in names]
+    columns = []
+    for block in results["block"].values:
+        one = results.sel(block=block)
+        share = one["capacity_share"] if known else one["flag_share"].isel(level=middle_level(one["probability"]))
+        columns.append([whole_percent(float(value)) for value in share.values])
+    # where capacities are not known, the shares are taken at the level where the outcome is least certain
+    what = "ln capacity" if known else "the verdict, where it is least certain,"
+    rows = list(zip(words, *columns, strict=True))
+    return Rows(f"Where the variance of {what} comes from", ("", *map(str, results["block"].values)), rows)
+
+
+def index_rows(results: xr.Dataset, name: str) -> Rows | None:
+    """Sobol' or Morris' indices of the probability of overturning at the level where it is nearest to one half."""
+    own = {"sobol": ("first", "total"), "morris": ("mu_star", "sigma")}[name]
+    if f"{name}_{own[0]}" not in results:
+        return None
+    rows = []
+    for block in results["block"].values:
+        for model in results["model"].values:
+            one = results.sel(block=block, model=model)
+            at = one.isel(output=middle_level(one["probability"]))
+            for i, which in enumerate(one["input"].values):
+                cells = []
+                for column in own:
+                    value, upper = at[f"{name}_{column}"], at.get(f"{name}_{column}_upper")
+                    text = f"{float(value[i]):.2f}".replace("-", "−")
+                    cells.append(text if upper is None else f"{text} ± {float(upper[i] - value[i]):.2f}")
+                rows.append((f"{block}, {model}: {input_name(str(which)).replace('$', '')}", *cells))
+    titles = {
+        "sobol": ("Sobol' indices", ("", "alone", "with others")),
+        "morris": ("Morris' elementary effects", ("", "μ*", "σ")),
+    }
+    title, headings = titles[name]
+    return Rows(f"{title} of the probability of overturning, where it is nearest to one half", headings, rows)

@@ -1,0 +1,64 @@
+"""The order in which the blocks of a study fall: the same for tables, figures and sentences."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.fitting.states import ALL
+from .words import reference_law
+
+MOST_BLOCKS = 100
+"""Most blocks in tables and in figures of fragility studies; the results hold all of them."""
+MOST_DRAWN = 12
+"""Most blocks in figures of the other kinds of studies, where each block takes a large panel or a figure."""
+BLOCK_KINDS = ("fragility", "uncertainty", "sensitivity")
+"""Kinds of studies whose results are curves of blocks."""
+MEDIAN, RATE = "median", "rate"
+ORDERS = {MEDIAN: "that fall first", RATE: "with the highest rates"}
+
+
+def places(results: xr.Dataset, by: str = MEDIAN) -> xr.DataArray:
+    """The rank of each block (and floor), 0 for the block that falls first, under the law that answers are given for.
+
+    By median, the blocks that fell in every run come first, because nothing else is known of them; then the blocks with
+    a median, from the lowest; then the blocks without a median, by the share of their runs that fell.  By rate, the
+    blocks with a rate come first, from the highest, then the rest.
+    """
+    one = results.isel(model=reference_law(results)[0])
+    value = one[by].transpose("block", ...)
+    always = np.zeros(value.shape, bool)
+    if "status" in one:
+        always = (one["status"].transpose(*value.dims) == ALL).values
+    known = np.isfinite(value.values) & ~always
+    fell = np.zeros(value.shape)
+    if "probability" in one and "level" in one["probability"].dims:
+        fell = one["probability"].mean("level").transpose(*value.dims).values
+    key = np.where(known, value.values if by == MEDIAN else -value.values, -fell)
+    kind = np.select([always, known], [0, 1] if by == MEDIAN else [1, 0], 2)
+    order = np.lexsort([key.ravel(), kind.ravel()])
+    place = np.empty(order.size, np.int64)
+    place[order] = np.arange(order.size)
+    return xr.DataArray(place.reshape(value.shape), dims=value.dims)
+
+
+def shown(results: xr.Dataset, by: str = MEDIAN, most: int = MOST_BLOCKS) -> xr.Dataset:
+    """The part of a study's results that tables and figures show: of many blocks, those that come first.
+
+    At most `most` blocks are kept, ranked by their worst floors; the attributes ``shown_of`` and ``shown_by`` then hold
+    the number of all blocks and the order by which these were chosen.
+    """
+    blocks = results.sizes.get("block", 0)
+    if blocks <= most or str(results.attrs["kind"]) not in BLOCK_KINDS:
+        return results
+    place = places(results, by)
+    best = place.min([dim for dim in place.dims if dim != "block"]).values
+    chosen = np.argsort(best, kind="stable")[:most]
+    return results.isel(block=chosen).assign_attrs(shown_of=blocks, shown_by=ORDERS[by])
+
+
+def chosen_of(results: xr.Dataset) -> str:
+    """A phrase for the blocks that a table of `shown` results holds; empty where the table holds all of them."""
+    if "shown_of" not in results.attrs:
+        return ""
+    return f"the {results.sizes['block']:,} of {results.attrs['shown_of']:,} blocks {results.attrs['shown_by']}"

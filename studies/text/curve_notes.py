@@ -1,0 +1,305 @@
+"""Notes on fitted curves and their rates that a reader needs before relying on them, in sentences.
+
+This module does not know how curves are fitted or rates computed: only which data they rest on, and how far they are
+extrapolated.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...aliases import Array, Flags
+from ...fragility.fitting.states import SEPARATED, state_name
+from ...wording import given_percent, whole_percent
+from .words import floor_name, level_text
+
+FEWEST = 5
+"""With fewer runs that reached the state, or that did not, a curve depends on chance."""
+WIDEST = 2.0
+"""Ratio of the ends of a median's interval above which it is worth a sentence."""
+NOTABLE = 0.05
+"""Share of a rate from beyond the known range above which it is worth a sentence."""
+SETTLED = 0.95
+"""Probability from which a curve has little left to rise."""
+ALIKE = 1e-6
+"""Relative difference below which sizes are the same."""
+LARGE = 100.0
+"""Ratio above which no number is given."""
+REACHED = {state_name("overturned"): "overturned", state_name("uplifted"): "uplifted"}
+VERBS = {state_name("overturned"): "overturns", state_name("uplifted"): "uplifts"}
+
+
+def verb_of(state: str) -> str:
+    """The verb for a block that reaches a state, by the state's name: overturns, uplifts."""
+    return VERBS.get(state, f"reaches {state}")
+
+
+def reached_of(state: str) -> str:
+    """The past verb for a run that reached a state, by the state's name: overturned, uplifted."""
+    return REACHED.get(state, f"reached {state}")
+
+
+def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, state: str) -> list[str]:
+    """Notes on curves that rest on few runs, and on medians with wide intervals: one sentence each.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        As `fit_fragility` returns them; without ``median_lower`` there is no note on intervals.
+    reached, runs : xarray.DataArray
+        How many runs of each curve reached the state, and how many there are, on the dimensions of the curves.
+    state : str
+        Name of the state.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> curves = xr.Dataset({"status": ("block", ["separated"])}, {"block": ["shelf"]})
+    >>> curve_notes(curves, xr.DataArray([2], dims="block"), xr.DataArray([40], dims="block"), "overturning")
+    ['fewer than 5 runs overturned for the curve (shelf: 2 of 40): it rests on them; take more motions or higher \
+levels', 'data are separated for the curve (shelf): no two levels have both runs that overturned and runs that did \
+not, so the dispersion is a guess (penalised likelihood); take more motions or closer levels']
+    """
+    status = curves["status"]
+    reached, runs = (one.transpose(*status.dims) for one in (reached, runs))
+    found = []
+    did, stayed = reached_of(state), f"did not {_infinitive(state)}"
+    for few, number, what, cure in (
+        (reached, reached, did, "higher levels"),
+        (runs - reached, runs - reached, stayed, "lower levels"),
+    ):
+        here = (few.values < FEWEST) & (runs.values > 0)
+        if here.any():
+            of = [f"{int(a)} of {int(b)}" for a, b in zip(*_first(here, number.values, runs.values), strict=True)]
+            rest = "it rests" if here.sum() == 1 else "they rest"
+            found.append(
+                f"fewer than {FEWEST} runs {what} for {_how_many(here)} ({_listed(status, here, of)}): {rest} on them; "
+                f"take more motions or {cure}"
+            )
+    apart = status.values == SEPARATED
+    if apart.any():
+        found.append(
+            f"data are separated for {_how_many(apart)} ({_listed(status, apart)}): no two levels have both runs that "
+            f"{did} and runs that did not, so the dispersion is a guess (penalised likelihood); take more motions or "
+            "closer levels"
+        )
+    if "median_lower" in curves:
+        lower, upper = (curves[f"median_{end}"].transpose(*status.dims).values for end in ("lower", "upper"))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = upper / lower
+        wide = np.isfinite(curves["median"].transpose(*status.dims).values) & (ratio > WIDEST)
+        if wide.any():
+            of = [f"{one:.1f}" if one < LARGE else f"more than {LARGE:g}" for one in _first(wide, ratio)[0]]
+            found.append(
+                f"the interval of the median is wider than a factor of {WIDEST:g} for {_how_many(wide)} "
+                f"({_listed(status, wide, of)}): take more motions"
+            )
+    return found
+
+
+def crossing_notes(curves: xr.Dataset, observed: xr.Dataset) -> list[str]:
+    """A note on curves whose fitted median contradicts the observed probabilities: one sentence.
+
+    The level at which half of the runs reach the state is known without any curve: it lies between the level at which
+    the upper end of the interval of the observed probabilities passes 1/2 and the level at which the lower end does
+    (straight lines between levels, on a logarithmic axis; neither end falls as the level rises).
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        As `fit_fragility` returns them; without ``median_lower`` there is no note.
+    observed : xarray.Dataset
+        As `overturning_probability` returns them, on the dimensions of the curves and level.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> levels = ("level", [2.0, 4.0, 8.0], {"units": "m s-2"})
+    >>> ends = {"lower": ("level", [0.0, 0.45, 0.9]), "upper": ("level", [0.1, 0.55, 1.0])}
+    >>> curve = xr.Dataset({"median": 5.0, "median_lower": 4.9, "median_upper": 5.1})
+    >>> print(crossing_notes(curve, xr.Dataset(ends, {"level": levels}))[0][:72])
+    the median of the curve (the block: 0.51 g, observed 0.378 g to 0.441 g)
+    """
+    if "median_lower" not in curves:
+        return []
+    dims = curves["median"].dims
+    median, low, high = (curves[name].transpose(*dims).values for name in ("median", "median_lower", "median_upper"))
+    level = observed["level"]
+    ends = {name: observed[name].transpose(*dims, "level").values for name in ("lower", "upper")}
+    band = np.empty((*median.shape, 2))
+    for at in np.ndindex(median.shape):
+        # (outside the levels it is only known that the median lies below or above all of them)
+        first, last = (_half_at(level.values, ends[name][at]) for name in ("upper", "lower"))
+        band[at] = min(first, level.values[-1]), max(last, level.values[0])
+    with np.errstate(invalid="ignore"):
+        outside = np.isfinite(median) & ((high < band[..., 0]) | (low > band[..., 1]))
+    if not outside.any():
+        return []
+    of = [
+        f"{level_text(one, level)}, observed {_span(a, b, level)}"
+        for one, (a, b) in zip(*_first(outside, median, band), strict=True)
+    ]
+    return [
+        f"the median of {_how_many(outside)} ({_listed(curves['median'], outside, of)}) lies, with its interval, "
+        "outside what was observed: this form of curve does not follow the runs there; compare with form = "
+        '"isotonic", which follows any, before using it'
+    ]
+
+
+def _half_at(levels: Array, probability: Array) -> float:
+    """The level from which a probability stays at one half or more: -inf below the levels, inf above them."""
+    rising = np.maximum.accumulate(probability)
+    k = int(np.searchsorted(rising, 0.5))
+    if k == 0:
+        return -np.inf
+    if k == rising.size:
+        return np.inf
+    share = (0.5 - rising[k - 1]) / (rising[k] - rising[k - 1])
+    return float(levels[k - 1] * (levels[k] / levels[k - 1]) ** share)
+
+
+def _span(low: float, high: float, like: xr.DataArray) -> str:
+    if np.isinf(low):
+        return f"below {level_text(high, like)}"
+    if np.isinf(high):
+        return f"above {level_text(low, like)}"
+    return f"{level_text(low, like)} to {level_text(high, like)}"
+
+
+def rate_notes(rates: xr.Dataset, settled: xr.DataArray, hazard_end: float, levels_end: str, cure: str) -> list[str]:
+    """Notes on rates that come from shaking beyond the hazard curve or beyond the levels: one sentence each.
+
+    Parameters
+    ----------
+    rates : xarray.Dataset
+        As `Risk.of` returns them: ``rate``, ``rate_share_above``, ``rate_share_above_levels``.
+    settled : xarray.DataArray
+        The probability of each curve at the highest shaking that was run: where it is nearly 1, the curve is known.
+    hazard_end : float
+        The hazard curve's last level, SI, in the unit of the bins.
+    levels_end, cure : str
+        The name of the highest shaking that was run (the last level), and the advice (raise ida.levels.to).
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> shares = {"rate": [1e-4], "rate_share_above": [0.71], "rate_share_above_levels": [0.08]}
+    >>> rates = xr.Dataset(
+    ...     {name: ("block", values) for name, values in shares.items()},
+    ...     {"block": ["pedestal"], "bin": ("bin", [1.0], {"units": "m s-1"})},
+    ... )
+    >>> for note in rate_notes(rates, xr.DataArray([0.6], dims="block"), 1.6, "the last level", "raise ida.levels.to"):
+    ...     print(note[:88])
+    71 % of the annual rate of pedestal comes from shaking above the hazard curve's last lev
+    8 % of the annual rate of pedestal comes from shaking above the last level, where the cu
+    """
+    end = level_text(hazard_end, rates["bin"])
+    outside, beyond = rates["rate_share_above"], rates["rate_share_above_levels"]
+    found = []
+    for share, here, where in (
+        (
+            outside,
+            outside.values > NOTABLE,
+            f"above the hazard curve's last level ({end}), where only its last slope is known: give the curve at "
+            "higher levels",
+        ),
+        (
+            beyond,
+            (beyond.values > NOTABLE) & (settled.transpose(*beyond.dims).values < SETTLED),
+            f"above {levels_end}, where the curve is not known: {cure}",
+        ),
+    ):
+        if here.any():
+            shown = np.where(here, share.values, 0.0)
+            worst = tuple(int(i) for i in np.unravel_index(int(shown.argmax()), shown.shape))
+            more = int(here.sum()) - 1
+            least = given_percent(NOTABLE)
+            others = f" (and more than {least} of {more} other{'s' if more > 1 else ''})" if more else ""
+            found.append(
+                f"{whole_percent(shown[worst])} of the annual rate of {_name(share, worst)}{others} comes from shaking "
+                f"{where}"
+            )
+    if "rate_lower" in rates:
+        lower, upper = rates["rate_lower"].values, rates["rate_upper"].values
+        alike = np.isfinite(upper) & (lower == upper)
+        if alike.any():
+            found.append(
+                f"the interval of the annual rate has no width for {_how_many(alike)} "
+                f"({_listed(rates['rate'], alike)}): however motions are drawn from these the curve is the same, and "
+                "where it rises between two levels is not known; take closer levels and more motions"
+            )
+    return found
+
+
+def family_notes(curves: xr.Dataset, along: str) -> list[str]:
+    """A note for blocks that differ in more than the size that is solved for: one sentence, or none.
+
+    The blocks of a family with one free size share another size: all slendernesses of one R, all widths of one height.
+
+    Examples
+    --------
+    >>> blocks = {"width": ("block", [0.3, 0.4]), "height": ("block", [1.6, 1.9]), "R": ("block", [0.81, 0.97])}
+    >>> print(family_notes(xr.Dataset(coords=blocks), "width")[0][:75])
+    the size that is looked for is of blocks that differ in width, R and height
+    """
+    others = [name for name in ("alpha", "R", "width", "height") if name != along and name in curves.coords]
+    values = [np.asarray(curves[name].values, dtype=float) for name in others]
+    if not others or any(np.ptp(one) <= ALIKE * abs(one).max() for one in values):
+        return []
+    return [
+        f"the size that is looked for is of blocks that differ in {along}, {', '.join(others[:-1])}"
+        f"{' and ' if len(others) > 1 else ''}{others[-1]}: a number for them is of no block in particular; take a "
+        "family with one free size, such as widths of one height"
+    ]
+
+
+MOST_NAMED = 3
+
+
+def _infinitive(state: str) -> str:
+    return {"overturns": "overturn", "uplifts": "uplift"}.get(
+        verb_of(state), verb_of(state).replace("reaches", "reach")
+    )
+
+
+def _how_many(here: Flags) -> str:
+    return f"{int(here.sum()):,} of {here.size:,} curves" if here.size > 1 else "the curve"
+
+
+def _listed(like: xr.DataArray, here: Flags, said: list[str] | None = None) -> str:
+    """The names of the first curves where `here` is True, each with its text in `said`."""
+    every = np.argwhere(here)
+    names = [_name(like, tuple(int(i) for i in at)) for at in every[:MOST_NAMED]]
+    words = names if said is None else [f"{name}: {one}" for name, one in zip(names, said, strict=True)]
+    more = len(every) - MOST_NAMED
+    return "; ".join(words) + (f"; and {more:,} more" if more > 0 else "")
+
+
+def _first(here: Flags, *values: NDArray[Any]) -> list[NDArray[Any]]:
+    """The values of the curves that `_listed` names."""
+    return [one[here][:MOST_NAMED] for one in values]
+
+
+def _name(like: xr.DataArray, at: tuple[Any, ...]) -> str:
+    """The name of a curve: its block, law and floor, as far as the curves differ in them."""
+    labels = {str(dim): str(like[dim].values[i]) for dim, i in zip(like.dims, at, strict=True) if dim in like.coords}
+    alone = [dim for dim in labels if dim != "block" and like.sizes[dim] == 1]
+    text = labels.get("block", "the block")
+    if "model" in labels and "model" not in alone:
+        text += f" under {labels['model']}"
+    if "floor" in labels:
+        text += f", {floor_name(labels['floor'])}"
+    return text

@@ -1,0 +1,57 @@
+"""Names from files, made safe to display: no control characters; in figures no mathematics and no endless names."""
+
+from __future__ import annotations
+
+import unicodedata
+
+import numpy as np
+import xarray as xr
+
+REPLACEMENT = "\ufffd"
+# Marks that change the direction of the text that follows, beyond the name that holds them.
+_TURNING = {*range(0x202A, 0x202F), *range(0x2066, 0x206A)}
+LONGEST_LABEL = 60
+"""Most letters of a name in a figure: longer names are cut (tables hold them whole)."""
+NAMED = ("block", "model", "item", "place", "consequence", "floor", "motion_floor", "law")
+
+
+def clean(text: str) -> str:
+    r"""Return a text without control characters, lone surrogates and marks that turn its direction.
+
+    Examples
+    --------
+    >>> clean("a\x00b\u202ec") == "a\ufffdb\ufffdc"
+    True
+    """
+    return "".join(
+        REPLACEMENT
+        if (unicodedata.category(one) in ("Cc", "Cs") and one not in "\n\t") or ord(one) in _TURNING
+        else one
+        for one in text
+    )
+
+
+def drawable(results: xr.Dataset) -> xr.Dataset:
+    """Return results whose names any figure can draw: no mathematics, no control characters, short, all different."""
+    changed = {}
+    for name in NAMED:
+        if name in results.coords and results[name].dtype.kind in "OUT":
+            coordinate = results[name]
+            labels = [str(one) for one in np.atleast_1d(coordinate.values).ravel()]
+            short = {label: _short(label) for label in dict.fromkeys(labels)}
+            taken: dict[str, str] = {}
+            for label, one in short.items():
+                while one in taken:
+                    one = f"{one} ({len(taken)})"  # noqa: PLW2901 - until it is a name of its own
+                taken[one] = label
+            back = {label: one for one, label in taken.items()}
+            values = np.array([back[label] for label in labels], dtype=object).reshape(coordinate.shape)
+            changed[name] = (coordinate.dims, values, coordinate.attrs)
+    found = results.assign_coords(changed)
+    title = results.attrs.get("title")
+    return found if title is None else found.assign_attrs(title=clean(str(title))[:200].replace("$", r"\$"))
+
+
+def _short(label: str) -> str:
+    plain = " ".join(clean(label).split())
+    return (plain if len(plain) <= LONGEST_LABEL else f"{plain[: LONGEST_LABEL - 1]}…").replace("$", r"\$")

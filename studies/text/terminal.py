@@ -1,0 +1,73 @@
+"""Output of a command: on the terminal, or as plain lines where the output goes elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rich.cells import cell_len
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+GAP, EDGE = 3, 1
+"""Characters between the columns of a table (`rich.box.SIMPLE_HEAD`), and at its sides."""
+
+
+def say(console: Console, *lines: str) -> None:
+    """Print lines as they are: without markup, colours or line breaks."""
+    for line in lines:
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+def terminal(least: int = 100) -> Console:
+    """The console: of the terminal's width, or of at least `least` columns where the output goes elsewhere."""
+    console = Console()
+    return console if console.is_terminal else Console(width=max(least, console.width))
+
+
+def fitted(table: Table, width: int) -> Iterator[Table]:
+    """Yield a table that fits a width with its cells broken between words only, or else several tables of its columns.
+
+    Each of these tables begins with the first column.  A column that is too wide by itself may be broken anywhere.
+    """
+    cells = [[Text.from_markup(str(one)) for one in (column.header, *column.cells)] for column in table.columns]
+    most = [max(one.cell_len for one in column) for column in cells]
+    least = [
+        wide if column.no_wrap else max((cell_len(word) for one in own for word in one.plain.split(" ")), default=0)
+        for column, own, wide in zip(table.columns, cells, most, strict=True)
+    ]
+    first, *rest = range(len(cells))
+    group = [first]
+    for i in rest:
+        if len(group) > 1 and _width(least, [*group, i]) > width:
+            yield _part(table, group, least, most, width)
+            group = [first]
+        group.append(i)
+    yield _part(table, group, least, most, width)
+
+
+def _width(columns: list[int], group: list[int]) -> int:
+    """The width of a table of some columns, each but the last with a gap behind it, between two edges."""
+    return sum(columns[i] + GAP for i in group) - GAP + 2 * EDGE
+
+
+def _part(table: Table, group: list[int], least: list[int], most: list[int], width: int) -> Table:
+    """A table of a group of columns, each as wide as there is room for."""
+    title = table.title if table.title is None or group[:2] == [0, 1] else f"{table.title}, continued"
+    part = Table(title=title, box=table.box, pad_edge=table.pad_edge, title_justify=table.title_justify)
+    room = width - _width(least, group)
+    wanted = sum(most[i] - least[i] for i in group)
+    for i in group:
+        column = table.columns[i]
+        more = most[i] - least[i] if wanted <= room else max(0, room) * (most[i] - least[i]) // max(1, wanted)
+        part.add_column(
+            column.header,
+            justify=column.justify,
+            overflow=column.overflow,
+            no_wrap=column.no_wrap,
+            width=least[i] + more if room >= 0 else None,
+        )
+    columns = [list(table.columns[i].cells) for i in group]
+    for row, found in zip(table.rows, zip(*columns, strict=True), strict=True):
+        part.add_row(*found, end_section=row.end_section)
+    return part

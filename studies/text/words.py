@@ -1,0 +1,107 @@
+"""Names of measures, floors, inputs and axes for people: the same words in tables and in drawings.
+
+Nothing here draws, so that tables and messages load no plotting library.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
+from ...wording import value_text
+
+MEASURES = {
+    "pga": "PGA",
+    "pgv": "PGV",
+    "pgd": "PGD",
+    "arias": "Arias intensity",
+    "cav": "CAV",
+    "housner_intensity": "Housner intensity",
+    "pga_normalised": "PGA/(g tan α)",
+    "pgv_normalised": "p·PGV/(g tan α)",
+    "scale": "scale factor",
+}
+REFERENCE_LAW = "housner"
+INPUTS = {
+    "alpha": "α",
+    "alpha_factor": "α / nominal",
+    "R": "R",
+    "R_factor": "R / nominal",
+    "inertia_factor": "λ",
+    "e": "e",
+    "restitution_factor": "$e/e_R$",
+    "delta": "δ",
+    "zeta": "ζ",
+    "law": "damping law",
+    "model": "damping law",
+    "sample": "parameters",
+    "cm_height": "mass centre",
+}
+
+
+def display_unit(level: xr.DataArray) -> tuple[float, str]:
+    """Return the divisor that converts an SI level to its display unit, and that unit: g for accelerations, SI else."""
+    units = level.attrs.get("units", "1")
+    if units == ACCELERATION:
+        return STANDARD_GRAVITY, "g"
+    return 1.0, {VELOCITY: "m/s", "1": ""}.get(units, units)
+
+
+def level_text(value: float, like: xr.DataArray) -> str:
+    """A level with its display unit, to three digits."""
+    scale, unit = display_unit(like)
+    return f"{value / scale:.3g}{f' {unit}' if unit else ''}"
+
+
+def fractile_text(curve: xr.Dataset, p: float, scale: float) -> str:
+    """The level at which a curve reaches the probability p, divided by `scale`, with its interval."""
+    at = curve.sel(fraction=p)
+    value, low, high = (at[f"fractile{end}"].item() / scale for end in ("", "_lower", "_upper"))
+    return value_text(value, low, high)
+
+
+def axis_of(results: xr.Dataset) -> xr.DataArray:
+    """The measure on the axis of the curves: the levels, or for a cloud the intensity of each motion."""
+    return results["level"] if "level" in results.coords else results["intensity"]
+
+
+def axis_name(axis: xr.DataArray, default: str = "level") -> str:
+    """The label of an axis: the name of its quantity with the display unit."""
+    _, unit = display_unit(axis)
+    return f"{axis.attrs.get('long_name', default)}{f' ({unit})' if unit else ''}"
+
+
+def measure_name(label: str, power: float = 1.0) -> str:
+    """The written name of a measure; for a measure that grows with the square of the amplitude, its square root.
+
+    `power` is the exponent of the motion's amplitude in the measure.
+    """
+    if power == 2.0:
+        return f"√({measure_name(label)})"
+    if label.startswith("ground_"):
+        return f"{measure_name(label.removeprefix('ground_'))}, ground"
+    return MEASURES.get(label, label)
+
+
+def input_name(name: str) -> str:
+    """The written name of an uncertain input, or of a dimension of runs."""
+    return INPUTS.get(name, name)
+
+
+def floor_name(floor: int | str) -> str:
+    """The written name of a floor."""
+    return "ground" if str(floor) == "0" else f"floor {floor}"
+
+
+def reference_law(results: xr.Dataset) -> tuple[int, bool]:
+    """Return the position of the law that the answer is given for, and True if it is the reference of the field.
+
+    Where the reference (Housner's law) is not among the laws, the answer is given for the first law.
+    """
+    law = results.coords.get("law")
+    if law is not None and law.dims == ("model",):
+        found = np.flatnonzero(law.values == REFERENCE_LAW)
+        if found.size:
+            return int(found[0]), True
+    return 0, False

@@ -1,0 +1,324 @@
+"""The benchmark: its truth, the engine against that truth, the parts on a tiny configuration, the page and command."""
+
+import inspect
+import json
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from toppling.benchmarks import figures, flags, page, precision, scale, speed, suite, tables
+from toppling.benchmarks.measure import answers, errors, machine, seconds, truth_data, truth_of
+from toppling.benchmarks.problems import CASES, DT, HARD, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, problem, record
+from toppling.benchmarks.rivals import located_runge_kutta, newmark, runge_kutta
+from toppling.studies.command.cli import bench, main
+
+FEW = (LAWS[0], LAWS[7])
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class Missing:
+    """A rival whose package is not there."""
+
+    name: str = "absent 1e-6"
+
+    def available(self):
+        return "absent: No module named 'absent'"
+
+
+@dataclass(frozen=True)
+class Unable:
+    """A rival that has no means for any law."""
+
+    name: str = "one-law solver"
+
+    def available(self):
+        return ""
+
+    def handles(self, problem):
+        return False
+
+
+class TestTruth:
+    def test_is_that_of_these_problems(self):
+        data = truth_data()
+        assert list(data["law"].values) == [law.label for law in LAWS]
+        assert list(data["block"].values) == list(TRUTH_BLOCKS)
+        assert list(data["factor"].values) == list(TRUTH_FACTORS)
+        np.testing.assert_array_equal(data["record"].values, record())
+        np.testing.assert_allclose(np.diff(data["time"].values), DT)
+
+    def test_peaks_are_the_forty_digits(self):
+        data = truth_data()
+        for text, number in zip(data["peak"].values.ravel(), data["peak_rotation"].values.ravel(), strict=True):
+            assert len(text.partition("e")[0].replace(".", "").lstrip("-")) == 40
+            assert float(text) == number
+
+    def test_is_consistent(self):
+        data = truth_data()
+        fallen = data["overturned"].values.astype(bool)
+        np.testing.assert_array_equal(data["peak_rotation"].values == math.pi / 2.0, fallen)
+        assert 0.05 < fallen.mean() < 0.5
+        highest = np.abs(data["rotation"].values).max(axis=-1)
+        assert np.all(highest <= data["peak_rotation"].values * (1.0 + 1e-14))
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.label)
+def test_the_engine_is_right(law):
+    """All flags, and peaks and rotations as near as rounding and the motion's own sensitivity let them be.
+
+    (One run of Housner's linear geometry is at its threshold but for rounding; its true peak of 3e-49 rad is 0 here.)
+    """
+    truth = truth_of(law)
+    found = answers(law, None, record())
+    for b in range(len(TRUTH_BLOCKS)):
+        np.testing.assert_array_equal(found[b].overturned, truth.overturned[b])
+        assert np.all(np.abs(found[b].peak - truth.peak[b]) <= np.maximum(ROUNDING, 100.0 * truth.twin[b]))
+        apart = np.abs(found[b].rotation - truth.rotation[b]).max(axis=-1)
+        assert np.all(apart <= np.maximum(ROUNDING, 100.0 * truth.rotation_twin[b]))
+
+
+def test_errors_see_what_is_wrong():
+    law = LAWS[2]
+    found = answers(law, None, record())
+    right = errors(law, found)
+    stands = ~truth_of(law).overturned
+    assert right["wrong_flags"] == 0
+    assert right["flags"] == 16
+    b, j = np.argwhere(stands)[-1]
+    found[b].rotation[j, 7] += 0.01
+    found[b].overturned[j] = True
+    wrong = errors(law, found)
+    alpha = list(TRUTH_BLOCKS.values())[b].alpha
+    assert wrong["wrong_flags"] == 1
+    assert wrong["trajectory_max"] == pytest.approx(0.01 / alpha, rel=1e-6)
+    assert wrong["peak_max"] == right["peak_max"]
+    found[b].rotation[j, 7] = np.nan
+    assert errors(law, found)["trajectory_max"] is None
+
+
+def test_times_are_medians_of_each_task():
+    calls = []
+    ours, theirs = seconds([lambda: calls.append(0), lambda: sum(range(300_000))], 3)
+    assert 0.0 < ours < theirs < 1.0
+
+
+def test_the_engine_costs_less_than_five_steps_a_sample():
+    """Plain RK4 with dt/5 costs some thirty times as much: a margin that noise does not eat."""
+    from functools import partial
+
+    from toppling.benchmarks.measure import oscillators
+    from toppling.benchmarks.problems import problem
+    from toppling.models.runs import run_many
+
+    factors, law = np.linspace(0.05, 0.45, 64), LAWS[2]
+    engine = partial(run_many, oscillators(law, [HARD]), factors[None, :], record(), DT, skip=False)
+    rival = partial(runge_kutta(5).run, problem(HARD, law), record(), DT, factors, 0)
+    ours, theirs = seconds([engine, rival], 3)
+    assert ours < theirs
+
+
+@pytest.fixture(scope="module")
+def results():
+    """Every part on a tiny configuration."""
+    cases = {name: (blocks[:2], factors[-8:]) for name, (blocks, factors) in CASES.items()}
+    rivals = (runge_kutta(1), located_runge_kutta(5), Missing(), Unable())
+    rows = speed.speed((*FEW, LAWS[9]), cases, repeats=1)
+    blocks = CASES["B"][0][:2]
+    return {
+        "command": suite.command(suite.PARTS, False),
+        "full": False,
+        "machine": machine(),
+        "speed": {"rows": rows, "exact_over_linear": speed.exact_over_linear(rows)},
+        "skipping": speed.skipping(FEW, blocks, number=1, repeats=1),
+        "scale": scale.scale(sizes=(1_000,), share_runs=1_000, repeats=1),
+        "precision": precision.precision(FEW, rivals, timed=np.linspace(0.1, 0.4, 4)),
+        "flags": flags.flags(FEW, (runge_kutta(1), newmark(1)), blocks, number=3, levels=12),
+    }
+
+
+class TestParts:
+    def test_speed(self, results):
+        rows = results["speed"]["rows"]
+        assert [(row["law"], row["case"]) for row in rows] == [(a.label, c) for a in (*FEW, LAWS[9]) for c in "KB"]
+        assert all(row["share"] == pytest.approx(row["engine"] / row["yardstick"]) for row in rows)
+        assert [row["rigid"] for row in rows] == [False, False, True, True, True, True]
+        assert all(row["share_passing"] == row["share"] for row in rows if not row["rigid"])
+        assert all(row["share_passing"] > 0.0 for row in rows)
+        assert set(results["speed"]["exact_over_linear"]) == {"K", "B"}
+        assert all(ratio > 1.0 for ratio in results["speed"]["exact_over_linear"].values())
+
+    def test_skipping(self, results):
+        for row in results["skipping"]:
+            assert 0.0 < row["left_out_peaks"] <= row["left_out_flags"] < 1.0 - row["after_overturning"]
+
+    def test_scale(self, results):
+        assert [point["runs"] for point in results["scale"]["points"]] == [1_000]
+        for point in results["scale"]["points"]:
+            assert point["wall"] > 0.0
+            assert 5e7 < point["memory_before"] <= point["memory"] < 5e9
+        for name in ("peaks", "flags"):
+            assert 0.0 < results["scale"]["share"][name]["of_wall"] <= 1.05
+            assert 0.0 < results["scale"]["share"][name]["of_cpu"] <= 1.05
+        assert 0.2 < results["scale"]["share"]["cores"] < 2.2
+        assert results["scale"]["first"]["loading"] > 0.0
+
+    def test_a_process_that_dies_is_a_result(self, monkeypatch):
+        monkeypatch.setattr(scale, "_CHILD", "import sys; sys.exit('no memory left')")
+        assert scale._point_or_failure(7) == {
+            "runs": 7, "failed": "a measuring process ended with 1: no memory left"
+        }  # fmt: skip
+
+    def test_kernel_clock_counts_and_goes_away(self):
+        from toppling.models import runs as engine
+
+        kernel = engine.run_batch
+        with scale.KernelClock() as clock:
+            answers(LAWS[0], None, record())
+        assert clock.total > 0.0
+        assert engine.run_batch is kernel
+
+    def test_precision(self, results):
+        found = results["precision"]["found"]
+        engine = [row for row in found if row["name"] == "toppling"]
+        assert [row["law"] for row in engine] == [law.label for law in FEW]
+        for row in engine:
+            assert row["wrong_flags"] == 0
+            assert row["trajectory_max"] <= 1e-9
+        plain = [row for row in found if row["name"] == "RK4 dt"]
+        assert all(row["trajectory_max"] > 1e-3 for row in plain)
+
+    def test_a_rival_that_is_missing_is_named(self, results):
+        left_out = results["precision"]["left_out"]
+        assert [row["reason"] for row in left_out if row["name"] == "absent 1e-6"] == [Missing().available()]
+        assert sum(row["name"] == "one-law solver" for row in left_out) == len(FEW)
+        lines = tables.absences(left_out)
+        assert any("absent 1e-6: all laws, absent: No module named 'absent'" in line for line in lines)
+        assert any("one-law solver: 2 laws, has no means for this law" in line for line in lines)
+
+    def test_a_rival_that_is_dear_is_named(self, monkeypatch):
+        monkeypatch.setattr(precision, "ALLOWED", 0.0)
+        answer = precision.precision((LAWS[0],), (newmark(1),))
+        (row,) = answer["left_out"]
+        assert row["why"] == precision.DEAR
+        assert row["seconds"] > 0.0
+        assert "Newmark dt: 1 law, too dear" in tables.absences(answer["left_out"])[0]
+
+    def test_flags(self, results):
+        for row in results["flags"]:
+            assert row["runs"] == 2 * 3 * 12
+            assert 0.1 < row["overturned"] < 0.9
+            assert 0 <= row["falsely_overturned"] <= row["wrong"] <= row["runs"]
+
+    def test_levels_reach_from_standing_to_fallen(self):
+        levels = flags.levels_of(HARD)
+        assert levels.size == 40
+        assert np.all(np.diff(levels) > 0.0)
+
+
+class TestPage:
+    def test_holds_everything(self, results, tmp_path):
+        paths = page.write(json.loads(json.dumps(results, allow_nan=False)), tmp_path)
+        assert sorted(path.name for path in paths) == ["cost.png", "performance.md", "work_precision.png"]
+        text = (tmp_path / "performance.md").read_text(encoding="utf-8")
+        assert text.startswith("# How fast, and how right?\n\n*What does")
+        for words in ("`toppling bench`", results["machine"]["processor"], results["machine"]["numba"], "cost.png"):
+            assert words in text
+        for heading in ("Speed", "Skipping", "An analysis, end to end", "Work and precision", "Wrong verdicts"):
+            assert f"\n## {heading}\n" in text
+        assert "absent 1e-6: all laws" in text
+        assert "a step there, too" in text  # what the yardstick pays for
+        for law in FEW:
+            assert f"**{tables.short(law.label)}**" in text
+
+    @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.label)
+    def test_steps_at_rest_come_to_nothing(self, law):
+        """The yardstick, which steps at rest, too, and the RK4 that does not have the same runs."""
+        factors = np.linspace(0.05, 0.45, 6)
+        one, other = (
+            rival.run(problem(HARD, law), record(), DT, factors, 1) for rival in (speed.YARDSTICK, speed.PASSING)
+        )
+        for a, b in zip(one, other, strict=True):
+            np.testing.assert_array_equal(a, b)
+
+    def test_says_what_is_missed(self, results):
+        rows = [dict(row, share=0.9) for row in results["speed"]["rows"]]
+        changed = {**results, "speed": {"rows": rows, "exact_over_linear": {"K": 12.3, "B": 4.0}}}
+        text = page.text(changed)
+        assert "met by 0 of 2 laws; **missed** by discrete (0.900)" in text
+        assert "12.3 in case K, 4.0 in case B (target 10: **missed**)" in text
+        rows = [dict(row, share=0.1) for row in results["speed"]["rows"]]
+        text = page.text({**results, "speed": {"rows": rows, "exact_over_linear": {"K": 2.0}}})
+        assert "met by 2 of 2 laws." in text
+        assert "(target 10: met)" in text
+
+    @pytest.mark.parametrize(
+        ("of_wall", "cores", "said"),
+        [
+            (0.9, 1.0, "85.0 %: met)"),
+            (0.6, 1.98, "85.0 %: **missed**)"),
+            (0.4, 1.0, "left two equal tasks 1.00 of 2 cores)"),
+        ],
+    )
+    def test_a_shared_machine_is_no_verdict(self, results, of_wall, cores, said):
+        one = {"of_wall": of_wall, "of_cpu": 0.92, "cores": cores, "wall": 1.0}
+        share = {"runs": 100_000, "cores": cores, "peaks": one, "flags": one}
+        text = page.text({**results, "scale": {**results["scale"], "share": share}})
+        assert said in text
+        assert "92.0 % were the engine's" in text
+
+    def test_of_one_part(self, results, tmp_path):
+        one = {name: results[name] for name in ("command", "full", "machine", "skipping")}
+        assert [path.name for path in page.write(one, tmp_path)] == ["performance.md"]
+        assert "## Speed" not in (tmp_path / "performance.md").read_text(encoding="utf-8")
+
+    def test_short_names_tell_laws_apart(self):
+        assert len({tables.short(law.label) for law in LAWS}) == len(LAWS)
+        assert tables.short(LAWS[9].label) == "housner geometry=exact"
+
+    def test_figures_name_every_integrator(self, results):
+        figure = figures.work_precision(results["precision"]["found"], [FEW[0].label])
+        (legend,) = figure.legends
+        assert [entry.get_text() for entry in legend.get_texts()] == ["toppling", "RK4", "RK4 with events"]
+
+    @pytest.mark.parametrize(
+        ("value", "shown"), [(0.0, "0"), (None, "diverges"), (3.4e-13, "3e-13"), (7.85, "8"), (0.012, "1e-2")]
+    )
+    def test_errors_are_short(self, value, shown):
+        assert tables.error(value) == shown
+
+
+class TestCommand:
+    def test_writes_and_prints(self, tmp_path, capsys, monkeypatch, results):
+        monkeypatch.setitem(suite._MEASURES, "skipping", lambda full: results["skipping"])
+        assert main(["bench", "--parts", "skipping", "--out", str(tmp_path / "new")]) == 0
+        printed = capsys.readouterr().out
+        assert "What skipping saves" in printed
+        assert "`toppling bench --parts skipping`" in (tmp_path / "new" / "performance.md").read_text(encoding="utf-8")
+
+    def test_json(self, tmp_path, capsys, monkeypatch, results):
+        monkeypatch.setitem(suite._MEASURES, "flags", lambda full: results["flags"] if full else None)
+        assert main(["bench", "--parts", "flags", "--full", "--json", "--out", str(tmp_path)]) == 0
+        printed = json.loads(capsys.readouterr().out)
+        assert printed["command"] == "toppling bench --parts flags --full"
+        assert printed["flags"] == json.loads(json.dumps(results["flags"]))
+
+    @pytest.mark.parametrize("parts", ["nonsense", "speed,nonsense", ","])
+    def test_a_part_that_does_not_exist(self, parts, tmp_path, capsys):
+        assert main(["bench", "--parts", parts, "--out", str(tmp_path)]) == 2
+        said = capsys.readouterr().err
+        assert said.startswith(f"toppling: --parts {parts}: ")
+        assert said.count("\n") == 1
+        assert "speed, skipping, scale, precision, flags" in said
+
+    def test_a_folder_that_cannot_be_written(self, tmp_path, capsys):
+        (tmp_path / "file").write_text("")
+        assert main(["bench", "--parts", "skipping", "--out", str(tmp_path / "file")]) == 2
+        assert "cannot be written" in capsys.readouterr().err
+
+    def test_parts_run_in_one_order(self):
+        assert suite.parts_of("flags, speed,flags") == ["speed", "flags"]
+        assert suite.command(suite.PARTS, True) == "toppling bench --full"
+        assert inspect.signature(bench).parameters["parts"].default == ",".join(suite.PARTS)

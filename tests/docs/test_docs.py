@@ -1,0 +1,375 @@
+"""The documentation: every block of code runs, every number is of today, every link of the built site leads on."""
+
+import doctest
+import importlib
+import importlib.util
+import inspect
+import re
+import shlex
+import sys
+from collections import Counter
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import unquote, urlsplit
+
+import browser
+import pytest
+
+from toppling.studies.command.cli import main as command
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+BUILT = DOCS / "_build" / "html"
+MADE = {"_build", "_made"}
+PAGES = sorted(
+    str(path.relative_to(ROOT))
+    for path in [*ROOT.glob("*.md"), *DOCS.rglob("*.md")]
+    if not MADE & set(path.relative_to(ROOT).parts)
+)
+SLOW = {"docs/motions.md", "docs/tutorials/engineer.md", "docs/tutorials/researcher.md", "docs/tutorials/owner.md"}
+"""Pages whose code takes many seconds."""
+NOT_RUN = {"docs/scaling.md": 2}
+"""Python blocks marked no-run, by page: two kinds of cluster."""
+COMMANDS_NOT_RUN = {
+    # what is not there: records, studies and results of the reader's own, a cluster
+    "toppling run my_study.toml --out results/mine",
+    "toppling motions records/*.AT2",
+    "toppling simulate --width 40cm --height 1.8m records/RSN1.AT2 --scale 1.5 --law discrete --e 0.9",
+    "toppling report results/risk/results.nc",
+    "toppling report results/clinic/results.nc",
+    "toppling run my_study.toml --dry-run",
+    "toppling status results/mine",
+    "toppling run my_study.toml --out results/mine --scheduler tcp://10.0.0.1:8786",
+    "toppling run STUDY.toml --dry-run",
+    "toppling run STUDY.toml --out results/big",
+    "toppling status results/big",
+    "toppling run STUDY.toml --out results/big --fresh",
+    "toppling run STUDY.toml --out results/big --scheduler tcp://10.0.0.1:8786",
+    "toppling export results/risk/results.nc --format pelicun",
+    "toppling export results/risk/results.nc --format nrml",
+    "toppling export results/risk/results.nc --format csv",
+    # minutes, on a machine at rest
+    "toppling bench --out results/bench",
+}
+"""Commands that pages show and no test runs; any other is run, studies with --dry-run."""
+LANGUAGES = {"python", "pycon", "sh", "toml", "text", "console", "json"}
+DIRECTIVES = {"{toctree}", "{include}", "{eval-rst}", "{math}"}
+
+
+class Block(NamedTuple):
+    """A fenced block: its info string in words, its text, its first line."""
+
+    info: list[str]
+    text: str
+    line: int
+
+
+def blocks_of(text):
+    found, opened = [], None
+    for number, line in enumerate(text.splitlines(), 1):
+        fence = re.match(r"^\s*(`{3,})(.*)$", line)
+        if opened is None and fence:
+            opened = Block(fence[2].split(), "", number)
+            lines, ticks = [], fence[1]
+        elif opened is not None and fence and fence[1] == ticks and not fence[2].strip():
+            found.append(opened._replace(text="\n".join(lines) + "\n"))
+            opened = None
+        elif opened is not None:
+            lines.append(line)
+    assert opened is None, "a fence is not closed"
+    return found
+
+
+def read(page):
+    return blocks_of((ROOT / page).read_text(encoding="utf-8"))
+
+
+def load(name):
+    specification = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
+    module = importlib.util.module_from_spec(specification)
+    sys.modules[name] = module
+    specification.loader.exec_module(module)
+    return module
+
+
+def code_of(page):
+    return [one for one in read(page) if one.info[:1] in (["python"], ["pycon"])]
+
+
+def test_the_extractor_sees_blocks():
+    text = "a\n```python\nx = 1\n```\n````text\n```python\n```\n````\n```python no-run\ny\n```\n"
+    found = blocks_of(text)
+    assert [(one.info, one.line) for one in found] == [(["python"], 2), (["text"], 5), (["python", "no-run"], 9)]
+    assert found[0].text == "x = 1\n"
+    with pytest.raises(AssertionError, match="not closed"):
+        blocks_of("```python\n")
+
+
+def test_every_block_says_what_it_is():
+    """A block without a language would not be looked at."""
+    for page in PAGES:
+        for one in read(page):
+            assert one.info, f"{page}:{one.line} has a block without a language"
+            assert one.info[0] in LANGUAGES | DIRECTIVES, f"{page}:{one.line}: {one.info[0]}"
+            assert one.info[1:] in ([], ["no-run"]) or one.info[0] in DIRECTIVES, f"{page}:{one.line}: {one.info}"
+
+
+def test_blocks_that_do_not_run_are_counted():
+    found = Counter(page for page in PAGES for one in read(page) if "no-run" in one.info)
+    assert found == {page: number for page, number in NOT_RUN.items() if (ROOT / page).is_file()}
+    # pages that are made of another carry its marks
+    for source in DOCS.rglob("*.md.in"):
+        marked = sum("no-run" in one.info for one in blocks_of(source.read_text(encoding="utf-8")))
+        assert marked == NOT_RUN.get(str(source.with_suffix("").relative_to(ROOT)), 0), source.name
+
+
+@pytest.fixture
+def reader(tmp_path, monkeypatch):
+    """A reader's folder: the repository's examples, room for results, nothing else."""
+    (tmp_path / "studies").symlink_to(ROOT / "studies", target_is_directory=True)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def small_office(folder):
+    """Results of the README's study, of five motions."""
+    text = (ROOT / "studies/examples/office.toml").read_text(encoding="utf-8")
+    small, changes = re.subn(r"^number = \d+$", "number = 5", text, flags=re.MULTILINE)
+    assert changes == 1
+    (folder / "office.toml").write_text(small, encoding="utf-8")
+    assert command(["run", "office.toml", "--out", "results/office"]) == 0
+
+
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=[pytest.mark.slow] if page in SLOW else []) for page in PAGES if code_of(page)],
+)
+def test_code_runs(page, reader):
+    """The Python of a page, block by block in one namespace, as a reader would type it."""
+    names = {"__name__": "__main__"}
+    chosen = [one for one in code_of(page) if "no-run" not in one.info]
+    if any("results/office/results.nc" in one.text for one in chosen):
+        small_office(reader)
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    for one in chosen:
+        if one.info[0] == "python":
+            # numbered as in the page, so that an error names its line there
+            exec(compile("\n" * one.line + one.text, page, "exec"), names)
+        else:
+            test = doctest.DocTestParser().get_doctest(one.text, names, page, page, one.line)
+            runner.run(test, clear_globs=False)
+            names.update(test.globs)
+    assert runner.summarize(verbose=False).failed == 0
+
+
+def commands_of(page):
+    found = []
+    for one in read(page):
+        if one.info[:1] == ["sh"]:
+            for line in one.text.splitlines():
+                words = shlex.split(line, comments=True)
+                if words and words[0].rpartition("/")[2] == "toppling":
+                    found.append(["toppling", *words[1:]])
+    return found
+
+
+ALL_COMMANDS = sorted({tuple(one) for page in PAGES for one in commands_of(page)})
+QUICK_WORDS = {"catalogue", "studies/examples/office.toml", "studies/examples/risk.toml"}
+"""Commands with one of these take a second or two; the others make many motions even to say what they would take."""
+RUN_COMMANDS = [one for one in ALL_COMMANDS if " ".join(one) not in COMMANDS_NOT_RUN]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [pytest.param(one, marks=[] if set(one) & QUICK_WORDS else [pytest.mark.slow]) for one in RUN_COMMANDS],
+    ids=" ".join,
+)
+def test_commands_run(words, reader, capsys):
+    """Commands of the pages, as they are; studies say what they would take."""
+    arguments = list(words[1:])
+    if arguments[0] == "run" and "--dry-run" not in arguments:
+        arguments.append("--dry-run")
+    assert command(arguments) == 0, capsys.readouterr().err
+
+
+def test_commands_not_run_are_shown_somewhere():
+    shown = {" ".join(one) for one in ALL_COMMANDS}
+    assert shown >= COMMANDS_NOT_RUN
+    assert len(RUN_COMMANDS) >= 8
+
+
+@pytest.mark.parametrize("page", ["law", "generator", "estimator"])
+def test_extensions_are_short(page):
+    first = next(one for one in code_of(f"docs/extend/{page}.md") if one.info[0] == "python")
+    assert len(first.text.splitlines()) < 50
+
+
+class TestValidation:
+    made = load("validation")
+    kept = (DOCS / "validation.md").read_text(encoding="utf-8")
+    # sections that take a blink
+    QUICK = ("block", "laws", "validity", "fragility", "risk", "floors", "criteria")
+
+    def compare(self, sections):
+        ours = self.made.compute(sections)
+        table = [one for one in self.made.numbers() if one.key in ours]
+        assert len(table) == len({one.key for one in table})
+        for one in table:
+            assert one.agrees(ours[one.key]) != (one.key in self.made.DIFFERENT), (one.key, ours[one.key])
+            assert f"| {one.what} | {one.published}" in self.kept
+            assert f"| {self.made.shown(one, ours[one.key])} |" in self.kept, one.key
+        return table
+
+    def test_quick_numbers(self):
+        assert len(self.compare(self.QUICK)) > 35
+
+    @pytest.mark.slow
+    def test_all_numbers(self):
+        assert len(self.compare(tuple(self.made.OURS))) == len(self.made.numbers())
+
+    @pytest.mark.slow
+    def test_probabilities(self):
+        assert "**" not in self.made.yim() + self.made.spurious()
+
+    def test_every_section_is_on_the_page(self):
+        assert {one.section for one in self.made.numbers()} == set(self.made.SECTIONS)
+        for title in self.made.SECTIONS.values():
+            assert f"## {title}\n" in self.kept
+        assert "**" not in self.kept
+
+    def test_the_comparison_can_fail(self):
+        one = next(number for number in self.made.numbers() if number.key == "peak_1")
+        assert one.agrees(0.4014344)
+        assert not one.agrees(0.4014346)
+
+
+class TestApi:
+    pages = load("made_pages")
+
+    @pytest.mark.parametrize("package", pages.PACKAGES)
+    def test_every_public_name_is_on_its_page_once(self, package):
+        """It resolves, and has a docstring of its own or is a value."""
+        module = importlib.import_module(package)
+        text = self.pages.api_page(package, "about")
+        for name in set(module.__all__) - self.pages.ELSEWHERE.get(package, set()):
+            assert len(re.findall(rf"[ .~]{name}$", text, re.MULTILINE)) == 1, name
+            one = getattr(module, name)
+            if inspect.isclass(one) or inspect.isroutine(one):
+                # (a dataclass without a docstring gets its signature for one)
+                assert one.__doc__, name
+                assert not one.__doc__.startswith(f"{name}("), name
+
+    def test_no_name_is_described_twice(self):
+        """Each of the other pages describes what no other describes; that of `toppling` only refers to them."""
+        places = [place for place in (*self.pages.PACKAGES, *self.pages.MODULES) if place != "toppling"]
+        found = Counter(
+            id(getattr(importlib.import_module(place), name)) for place in places for name in self.pages.names_of(place)
+        )
+        assert set(found.values()) == {1}
+
+    def test_every_name_of_toppling_has_a_home(self):
+        for name in self.pages.names_of("toppling"):
+            assert self.pages.home_of(name), name
+        assert self.pages.home_of("Block") == "toppling.models"
+
+    def test_modules_beside_the_packages(self):
+        for module in self.pages.MODULES:
+            names = self.pages.names_of(module)
+            assert names
+            for name in names:
+                one = getattr(importlib.import_module(module), name)
+                assert inspect.getdoc(one), name
+
+    def test_the_key_reference_is_of_the_schema(self):
+        if importlib.util.find_spec("toppling.studies.file.reference"):
+            assert "`width_m`" in self.pages.study_file_page()
+
+
+class Page(HTMLParser):
+    """Targets and links of a page."""
+
+    def __init__(self):
+        super().__init__()
+        self.ids, self.links = set(), []
+
+    def handle_starttag(self, tag, attrs):
+        values = dict(attrs)
+        self.ids |= {values[name] for name in ("id", "name") if values.get(name)}
+        for name in ("href", "src"):
+            if values.get(name) is not None and (tag, values.get("rel")) != ("link", "canonical"):
+                self.links.append(values[name])
+
+
+FITS = """(async () => {
+  await window.MathJax?.startup?.promise;
+  const pictures = [...document.querySelectorAll("article img")];
+  // (the theme lets the whole article scroll: that is too wide, too)
+  const frames = [document.documentElement, ...document.querySelectorAll(".bd-main, .bd-article-container")];
+  return [
+    Math.max(...frames.map(one => one.scrollWidth - one.clientWidth)),
+    pictures.filter(one => one.complete && !one.naturalWidth || !one.hasAttribute("alt")).map(one => one.src),
+    [...document.querySelectorAll("article .math")].filter(one => !one.querySelector("mjx-container")
+      || one.querySelector("[data-mml-node=merror], mjx-merror")).map(one => one.textContent.slice(0, 60)),
+  ];
+})()"""
+"""How much wider than the screen, pictures that are not there or have no words, formulas that did not come out."""
+
+
+@pytest.mark.skipif(not (BUILT / "index.html").is_file(), reason="the site is not built: `make docs`")
+class TestBuiltSite:
+    @pytest.fixture(scope="class")
+    @staticmethod
+    def pages():
+        found = {}
+        for path in BUILT.rglob("*.html"):
+            if "_static" in path.parts:  # templates of the theme
+                continue
+            found[path] = Page()
+            found[path].feed(path.read_text(encoding="utf-8"))
+        return found
+
+    def test_no_link_is_broken(self, pages):
+        broken, seen = [], 0
+        for path, page in pages.items():
+            for link in page.links:
+                parts = urlsplit(link)
+                if parts.scheme or parts.netloc or (link.startswith(("#", "data:")) and link == "#"):
+                    continue
+                seen += 1
+                target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+                target = target / "index.html" if target.is_dir() else target
+                anchor = unquote(parts.fragment)
+                if not target.is_file() or (anchor and target in pages and anchor not in pages[target].ids):
+                    broken.append(f"{path.relative_to(BUILT)}: {link}")
+        assert seen > 1000
+        assert not broken, "\n".join(sorted(set(broken))[:40])
+
+    def test_nothing_is_fetched_from_elsewhere(self, pages):
+        """Scripts, styles and pictures are of the site itself."""
+        for path, page in pages.items():
+            for link in page.links:
+                if urlsplit(link).netloc and re.search(r"\.(js|css|png|svg|woff2?)($|\?)", link):
+                    raise AssertionError(f"{path.relative_to(BUILT)} fetches {link}")
+
+    @pytest.mark.slow
+    @pytest.mark.skipif(browser.CHROMIUM is None, reason="no Chromium")
+    def test_pages_fit_a_telephone(self, pages):
+        """No page is wider than the screen, pictures and formulas come out; of the API one page in ten."""
+        api = sorted(path for path in pages if "objects" in path.parts)
+        chosen = [path for path in pages if path not in api] + api[::10]
+        opened, wrong = browser.Browser(), []
+        try:
+            for path in chosen:
+                wide, unnamed, formulas = opened.see(path, 380, FITS).value
+                if wide or unnamed or formulas:
+                    wrong.append(f"{path.relative_to(BUILT)}: {wide} px too wide, {unnamed}, {formulas}")
+        finally:
+            opened.close()
+        assert len(chosen) > 50
+        assert not wrong, "\n".join(wrong)
+
+    def test_every_page_of_the_sources_is_there(self):
+        for page in PAGES:
+            if page.startswith("docs/"):
+                assert (BUILT / page.removeprefix("docs/")).with_suffix(".html").is_file(), page

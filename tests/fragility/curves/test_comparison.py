@@ -1,0 +1,82 @@
+"""Curves against published ones, and the law between medians and sizes."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from toppling.fragility import median_ratio, size_regression
+from toppling.fragility.curves import published
+
+
+def curves(median, lower, upper, im="pgv"):
+    names = {"median": median, "median_lower": lower, "median_upper": upper}
+    return xr.Dataset(
+        {name: (("block", "model"), np.array(values)[:, None], {"units": "m s-1"}) for name, values in names.items()},
+        {"block": [f"b{i}" for i in range(len(median))], "model": ["m"]},
+        {"im": im},
+    )
+
+
+class TestMedianRatio:
+    def test_verdicts(self):
+        """Each by hand: within 15 %, above, below, across 1, no estimate, across the margin but above 1."""
+        found = curves(
+            [1.0, 1.5, 0.6, 1.0, np.nan, 1.1], [0.9, 1.3, 0.5, 0.7, np.nan, 1.05], [1.1, 1.7, 0.7, 1.4, np.nan, 1.3]
+        )
+        known = xr.Dataset(
+            {"median": ("block", np.ones(6), {"units": "m s-1"})}, {"block": found.block.values}, {"im": "pgv"}
+        )
+        result = median_ratio(found, known)
+        assert result.verdict.values[:, 0].tolist() == ["right", "safe", "unsafe", "open", "open", "safe"]
+        np.testing.assert_array_equal(result.ratio.values[:, 0], found["median"].values[:, 0])
+
+    def test_only_blocks_in_common_and_in_their_own_order(self):
+        found = curves([2.0, 3.0], [1.9, 2.9], [2.1, 3.1])
+        known = xr.Dataset(
+            {"median": ("block", [9.0, 1.5, 1.0], {"units": "m s-1"})}, {"block": ["x", "b1", "b0"]}, {"im": "pgv"}
+        )
+        assert median_ratio(found, known).ratio.values[:, 0].tolist() == [2.0, 2.0]
+
+    def test_wrong_arguments(self):
+        found = curves([1.0], [0.9], [1.1])
+        with pytest.raises(ValueError, match="measure of the curves, 'pgv', got 'pga'"):
+            median_ratio(found, curves([1.0], [0.9], [1.1], im="pga"))
+        with pytest.raises(ValueError, match="blocks in common"):
+            median_ratio(found, published.fema_p58())
+        with pytest.raises(ValueError, match="margin must be"):
+            median_ratio(found, found, margin=0.0)
+
+
+class TestSizeRegression:
+    def test_fema_p58_own_law(self):
+        """The coefficients that formulas.md and published.py give, to their two decimals."""
+        found = size_regression(published.fema_p58())
+        np.testing.assert_allclose(found.coefficient, [1.0535, 1.4802, -1.0740], atol=6e-5)
+        assert float(found.scatter) < 0.03
+
+    def test_replicates(self):
+        """An exact law in every replicate: the interval is that of the replicates' own exponents."""
+        rng = np.random.default_rng(1)
+        B, H = rng.uniform(0.3, 0.8, 7), rng.uniform(0.6, 2.2, 7)
+        b = np.linspace(1.4, 1.6, 201)
+        sample = np.exp(b[None] * np.log(B)[:, None]) / H[:, None]
+        data = xr.Dataset(
+            {"median": ("block", B**1.5 / H), "median_sample": (("block", "replicate"), sample)},
+            {"width": ("block", B), "height": ("block", H)},
+        )
+        found = size_regression(data, 0.9)
+        np.testing.assert_allclose(found.coefficient, [0.0, 1.5, -1.0], atol=1e-12)
+        np.testing.assert_allclose(found.coefficient_lower.sel(term="width"), np.quantile(b, 0.05), rtol=1e-12)
+        np.testing.assert_allclose(found.coefficient_upper.sel(term="width"), np.quantile(b, 0.95), rtol=1e-12)
+        assert float(found.scatter) < 1e-12
+
+    def test_a_block_without_a_median(self):
+        data = published.fema_p58()
+        data["median"] = data["median"].where(np.arange(9) != 3)
+        assert np.isnan(size_regression(data).coefficient).all()
+
+    def test_wrong_arguments(self):
+        with pytest.raises(ValueError, match="at least 4 blocks, got 3"):
+            size_regression(published.fema_p58().isel(block=slice(3)))
+        with pytest.raises(ValueError, match="tell width from height"):
+            size_regression(published.fema_p58().isel(block=slice(4)))

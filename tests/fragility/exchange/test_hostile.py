@@ -1,0 +1,367 @@
+"""Hostile curves and files: one sentence each, nothing else, and nothing written or run that was not asked for."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+import xarray as xr
+from exchange_cases import FORMATS, isotonic, lognormal, there_and_back, uplifting
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from repeatable import REPEATABLE
+
+from toppling.fragility import (
+    ExchangeError,
+    read_curve_csv,
+    read_nrml,
+    read_pelicun,
+    write_curve_csv,
+    write_nrml,
+    write_pelicun,
+)
+from toppling.fragility.exchange.curve_csv import _guarded, _unguarded
+
+
+def unsure(**changes):
+    return lognormal().assign_attrs(changes)
+
+
+def times(curves, factor):
+    return curves.assign(median=(curves["median"].dims, curves["median"].values * factor, curves["median"].attrs))
+
+
+REFUSED = [
+    (lambda f: write_pelicun(uplifting(), f / "t.csv"), "pelicun takes lognormal curves, got uplift-lognormal ones"),
+    (lambda f: write_pelicun(isotonic(), f / "t.csv"), "pelicun takes lognormal curves, got isotonic ones"),
+    (lambda f: write_pelicun(lognormal(), f / "t.json"), "must not be named .json"),
+    (lambda f: write_pelicun(unsure(im=""), f / "t.csv"), "pelicun has no demand for a measure without a name"),
+    (lambda f: write_pelicun(unsure(im="cav"), f / "t.csv"), "curves of cav must be in m s-1, got 'm s-2'"),
+    (lambda f: write_pelicun(unsure(im="Sa(1.0, 0.02)"), f / "t.csv"), "pelicun has no demand for Sa.1.0, 0.02.*5 %"),
+    (lambda f: write_pelicun(unsure(im="Sa(1.0)", im_at="ground"), f / "t.csv"), "for Sa.1.0. of the ground"),
+    (lambda f: write_nrml(unsure(im="AvgSa(0.2 0.5)"), f / "t.xml"), "OpenQuake has no measure for AvgSa"),
+    (
+        lambda f: write_nrml(lognormal(floors=(0, 2)), f / "t.xml"),
+        "ground's shaking alone, and pga is that of floor 2",
+    ),
+    (lambda f: write_nrml(lognormal().assign_coords(floor="4"), f / "t.xml"), "that of floor 4"),
+    (lambda f: write_nrml(times(lognormal(), np.nan), f / "t.xml"), "none of 8 curves has one"),
+    (lambda f: write_nrml(lognormal(), f / "no" / "t.xml"), "cannot be written .No such file"),
+    (lambda f: write_nrml(lognormal(), f / "t.xml", tail=0.5), "tail must be finite and >= 1e-09 and <= 0.01"),
+    (lambda f: write_curve_csv(lognormal()["median"], f / "t"), "must be a dataset of fragility curves, got DataArray"),
+    (lambda f: write_curve_csv(xr.Dataset(), f / "t"), "lognormal curves must hold median and dispersion, got nothing"),
+    (lambda f: write_curve_csv(unsure(form="weibull"), f / "t.csv"), "form of curves must be one of lognormal"),
+    (lambda f: write_curve_csv(times(lognormal(), -1.0), f / "t.csv"), "median must be finite and > 0, got -"),
+    (lambda f: write_curve_csv(times(lognormal(), np.inf), f / "t.csv"), "median must be finite and > 0, got inf"),
+    (lambda f: write_curve_csv(isotonic().isel(level=[1, 0]), f / "t.csv"), "levels must be strictly increasing"),
+    (lambda f: write_curve_csv(isotonic().drop_vars("level"), f / "t.csv"), "probability of curves must lie on level"),
+    (lambda f: write_curve_csv(lognormal(), 5), "path must be a path, got int"),
+    (lambda f: read_pelicun(f / "none.csv"), "none.csv: no such file"),
+    (read_pelicun, "not a file"),
+    (lambda _: read_nrml(5), "path must be a path, got int"),
+]
+
+
+@pytest.mark.parametrize(("call", "message"), REFUSED, ids=range(len(REFUSED)))
+def test_refusals_are_one_sentence(call, message, tmp_path):
+    with pytest.raises((ValueError, TypeError), match=message) as caught:
+        call(tmp_path)
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_failed_write_leaves_what_was_there(name, tmp_path, monkeypatch):
+    write, _, file = FORMATS[name]
+    (tmp_path / file).write_text("before")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pathlib.Path.replace", full)
+    with pytest.raises(ExchangeError, match=r"cannot be written \(No space left"):
+        write(lognormal(), tmp_path / file)
+    assert [path.name for path in tmp_path.iterdir()] == [file]
+    assert (tmp_path / file).read_text() == "before"
+
+
+def test_partly_missing_probabilities_are_an_error(tmp_path):
+    curves = isotonic()
+    curves["probability"][0, 0, 2] = np.nan
+    with pytest.raises(ValueError, match="probabilities must lie between 0 and 1"):
+        write_nrml(curves, tmp_path / "t.xml")
+    curves["probability"][0, 0, 2] = 0.05
+    with pytest.raises(ValueError, match="must not decrease"):
+        write_nrml(curves, tmp_path / "t.xml")
+
+
+NRML = '<nrml xmlns="http://openquake.org/xmlns/nrml/0.5">{}</nrml>'
+MODEL = NRML.format(
+    '<fragilityModel id="m" assetCategory="c" lossCategory="c"><description>d</description>'
+    "<limitStates>fall</limitStates>{}</fragilityModel>"
+)
+FUNCTION = (
+    '<fragilityFunction id="f" format="continuous" shape="logncdf">'
+    '<imls imt="PGA" minIML="0.1" maxIML="2" noDamageLimit="0.1"/>'
+    '<params ls="fall" mean="0.5" stddev="0.2"/></fragilityFunction>'
+)
+BAD_XML = [
+    (
+        '<!DOCTYPE lolz [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]>' + NRML.format("&b;"),
+        "has a document type",
+    ),
+    ('<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]>' + NRML.format("&e;"), "has a document type"),
+    ('<!DOCTYPE nrml SYSTEM "http://127.0.0.1/x.dtd">' + MODEL.format(FUNCTION), "has a document type"),
+    (MODEL.format("&undefined;"), "line 1: no XML .undefined entity"),
+    (NRML.format("<a>" * 50 + "</a>" * 50), "deeper than 12"),
+    ("<nrml/>", "must be nrml of http://openquake.org/xmlns/nrml/0.5, got 'nrml' of no namespace"),
+    (NRML.replace("0.5", "0.4").format(""), "got 'nrml' of http://openquake.org/xmlns/nrml/0.4"),
+    (NRML.format("<exposureModel/>"), "nrml must hold one fragilityModel, got 0"),
+    ("no xml", "no XML"),
+    ('<?xml version="1.0" encoding="x-nothing"?><a/>', "its encoding cannot be read"),
+    (MODEL.format(""), "holds no curves"),
+    (MODEL.format(FUNCTION * 2), "1 of 2 functions have the id of another"),
+    (MODEL.format(FUNCTION.replace("PGA", "MMI")), "is of 'MMI', which no measure here is"),
+    (MODEL.format(FUNCTION.replace("PGA", "SA(0)")), "is of 'SA.0.', which no measure here is"),
+    (MODEL.format(FUNCTION.replace("logncdf", "normal")), "has the shape 'normal', allowed is logncdf"),
+    (MODEL.format(FUNCTION.replace('"0.2"', '"0"')), "must have mean and stddev > 0 for fall, got 0.5 and 0"),
+    (MODEL.format(FUNCTION.replace('"0.2"', '"1_0"')), "line 1: stddev must be a finite number, got '1_0'"),
+    (MODEL.format(FUNCTION.replace('"0.2"', '"1e99"')), "dispersion must be > 0 and <= 20"),
+    (MODEL.format(FUNCTION.replace('maxIML="2"', 'maxIML="0.1"')), "must have 0 <= minIML < maxIML"),
+    (MODEL.format(FUNCTION.replace('ls="fall"', 'ls="fell"')), "must have params of fall, in this order"),
+    (MODEL.format(FUNCTION.replace('id="f" ', "")), "fragilityFunction has no attribute id"),
+    (MODEL.format(FUNCTION + FUNCTION.replace('"f"', '"g"').replace("continuous", "discrete")), "must be all"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "message"), BAD_XML, ids=range(len(BAD_XML)))
+def test_bad_xml(text, message, tmp_path):
+    path = tmp_path / "t.xml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ExchangeError, match=message) as caught:
+        read_nrml(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_xml_in_another_encoding_is_the_same(tmp_path):
+    for encoding in ("utf-16", "latin-1"):
+        path = tmp_path / "t.xml"
+        path.write_bytes(f'<?xml version="1.0" encoding="{encoding}"?>{MODEL.format(FUNCTION)}'.encode(encoding))
+        assert read_nrml(path)["block"].values.tolist() == ["f"]
+        path.write_bytes(f'<?xml version="1.0" encoding="{encoding}"?><!DOCTYPE a []>{MODEL}'.encode(encoding))
+        with pytest.raises(ExchangeError, match="document type"):
+            read_nrml(path)
+
+
+HEADING = "ID,Incomplete,Demand-Type,Demand-Unit,Demand-Offset,Demand-Directional,LS1-Family,LS1-Theta_0,LS1-Theta_1"
+ROW = "a,0,Peak Floor Acceleration,g,0,1,lognormal,1.0,0.4"
+BAD_TABLES = [
+    (read_pelicun, "a,b\n1,2", "has no column ID: not a fragility table"),
+    (read_pelicun, HEADING, "holds no components"),
+    (read_pelicun, f"{HEADING}\n{ROW}\n{ROW}", "every row must have an id of its own"),
+    (read_pelicun, f"{HEADING}\n{ROW},1", "row 2 has 10 columns, the heading has 9"),
+    (read_pelicun, f"{HEADING}\n{ROW.replace('lognormal', 'weibull')}", "the family of LS1 of 'a' must be lognormal"),
+    (read_pelicun, f"{HEADING}\n{ROW.replace(',g,', ',mps,')}", "Demand-Unit of 'a' must be one of g, mps2"),
+    (read_pelicun, f"{HEADING}\n{ROW.replace('Floor A', 'Wind a')}", "in 'Peak Wind acceleration', which no measure"),
+    (read_pelicun, f"{HEADING}\n{ROW.replace('1.0', 'inf')}", "Theta_0 of LS1 of 'a' must be a finite number"),
+    (read_pelicun, f"{HEADING}\n{ROW.replace('1.0', '-1.0')}", "curve a: median must be finite and > 0"),
+    (read_pelicun, f"{HEADING}\n{ROW.replace(',0,1,', ',0.5,1,')}", "Demand-Offset of 'a' must be a number of floors"),
+    (read_pelicun, f'{HEADING}\n"{ROW}', "no table"),
+    (read_pelicun, f"{HEADING}\n{ROW}\0", "not text .holds NUL"),
+    (read_curve_csv, "block,median (g),dispersion\na,1,0.4", "has no column measure"),
+    (read_curve_csv, "block,measure,median (g),dispersion", "holds no curves"),
+    (read_curve_csv, "block,measure,median (kg),dispersion\na,pga,1,0.4", "median of pga must be in m s-2, .*got 'kg'"),
+    (read_curve_csv, "block,measure,median,dispersion\na,pga,1,0.4", "must be in m s-2, .*got '1'"),
+    (read_curve_csv, "block,measure,median (g),dispersion\na,pga,1,0.4\na,pga,2,0.4", "holds the curve 'a' twice"),
+    (read_curve_csv, "block,measure,median (g)\na,pga,1", "needs the columns median and dispersion, or level"),
+    (read_curve_csv, "block,measure,median (g),dispersion,x\na,pga,1,0.4,9", "an unknown column 'x' behind measure"),
+    (read_curve_csv, "block,measure,median (g),dispersion\na,pga,1;0,0.4", "median in row 2 must be a finite number"),
+    (read_curve_csv, "status,measure,median (g),dispersion\na,pga,1,0.4", "must not name the labels of curves"),
+    (read_curve_csv, "id,measure,level (g),probability\na,pga,1,0.1\na,pga,1,0.2", "levels must be strictly"),
+    (read_curve_csv, "id,measure,level (g),probability\na,pga,1,0.1\na,pga,2,", "both level and probability"),
+    (read_curve_csv, "id,measure,level (g),probability\na,pga,1,0.1\na,pga,2,0.05", "must not decrease with the level"),
+    (read_curve_csv, "id,measure,level (g),probability\na,pga,1,0.1\nb,pga,2,0.2", "must have the levels of the first"),
+    (read_curve_csv, "id,measure,measured_at,median (g),dispersion\na,pga,roof,1,0.4", "must be floor or ground"),
+    (read_curve_csv, "id,measure,state,median (g),dispersion\na,pga,x,1,0.4\nb,pga,y,1,0.4", "state must be the same"),
+    (read_curve_csv, ",".join("abcdefgh") * 20, "has 141 columns, allowed are 100"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("read", "text", "message"), BAD_TABLES, ids=range(len(BAD_TABLES)))
+def test_bad_tables(read, text, message, tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ExchangeError, match=message) as caught:
+        read(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("read", [read_pelicun, read_curve_csv, read_nrml])
+def test_size_is_bounded(read, tmp_path, monkeypatch):
+    path = tmp_path / "t.csv"
+    path.write_bytes(b"")
+    with pytest.raises(ExchangeError, match="empty"):
+        read(path)
+    monkeypatch.setattr("toppling.fragility.exchange.files.MAX_BYTES", 2**20)
+    path.write_bytes(b"a," * 2**20)
+    with pytest.raises(ExchangeError, match="larger than 1 MiB"):
+        read(path)
+
+
+def test_combinations_are_bounded(tmp_path):
+    """Blocks and laws of their own in every row would need a table of their product."""
+    path = tmp_path / "t.csv"
+    rows = [f"b{i},m{i},pga,1.0,0.4" for i in range(3000)]
+    path.write_text("\n".join(["block,model,measure,median (g),dispersion", *rows]), encoding="utf-8")
+    with pytest.raises(ExchangeError, match="3000 block x 3000 model x 1 levels are more than"):
+        read_curve_csv(path)
+
+
+@pytest.mark.parametrize(
+    "about",
+    [
+        "[1]",
+        "{",
+        '{"a": ' * 2000,
+        '{"a": {"Toppling": {"labels": {"median": "x"}}}}',
+        '{"a": {"Toppling": {"labels": {"id": "x"}}}}',
+    ],
+)
+def test_bad_metadata_are_refused(about, tmp_path):
+    (tmp_path / "t.csv").write_text(f"{HEADING}\n{ROW}", encoding="utf-8")
+    (tmp_path / "t.json").write_text(about, encoding="utf-8")
+    with pytest.raises(ExchangeError):
+        read_pelicun(tmp_path / "t.csv")
+
+
+@pytest.mark.parametrize(
+    "about", ['{"a": 5}', '{"a": {"Toppling": {"labels": {"block": 5}, "width": "wide"}}}', '{"b": {"Toppling": []}}']
+)
+def test_foreign_metadata_are_left_alone(about, tmp_path):
+    (tmp_path / "t.csv").write_text(f"{HEADING}\n{ROW}", encoding="utf-8")
+    (tmp_path / "t.json").write_text(about, encoding="utf-8")
+    assert read_pelicun(tmp_path / "t.csv")["block"].values.tolist() == ["a"]
+
+
+class TestLabels:
+    @given(st.text(max_size=30))
+    @settings(max_examples=500, **REPEATABLE)
+    def test_no_cell_is_a_formula_and_all_come_back(self, text):
+        cell = _guarded(text)
+        assert _unguarded(cell) == text
+        assert cell.lstrip()[:1] not in ("=", "+", "-", "@")
+        assert not set(cell) & set("\t\r\n\0")
+
+    @pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@x", " =1", "a;=1", "a|'=1", "\t=1", "＝1", "'=1", "\\x3b"])
+    def test_known_injections(self, text):
+        cell = _guarded(text)
+        assert cell != text
+        assert _unguarded(cell) == text
+
+    @pytest.mark.parametrize("name", FORMATS)
+    def test_names_escape_nothing(self, name, tmp_path):
+        """No file but those named, nothing in XML but what is ours, whatever a label holds."""
+        evil = [
+            '--><fragilityFunction id="evil"/><!--',
+            "]]>",
+            "</nrml>",
+            "--",
+            "-",
+            "../../x",
+            "C:\\x",
+            "\x01\x85\ufffe",
+        ]
+        folder = tmp_path / "out"
+        folder.mkdir()
+        curves = lognormal(blocks=evil).isel(model=[0]).assign_attrs(title=evil[0])
+        written, found = there_and_back(curves, name, folder)
+        assert found["block"].values.tolist() == evil
+        assert sorted(folder.iterdir()) == sorted(written.paths)
+        assert [path.name for path in tmp_path.iterdir()] == ["out"]
+        if name == "nrml":
+            assert len(list(ET.parse(written.paths[0]).iter())) == 4 + 3 * len(evil)
+
+    def test_a_label_that_no_file_can_hold(self, tmp_path):
+        with pytest.raises(ValueError, match="holds characters that no text file can hold"):
+            write_curve_csv(lognormal(blocks=["\ud800"]), tmp_path / "t.csv")
+
+
+def mutated(rng, seed, pieces):
+    """A seed with some bytes flipped, lost, doubled, moved, or replaced by pieces that parsers stumble over."""
+    data = bytearray(seed)
+    for _ in range(rng.integers(1, 5)):
+        at, end = sorted(rng.integers(0, len(data) + 1, 2).tolist())
+        kind = rng.integers(0, 6)
+        if kind == 0 and data:
+            data[min(at, len(data) - 1)] = rng.integers(0, 256)
+        elif kind == 1:
+            del data[at : at + rng.integers(1, 20)]
+        elif kind == 2:
+            data[at:at] = pieces[rng.integers(0, len(pieces))]
+        elif kind == 3:
+            data[at:at] = data[at : min(end, at + 300)]
+        elif kind == 4:
+            data[at : at + rng.integers(1, 9)] = pieces[rng.integers(0, len(pieces))]
+        else:
+            del data[end:]
+    return bytes(data)
+
+
+WORDS = [
+    "nan",
+    "inf",
+    "1e400",
+    "-1",
+    "0",
+    "&x;",
+    "&#0;",
+    "<a>",
+    "</a>",
+    "]]>",
+    "<!--",
+    "-->",
+    "<!DOCTYPE a>",
+    "{}",
+    "[",
+]
+WORDS += [
+    "[",
+    "null",
+    "true",
+    "level",
+    "limit_state",
+    "ID",
+    "LS9-Family",
+    "SA(",
+    "PGV",
+    "discrete",
+    "1_0",
+    "\\ud800",
+    "δ",
+]
+WORDS += ['"', ",", "\n", "\r", "\0", "'", "=", "(", " ", "\ufeff", "1" * 400, "9" * 5000, "1e-400"]
+PIECES = [word.encode() for word in WORDS] + [b"\xff\xfe"]
+
+
+@pytest.mark.parametrize("name", ["pelicun", "metadata", "nrml", "nrml-discrete", "csv", "csv-levels"])
+def test_two_thousand_mutations(name, tmp_path, monkeypatch):
+    """A damaged file gives curves or an ExchangeError, and quickly."""
+    # the versions of packages take longer than all the rest, and do not depend on the file
+    monkeypatch.setattr("toppling.fragility.exchange.datasets.provenance", lambda _: {})
+    write, read, file = FORMATS["pelicun" if name == "metadata" else name.split("-")[0]]
+    curves = isotonic() if "-" in name else lognormal(blocks=["a", "b c"], models=["x"])
+    paths = write(curves, tmp_path / file).paths
+    target = paths[-1] if name == "metadata" else paths[0]
+    seed = target.read_bytes()
+    rng = np.random.default_rng(np.random.SeedSequence(7, spawn_key=(len(name),)))
+    read_well = 0
+    for _ in range(2000):
+        target.write_bytes(mutated(rng, seed, PIECES))
+        try:
+            found = read(paths[0])
+        except ExchangeError as error:
+            assert len(str(error)) < 700
+            assert "\n" not in str(error)
+            continue
+        read_well += 1
+        assert isinstance(found, xr.Dataset)
+    assert 20 < read_well < 1980

@@ -1,0 +1,400 @@
+"""Hazard curves: laws, points, realisations; every file format as its program writes it, damaged ones, hostile ones."""
+
+import dataclasses
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from pydantic import ValidationError
+
+import toppling as tp
+from toppling.fragility import HazardCurve, HazardError, annual_rate, read_hazard
+from toppling.studies.file.hazard import HazardTable
+from toppling.units import STANDARD_GRAVITY as G
+
+# The layouts are those of the programs, the numbers are made up.
+OPENQUAKE = (
+    "#,,,,,,\"generated_by='OpenQuake engine 3.18.0-gitabf2de85b8', start_date='2023-10-03T06:09:08', "
+    "checksum=2107362341, kind='{kind}', investigation_time=50.0, imt='{imt}'\"\n"
+    "lon,lat,depth,poe-0.0500000,poe-0.2000000,poe-0.8000000\n"
+    "-122.34000,37.72000,0.00000,5.000000E-01,1.000000E-01,2.000000E-03\n"
+    "-121.95000,37.39000,0.00000,1.000000E+00,3.000000E-01,4.000000E-02\n"
+    "179.99900,37.00000,0.00000,4.000000E-01,1.000000E-01,0.000000E+00\n"
+)
+OLD_OPENQUAKE = (
+    '# quantile-0.15, investigation_time=1.0, imt="SA(0.2)", checksum=2496930815\n'
+    "lon,lat,depth,poe-0.1000000,poe-0.4000000\n"
+    "0.00000,0.00000,0.00000,1.000000E-02,8.000000E-04\n"
+)
+NSHMP = (
+    "name,lon,lat,0.0025,0.0427,0.216,1.09,2.46\n"
+    "Concord CA,-122.00000,37.95000,2.85280770e-03,2.84981392e-03,1.9e-03,4.1e-05,0.0\n"
+    "Oakland CA,-122.25000,37.80000,2.85280766e-03,2.4e-03,1.4e-04,0.0,0.0\n"
+)
+PLAIN = "# a site\npga (g),rate (1/yr)\n0.1,1e-2\n0.2,3e-3\n\n0.8,1e-4\n"
+REALISATIONS = (
+    "Sa(1.0) (m/s2);annual rate (1/yr) weight 0.25;annual rate (1/yr) weight 0.75\n"
+    "1;2e-2;1e-2\n4;2e-3;1e-3\n9;1e-4;1e-4\n"
+)
+
+
+def services(old):
+    """A response of the Unified Hazard Tool, or of the services after it."""
+    x, y = [0.01, 0.1, 1.0, 5.0], [0.2, 2e-2, 1e-4, 0.0]
+    if old:
+        response = [
+            {
+                "metadata": {"imt": {"value": imt, "display": imt}, "xlabel": "Ground Motion (g)", "xvalues": x},
+                "data": [{"component": "Total", "yvalues": y}, {"component": "Fault", "yvalues": [0.1 * v for v in y]}],
+            }
+            for imt in ("PGA", "SA1P0")
+        ]
+    else:
+        curve = {"component": "Total", "values": {"xs": x, "ys": y}}
+        response = {"metadata": {}, "hazardCurves": [{"imt": {"value": "PGV", "display": "PGV"}, "data": [curve]}]}
+    return json.dumps({"status": "success", "date": "2026-01-01", "response": response})
+
+
+FILES = {
+    "openquake.csv": (OPENQUAKE.format(kind="mean", imt="PGA"), {"site": 0}),
+    "old.csv": (OLD_OPENQUAKE, {}),
+    "total.csv": (NSHMP, {"site": 0, "im": "Sa(1.0)"}),
+    "plain.csv": (PLAIN, {}),
+    "realisations.csv": (REALISATIONS, {}),
+    "old.json": (services(old=True), {"im": "pga"}),
+    "new.json": (services(old=False), {}),
+}
+
+
+def saved(folder, text, name="hazard.csv"):
+    path = folder / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+class TestLaws:
+    def test_power_law_at_any_level(self):
+        hazard = HazardCurve.power_law(1e-4, 2.5, "pga", units="g")
+        x = np.geomspace(1e-4, 1e3, 50)
+        np.testing.assert_allclose(hazard.rate_at(x * G), 1e-4 * x**-2.5, rtol=2e-14)
+        np.testing.assert_allclose(hazard.level_at([1e-1, 1 / 475, 1e-6]) / G, [0.001**0.4, 0.0475**0.4, 100.0**0.4])
+
+    @pytest.mark.parametrize("k1", [2.0, 0.5, -0.5])
+    def test_second_order_law(self, k1):
+        hazard = HazardCurve.log_quadratic(1e-3, k1, 0.3, "Sa(1.0)", units="g")
+        summit = np.exp(-k1 / 0.6)
+        x = np.geomspace(summit, 1e3, 40)
+        expected = 1e-3 * np.exp(-0.3 * np.log(x) ** 2 - k1 * np.log(x))
+        np.testing.assert_allclose(hazard.rate_at(x * G), expected, rtol=1e-11)
+        # no hazard curve rises: left of the summit the rate stays
+        np.testing.assert_allclose(hazard.rate_at(x[0] * np.array([1e-6, 0.5]) * G), expected[0], rtol=1e-12)
+        rates = np.geomspace(hazard.rates[0], hazard.rates[-1], 9)
+        np.testing.assert_allclose(hazard.rate_at(hazard.level_at(rates)), rates, rtol=1e-12)
+
+    def test_tails_by_rule(self):
+        hazard = HazardCurve([1.0, 2.0, 4.0], [1e-2, 2e-3, 1e-4], "pgv")
+        assert hazard.rate_at(0.5, below="none").item() == pytest.approx(1e-2, rel=1e-15, abs=0.0)
+        assert hazard.rate_at(0.5).item() == pytest.approx(5e-2, rel=1e-14, abs=0.0)
+        assert hazard.rate_at(8.0).item() == pytest.approx(5e-6, rel=1e-14, abs=0.0)
+        assert hazard.rate_at(8.0, above="none").item() == hazard.rate_at(8.0, above="hold").item() == 0.0
+        assert hazard.rate_at(4.0, above="hold").item() == pytest.approx(1e-4, rel=1e-15, abs=0.0)
+        np.testing.assert_allclose(hazard.rate_at(np.sqrt([2.0, 8.0])), np.sqrt([2e-5, 2e-7]), rtol=1e-14)
+
+    def test_a_level_stretch(self):
+        hazard = HazardCurve([1.0, 2.0, 4.0], [1e-3, 1e-3, 1e-5], "pga")
+        assert hazard.rate_at(0.1).item() == hazard.rate_at(1.5).item() == pytest.approx(1e-3, rel=1e-15)
+        assert hazard.level_at(1e-4).item() == pytest.approx(2.0 * np.sqrt(2.0), rel=1e-14)
+
+
+class TestPoints:
+    def test_units(self):
+        for units, factor in [("g", G), ("m/s2", 1.0), ("cm/s2", 0.01), ("gal", 0.01), (None, 1.0)]:
+            hazard = HazardCurve.from_points([1.0, 2.0], [2e-3, 1e-3], "Sa(0.5)", units)
+            assert hazard.levels == (factor, 2.0 * factor)
+            assert hazard.units == "m s-2"
+        assert HazardCurve.from_points([30.0, 60.0], [2e-3, 1e-3], "pgv", "cm/s").levels == (0.3, 0.6)
+        assert HazardCurve.from_points([1.0, 2.0], [2e-3, 1e-3], "cav", "g s").levels[0] == G
+        with pytest.raises(ValueError, match=r"units of pgv must be one of m/s, cm/s, mm/s.*got 'g'"):
+            HazardCurve.from_points([1.0, 2.0], [2e-3, 1e-3], "pgv", "g")
+
+    def test_realisations(self):
+        low = HazardCurve([1.0, 2.0, 4.0], [1e-2, 1e-3, 1e-4], "pga", "low")
+        high = HazardCurve([1.0, 2.0, 4.0, 8.0], [4e-2, 4e-3, 4e-4, 1e-5], "pga", "high")
+        both = HazardCurve.from_realisations([low, high], [0.25, 0.75])
+        assert both.levels == (1.0, 2.0, 4.0)
+        np.testing.assert_allclose(both.rates, [3.25e-2, 3.25e-3, 3.25e-4], rtol=1e-15)
+        assert both.realisations == (low.rates, high.rates[:3])
+        assert both.weights == (0.25, 0.75)
+        assert both.describe()["weights"] == [0.25, 0.75]
+        with pytest.raises(ValueError, match="must have one im, got 'pga' and 'pgv'"):
+            HazardCurve.from_realisations([low, HazardCurve([1.0, 2.0], [2e-2, 1e-2], "pgv")])
+
+    def test_is_a_value(self):
+        first, second = (HazardCurve(np.array([1.0, 2.0]), [2e-3, 1e-3], tp.motions.Sa(1.0)) for _ in range(2))
+        assert first == second
+        assert hash(first) == hash(second)
+        assert first.im == "Sa(1.0)"
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            first.levels = (1.0,)
+
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            (([1.0], [1e-3], "pga"), "must be at least two, got 1"),
+            (([0.0, 1.0], [2e-3, 1e-3], "pga"), "must be > 0 and strictly increasing, got 0"),
+            (([1.0, 3.0, 2.0], [3e-3, 2e-3, 1e-3], "pga"), "strictly increasing, got 2 after 3"),
+            (([1.0, 2.0], [1e-3, 2e-3], "pga"), r"must never rise, got 0.001 per year at 1 and 0.002 at 2"),
+            (([1.0, 2.0], [1e-3, 0.0], "pga"), r"must be > 0 per year, got 0 at a level of 2: leave it out"),
+            (([1.0, 2.0], [1e-3], "pga"), "must be one a level, got 1 for 2 levels"),
+            (([1.0, 2.0], [np.nan, 1e-3], "pga"), "must be finite"),
+            (
+                ([1.0, 2.0], [2e-3, 1e-3], "pga_normalised"),
+                "motion alone, got 'pga_normalised': give the hazard of pga",
+            ),
+            (([1.0, 2.0], [2e-3, 1e-3], "scale"), "motion alone, got 'scale'"),
+            (([1.0, 2.0], [2e-3, 1e-3], "d5_95"), "must grow with the motion, got 'd5_95'"),
+            (([1.0, 2.0], [2e-3, 1e-3], "pgx"), "im of a hazard curve must be one of"),
+            (([1.0, 2.0], (), "pga", "", [[2e-3, 1e-3]], [0.5]), "of sum 1, got a sum of 0.5"),
+            (([1.0, 2.0], (), "pga", "", [[1e-3, 2e-3]]), "rates of a realisation must never rise"),
+            (([1.0, 9.0], [2e-3, 1e-3], "pga", "", None, None, 5.0), "would rise from 1 on with a curvature of 5"),
+        ],
+    )
+    def test_refused(self, arguments, message):
+        with pytest.raises(ValueError, match=message):
+            HazardCurve(*arguments)
+
+    def test_other_refusals(self):
+        hazard = HazardCurve([1.0, 2.0], [2e-3, 1e-3], "pga")
+        with pytest.raises(ValueError, match=r"within the curve's, 0.001 to 0.002 per year, got 0.1"):
+            hazard.level_at(0.1)
+        with pytest.raises(ValueError, match="levels must be > 0, got -1"):
+            hazard.rate_at([-1.0])
+        with pytest.raises(ValueError, match="below must be one of 'extend', 'none'"):
+            hazard.rate_at(1.0, below="hold")
+        level = HazardCurve([1.0, 2.0, 3.0], [2e-3, 1e-3, 1e-3], "pga")
+        with pytest.raises(
+            ValueError, match=r"last two rates are equal \(0.001 per year\).*give above='hold' or 'none'"
+        ):
+            level.rate_at(1.0)
+
+
+class TestFiles:
+    def test_openquake(self, tmp_path):
+        path = saved(tmp_path, OPENQUAKE.format(kind="mean", imt="PGA"))
+        hazard = read_hazard(path, site=0)
+        np.testing.assert_allclose(hazard.levels, np.array([0.05, 0.2, 0.8]) * G, rtol=1e-15)
+        np.testing.assert_allclose(hazard.rates, -np.log1p(-np.array([0.5, 0.1, 0.002])) / 50.0, rtol=1e-15)
+        assert (hazard.im, hazard.fractile) == ("pga", None)
+        assert hazard.source == "hazard.csv, OpenQuake mean, lon -122.34, lat 37.72"
+
+    def test_openquake_what_has_no_logarithm_is_left_out_and_said(self, tmp_path):
+        path = saved(tmp_path, OPENQUAKE.format(kind="mean", imt="PGV"))
+        hazard = read_hazard(path, site=1)
+        assert hazard.levels == (0.002, 0.008)
+        assert hazard.source.endswith("1 level of probability 1 left out")
+        across = read_hazard(path, site=(-180.0, 37.0))
+        assert across.source.endswith("lon 179.999, lat 37, 1 level of rate 0 left out")
+
+    def test_openquake_quantiles_and_the_old_comment(self, tmp_path):
+        hazard = read_hazard(saved(tmp_path, OLD_OPENQUAKE))
+        assert (hazard.im, hazard.fractile) == ("Sa(0.2)", 0.15)
+        assert hazard.rates[0] == pytest.approx(-np.log(0.99), rel=1e-14, abs=0.0)
+        newer = saved(tmp_path, OPENQUAKE.format(kind="quantile-0.84", imt="SA(1.0)"))
+        assert read_hazard(newer, "Sa(1)", 0).fractile == 0.84
+
+    def test_nshmp(self, tmp_path):
+        path = saved(tmp_path, NSHMP, "SA1P0/total.csv")
+        hazard = read_hazard(path, site="Oakland CA")
+        assert hazard.im == "Sa(1.0)"
+        np.testing.assert_allclose(hazard.levels, np.array([0.0025, 0.0427, 0.216]) * G, rtol=1e-15)
+        assert hazard.rates == (2.85280766e-03, 2.4e-03, 1.4e-04)
+        assert hazard.source == "total.csv, nshmp-haz, Oakland CA, lon -122.25, lat 37.8, 2 levels of rate 0 left out"
+        assert read_hazard(path, site=(-122.0, 37.95)) == read_hazard(path, site=0)
+        as_probabilities = read_hazard(path, site=1, years=50.0)
+        np.testing.assert_allclose(as_probabilities.rates, -np.log1p(-np.array(hazard.rates)) / 50.0, rtol=1e-14)
+        nameless = saved(tmp_path, NSHMP.replace("name,", "").replace("Concord CA,", "").replace("Oakland CA,", ""))
+        assert read_hazard(nameless, "Sa(1.0)", 1).rates == hazard.rates
+
+    def test_services(self, tmp_path):
+        old = saved(tmp_path, services(old=True), "response.json")
+        hazard = read_hazard(old, "Sa(1.0)")
+        assert hazard.levels == (0.01 * G, 0.1 * G, G)
+        assert hazard.rates == (0.2, 0.02, 1e-4)
+        assert hazard.source == "response.json, USGS, Total, 1 level of rate 0 left out"
+        assert read_hazard(old, "pga", component="Fault").rates[0] == pytest.approx(0.02, rel=1e-15)
+        new = read_hazard(saved(tmp_path, services(old=False)))
+        assert (new.im, new.levels[0]) == ("pgv", 1e-4)
+
+    def test_plain(self, tmp_path):
+        hazard = read_hazard(saved(tmp_path, PLAIN))
+        assert hazard.levels == (0.1 * G, 0.2 * G, 0.8 * G)
+        assert hazard.rates == (1e-2, 3e-3, 1e-4)
+        periods = "PGV [cm/s]\treturn period (yr)\n10\t20\n40\t500\n"
+        assert read_hazard(saved(tmp_path, periods)).rates == (1 / 20, 1 / 500)
+        for heading in ("probability in 50 yr", "Probability of exceedance in 50 years", "PoE (50 yr)"):
+            text = f"Sa(1.0) (g),{heading}\n0.1,0.5\n0.4,0.02\n"
+            assert read_hazard(saved(tmp_path, text)).rates[1] == pytest.approx(
+                -np.log(0.98) / 50.0, rel=1e-14, abs=0.0
+            )
+        annual = saved(tmp_path, "pga (g),annual probability\n0.1,0.5\n0.4,0.02\n")
+        assert read_hazard(annual).rates[0] == pytest.approx(np.log(2.0), rel=1e-15)
+        unsaid = saved(tmp_path, "pga,poe\n0.1,0.5\n0.4,0.02\n")
+        assert read_hazard(unsaid, units="g", years=10).rates[0] == pytest.approx(np.log(2.0) / 10.0, rel=1e-15)
+        quoted = saved(tmp_path, '"Sa(1.0, 0.02) (g)",rate\n0.1,0.5\n0.4,0.02\n')
+        assert read_hazard(quoted).im == "Sa(1.0, 0.02)"
+
+    def test_plain_realisations(self, tmp_path):
+        hazard = read_hazard(saved(tmp_path, REALISATIONS))
+        assert hazard.weights == (0.25, 0.75)
+        np.testing.assert_allclose(hazard.rates, [1.25e-2, 1.25e-3, 1e-4], rtol=1e-15)
+        assert hazard.realisations[0] == (2e-2, 2e-3, 1e-4)
+
+    @pytest.mark.parametrize(
+        ("text", "options", "message"),
+        [
+            (OPENQUAKE.format(kind="mean", imt="PGA"), {}, "holds 3 sites: give site"),
+            (OPENQUAKE.format(kind="mean", imt="PGA"), {"site": 3}, "holds 3 sites, numbered from 0, got site 3"),
+            (
+                OPENQUAKE.format(kind="mean", imt="PGA"),
+                {"site": (1.0, 2.0)},
+                r"no site within 0.01 degrees of \(1, 2\)",
+            ),
+            (OPENQUAKE.format(kind="mean", imt="MMI"), {"site": 0}, "im of a hazard curve must be one of"),
+            (OPENQUAKE.format(kind="std", imt="PGA"), {"site": 0}, "holds standard deviations"),
+            (OPENQUAKE.format(kind="mean", imt="PGA"), {"site": 0, "im": "pgv"}, "is of pga, and pgv is wanted"),
+            (OPENQUAKE.format(kind="mean", imt="PGA"), {"site": 0, "years": 1.0}, "states its time"),
+            (
+                OPENQUAKE.replace("imt=", "im=").format(kind="mean", imt="PGA"),
+                {"site": 0},
+                "does not say of which measure",
+            ),
+            (OLD_OPENQUAKE.replace("1.0, imt", "0.0, imt"), {}, "line 1 gives investigation_time as '0.0'"),
+            (OLD_OPENQUAKE.replace("8.0", "x"), {}, r"line 3 gives 'poe' as 'x00000E-04', must be a finite number"),
+            (OLD_OPENQUAKE.replace("1.000000E-02", "1.5"), {}, "line 3 gives 'poe' as '1.5', must be between 0 and 1"),
+            (OLD_OPENQUAKE.replace("0.00000,1.0", "1.0"), {}, "line 3 has 4 columns, its heading 5"),
+            (OLD_OPENQUAKE.replace("lon,", "x,"), {}, "line 2 must name lon and lat, got 'x'"),
+            (OLD_OPENQUAKE.split("0.00000,", maxsplit=1)[0], {}, "holds no site"),
+            (NSHMP, {"site": 0}, "does not say of which measure it is: give im"),
+            (NSHMP, {"site": "Reno NV", "im": "pga"}, "holds no sites of the name 'Reno NV'"),
+            (NSHMP.replace("0.0427", "M"), {"site": 0, "im": "pga"}, "at least two levels, got a column 'm'"),
+            (NSHMP.replace("2.4e-03", "3e-03"), {"site": 1, "im": "pga"}, "rates of a hazard curve must never rise"),
+            (PLAIN.replace(" (g)", ""), {}, "line 2 names no unit of its levels: give units"),
+            (PLAIN, {"units": "g"}, "line 2 states its unit, so units must not be given"),
+            (PLAIN.replace("(g)", "(furlong)"), {}, "units of pga must be one of g, gal, cm/s2, m/s2, got 'furlong'"),
+            (PLAIN.replace("pga", "mood"), {}, r"line 2 must name the measure with its unit.* got 'mood \(g\)'"),
+            (PLAIN.replace("rate (1/yr)", "rate (1/day)"), {}, "line 2 must give rates in 1/yr"),
+            (PLAIN.replace("rate (1/yr)", "value"), {}, "line 2 must name 'rate .1/yr.'"),
+            (PLAIN.replace("rate (1/yr)", "poe"), {}, "not in how many years: give years"),
+            (PLAIN.replace("rate (1/yr)", "poe in 50 yr"), {"years": 50}, "names the years of a probability"),
+            (PLAIN, {"years": 50}, "names no probability, so years must not be given"),
+            (PLAIN.replace("3e-3", "three"), {}, r"line 4 gives 'rate \(1/yr\)' as 'three', must be a finite number"),
+            (PLAIN.replace("0.2,", "0.05,"), {}, "strictly increasing, got 0.490333 after 0.980665"),
+            (PLAIN.replace(",3e-3", ""), {}, "line 4 has 1 columns, its heading 2"),
+            (PLAIN, {"site": 1}, "is a table of one site"),
+            (PLAIN[:38], {}, "holds 1 levels with a rate between 0 and infinity"),
+            (REALISATIONS.replace("weight 0.25", ""), {}, "realisations need a weight each"),
+            (REALISATIONS.replace("0.25", "0.5"), {}, "weights must be > 0 and of sum 1, got a sum of 1.25"),
+            ("", {}, "empty"),
+            ("# nothing\n", {}, "holds no line that names its columns"),
+            ("<html><body>", {}, "a web page or XML, not a hazard file"),
+            ("pga (g)\0,rate", {}, "not text"),
+            (services(old=True), {}, "holds curves of pga, Sa(1.0): give im".replace("(", r"\(").replace(")", r"\)")),
+            (services(old=True), {"im": "pgv"}, "holds no curve of pgv, only of pga"),
+            (services(old=True), {"im": "pga", "component": "Grid"}, "no component 'Grid', only Total, Fault"),
+            (services(old=False)[:-5], {}, "is no valid JSON"),
+            (services(old=False).replace("success", "busy"), {}, "is a response of status 'busy', not of success"),
+            (services(old=False).replace('"ys"', '"y"'), {}, "'ys' is missing in a dict"),
+            (services(old=False).replace("0.0001", "NaN"), {}, "rates must be finite numbers >= 0, got nan"),
+            (services(old=False).replace("0.0001", '"low"'), {}, "rates must be finite numbers >= 0, got 'low'"),
+            (services(old=False).replace("0.0001, ", ""), {}, "must have one rate a level, got 3 for 4 levels"),
+            (services(old=False), {"units": "g"}, "USGS services state units"),
+            ("[" * 100_000, {}, "is no valid JSON"),
+            ("[]", {}, "'response' is missing in a list"),
+        ],
+    )
+    def test_refused(self, tmp_path, text, options, message):
+        """One sentence that names the file."""
+        path = saved(tmp_path, text)
+        with pytest.raises(HazardError, match=message) as caught:
+            read_hazard(path, **options)
+        assert str(caught.value).startswith(str(path))
+        assert "\n" not in str(caught.value)
+
+    def test_no_such_file(self, tmp_path):
+        with pytest.raises(HazardError, match="no such file"):
+            read_hazard(tmp_path / "none.csv")
+        with pytest.raises(TypeError, match="path must be a path"):
+            read_hazard(3)
+
+    def test_a_large_export(self, tmp_path):
+        """One of 20,000 sites: the others are counted, not converted."""
+        head, row = OPENQUAKE.format(kind="mean", imt="PGA").splitlines(keepends=True)[1:3]
+        path = saved(
+            tmp_path, OPENQUAKE.splitlines(keepends=True)[0].format(kind="mean", imt="PGA") + head + row * 20_000
+        )
+        start = time.perf_counter()
+        assert read_hazard(path, site=19_999).levels[0] == 0.05 * G
+        assert time.perf_counter() - start < 5.0
+
+
+@pytest.mark.parametrize("name", list(FILES))
+def test_damaged_files_are_read_or_refused(tmp_path, name):
+    """2,000 mutants over all formats: a curve, or the one error that names the file; nothing else, and nothing slow."""
+    text, options = FILES[name]
+    assert isinstance(read_hazard(saved(tmp_path, text, name), **options), HazardCurve)
+    rng = np.random.default_rng(sorted(FILES).index(name))
+    alphabet = [*"0123456789.,;-+eE#\"'()[]{}: \t\n\0ñ∞/xnaif_=", "1e999", "nan", "-inf", '""', "\r\n", "9" * 400]
+    slowest, read = 0.0, 0
+    for _ in range(2000 // len(FILES) + 1):
+        mutant = list(text)
+        for _ in range(rng.integers(1, 6)):
+            at = int(rng.integers(len(mutant) + 1))
+            action = rng.integers(4)
+            word = alphabet[rng.integers(len(alphabet))]
+            if action == 0:
+                mutant[at : at + 1] = word
+            elif action == 1:
+                mutant.insert(at, word)
+            elif action == 2:
+                del mutant[at : at + int(rng.integers(1, 30))]
+            else:
+                mutant[at:at] = mutant[max(at - 20, 0) : at]
+        path = saved(tmp_path, "".join(mutant), name)
+        start = time.perf_counter()
+        try:
+            found = read_hazard(path, **options)
+            assert np.isfinite(found.rate_at(found.levels, above="hold")).all()
+            read += 1
+        except HazardError as error:
+            assert str(error).startswith(str(path))
+        slowest = max(slowest, time.perf_counter() - start)
+    assert slowest < 1.0
+    assert read > 0
+
+
+@pytest.mark.parametrize("above", ["extend", "none", "hold"])
+def test_a_study_may_ask_for_every_tail_that_rates_have(above):
+    given = {"levels": [1.0, 4.0], "rates": [1e-2, 1e-3], "unit": "m/s2", "above": above}
+    asked = HazardTable.model_validate(given).risk("pga", Path())
+    assert asked.above == above
+    curves = xr.Dataset({"median": ((), 5.0, {"units": "m s-2"}), "dispersion": 0.4}, attrs={"im": "pga"})
+    rate, none = (annual_rate(curves, asked.hazard, above=rule)["rate"].item() for rule in (above, "none"))
+    assert (rate > none) == (above != "none")
+
+
+def test_what_lies_above_is_not_held_below():
+    with pytest.raises(ValidationError, match="hold"):
+        HazardTable.model_validate({"k0": 1e-4, "k": 2.5, "unit": "g", "below": "hold"})
+
+
+def test_a_curve_describes_its_realisations():
+    """What made a rate is all there: the branches, too."""
+    low, high = (HazardCurve([1.0, 2.0], [1e-2 * factor, 1e-3 * factor], "pga") for factor in (0.5, 1.5))
+    told = HazardCurve.from_realisations([low, high], [0.25, 0.75]).describe()
+    assert told["realisations"] == [list(low.rates), list(high.rates)]
+    again = HazardCurve(told["levels"], told["rates"], told["im"], "", told["realisations"], told["weights"])
+    assert again.rates == HazardCurve.from_realisations([low, high], [0.25, 0.75]).rates

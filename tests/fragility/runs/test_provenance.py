@@ -1,0 +1,263 @@
+"""Every dataset that is handed out says what it holds and what made it, and survives a file."""
+
+import inspect
+import json
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling import fragility, motions
+from toppling.fragility import HazardCurve, RandomInputs, Uniform
+from toppling.fragility.curves import published
+from toppling.fragility.runs import provenance as read_back
+
+LEVELS = np.geomspace(0.5, 40.0, 10)
+LAWS = [tp.HousnerImpact(), tp.EnergyConsistent()]
+BLOCKS = [
+    tp.Block(0.4, 1.9, name="shelf"),
+    tp.Block(0.5, 1.2, name="crate"),
+    tp.Block(0.6, 1.6, name="chest"),
+    tp.Block(0.3, 1.0, name="rack"),
+]
+SHAKES = motions.CloughPenzien(duration=4.0, dt=0.02).sample(12)
+SITE = HazardCurve.power_law(1e-4, 2.5, "pga", units="g")
+INPUTS = RandomInputs({"e": Uniform(0.85, 1.0), "alpha_factor": Uniform(0.9, 1.1)})
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return tp.ida(BLOCKS, LAWS, SHAKES, LEVELS, outputs=("overturned", "peak_rotation", "uplifted"))
+
+
+@pytest.fixture(scope="module")
+def curves(runs):
+    return tp.fit_fragility(runs, replicates=50, keep_replicates=True)
+
+
+def uncertain():
+    return fragility.uncertain_ida(INPUTS, BLOCKS[0], LAWS, SHAKES, LEVELS, samples=4)
+
+
+def response(samples):
+    return fragility.overturning_response(INPUTS, BLOCKS[0], LAWS[0], SHAKES, [3.0])(samples)
+
+
+def normalised():
+    return tp.fit_fragility(tp.ida(BLOCKS[0], LAWS[0], SHAKES, LEVELS / 2.0, "pga_normalised"), replicates=50)
+
+
+def exchanged(name, curves, path):
+    """A curve written in an exchange format and read again."""
+    getattr(fragility, f"write_{name}")(curves, path)
+    return getattr(fragility, f"read_{name}")(path)
+
+
+# what the public functions of `fragility` that return a dataset are called with
+CALLS = {
+    "annual_rate": lambda runs, curves, _: fragility.annual_rate(curves, SITE),
+    "capacity_variance_shares": lambda runs, curves, _: fragility.capacity_variance_shares(runs),
+    "cloud": lambda *_: fragility.cloud(BLOCKS, LAWS, SHAKES),
+    "compare_forms": lambda runs, *_: fragility.compare_forms(runs),
+    "fit_fragility": lambda runs, curves, _: curves,
+    "goodness_of_fit": lambda runs, *_: fragility.goodness_of_fit(runs, replicates=5),
+    "ida": lambda runs, *_: runs,
+    "median_ratio": lambda runs, curves, _: fragility.median_ratio(
+        curves, xr.Dataset({"median": curves["median"].isel(model=0, drop=True)}, attrs=curves.attrs)
+    ),
+    "morris_indices": lambda *_: fragility.morris_indices(INPUTS, response, 2),
+    "overturning_capacity": lambda runs, *_: fragility.overturning_capacity(runs),
+    "overturning_probability": lambda runs, *_: fragility.overturning_probability(runs),
+    "rank_measures": lambda runs, *_: fragility.rank_measures(runs, SHAKES, ["Sa(0.5)"], replicates=5),
+    "read_curve_csv": lambda runs, curves, folder: exchanged("curve_csv", curves, folder / "curves.csv"),
+    "read_nrml": lambda runs, curves, folder: exchanged("nrml", curves, folder / "curves.xml"),
+    "read_pelicun": lambda runs, curves, folder: exchanged("pelicun", curves, folder / "curves.csv"),
+    "resurrections": lambda runs, *_: fragility.resurrections(runs),
+    "screen": lambda runs, *_: fragility.screen(runs, SHAKES, friction=0.4, undecided=0.1),
+    "size_for_rate": lambda runs, curves, _: fragility.size_for_rate(
+        fragility.annual_rate(curves, SITE), rate=1e-4, along="width"
+    ),
+    "size_regression": lambda runs, curves, _: fragility.size_regression(curves),
+    "slenderness_for_rate": lambda *_: fragility.slenderness_for_rate(normalised(), SITE, rate=1e-3),
+    "sobol_indices": lambda *_: fragility.sobol_indices(INPUTS, response, 4, second_order=True),
+    "preliminary_screen": lambda *_: fragility.preliminary_screen(BLOCKS, LAWS, 12),
+    "stripes": lambda *_: fragility.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [2.0, 4.0]),
+    "tornado": lambda *_: fragility.tornado(INPUTS, response),
+    "uncertain_ida": lambda *_: uncertain(),
+    "variance_shares": lambda runs, *_: fragility.variance_shares(runs["overturned"], ("motion", "model")),
+}
+OTHERS = {
+    "RandomInputs.sample": lambda *_: INPUTS.sample(4),
+    "fema_p58": lambda *_: published.fema_p58(),
+    "p58_estimate": lambda *_: published.p58_estimate(BLOCKS),
+    "japanese": lambda *_: published.japanese(BLOCKS),
+    "measures": lambda *_: motions.measures(SHAKES),
+    "response_spectrum": lambda *_: motions.response_spectrum(SHAKES, [0.5, 1.0]),
+    "matching_report": lambda *_: motions.matching_report(SHAKES, motions.TargetSpectrum((0.1, 1.0), (1.0, 1.0))),
+    "p58_floor_demands": lambda *_: motions.p58_floor_demands("moment", 4, 0.8, pga=4.0, sa=6.0, sa_1s=5.0),
+    "peaks": lambda *_: motions.Building.flexural_shear(0.8, storeys=3).peaks(SHAKES),
+    "of counts": lambda *_: tp.fit_fragility(
+        xr.Dataset({"overturnings": ("level", [1, 5, 9]), "runs": ("level", [10, 10, 10])}, {"level": [1.0, 2.0, 4.0]})
+    ),
+}
+CLOCK = re.compile(r"\b20\d\d-\d\d-\d\d\b|\d\d:\d\d:\d\d")
+
+
+def returns_a_dataset(name):
+    found = getattr(fragility, name)
+    return inspect.isfunction(found) and inspect.signature(found).return_annotation == "xr.Dataset"
+
+
+def test_all_public_functions_are_here():
+    assert {name for name in fragility.__all__ if returns_a_dataset(name)} == {*CALLS}
+
+
+@pytest.mark.parametrize("name", [*CALLS, *OTHERS])
+def test_says_what_it_is_and_survives_a_file(name, runs, curves, tmp_path):
+    found = (CALLS | OTHERS)[name](runs, curves, tmp_path)
+    for key, one in found.variables.items():
+        assert "units" in one.attrs, key
+        assert one.attrs.get("long_name"), key
+    for key in ("title", "Conventions", "schema", "toppling_version", "package_versions", "configuration"):
+        assert key in found.attrs, key
+    assert set(json.loads(found.attrs["package_versions"])) == {"numpy", "numba", "scipy"}
+    assert isinstance(json.loads(found.attrs["configuration"]), dict)
+    for where in (found, *found.variables.values()):
+        for key, value in where.attrs.items():
+            assert not isinstance(value, np.generic | bool | dict | None), (key, value)
+            assert not CLOCK.search(str(value)), (key, value)
+    path = tmp_path / "found.nc"
+    found.to_netcdf(path)
+    with xr.open_dataset(path) as again:
+        xr.testing.assert_identical(again.load(), found)
+
+
+def test_results_of_results_keep_what_they_were_made_of(runs, curves):
+    """From the rate of a curve back to the blocks of its runs."""
+    rates = fragility.annual_rate(curves, SITE)
+    size = fragility.size_for_rate(rates, rate=1e-4, along="width")
+    made_of = json.loads(size.attrs["configuration"])["rates"]["curves"]
+    assert [block["name"] for block in made_of["blocks"]] == [block.name for block in BLOCKS]
+    ranked = json.loads(fragility.rank_measures(runs, replicates=3, seed=4).attrs["configuration"])
+    assert ranked["runs"] == json.loads(runs.attrs["configuration"])
+    assert (ranked["replicates"], ranked["seed"]) == (3, 4)
+    shares = fragility.capacity_variance_shares(runs)
+    assert json.loads(shares.attrs["configuration"])["values"]["levels"] == LEVELS.tolist()
+    indices = fragility.sobol_indices(INPUTS, response, 4)
+    assert json.loads(indices.attrs["configuration"])["of"]["block"]["name"] == "shelf"
+
+
+def test_a_configuration_of_others_is_no_obstacle(runs):
+    """Files of others may have an attribute of that name: it stays, and nothing is read from it."""
+    for strange in ("not JSON", "[1]", 5):
+        counts = tp.overturning_probability(runs).assign_attrs(configuration=strange)
+        fits = tp.fit_fragility(counts)
+        assert fits.attrs["configuration"] == strange
+        assert read_back.configuration_of(fits) == {}
+
+
+class TestReadBack:
+    """`fragility.provenance`: what runs were made of, from what is written on them."""
+
+    def test_blocks_and_laws(self, runs):
+        blocks, laws = read_back.blocks_of(runs), read_back.laws_of(runs)
+        assert [(one.label, one.width, one.h, one.inertia) for one in blocks] == [
+            (one.label, one.width, one.h, one.inertia) for one in BLOCKS
+        ]
+        assert laws == LAWS
+        part = runs.isel(block=[2, 0], model=[1])
+        assert [one.label for one in read_back.blocks_of(part)] == ["chest", "shelf"]
+        assert read_back.laws_of(part) == LAWS[1:]
+
+    def test_runs_again_are_the_same_runs(self, runs):
+        """Blocks, laws, motions and factors read back, run as plain factors: bit by bit what was run."""
+        records = read_back.records_of(runs, SHAKES)
+        factors = read_back.factors_of(runs)
+        for i in (0, 7):
+            one = motions.from_array(records[i].acceleration, records[i].dt, [records[i].label])
+            again = tp.ida(read_back.blocks_of(runs), read_back.laws_of(runs), one, factors[0, :, i], "scale")
+            np.testing.assert_array_equal(again["peak_rotation"].values[..., 0], runs["peak_rotation"].values[..., i])
+
+    def test_designs(self, runs):
+        stripes = fragility.stripes(BLOCKS[:1], LAWS[0], [SHAKES, SHAKES], [2.0, 4.0])
+        as_they_are = fragility.stripes(BLOCKS[:1], LAWS[0], [SHAKES, SHAKES], [2.0, 4.0], scale=False)
+        cloud = fragility.cloud(BLOCKS[:1], LAWS[0], SHAKES)
+        assert [read_back.design_of(one) for one in (runs, stripes, cloud)] == ["ida", "stripes", "cloud"]
+        scaled = [read_back.scaled_to_levels(one) for one in (runs, stripes, as_they_are, cloud)]
+        assert scaled == [True, True, False, False]
+        # what is counted beside them does not make stripes an IDA
+        counted = stripes.merge(tp.overturning_probability(stripes))
+        assert read_back.design_of(counted) == "stripes"
+        np.testing.assert_array_equal(read_back.scale_factor(counted), read_back.scale_factor(stripes))
+        np.testing.assert_allclose(read_back.scale_factor(stripes) * stripes["pga"], stripes["intensity"], rtol=1e-15)
+        assert (read_back.scale_factor(cloud) == 1.0).all()
+
+    def test_scale_factors_of_slabs_are_parts_of_the_whole(self, runs):
+        """For measures that depend on the block, too, at levels and in stripes."""
+        normalised = tp.ida(BLOCKS, LAWS, SHAKES, [1.5, 3.0], "pga_normalised")
+        stripes = tp.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [1.5, 3.0], "pgv_normalised")
+        where = {"block": slice(1, 3), "motion": slice(2, 5)}
+        for one in (runs, normalised, stripes):
+            factors = read_back.scale_factors(one)
+            whole = factors.values
+            part = factors.part(where).values
+            assert part.dims == whole.dims
+            np.testing.assert_array_equal(part, whole.isel(where, missing_dims="ignore"))
+            np.testing.assert_array_equal(whole, one["scale_factor"])
+
+    def test_the_measure_of_the_levels(self, runs):
+        assert read_back.level_measure(runs).name == "pga"
+        floors = motions.Building.flexural_shear(0.5, storeys=2).floor_motions(SHAKES, floors=[2])
+        below = tp.ida(BLOCKS[0], LAWS[0], floors, [2.0, 4.0], ground=SHAKES)
+        found = read_back.level_measure(below)
+        assert found.name == "ground_pga"
+        assert read_back.levels_of_the_ground(below)
+        np.testing.assert_allclose(found.values, np.abs(SHAKES).max("time"), rtol=1e-15)
+        plain = tp.ida(BLOCKS[0], LAWS[0], SHAKES, [1.0, 2.0], "scale")
+        assert read_back.level_measure(plain).measure is None
+        np.testing.assert_array_equal(read_back.factors_of(plain)[0, :, 0], [1.0, 2.0])
+
+
+class TestAmplitude:
+    """Which motions have an amplitude of their own is said by what made them, not by what they are called."""
+
+    def test_generators_say_it(self):
+        free = {name for name, one in motions.GENERATORS.items() if not one.own_amplitude}
+        assert free == {
+            "kanai-tajimi",
+            "clough-penzien",
+            "evolutionary-kanai-tajimi",
+            "evolutionary-clough-penzien",
+            "site-based",
+            "spectrum-compatible",
+            "ac156",
+        }
+        assert not any(one.own_amplitude for one in motions.PULSES.values())
+
+    def test_it_goes_with_the_motions(self):
+        """Through scaling, corrections, buildings, matching and files; what says nothing has one."""
+        record = motions.from_array(np.sin(np.arange(400) / 8.0), 0.02, ["KanaiTajimi of the name"])
+        for one, expected in ((SHAKES, False), (record, True)):
+            passed = [
+                motions.scale_to(one, 2.0),
+                motions.highpass(one, 0.2),
+                motions.Building.flexural_shear(0.5, storeys=2).floor_motions(one, floors=[2]),
+                xr.DataArray.from_dict(one.to_dict()),
+            ]
+            for again in passed:
+                assert {record.own_amplitude for record in motions.records(again)} == {expected}
+        target = motions.TargetSpectrum((0.2, 1.0, 4.0), (4.0, 4.0, 0.5))
+        assert not motions.match(record, target)["own_amplitude"].any()
+        assert all(one.own_amplitude for one in motions.records(record.drop_vars("own_amplitude")))
+        with pytest.raises(TypeError, match="own_amplitude must be True or False, got 1"):
+            motions.from_array([0.0, 1.0], 0.1, own_amplitude=1)
+
+    def test_screened_by_it_alone(self):
+        record = motions.from_array(SHAKES.values, 0.02, [f"KanaiTajimi {i}" for i in range(12)], "CloughPenzien")
+        far = [
+            fragility.screen(tp.ida(BLOCKS[0], LAWS[0], one, [100.0]))["outside"].sel(reason="scaled_far").item()
+            for one in (SHAKES, record)
+        ]
+        assert far == [0.0, 1.0]

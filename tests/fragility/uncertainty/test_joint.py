@@ -1,0 +1,347 @@
+"""What joint shaking rests on: hazards as weights of levels, resampled means, sums over items, pieces that differ."""
+
+from types import SimpleNamespace
+
+import mpmath
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.special import ndtr
+
+import toppling as tp
+from toppling.fragility.curves.means import mean_interval, quantiles, resampled_means
+from toppling.fragility.hazard.levels import level_weights
+from toppling.fragility.numerics.totals import (
+    chances,
+    chances_of_any,
+    chances_of_none,
+    exceedances,
+    expected_totals,
+    totals,
+)
+from toppling.fragility.uncertainty.joint import Variability, oscillators_of_pieces, with_restitution
+from toppling.units import STANDARD_GRAVITY
+
+SHELF = tp.catalogue["bookcase-5-shelf"]
+
+
+def hazard(levels, rates):
+    return SimpleNamespace(levels=np.array(levels), rates=np.array(rates))
+
+
+def power_law(k0=1e-4, k=2.5, ends=(1e-3, 50.0)):
+    return hazard(ends, k0 * np.array(ends) ** -k)
+
+
+BROKEN = hazard([0.05, 0.12, 0.4, 0.9, 2.0], [0.2, 0.09, 0.008, 0.0011, 2e-5])
+
+
+def integral(value, points, levels, rates):
+    """The integral of value(ln x) |d lambda| between the points, in 30 digits: every part is smooth."""
+    with mpmath.workdps(30):
+        u = [mpmath.log(x) for x in levels]
+        v = [mpmath.log(r) for r in rates]
+        total = mpmath.mpf(0)
+        for a, b, p, q in zip(u[:-1], u[1:], v[:-1], v[1:], strict=True):
+            slope = (p - q) / (b - a)
+            edges = sorted({a, b, *(mpmath.log(x) for x in points if a < mpmath.log(x) < b)})
+            inside = [e for e in edges if mpmath.log(points[0]) <= e <= mpmath.log(points[-1])]
+            for left, right in zip(inside[:-1], inside[1:], strict=True):
+                total += mpmath.quad(
+                    lambda t, a=a, p=p, slope=slope: value(t) * slope * mpmath.exp(p - slope * (t - a)), [left, right]
+                )
+        return total
+
+
+class TestLevelWeights:
+    def test_lognormal_curve_under_a_power_law(self):
+        """k0 theta^-k exp(k² beta²/2) = 5.912472244407e-4; the error falls with the square of the step."""
+        errors = []
+        for n in (40, 80, 160, 320):
+            levels = np.geomspace(0.03, 8.0, n)
+            rate = level_weights(levels, power_law()).weights @ ndtr(np.log(levels / 0.6) / 0.4)
+            errors.append(abs(rate / 5.912472244407e-4 - 1.0))
+        assert errors[-1] < 2e-4
+        np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 4.0, rtol=0.05)
+
+    def test_step_under_a_power_law(self):
+        """A value that steps from 0 to 1 between two levels: closed form of a ramp in ln x."""
+        levels = [0.2, 0.4, 0.8, 1.6]
+        found = level_weights(levels, power_law()).weights @ np.array([0.0, 0.0, 1.0, 1.0])
+        z = 2.5 * np.log(2.0)
+        ramp = 1e-4 * 0.4**-2.5 * ((1.0 - np.exp(-z)) / z - np.exp(-z))
+        assert found == pytest.approx(ramp + 1e-4 * 0.8**-2.5, rel=1e-13)
+
+    def test_piecewise_hazard_against_quadrature(self):
+        levels = np.array([0.08, 0.15, 0.3, 0.5, 1.1, 1.7])
+        values = np.array([0.0, 0.1, 0.15, 0.6, 0.7, 0.95])
+        found = level_weights(levels, BROKEN)
+
+        def value(t):
+            u = [mpmath.log(x) for x in levels]
+            j = max(i for i in range(5) if u[i] <= t + mpmath.mpf(10) ** -25)
+            return values[j] + (values[j + 1] - values[j]) * (t - u[j]) / (u[j + 1] - u[j])
+
+        inner = integral(value, levels, BROKEN.levels, BROKEN.rates)
+        above = 0.0011 * (1.7 / 0.9) ** (np.log(2e-5 / 0.0011) / np.log(2.0 / 0.9))
+        assert found.above == pytest.approx(above, rel=1e-13)
+        assert found.weights @ values == pytest.approx(float(inner) + 0.95 * above, rel=1e-12)
+
+    def test_below_the_first_level_the_value_falls_to_zero_in_one_step(self):
+        found = level_weights([0.4, 0.8], power_law())
+        below = integral(lambda t: (t - mpmath.log(0.2)) / mpmath.log(2.0), [0.2, 0.4], [1e-3, 50.0], power_law().rates)
+        assert found.below == pytest.approx(float(below), rel=1e-12)
+        assert found.weights.sum() - found.below == pytest.approx(1e-4 * 0.4**-2.5, rel=1e-13)
+
+    def test_hazard_that_ends_before_the_levels(self):
+        """Its last slope goes on: the same as a curve that reaches further."""
+        short = level_weights([0.1, 0.5, 2.0, 5.0], power_law(ends=(1e-3, 0.7)))
+        long = level_weights([0.1, 0.5, 2.0, 5.0], power_law())
+        np.testing.assert_allclose(short.weights, long.weights, rtol=1e-12)
+
+    def test_hazard_that_begins_after_the_levels(self):
+        """Weaker shakings than its first have no rate, and are not counted."""
+        found = level_weights([0.1, 0.2, 0.5, 1.0, 2.0], power_law(ends=(0.5, 50.0)))
+        np.testing.assert_allclose(found.weights[:2], 0.0, atol=0.0)
+        assert found.below == 0.0
+        assert found.weights.sum() == pytest.approx(1e-4 * 0.5**-2.5, rel=1e-13)
+
+    @pytest.mark.parametrize("k", [1e-6, 0.05, 0.7213, 0.7214, 3.0, 400.0])
+    def test_ramp_for_every_slope(self, k):
+        """Series and closed form on either side of their border (k ln 2 = 0.5), flat and steep hazards."""
+        curve = hazard([1.0, 2.0], [1.0, 2.0**-k])
+        found = level_weights([1.0, 2.0], curve)
+        with mpmath.workdps(40):
+            z = mpmath.log(mpmath.mpf(1) / mpmath.mpf(float(curve.rates[1])))
+            ramp = (1 - mpmath.exp(-z)) / z - mpmath.exp(-z)
+        assert found.weights[1] - found.above == pytest.approx(float(ramp), rel=1e-9)
+        if k > 0.01:
+            assert found.weights[0] == pytest.approx(float(1 - mpmath.exp(-z) - ramp), rel=1e-12)
+
+    def test_one_level_stands_for_all_that_exceeds_it(self):
+        found = level_weights([0.4], power_law())
+        assert found.weights[0] == found.above == pytest.approx(1e-4 * 0.4**-2.5, rel=1e-13)
+        assert found.below == 0.0
+
+    @pytest.mark.parametrize(
+        ("levels", "curve", "error", "message"),
+        [
+            ([0.2, 0.1], BROKEN, ValueError, "levels must be > 0 and strictly increasing"),
+            ([0.0, 0.1], BROKEN, ValueError, "levels must be > 0"),
+            ([0.01, 0.02], BROKEN, ValueError, "levels must reach the hazard curve, which begins at 0.05, got 0.02"),
+            ([0.1], 5.0, TypeError, "hazard must be a hazard curve with levels and rates, got float"),
+            ([0.1], hazard([0.1], [0.1]), ValueError, "two points or more"),
+            ([0.1], hazard([0.1, 0.2], [0.1, 0.1, 0.1]), ValueError, "got 2 levels and 3 rates"),
+            ([0.1], hazard([0.1, 0.2], [0.1, 0.2]), ValueError, "not increasing"),
+            ([0.1], hazard([0.1, 0.2], [0.1, 0.0]), ValueError, "rates of the hazard must be > 0"),
+            ([0.1], hazard([0.2, 0.1], [0.1, 0.01]), ValueError, "levels of the hazard must be > 0 and strictly"),
+        ],
+    )
+    def test_refuses(self, levels, curve, error, message):
+        with pytest.raises(error, match=message):
+            level_weights(levels, curve)
+
+
+class TestMeans:
+    def test_against_scipys_bca(self):
+        """scipy resamples by itself: ends agree within what 100,000 resamples leave open."""
+        values = np.random.default_rng(3).lognormal(0.0, 0.8, 40)
+        found = mean_interval(values, replicates=100_000)
+        other = stats.bootstrap((values,), np.mean, n_resamples=100_000, method="BCa", rng=np.random.default_rng(8))
+        width = found.upper - found.lower
+        assert abs(found.lower - other.confidence_interval.low) < 0.04 * width
+        assert abs(found.upper - other.confidence_interval.high) < 0.04 * width
+
+    @pytest.mark.parametrize(("motions", "least", "most"), [(100, 0.88, 0.94), (200, 0.91, 0.97)])
+    def test_coverage_of_an_annual_value(self, motions, least, most):
+        """Motions that fall at their own threshold and above: levels of one motion are not independent.
+
+        A mean of skewed values (the rates of lognormal thresholds): with 100 motions some 91 % of 95 % intervals hold
+        it, with 200 some 93 %.
+        """
+        levels = np.geomspace(0.05, 6.0, 25)
+        weights = level_weights(levels, power_law()).weights
+        truth = weights @ ndtr(np.log(levels / 0.6) / 0.4)
+        thresholds = 0.6 * np.exp(0.4 * np.random.default_rng(5).standard_normal((600, motions)))
+        yearly = np.einsum("tlm,l->tm", (levels[:, None] >= thresholds[:, None, :]).astype(float), weights)
+        found = mean_interval(yearly, replicates=600)
+        assert least < ((found.lower <= truth) & (truth <= found.upper)).mean() < most
+        # the same flags as if every level had motions of its own: intervals that look right and are wrong
+        p = ndtr(np.log(levels / 0.6) / 0.4)
+        alone = 1.96 * np.sqrt(np.sum(weights**2 * p * (1.0 - p)) / motions)
+        assert (np.abs(yearly.mean(axis=1) - truth) <= alone).mean() < 0.85
+
+    def test_resamples_are_the_same_for_every_statistic(self):
+        values = np.random.default_rng(0).random((3, 4, 30))
+        whole = resampled_means(values, 100)
+        np.testing.assert_array_equal(whole[1, 2], resampled_means(values[1, 2], 100))
+        np.testing.assert_allclose(whole.sum(axis=0), resampled_means(values.sum(axis=0), 100), rtol=1e-12)
+        assert not np.array_equal(whole, resampled_means(values, 100, seed=1))
+
+    def test_where_all_motions_agree(self):
+        values = np.array([[0.0] * 20, [3.0] * 20, [1.0] * 20])
+        free = mean_interval(values)
+        assert np.isnan(free.lower).all()
+        assert np.isnan(free.upper).all()
+        bounded = mean_interval(values, most=3.0)
+        wilson = 0.16113  # upper end for 0 of 20
+        np.testing.assert_allclose(bounded.lower, [0.0, 3.0 * (1 - wilson), 1 - wilson], atol=1e-4)
+        np.testing.assert_allclose(bounded.upper, [3.0 * wilson, 3.0, 1 + 2.0 * wilson], atol=1e-4)
+
+    def test_scales_with_the_values(self):
+        values = np.random.default_rng(1).exponential(size=50)
+        one, thousand = mean_interval(values), mean_interval(1000.0 * values)
+        np.testing.assert_allclose(np.array(thousand), 1000.0 * np.array(one), rtol=1e-12)
+
+    @pytest.mark.parametrize(
+        ("options", "message"),
+        [
+            ({"confidence": 1.0}, "confidence must be"),
+            ({"replicates": 10}, "replicates must be at least 50, got 10"),
+            ({"seed": -1}, "seed must be at least 0"),
+        ],
+    )
+    def test_refuses(self, options, message):
+        with pytest.raises(ValueError, match=message):
+            mean_interval(np.arange(9.0), **options)
+
+
+class TestQuantiles:
+    @pytest.mark.parametrize(
+        ("n", "q", "ranks"),
+        # medians: tables of order statistics (exact coverage 0.9586, 0.9511); binomial tails for the others
+        [(20, 0.5, (6, 15)), (30, 0.5, (10, 21)), (100, 0.9, (84, 96)), (100, 0.1, (5, 17))],
+    )
+    def test_ranks(self, n, q, ranks):
+        found = quantiles(np.arange(1.0, n + 1.0)[:, None], np.array([q]), most=1e9)
+        assert (found.lower[0], found.upper[0]) == ranks
+        assert found.value[0] == np.ceil(q * n)
+        low, high = ranks
+        assert stats.binom.cdf(low - 1, n, q) <= 0.025
+        assert stats.binom.sf(high - 1, n, q) <= 0.025
+        assert stats.binom.cdf(low, n, q) > 0.025
+        assert stats.binom.sf(high - 2, n, q) > 0.025
+
+    def test_ends_beyond_the_motions(self):
+        found = quantiles(np.arange(10.0)[:, None], np.array([0.1, 0.9]), most=50.0)
+        assert found.lower[0] == 0.0
+        assert found.upper[1] == 50.0
+
+    def test_realisations_are_no_further_motions(self):
+        values = np.random.default_rng(2).random((25, 1))
+        one = quantiles(values, np.array([0.3, 0.5]), most=1.0)
+        many = quantiles(np.repeat(values, 40, axis=1), np.array([0.3, 0.5]), most=1.0)
+        np.testing.assert_array_equal(one, many)
+
+
+class TestTotals:
+    """One model, two items (3 and 2 pieces), four variants, one level, 200 motions with a chance of their own."""
+
+    counts = np.array([3, 2])
+
+    def flags(self):
+        generator = np.random.default_rng(4)
+        chance = generator.integers(0, 5, (2, 200))
+        order = np.argsort(generator.random((2, 4, 200)), axis=1)
+        return (order < chance[:, None, :])[None, :, :, None, :], chance / 4.0
+
+    def test_expectations(self):
+        flags, chance = self.flags()
+        np.testing.assert_array_equal(chances(flags)[0, :, 0], chance)
+        members = np.array([[True, True], [False, True]])
+        found = expected_totals(chances(flags), np.array([3.0, 20.0]), members)
+        np.testing.assert_allclose(found[0, :, 0], [3.0 * chance[0] + 20.0 * chance[1], 20.0 * chance[1]])
+
+    @pytest.mark.parametrize("pieces", ["independent", "together"])
+    def test_variance_of_the_number(self, pieces):
+        """Given the motion a binomial number, or all or none: its variance over motions and draws in closed form."""
+        flags, chance = self.flags()
+        variability = Variability(0.1, variants=4, realisations=1000, pieces=pieces)
+        draws = [variability.draws(label, int(n)) for label, n in zip("ab", self.counts, strict=True)]
+        number = totals(flags, draws, np.ones(2), np.array([[True, True], [True, False]]))[0, 1, 0]
+        p = chance[0]
+        within = np.mean(p * (1.0 - p)) * (3.0 if pieces == "independent" else 9.0)
+        expected = within + 9.0 * p.var()
+        assert number.var() == pytest.approx(expected, rel=0.05)
+        assert number.mean() == pytest.approx(3.0 * p.mean(), rel=0.03)
+
+    def test_events(self):
+        flags, chance = self.flags()
+        either = 1.0 - chances_of_none(
+            chances_of_any(chances(flags), self.counts, independent=True), np.array([[True, True], [False, False]])
+        )
+        np.testing.assert_allclose(either[0, 0, 0], 1.0 - (1.0 - chance[0]) ** 3 * (1.0 - chance[1]) ** 2, atol=1e-15)
+        np.testing.assert_array_equal(either[0, 1], 0.0)
+        together = chances_of_any(chances(flags), self.counts, independent=False)
+        np.testing.assert_array_equal(together, chances(flags))
+
+    def test_thresholds(self):
+        amounts = np.array([0.1 + 0.2, 0.3, 1.0])[:, None]
+        above, reached = (next(exceedances(amounts, np.array([0.3]), strictly)) for strictly in (True, False))
+        np.testing.assert_array_equal(above, [0.0, 0.0, 1.0])
+        np.testing.assert_array_equal(reached, [1.0, 1.0, 1.0])
+
+
+class TestVariability:
+    def test_restitution_has_its_mean_and_deviation(self):
+        law = tp.HousnerImpact(geometry="linear")
+        found = [one.e for one in oscillators_of_pieces(SHELF, law, 0.9, Variability(0.03, variants=1000))]
+        assert np.mean(found) == pytest.approx(0.9, abs=1e-3)
+        assert np.std(found) == pytest.approx(0.03, rel=0.02)
+        assert max(found) <= 1.0
+        # the distribution itself, by scipy
+        size = 0.9 * 0.1 / 0.03**2 - 1.0
+        assert stats.kstest(found, stats.beta(0.9 * size, 0.1 * size).cdf).statistic < 2e-3
+
+    def test_slenderness_has_its_median_and_dispersion_and_keeps_the_size(self):
+        variability = Variability(slenderness_dispersion=0.1, variants=999)
+        found = oscillators_of_pieces(SHELF, tp.HousnerImpact(geometry="exact"), None, variability)
+        # the exact geometry uplifts at g tan(alpha)
+        alpha = np.array([np.arctan(one.uplift_right / one.gain / STANDARD_GRAVITY) for one in found])
+        assert np.median(alpha) == pytest.approx(SHELF.alpha, rel=1e-3)
+        assert np.std(np.log(alpha)) == pytest.approx(0.1, rel=0.01)
+        # e_R follows each variant's own shape
+        np.testing.assert_allclose([one.e for one in found], 1.0 - 1.5 * np.sin(alpha) ** 2, rtol=1e-12)
+
+    def test_draws_depend_on_seed_and_label_alone(self):
+        variability = Variability(0.02)
+        np.testing.assert_array_equal(variability.draws("shelf", 5), variability.draws("shelf", 5))
+        assert not np.array_equal(variability.draws("shelf", 5), variability.draws("case", 5))
+        assert not np.array_equal(variability.draws("shelf", 5), Variability(0.02, seed=1).draws("shelf", 5))
+        assert (variability.draws("shelf", 5).sum(axis=1) == 5).all()
+        together = Variability(0.02, pieces="together").draws("shelf", 5)
+        assert set(together.ravel().tolist()) == {0, 5}
+
+    def test_own_restitution(self):
+        assert with_restitution(tp.DiscreteDamping(delta=0.1), 0.8) == tp.DiscreteDamping(e=0.8, delta=0.1)
+        assert with_restitution(tp.HousnerImpact(restitution_factor=0.9), 0.8) == tp.HousnerImpact(e=0.8)
+        assert with_restitution(tp.Vassiliou(), None) == tp.Vassiliou()
+        with pytest.raises(ValueError, match="law 'vassiliou' has no restitution, so a block cannot have its own"):
+            with_restitution(tp.Vassiliou(), 0.8)
+
+    def test_laws_without_restitution_vary_in_slenderness_alone(self):
+        found = oscillators_of_pieces(SHELF, tp.Vassiliou(), None, Variability(0.02, variants=3))
+        assert found[0] == found[1] == found[2] == tp.Vassiliou().oscillator(SHELF)
+
+    @pytest.mark.parametrize(
+        ("make", "message"),
+        [
+            (Variability, "needs restitution_sd or slenderness_dispersion > 0, got 0 for both"),
+            (lambda: Variability(-0.1), "restitution_sd must be"),
+            (lambda: Variability(0.1, 2.0), "slenderness_dispersion must be"),
+            (lambda: Variability(0.1, pieces="some"), "pieces must be one of 'independent', 'together', got 'some'"),
+            (lambda: Variability(0.1, variants=1), "variants must be at least 2, got 1"),
+            (lambda: Variability(0.1, realisations=5000), "realisations must be at most 1000, got 5000"),
+            (
+                lambda: oscillators_of_pieces(SHELF, tp.HousnerImpact(e=1.0), None, Variability(0.02)),
+                "restitution_sd 0.02 for bookcase-5-shelf, whose restitution is 1: mean must be",
+            ),
+            (
+                lambda: oscillators_of_pieces(tp.Block(2.0, 1.0), tp.HousnerImpact(e=0.5), None, Variability(0.0, 1.0)),
+                "slenderness_dispersion 1 makes .* a block of alpha = .* which must be below pi/2",
+            ),
+        ],
+    )
+    def test_refuses(self, make, message):
+        with pytest.raises(ValueError, match=message):
+            make()

@@ -1,0 +1,510 @@
+"""All record formats: real files if they are present, and small, damaged and hostile files written here."""
+
+import time
+import tracemalloc
+
+import numpy as np
+import pytest
+import record_files as files
+from record_files import COUNTS, SAMPLES, shaking
+from shared_cases import SHARED, needs_shared
+
+from toppling import motions as mo
+from toppling.motions import RecordError
+from toppling.units import STANDARD_GRAVITY as G
+
+FORMATS = SHARED / "data/records/formats"
+
+# file, components, samples, step (s), peaks that the headers declare (m/s², about the mean for K-NET), their last digit
+REAL = [
+    ("AOM0011801241951.EW", 1, 10200, 0.01, [0.04078], 1e-5),
+    ("AOM0011801241951.NS", 1, 10200, 0.01, [0.04954], 1e-5),
+    ("NGNH311106302345.EW2", 1, 12000, 0.01, [0.00708], 1e-5),
+    ("HI.ARS1..HNE.D.20190728.160908.C.ACC.ASC", 1, 19128, 0.005, [0.00300022], 1e-8),
+    ("Cosmos12TimeSeriesTest.v1", 1, 7000, 0.01, [1.61962], 1e-5),
+    ("us1000hyfh_akbmrp_AKBMR--n.1000hyfh.BNZ.--.acc.V2c", 1, 42000, 0.005, [0.06851512], 1e-8),
+    ("CE58667.V2", 3, 7500, 0.01, [0.27114, 0.11244, 0.26411], 1e-5),
+    ("20180212_211557_WPWS_20.V2A", 3, 5800, 0.02, [0.0416, 0.1940, 0.0273], 1e-4),
+]
+
+
+def saved(tmp_path, text, name="record.dat"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@needs_shared
+class TestRealFiles:
+    @pytest.mark.parametrize(("name", "components", "samples", "dt", "peaks", "digit"), REAL, ids=[r[0] for r in REAL])
+    def test_components_step_samples_and_declared_peaks(self, name, components, samples, dt, peaks, digit):
+        motion = mo.read(FORMATS / name)
+        assert motion.shape == (components, samples)
+        assert motion.dt.values.tolist() == [dt] * components
+        assert set(motion.source.values) == {name}
+        assert motion.attrs["units"] == "m s-2"
+        if name[-3:] in {".EW", ".NS", "EW2"}:
+            motion = mo.baseline(motion, order=0)
+        np.testing.assert_allclose(np.abs(motion.values).max(axis=1), peaks, rtol=0, atol=0.5001 * digit)
+
+    @pytest.mark.parametrize(
+        ("name", "labels"),
+        [
+            ("AOM0011801241951.EW", ["AOM001 E-W 2018-01-24 19:51:00"]),
+            ("NGNH311106302345.EW2", ["NGNH31 E-W surface 2011-06-30 23:45:00"]),
+            ("HI.ARS1..HNE.D.20190728.160908.C.ACC.ASC", ["HI.ARS1 HNE GREECE 2019-07-28 16:09:08"]),
+            (
+                "20180212_211557_WPWS_20.V2A",
+                [f"WPWS {axis} 2018 February 12 21:15:54 UT" for axis in ("S16W", "S74E", "Up")],
+            ),
+        ],
+    )
+    def test_labels(self, name, labels):
+        assert mo.read(FORMATS / name).motion.values.tolist() == labels
+
+    def test_what_the_headers_say(self):
+        esm = mo.read(FORMATS / "HI.ARS1..HNE.D.20190728.160908.C.ACC.ASC")
+        assert float(esm.epicentral_distance[0]) == pytest.approx(88100.0)
+        assert (float(esm.magnitude[0]), str(esm.magnitude_type[0].item())) == (4.6, "ML")
+        assert "vs30" not in esm.coords
+        alaska = mo.read(FORMATS / "us1000hyfh_akbmrp_AKBMR--n.1000hyfh.BNZ.--.acc.V2c")
+        assert (float(alaska.magnitude[0]), str(alaska.magnitude_type[0].item())) == (7.0, "Mw")
+        assert str(alaska.component[0].item()) == "BNZ"
+
+    def test_bad_header(self):
+        with pytest.raises(RecordError, match=r"BadHeader.V2: line 46 .* without a number format such as \(8f10.6\)"):
+            mo.read(FORMATS / "BadHeader.V2")
+
+    @pytest.mark.parametrize("name", [r[0] for r in REAL])
+    def test_cut_anywhere(self, name, tmp_path):
+        """A file that is cut at the end of a line is refused or, between whole components, read without the rest."""
+        lines = (FORMATS / name).read_text(encoding="utf-8").splitlines(keepends=True)
+        whole = mo.read(FORMATS / name)
+        for at in np.linspace(1, len(lines) - 1, 23).astype(int):
+            path = saved(tmp_path, "".join(lines[:at]))
+            try:
+                found = mo.read(path)
+            except RecordError:
+                continue
+            assert found.sizes["motion"] < whole.sizes["motion"], at
+
+    @pytest.mark.parametrize("name", ["AOM0011801241951.EW", "AOM0011801241951.NS", "NGNH311106302345.EW2"])
+    def test_as_obspy_reads_it(self, name):
+        obspy = pytest.importorskip("obspy")
+        trace = obspy.read(str(FORMATS / name), format="KNET", apply_calib=True)[0]
+        motion = mo.read(FORMATS / name)
+        np.testing.assert_allclose(motion.values[0], trace.data, rtol=1e-12, atol=1e-15)
+        assert float(motion.dt[0]) == trace.stats.delta
+        assert motion.sizes["time"] == trace.stats.npts
+
+
+class TestKnet:
+    def test_scale_and_direction(self, tmp_path):
+        motion = mo.read(saved(tmp_path, files.knet(COUNTS, "7845(gal)/8223790", direction="6")))
+        np.testing.assert_allclose(motion.values[0], COUNTS * 0.01 * 7845.0 / 8223790.0, rtol=1e-15)
+        assert motion.motion.values.tolist() == ["AOM001 U-D surface 2018-01-24 19:51:00"]
+        assert float(motion.magnitude[0]) == 6.2
+
+    @pytest.mark.parametrize(("scale", "factor"), [("2(g)/1000", 2e-3 * G), ("2(cm/s2)/4", 5e-3), ("3(m/s^2)/1", 3.0)])
+    def test_units(self, tmp_path, scale, factor):
+        motion = mo.read(saved(tmp_path, files.knet(COUNTS, scale)))
+        np.testing.assert_allclose(motion.values[0], COUNTS * factor, rtol=1e-14)
+
+    def test_both_spellings_in_use(self, tmp_path):
+        text = files.knet(COUNTS).replace("Max. Acc. (gal)   ", "Max Acc. (gal)    ").replace("Long.  ", "Lon.   ")
+        assert mo.read(saved(tmp_path, text.replace("Lon.   ", "Long.  ", 1))).sizes["time"] == COUNTS.size
+
+    @pytest.mark.parametrize(
+        ("text", "message"),
+        [
+            (files.knet(COUNTS, "7845/8223790"), "line 14 gives the scale factor as '7845/8223790', must be like"),
+            (files.knet(COUNTS, "7845(volt)/8223790"), "line 14 gives the scale factor"),
+            (files.knet(COUNTS, "7845(gal)/0"), "line 14 gives the scale factor's counts as '0', must be .* > 0"),
+            (files.knet(COUNTS, frequency="fast"), "line 11 gives the sampling frequency .* as 'fast'"),
+            (files.knet(COUNTS, duration=3), "ends 200 samples, .* declare 300: truncated or damaged"),
+            (files.knet(COUNTS, duration="1e5"), "ends 200 samples"),
+            (files.knet(COUNTS, duration="9e5"), "declares 90000000 samples, allowed are 2 to 50,000,000"),
+            (files.knet(COUNTS).replace("Scale Factor", "Scale-Factor"), "line 14 begins .* has 'Scale Factor' there"),
+            (files.knet(COUNTS).replace("    -100 ", "     x   "), "line 18 holds 'x .*, no number"),
+            (files.knet(COUNTS).partition("Last")[0], "ends before the header line 'Last Correction'"),
+        ],
+    )
+    def test_broken(self, tmp_path, text, message):
+        refused(saved(tmp_path, text), message)
+
+
+class TestEsm:
+    def test_everything_it_says(self, tmp_path):
+        values = shaking()
+        motion = mo.read(saved(tmp_path, files.esm(values)))
+        np.testing.assert_allclose(motion.values[0], 0.01 * values, rtol=1e-15)
+        assert motion.motion.values.tolist() == ["HI.ARS1 HNE SOMEWHERE 2019-07-28 16:09:08"]
+        assert (float(motion.magnitude[0]), str(motion.magnitude_type[0].item())) == (5.1, "Mw")
+        assert float(motion.epicentral_distance[0]) == pytest.approx(88100.0)
+        assert float(motion.vs30[0]) == 760.0
+        assert motion.vs30.attrs["units"] == "m s-1"
+
+    @pytest.mark.parametrize(("unit", "factor"), [("cm/s^2", 0.01), ("m/s^2", 1.0), ("g", G), ("mm/s^2", 0.001)])
+    def test_units(self, tmp_path, unit, factor):
+        motion = mo.read(saved(tmp_path, files.esm([1.0, 2.0], unit=unit)))
+        np.testing.assert_allclose(motion.values[0], [factor, 2.0 * factor], rtol=1e-15)
+
+    @pytest.mark.parametrize(
+        ("text", "message"),
+        [
+            (files.esm(shaking(), quantity="VELOCITY"), "holds 'velocity', not acceleration"),
+            (files.esm(shaking(), unit="furlong"), "unknown unit of acceleration 'furlong'"),
+            (files.esm(shaking(), count=99), r"declares 99 samples \(NDATA\) but holds 24: truncated"),
+            (files.esm(shaking(), count="1e9"), "declares 1e9 samples .NDATA., allowed are 2 to 50,000,000"),
+            (files.esm(shaking(), count="many"), "gives samples .NDATA. as 'many'"),
+            (files.esm(shaking(), vs30="soft"), "gives VS30_M/S as 'soft'"),
+            (files.esm(shaking(), dt=0.0), "gives SAMPLING_INTERVAL_S as '0.000000', must be a finite number, > 0"),
+            (files.esm(shaking()).replace("UNITS:", "UNIT:"), "its header gives no UNITS"),
+            (
+                files.esm(shaking()).replace("USER5:", "USER6:"),
+                "holds '.*', the header of an ESM file has 'KEY: value'",
+            ),
+            (files.esm(shaking()) + "nan\n", "sample 25 is nan|no number"),
+        ],
+    )
+    def test_broken(self, tmp_path, text, message):
+        refused(saved(tmp_path, text), message)
+
+
+class TestCosmos:
+    def test_channels_and_other_quantities(self, tmp_path):
+        first, second = shaking(150), shaking(150, seed=1)
+        blocks = [("acceleration", first), ("velocity", first), ("displacement", first)]
+        motion = mo.read(saved(tmp_path, files.cosmos([blocks, [("acceleration", second)]])))
+        np.testing.assert_allclose(motion.values, 0.01 * np.array([first, second]), rtol=1e-13)
+        assert motion.component.values.tolist() == ["1: 90 deg", "2: 180 deg"]
+        assert motion.event.values[0] == "Somewhere Earthquake of Fri Nov 30, 2018 17:29 UTC"
+        assert motion.magnitude.values.tolist() == [6.7, 6.7]
+
+    @pytest.mark.parametrize(
+        ("unit", "factor"), [("g (02)", G), ("cm/s^2 (4)", 0.01), ("cm/s^2", 0.01), ("m/sec2(99)", 1.0)]
+    )
+    def test_units(self, tmp_path, unit, factor):
+        motion = mo.read(saved(tmp_path, files.cosmos([[("acceleration", [1.0, 2.0, 3.0])]], unit=unit)))
+        np.testing.assert_allclose(motion.values[0], np.array([1.0, 2.0, 3.0]) * factor, rtol=1e-14)
+
+    def test_columns_that_run_together(self, tmp_path):
+        text = files.cosmos([[("acceleration", [123.45678, 223.45678, -23.45678])]], form="(10F9.5)", printed="%9.5f")
+        motion = mo.read(saved(tmp_path, text))
+        np.testing.assert_allclose(motion.values[0], [1.2345678, 2.2345678, -0.2345678], rtol=1e-14)
+
+    def test_components_of_other_lengths(self, tmp_path):
+        path = saved(tmp_path, files.cosmos([[("acceleration", shaking(n))] for n in (20, 30, 20)]))
+        refused(path, r"differ in step or length \(20 samples at 0.01 s, 30 samples at 0.01 s\): read_all")
+        first, second = mo.read_all(path)
+        assert (first.shape, second.shape) == ((2, 20), (1, 30))
+        assert first.component.values.tolist() == ["1: 90 deg", "3: 270 deg"]
+        assert mo.measures([first, second]).sizes["motion"] == 3
+
+    BLOCK = [[("acceleration", shaking(100))]]
+
+    @pytest.mark.parametrize(
+        ("text", "message"),
+        [
+            (files.cosmos(BLOCK, unit="counts (50)"), "gives the unit of acceleration as 'counts': counts or"),
+            (files.cosmos(BLOCK, seconds=50), "declares 100 points in 50 s, but the time step is 0.01 s"),
+            (files.cosmos(BLOCK, form="none"), "states no number format"),
+            (files.cosmos([[("acceleration", [1.0, -999.0])]]), "sample 2 is -999, the file's mark for an unknown"),
+            (files.cosmos(BLOCK, dt=0.0, seconds=1), "gives the time step .real header 62, ms. as"),
+            (files.cosmos(BLOCK).replace("/&", "  "), "states no number format"),
+            (files.cosmos(BLOCK).replace("100  acceleration pts", "some words"), "must announce data"),
+            (files.cosmos(BLOCK)[:-60], "ends before the mark at the channel's end: truncated"),
+            (files.cosmos(BLOCK).replace("100  acc", "101  acc"), "truncated or damaged"),
+            (files.cosmos(BLOCK).replace("100  acc", "2000000000  acc"), "2000000000 acceleration points, allowed are"),
+            (
+                files.cosmos(BLOCK).replace(" 100 Integer", " 999999999 Integer"),
+                "must be the announcement of its integer header",
+            ),
+            (files.cosmos([[("velocity", shaking())]]), "holds no acceleration"),
+        ],
+    )
+    def test_broken(self, tmp_path, text, message):
+        refused(saved(tmp_path, text), message)
+
+
+class TestCsmip:
+    def test_channels(self, tmp_path):
+        first, second = shaking(100), shaking(100, seed=1)
+        motion = mo.read(saved(tmp_path, files.csmip([first, second])))
+        np.testing.assert_allclose(motion.values, 0.01 * np.array([first, second]), rtol=1e-13)
+        event = "Sun Aug 24, 2014 03:20:33.0 PDT"
+        assert motion.motion.values.tolist() == [f"CSMIP 58667 chan {i} H{i} {event}" for i in (1, 2)]
+        assert (float(motion.magnitude[0]), str(motion.magnitude_type[0].item())) == (4.2, "ML")
+
+    @pytest.mark.parametrize(("unit", "factor"), [("g", G), ("cm/sec/sec", 0.01), ("m/s2", 1.0)])
+    def test_units(self, tmp_path, unit, factor):
+        motion = mo.read(saved(tmp_path, files.csmip([[0.1, 0.2, 0.3]], unit=unit)))
+        np.testing.assert_allclose(motion.values[0], np.array([0.1, 0.2, 0.3]) * factor, rtol=1e-14)
+
+    CHANNEL = [shaking(100)]
+
+    @pytest.mark.parametrize(
+        ("text", "message"),
+        [
+            (files.csmip(CHANNEL, form=""), "line 46 announces accel data without a number format"),
+            (files.csmip(CHANNEL, unit="gnats"), "gives the unit of acceleration as 'gnats'"),
+            (files.csmip(CHANNEL, blocks=("accel", "displ")), "must announce data, 'n points of veloc data"),
+            (files.csmip(CHANNEL, blocks=("accel", "veloc")), "must announce data, 'n points of displ data"),
+            (files.csmip(CHANNEL, dt=0.0), "gives the time step .s. as '0.000'"),
+            (files.csmip(CHANNEL).replace("   100 points of acc", "   101 points of acc"), "truncated or damaged"),
+            (files.csmip(CHANNEL).replace("   100 points of vel", "9999999999 points of vel"), "allowed are 2 to"),
+            (files.csmip(CHANNEL).partition("/&")[0], "ends before the mark at the channel's end"),
+            (files.csmip(CHANNEL) + "rubbish\n", "holds 'rubbish', a channel begins 'Corrected accelerogram'"),
+        ],
+    )
+    def test_broken(self, tmp_path, text, message):
+        refused(saved(tmp_path, text), message)
+
+
+class TestGeonet:
+    def test_components(self, tmp_path):
+        first, second = np.round(shaking(100), 1), np.round(shaking(100, seed=1), 1)
+        motion = mo.read(saved(tmp_path, files.geonet({"S16W": first, "Up": second})))
+        np.testing.assert_allclose(motion.values, 0.001 * np.array([first, second]), rtol=1e-13)
+        assert motion.component.values.tolist() == ["S16W", "Up"]
+        assert motion.epicentral_distance.values.tolist() == [13000.0, 13000.0]
+        assert float(motion.dt[0]) == 0.02
+
+    CHANNEL = {"N": shaking(100)}
+
+    @pytest.mark.parametrize(
+        ("text", "message"),
+        [
+            (files.geonet(CHANNEL, opening="Uncorrected accelerogram"), "an uncorrected accelerogram .V1A.: take"),
+            (files.geonet(CHANNEL, unit="counts"), "unit of acceleration as 'counts', the format has mm/s/s"),
+            (files.geonet(CHANNEL, dt=0.0), "gives the time step .real header 26, s."),
+            (files.geonet(CHANNEL)[:-90], "holds 9 displacement samples, its format says 10: truncated"),
+            (files.geonet(CHANNEL).replace("     100     100     100", "99999999     100     100"), "99999999 accel"),
+        ],
+    )
+    def test_broken(self, tmp_path, text, message):
+        refused(saved(tmp_path, text), message)
+
+
+class TestTables:
+    def test_named_columns(self, tmp_path):
+        text = "# a record\ntime (s),north (g),east (cm/s2),up (m/s2)\n0.00,1,2,3\n0.01,4,5,6\n"
+        motion = mo.read(saved(tmp_path, text, "site.csv"))
+        np.testing.assert_allclose(motion.values, [[G, 4 * G], [0.02, 0.05], [3.0, 6.0]], rtol=1e-15)
+        assert motion.motion.values.tolist() == ["site north (g)", "site east (cm/s2)", "site up (m/s2)"]
+
+    def test_unit_given(self, tmp_path):
+        path = saved(tmp_path, "0.00 1\n0.01 2\n")
+        assert mo.read(path, unit="g").values[0].tolist() == [G, 2.0 * G]
+        assert mo.read(path, unit=0.5).values[0].tolist() == [0.5, 1.0]
+        with pytest.raises(ValueError, match=r"unit must be one of .* got 'furlong'"):
+            mo.read(path, unit="furlong")
+        with pytest.raises(TypeError, match="unit must be a number"):
+            mo.read(path, unit=[1.0])
+        with pytest.raises(RecordError, match="states its unit, so unit must not be given"):
+            mo.read(saved(tmp_path, "t, a (g)\n0.00 1\n0.01 2\n"), unit="g")
+        with pytest.raises(RecordError, match="a K-NET file states its own unit"):
+            mo.read(saved(tmp_path, SAMPLES["knet"]), unit="g")
+        with pytest.raises(RecordError, match=r"an? ESM file states its own DT"):
+            mo.read(saved(tmp_path, SAMPLES["esm"]), dt=0.01)
+
+    def test_numbers_that_only_python_reads(self, tmp_path):
+        refused(saved(tmp_path, "0.00 1\n0.01 1_0\n"), "line 2 holds '0.01 1_0', no numbers")
+        refused(saved(tmp_path, files.at2([0.1, 0.2]).replace("2.0000000E-01", "2_0")), "no number")
+
+
+class TestObspy:
+    def stream(self, tmp_path, kind, **header):
+        obspy = pytest.importorskip("obspy")
+        np_data = (1000.0 * shaking(500, 1.0)).astype(np.int32)
+        traces = [
+            obspy.Trace(np_data * (i + 1), {"station": "ABC", "channel": f"HN{c}", "delta": 0.01, **header})
+            for i, c in enumerate("ENZ")
+        ]
+        path = tmp_path / "record.dat"
+        obspy.Stream(traces[: 1 if kind.startswith("SAC") else 3]).write(str(path), format=kind)
+        return path, np_data
+
+    @pytest.mark.parametrize("kind", ["MSEED", "SAC", "SACXY", "SLIST", "TSPAIR"])
+    def test_formats(self, tmp_path, kind):
+        path, data = self.stream(tmp_path, kind)
+        with pytest.raises(RecordError, match=f"{kind} states no unit, so unit must be given"):
+            mo.read(path)
+        motion = mo.read(path, unit=0.001)
+        np.testing.assert_allclose(motion.values[0], 0.001 * data, rtol=1e-6)
+        assert motion.sizes["motion"] == (1 if kind.startswith("SAC") else 3)
+        assert motion.motion.values[0].startswith("ABC HNE 1970-01-01")
+        assert float(motion.dt[0]) == pytest.approx(0.01)
+
+    def test_gse(self, tmp_path):
+        path, _ = self.stream(tmp_path, "GSE2")
+        refused(path, "a GSE file, which obspy reads unsafely", unit="g")
+
+    def test_gap(self, tmp_path):
+        obspy = pytest.importorskip("obspy")
+        data = np.arange(50, dtype=np.int32)
+        traces = [obspy.Trace(data, {"station": "A", "starttime": obspy.UTCDateTime(t)}) for t in (0, 500)]
+        path = tmp_path / "gap.mseed"
+        obspy.Stream(traces).write(str(path), format="MSEED")
+        refused(path, "is in pieces .a gap.", unit="g")
+
+    def test_binary_rubbish(self, tmp_path):
+        path = tmp_path / "rubbish.AT2"
+        path.write_bytes(np.random.default_rng(1).bytes(20000))
+        refused(path, "not text .holds NUL bytes.|in a format of", unit="g")
+
+    def test_pickles_are_not_opened(self, tmp_path):
+        """obspy's own detection would unpickle this file and so run its code."""
+        pytest.importorskip("obspy")
+        path = tmp_path / "trap.AT2"
+        trap = tmp_path / "sprung"
+        path.write_bytes(b"Vobspy.core.stream\n0cbuiltins\nopen\n(V" + str(trap).encode() + b"\nVw\ntR.\0")
+        refused(path, "not text", unit="g")
+        assert not trap.exists()
+
+
+def refused(path, message, **options):
+    with pytest.raises(RecordError, match=message) as error:
+        mo.read(path, **options)
+    assert str(error.value).startswith(str(path))
+    assert "\n" not in str(error.value)
+
+
+class TestHostile:
+    @pytest.mark.parametrize("name", SAMPLES)
+    def test_samples_are_sound(self, tmp_path, name):
+        motion = mo.read(saved(tmp_path, SAMPLES[name]))
+        assert np.isfinite(motion.values).all()
+
+    @pytest.mark.parametrize("name", SAMPLES)
+    def test_line_endings_and_byte_order_mark(self, tmp_path, name):
+        for text in (SAMPLES[name].replace("\n", "\r\n"), SAMPLES[name].replace("\n", "\r"), "\ufeff" + SAMPLES[name]):
+            path = tmp_path / "record.dat"
+            path.write_bytes(text.encode())
+            np.testing.assert_array_equal(mo.read(path), mo.read(saved(tmp_path, SAMPLES[name], "plain.dat")))
+
+    @pytest.mark.parametrize("name", SAMPLES)
+    @pytest.mark.parametrize("trouble", ["web page", "a million columns", "one line", "junk", "a billion samples"])
+    def test_refused_quickly_in_little_memory(self, tmp_path, name, trouble):
+        text = SAMPLES[name]
+        lines = text.splitlines(keepends=True)
+        body = {
+            "web page": "<!DOCTYPE html>\n<html><body>404</body></html>\n" + text,
+            "a million columns": "".join(lines[:-3]) + "1.0 " * 1_000_000 + "\n",
+            "one line": lines[0].rstrip() + "x" * 3_000_000,
+            "junk": "".join(lines[:20]) + "\x01\x02\ud800".encode("utf-8", "replace").decode() * 5000,
+            "a billion samples": text.replace("Duration Time(s)  2.0", "Duration Time(s)  10000000")
+            .replace("200", "1000000000")
+            .replace("100 ", "1000000000 "),
+        }[trouble]
+        path = saved(tmp_path, body, "hostile.AT2")
+        mo.read(mo.example_path())
+        tracemalloc.start()
+        begin = time.perf_counter()
+        try:
+            mo.read(path)
+        except RecordError as error:
+            assert "\n" not in str(error)
+        else:
+            assert (name, trouble) == ("csv", "a billion samples")  # a table declares no count
+        elapsed = time.perf_counter() - begin
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert peak < 40e6
+        assert elapsed < 5.0
+
+    def test_memory_follows_the_samples_not_the_text(self, tmp_path):
+        n = 300_000
+        path = saved(tmp_path, files.at2(np.zeros(n)))
+        tracemalloc.start()
+        mo.read(path)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert path.stat().st_size > 15 * n
+        assert peak < 8 * 8 * n
+
+    @pytest.mark.parametrize("name", SAMPLES)
+    def test_damaged(self, tmp_path, name):
+        assert damage(tmp_path / "damaged.dat", SAMPLES[name].encode(), 300) > 50
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("name", SAMPLES)
+    def test_damaged_ten_thousand_times(self, tmp_path, name):
+        assert damage(tmp_path / "damaged.dat", SAMPLES[name].encode(), 10_000) > 1000
+
+    @needs_shared
+    @pytest.mark.slow
+    @pytest.mark.parametrize("name", [r[0] for r in REAL])
+    def test_damaged_real_files(self, tmp_path, name):
+        source = cut(name)
+        assert mo.read(saved(tmp_path, source)).size > 100
+        assert damage(tmp_path / "damaged.dat", source.encode(), 10_000) > 1000
+
+
+def cut(name):
+    """Return the header of a real file and about 200 lines of its first component, with adapted counts."""
+    text = (FORMATS / name).read_text(encoding="utf-8")
+    lines = text.splitlines(keepends=True)
+    if name.endswith(".ASC"):
+        return "".join(lines[:264]).replace("NDATA: 19128", "NDATA: 200")
+    if name.endswith(".v1"):
+        return (
+            "".join([*lines[:246], lines[-1]])
+            .replace("   7000  acc", "   1600  acc")
+            .replace("approx   70", "approx 16")
+        )
+    if name.endswith(".V2c"):
+        return (
+            "".join([*lines[:253], lines[-1]]).replace("  42000 acc", "    200 acc").replace("approx  210", "approx 1")
+        )
+    if name.endswith(".V2"):
+        blocks = [line for start in (45, 984, 1923) for line in lines[start : start + 61]]
+        return "".join([*lines[:45], *blocks, lines[2862]]).replace("  7500 points of", "   480 points of")
+    if name.endswith(".V2A"):
+        blocks = [line for start in (26, 606, 1186) for line in lines[start : start + 60]]
+        return "".join([*lines[:26], *blocks]).replace("    5800    5800    5800", "     600     600     600")
+    return "".join(lines[:217]).replace(lines[11], "Duration Time(s)  16\n")
+
+
+def damage(path, source, times):
+    """Read damaged copies, with numbers or a RecordError of one line as the result; return how many were refused."""
+    rng = np.random.default_rng(7)
+    refusals = 0
+    for _ in range(times):
+        data = bytearray(source)
+        for _ in range(int(rng.integers(1, 5))):
+            at = int(rng.integers(len(data)))
+            if rng.random() < 0.5:  # headers are short: half of the damage goes there
+                at = min(at, int(rng.integers(3000)), len(data) - 1)
+            kind = rng.integers(7)
+            if kind == 0:
+                data[at] = int(rng.integers(1, 256))
+            elif kind == 1:
+                del data[at : at + int(rng.integers(1, 40))]
+            elif kind == 2:
+                data[at:at] = bytes(rng.integers(32, 127, int(rng.integers(1, 20)), dtype=np.uint8))
+            elif kind == 3:
+                data = data[: at + 1]
+            elif kind == 4:
+                data[at : at + 1] = [b"9" * 30, b"1e400", b"nan", b"-", b"0", b"\xff\xfe", b"\n", b"1e9"][
+                    int(rng.integers(8))
+                ]
+            elif kind == 5:
+                other = int(rng.integers(len(data)))
+                data[at:at] = data[other : other + 200]
+            else:
+                start = data.rfind(b"\n", 0, at) + 1
+                end = data.find(b"\n", at)
+                del data[start : end + 1]
+            if not data:
+                data = bytearray(b"x")
+        path.write_bytes(bytes(data))
+        try:
+            found = mo.read_all(path)
+        except RecordError as error:
+            refusals += 1
+            assert str(error).startswith(str(path))
+            assert "\n" not in str(error)
+        else:
+            assert all(np.isfinite(motion.values).all() for motion in found)
+    return refusals

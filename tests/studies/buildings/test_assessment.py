@@ -1,0 +1,635 @@
+"""Performance assessment: what falls together, in the building and in a year, and what anchoring saves."""
+
+import json
+from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
+
+import distributed
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.fragility import wilson_interval
+from toppling.fragility.hazard.levels import level_weights
+from toppling.fragility.uncertainty.joint import Variability
+from toppling.motions import Building
+from toppling.studies.buildings import assessment as module
+from toppling.studies.buildings.anchoring import anchoring
+from toppling.studies.buildings.assessment import assess
+from toppling.studies.buildings.contents import Contents, Inventory
+from toppling.studies.buildings.inventory import example_path, read_inventory
+from toppling.studies.buildings.notes import notes
+from toppling.studies.plots.anchoring import anchoring_figure
+from toppling.studies.plots.assessment import exceedance_figure, levels_figure
+from toppling.studies.tables.assessment import annual_rows, consequence_rows, level_rows, ranking_rows
+from toppling.wording import short_digits, three_digits
+
+mpl.use("Agg")
+
+LAW = tp.EnergyConsistent()
+FRAME = Building.flexural_shear(0.5, storeys=4)
+LEVELS = np.geomspace(0.8, 12.0, 7)
+CURVE = SimpleNamespace(
+    levels=np.geomspace(0.2, 20.0, 12), rates=0.02 * np.geomspace(0.2, 20.0, 12) ** -1.8, im="pga", units="m s-2"
+)
+SHELF, CASE, FILES = (tp.catalogue[n] for n in ("bookcase-5-shelf", "display-cabinet-glass", "file-vertical-4-drawer"))
+
+INVENTORY = Inventory(
+    (
+        Contents("shelf", SHELF, 3, 4, value=300.0, consequences=("injury",), anchoring_cost=20.0),
+        Contents("case", CASE, 0, 2, value=900.0, consequences=("blocks-exit", "injury"), anchoring_cost=40.0),
+        Contents("files", FILES, 3, 5, e=0.85, value=100.0, anchoring_cost=10.0),
+        Contents("fixed", SHELF, 1, 3, value=5000.0, consequences=("blocks-exit",), anchored=True),
+        Contents("other shelf", SHELF, 3, 1, value=50.0, consequences=("blocks-exit",), anchoring_cost=0.0),
+    ),
+    "EUR",
+)
+
+
+def shaking(n=24, seed=2):
+    return tp.motions.CloughPenzien(duration=10.0, dt=0.01, s0=0.05).sample(n, seed=seed)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return assess(INVENTORY, [LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE)
+
+
+@pytest.fixture(scope="module")
+def anchored():
+    """The building with one item anchored, for each."""
+    buildings = {}
+    for free in (row for row in INVENTORY.rows if not row.anchored):
+        rows = tuple(replace(row, anchored=row.anchored or row is free) for row in INVENTORY.rows)
+        buildings[free.label] = assess(replace(INVENTORY, rows=rows), LAW, shaking(), LEVELS, "pga", FRAME, CURVE)
+    return buildings
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    return assess(INVENTORY, LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(0.02, 0.05))
+
+
+def known(monkeypatch, flags, inventory, levels, hazard=None, **options):
+    """An assessment on the ground whose runs give these flags (oscillator, level, motion)."""
+    flags = np.array(flags, bool)
+    monkeypatch.setattr(module, "overturning_flags", lambda oscillators, *_: flags[: len(oscillators)])
+    return assess(inventory, LAW, shaking(flags.shape[2]), levels, "pga", None, hazard, **options)
+
+
+class TestAgainstIda:
+    """The same runs, asked for one by one: levels of the ground motion, floor by floor."""
+
+    def runs(self, block, model, floor):
+        ground = shaking()
+        return tp.ida(block, model, FRAME.floor_motions(ground, [floor]), LEVELS, "pga", "overturned", ground=ground)
+
+    def test_flags(self, found):
+        for row in INVENTORY.rows:
+            for k, law in enumerate((LAW, tp.DiscreteDamping())):
+                model = law if row.e is None else replace(law, e=row.e)
+                flags = self.runs(row.block, model, row.floor).overturned.values[0, 0]
+                mine = found.overturned.isel(model=k).sel(item=row.label).values
+                np.testing.assert_array_equal(mine, np.zeros_like(flags) if row.anchored else flags)
+        assert found.overturned.any()
+        assert not found.overturned.isel(level=0).any()
+
+    def test_one_item_is_its_fragility(self, found):
+        counts = tp.overturning_probability(self.runs(SHELF, LAW, 3).drop_vars("floor"))
+        one = found.isel(model=0).sel(item="shelf")
+        for name in ("probability", "lower", "upper"):
+            mine = one["probability" if name == "probability" else f"probability_{name}"]
+            np.testing.assert_allclose(mine, counts[name].values[0, 0], atol=1e-14)
+
+    def test_one_item_in_a_year_is_its_risk(self, found):
+        weights = level_weights(LEVELS, CURVE).weights
+        one = found.isel(model=0).sel(item="shelf")
+        rate = float(weights @ one.probability.values)
+        assert rate > 0.0
+        assert float(one.item_rate) == pytest.approx(rate, rel=1e-12)
+        assert float(one.item_annual_number) == pytest.approx(4.0 * rate, rel=1e-12)
+        assert float(one.item_annual_loss) == pytest.approx(1200.0 * rate, rel=1e-12)
+
+    def test_number_and_loss_of_each_motion(self, found):
+        flags = found.overturned.values.astype(float)
+        count = np.array([row.count for row in INVENTORY.rows])
+        value = np.array([row.value for row in INVENTORY.rows])
+        for place, here in (("building", [0, 1, 2, 3, 4]), ("floor 0", [1]), ("floor 3", [0, 2, 4]), ("floor 1", [3])):
+            number = np.einsum("kilm,i->klm", flags[:, here], count[here])
+            np.testing.assert_array_equal(found.number.sel(place=place), number)
+            np.testing.assert_allclose(found.number_mean.sel(place=place), number.mean(axis=-1), rtol=1e-13)
+            loss = np.einsum("kilm,i->klm", flags[:, here], (count * value)[here])
+            np.testing.assert_allclose(found.loss.sel(place=place), loss, rtol=1e-13)
+            np.testing.assert_array_equal(found.any_probability.sel(place=place), (number > 0).mean(axis=-1))
+        assert found.place.values.tolist() == ["building", "floor 0", "floor 1", "floor 3"]
+
+
+class TestConditional:
+    def test_known_flags(self, monkeypatch):
+        """Two items under five motions: every number by hand."""
+        flags = [[[0, 0, 1, 1, 1]], [[0, 0, 0, 0, 1]]]
+        rows = (
+            Contents("a", SHELF, 0, 2, value=10.0, consequences=("exit",)),
+            Contents("b", CASE, 0, 3, value=100.0, consequences=("exit", "injury")),
+        )
+        found = known(monkeypatch, flags, Inventory(rows), [1.0], quantiles=[0.2, 0.5, 0.9], losses=[0.0, 20.0, 319.0])
+        here = found.isel(model=0, level=0).sel(place="building")
+        assert here.number.values.tolist() == [0, 0, 2, 2, 5]
+        assert here.loss.values.tolist() == [0, 0, 20, 20, 320]
+        assert float(here.number_mean) == pytest.approx(9 / 5)
+        assert here.number_quantile.values.tolist() == [0, 2, 5]
+        assert here.number_exceedance.values.tolist() == [0.6, 0.6, 0.2, 0.2, 0.2]
+        assert here.loss_exceedance.values.tolist() == [0.6, 0.2, 0.2]
+        assert here.consequence_probability.values.tolist() == [0.6, 0.2]
+        lower, upper = wilson_interval(np.array([3]), np.array([5]))
+        assert (float(here.any_probability_lower), float(here.any_probability_upper)) == (lower[0], upper[0])
+        assert found.loss.attrs["units"] == "1"
+
+    def test_intervals_hold_their_values_and_their_bounds(self, found):
+        names = [str(name).removesuffix("_lower") for name in found if str(name).endswith("_lower")]
+        assert len(names) == 16
+        for name in names:
+            value, lower, upper = (found[f"{name}{end}"].values for end in ("", "_lower", "_upper"))
+            known_ends = np.isfinite(lower)
+            assert known_ends.any(), name
+            assert (lower[known_ends] <= value[known_ends] + 1e-12).all(), name
+            assert (upper[known_ends] >= value[known_ends] - 1e-12).all(), name
+            assert (lower[known_ends] >= 0.0).all(), name
+            if "probability" in name:
+                assert (upper[known_ends] <= 1.0).all(), name
+        assert (found.number_mean_upper.sel(place="building") <= 12.0).all()
+        assert (found.number_quantile_upper.sel(place="building") <= 12.0).all()
+
+    def test_what_cannot_happen_has_no_uncertainty(self, found):
+        assert (found.probability_upper.sel(item="fixed") == 0.0).all()
+        assert (found.consequence_probability_upper.sel(place="floor 1") == 0.0).all()
+        assert (found.number_mean_upper.sel(place="floor 1") == 0.0).all()
+        # at the lowest level nothing fell, which 24 motions do not prove
+        assert (found.any_probability_upper.isel(level=0).sel(place="building") > 0.1).all()
+
+    def test_correlation_is_kept(self, found):
+        """The variance of the sum over floors is not the sum of variances: the same motions shake all floors."""
+        here = found.isel(model=0, level=3)
+        parts = here.number.sel(place=["floor 0", "floor 3"])
+        whole = here.number.sel(place="building")
+        np.testing.assert_array_equal(parts.sum("place"), whole)
+        covariance = np.cov(parts.values, ddof=0)
+        assert covariance[0, 1] > 0.1 * np.sqrt(covariance[0, 0] * covariance[1, 1])
+        assert float(whole.var()) == pytest.approx(covariance.sum(), rel=1e-12)
+        joint = float(here.any_probability.sel(place="building"))
+        apart = 1.0 - np.prod(1.0 - here.any_probability.sel(place=["floor 0", "floor 3"]).values)
+        assert joint < apart
+
+
+class TestInAYear:
+    def test_step_under_a_power_law(self, monkeypatch):
+        """All pieces fall from one level on, under every motion: the ramp between two levels in closed form."""
+        flags = np.zeros((1, 4, 6), bool)
+        flags[:, 2:] = True
+        inventory = Inventory((Contents("a", SHELF, 0, 5, value=20.0),), "EUR")
+        curve = SimpleNamespace(levels=[0.01, 100.0], rates=[1e-4 * 0.01**-2.5, 1e-4 * 100.0**-2.5])
+        found = known(monkeypatch, flags, inventory, [0.2, 0.4, 0.8, 1.6], curve)
+        z = 2.5 * np.log(2.0)
+        rate = 1e-4 * (0.4**-2.5 * ((1.0 - np.exp(-z)) / z - np.exp(-z)) + 0.8**-2.5)
+        here = found.isel(model=0).sel(place="building")
+        assert float(here.annual_loss) == pytest.approx(100.0 * rate, rel=1e-12)
+        assert float(here.annual_number) == pytest.approx(5.0 * rate, rel=1e-12)
+        assert float(here.any_rate) == pytest.approx(rate, rel=1e-12)
+        np.testing.assert_allclose(here.number_rate, rate, rtol=1e-12)
+        np.testing.assert_allclose(here.loss_rate, np.where(found.loss_threshold < 100.0, rate, 0.0), rtol=1e-12)
+        assert float(here.annual_loss_above) == pytest.approx(100.0 * 1e-4 * 1.6**-2.5, rel=1e-12)
+        assert float(here.annual_loss_below) == 0.0
+        assert found.attrs["basis"] == "time"
+
+    def test_adds_up(self, found):
+        """Expectations over floors and items, and the area under the curve of the number."""
+        whole = found.sel(place="building")
+        floors = found.sel(place=["floor 0", "floor 1", "floor 3"])
+        for name in ("annual_number", "annual_loss"):
+            np.testing.assert_allclose(floors[name].sum("place"), whole[name], rtol=1e-12)
+            np.testing.assert_allclose(found[f"item_{name}"].sum("item"), whole[name], rtol=1e-12)
+        np.testing.assert_allclose(whole.number_rate.sum("number_threshold"), whole.annual_number, rtol=1e-12)
+        np.testing.assert_allclose(whole.number_rate.isel(number_threshold=0), whole.any_rate, rtol=1e-12)
+        np.testing.assert_allclose(whole.loss_rate.isel(loss_threshold=0), whole.any_rate, rtol=1e-12)
+        assert (whole.number_rate.diff("number_threshold") <= 1e-15).all()
+        assert (whole.loss_rate.diff("loss_threshold") <= 1e-15).all()
+
+    def test_against_simulated_earthquakes(self, found):
+        """Earthquakes drawn from the hazard, each with a motion and one of the two levels about it, by their distance.
+
+        Some 0.067 a year exceed the foot below the first level; the outcomes of 400,000 of them are counted.
+        """
+        here = found.isel(model=0).sel(place="building")
+        generator = np.random.default_rng(6)
+        n = 400_000
+        foot = LEVELS[0] ** 2 / LEVELS[1]
+        logs = np.log(CURVE.rates)[::-1], np.log(CURVE.levels)[::-1]
+        rate = np.exp(np.interp(-np.log(foot), -logs[1], logs[0]))
+        drawn_rates = np.log(rate * generator.random(n))
+        slope = (logs[1][1] - logs[1][0]) / (logs[0][1] - logs[0][0])
+        beyond = logs[1][0] + slope * (drawn_rates - logs[0][0])
+        x = np.exp(np.where(drawn_rates < logs[0][0], beyond, np.interp(drawn_rates, *logs)))
+        at = np.clip((np.log(x) - np.log(foot)) / np.log(LEVELS[1] / LEVELS[0]), 0.0, LEVELS.size)
+        level = np.floor(at + generator.random(n)).astype(int)
+        outcomes = np.concatenate([np.zeros((1, 24)), here.loss.values])
+        loss = outcomes[np.minimum(level, LEVELS.size), generator.integers(24, size=n)]
+        assert float(here.annual_loss) == pytest.approx(rate * loss.mean(), abs=4.0 * rate * loss.std() / np.sqrt(n))
+        for threshold in (0, 20, 40):
+            p = (loss > found.loss_threshold.values[threshold]).mean()
+            error = 4.0 * rate * np.sqrt(p * (1.0 - p) / n)
+            assert float(here.loss_rate[threshold]) == pytest.approx(rate * p, abs=error)
+            assert error < 0.05 * rate * p
+
+    def test_nothing_falls(self):
+        low = assess(INVENTORY, LAW, shaking(6), [0.01, 0.02], "pga", FRAME, replace_curve(levels=[0.001, 1.0]))
+        assert (low.annual_number == 0.0).all()
+        assert low.annual_number_lower.isnull().all()
+        assert "nothing overturned under any motion: annual values have no intervals" in notes(low)
+
+    def test_levels_that_begin_too_high_are_noted(self):
+        high = assess(INVENTORY, LAW, shaking(6), [6.0, 12.0], "pga", FRAME, CURVE)
+        assert (high.annual_number_below.sel(place="building") > 0.0).all()
+        assert any("comes from below the first level, where it is a guess" in one for one in notes(high))
+
+
+def replace_curve(**changes):
+    return SimpleNamespace(**{**CURVE.__dict__, "rates": [0.1, 1e-4], **changes})
+
+
+class TestPieces:
+    def test_means_are_shares_of_variants(self, drawn):
+        assert drawn.overturned.dims == ("model", "item", "variant", "level", "motion")
+        share = drawn.overturned.mean("variant")
+        np.testing.assert_allclose(drawn.probability, share.mean("motion"), rtol=1e-12, atol=1e-15)
+        count = xr.DataArray([row.count for row in INVENTORY.rows], dims="item")
+        mean = (share.mean("motion") * count).sum("item")
+        np.testing.assert_allclose(drawn.number_mean.sel(place="building"), mean, rtol=1e-12)
+        # as drawn, the number has that mean but for the noise of 20 fillings
+        np.testing.assert_allclose(drawn.number.sel(place="building").mean(["motion", "realisation"]), mean, atol=0.25)
+
+    def test_independent_pieces_differ_and_pieces_together_do_not(self, drawn):
+        together = assess(
+            INVENTORY, LAW, shaking(), LEVELS, "pga", FRAME, variability=Variability(0.02, 0.05, pieces="together")
+        )
+        xr.testing.assert_equal(drawn.overturned, together.overturned)
+        xr.testing.assert_allclose(drawn.number_mean, together.number_mean)
+        assert set(np.unique(together.number.sel(place="floor 0"))) <= {0.0, 2.0}
+        assert 1.0 in np.unique(drawn.number.sel(place="floor 0"))
+        level = {"level": 3, "model": 0}
+        q = drawn.overturned.isel(level).mean("variant").sel(item=["shelf", "other shelf"]).values
+        apart = 1.0 - (1.0 - q[0]) ** 4 * (1.0 - q[1])
+        one = drawn.overturned.isel(level).mean("variant").sel(item="files").values
+        expected = (1.0 - (1.0 - apart) * (1.0 - one) ** 5).mean()
+        assert float(drawn.any_probability.isel(level).sel(place="floor 3")) == pytest.approx(expected, rel=1e-12)
+        assert float(together.any_probability.isel(level).sel(place="floor 3")) < expected
+
+    def test_vanishing_variation_is_none(self, found):
+        tiny = assess(
+            INVENTORY, LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(1e-7, 1e-9, variants=2)
+        )
+        xr.testing.assert_allclose(tiny.annual_loss, found.annual_loss.isel(model=[0]))
+        for i in range(20):
+            np.testing.assert_array_equal(tiny.number.isel(realisation=i), found.number.isel(model=[0]))
+
+
+class TestAssessment:
+    def test_units_names_and_bytes(self, found, drawn, tmp_path):
+        for result in (found, drawn, anchoring(found)):
+            for name in result.variables:
+                assert result[name].attrs["units"], name
+                assert result[name].attrs["long_name"], name
+            result.to_netcdf(tmp_path / "a.nc")
+            with xr.open_dataset(tmp_path / "a.nc") as stored:
+                xr.testing.assert_equal(stored.load(), result)
+        assert found.annual_loss.attrs["units"] == "EUR year-1"
+        assert found.annual_number.attrs["units"] == "year-1"
+        assert found.value.attrs["units"] == "EUR"
+        assert found.level.attrs == {"units": "m s-2", "long_name": "peak ground acceleration", "im": "pga"}
+        configuration = json.loads(found.attrs["configuration"])
+        assert configuration["inventory"][2]["e"] == 0.85
+        assert configuration["building"].startswith("flexural-shear building")
+        again = assess(INVENTORY, [LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE)
+        xr.testing.assert_identical(again, found)
+
+    def test_alike_items_of_a_floor_run_once(self):
+        seen = []
+        assess(INVENTORY, LAW, shaking(5), LEVELS, "pga", FRAME, progress=lambda *counts: seen.append(counts))
+        # the shelves of floor 3 are one block, the fixed ones none
+        assert seen[-1] == (3 * 7 * 5, 3 * 7 * 5)
+        assert all(a[0] < b[0] for a, b in pairwise(seen))
+
+    def test_order_of_the_rows_does_not_matter(self, found, drawn):
+        turned = Inventory(INVENTORY.rows[::-1], "EUR")
+        other = assess(turned, LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(0.02, 0.05))
+        for name in ("overturned", "number", "annual_loss", "item_rate_lower"):
+            left, right = xr.align(other[name], drawn[name], join="right")
+            xr.testing.assert_allclose(left, right, rtol=1e-12)
+
+    def test_on_a_cluster(self, found):
+        options = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
+        with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
+            far = assess(INVENTORY, [LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE, client=client)
+        xr.testing.assert_identical(far, found)
+
+    def test_floor_motions_of_another_program(self, found):
+        ground = shaking()
+        models = [LAW, tp.DiscreteDamping()]
+        whole = assess(INVENTORY, models, FRAME.floor_motions(ground), LEVELS, "pga", None, CURVE)
+        xr.testing.assert_equal(whole.number.drop_vars("source"), found.number.drop_vars("source"))
+        assert whole.place.values.tolist() == found.place.values.tolist()
+        upper = Inventory(tuple(row for row in INVENTORY.rows if row.floor == 3), "EUR")
+        floors = FRAME.floor_motions(ground, [4, 3])
+        alone = assess(upper, models, floors, LEVELS, "pga", None, CURVE, ground=ground)
+        np.testing.assert_array_equal(alone.number.sel(place="floor 3"), found.number.sel(place="floor 3"))
+        with pytest.raises(ValueError, match=r"ground must be given .* do not hold floor 0.*they hold 4, 3"):
+            assess(upper, LAW, floors, LEVELS, "pga", None)
+        as_it_is = assess(upper, LAW, floors, [1.0], "scale", None)
+        assert as_it_is.motion.values.tolist() == ground.motion.values.tolist()
+        named = floors.assign_coords(floor=["roof", "third"])
+        moved = Inventory(tuple(replace(row, floor="third") for row in upper.rows), "EUR")
+        third = assess(moved, models, named, LEVELS, "pga", None, CURVE, ground=ground)
+        np.testing.assert_array_equal(third.number.sel(place="floor third"), found.number.sel(place="floor 3"))
+
+    def test_scenario(self):
+        """The motions of an earthquake as they are: one level, a factor of 1."""
+        ground = tp.motions.SiteBasedScenario(magnitude=7.0, distance=8000.0, vs30=400.0).sample(12, seed=3)
+        upper = Inventory(INVENTORY.rows[:3], "EUR")
+        found = assess(upper, LAW, ground, [1.0], "scale", FRAME)
+        assert found.attrs["basis"] == "scenario"
+        runs = tp.ida(SHELF, LAW, FRAME.floor_motions(ground, [3]), [1.0], "scale")
+        np.testing.assert_array_equal(found.overturned.values[0, 0], runs.overturned.values[0, 0])
+        assert assess(upper, LAW, ground, [1.0, 2.0], "scale", FRAME).attrs["basis"] == "intensity"
+
+    def test_motions_of_different_steps(self):
+        other = tp.motions.KanaiTajimi(duration=8.0, dt=0.005).sample(3).assign_coords(motion=["a", "b", "c"])
+        found = assess(INVENTORY, LAW, [shaking(4), other], LEVELS, "pgv", FRAME)
+        assert found.sizes["motion"] == 7
+        assert found.dt.values.tolist() == [0.01] * 4 + [0.005] * 3
+        assert found.ground_pgv.attrs["long_name"] == "peak ground velocity"
+
+    def test_example_inventory(self):
+        inventory = read_inventory(example_path())
+        found = assess(inventory, LAW, shaking(5), LEVELS, "pga", FRAME, CURVE)
+        assert found.sizes["item"] == 14
+        assert found.sizes["place"] == 5
+        assert (found.annual_loss.sel(place="building") > 0.0).all()
+
+
+class TestAnchoring:
+    """Three motions, one level that stands for 0.01 a year: every saving by hand."""
+
+    rows = (
+        Contents("left", SHELF, 0, value=100.0, consequences=("exit",), anchoring_cost=50.0),
+        Contents("right", CASE, 0, value=300.0, consequences=("exit",), anchoring_cost=300.0),
+        Contents("heap", FILES, 0, 10, value=5.0, anchoring_cost=1.0),
+        Contents("held", FILES, 0, value=1000.0, consequences=("exit",), anchored=True),
+    )
+    flags = ([[1, 1, 0, 0]], [[1, 1, 1, 0]], [[0, 0, 1, 1]])
+    curve = SimpleNamespace(levels=[1.0, 2.0], rates=[0.01, 0.005])
+
+    def found(self, monkeypatch, **options):
+        return known(monkeypatch, self.flags, Inventory(self.rows, "EUR"), [1.0], self.curve, **options)
+
+    def test_loss(self, monkeypatch):
+        ranked = anchoring(self.found(monkeypatch)).isel(model=0)
+        assert ranked.item.values.tolist() == ["left", "right", "heap"]
+        np.testing.assert_allclose(ranked.saving, [0.5, 2.25, 0.25], rtol=1e-12)
+        np.testing.assert_allclose(ranked.saving_share, np.array([0.5, 2.25, 0.25]) / 3.0, rtol=1e-12)
+        np.testing.assert_allclose(ranked.payback, [100.0, 300 / 2.25, 40.0], rtol=1e-12)
+        assert ranked["rank"].values.tolist() == [2, 1, 3]
+        assert ranked.anchored_item.values.tolist() == ["", "right", "left", "heap"]
+        np.testing.assert_allclose(ranked.left, [3.0, 0.75, 0.25, 0.0], atol=1e-15)
+        np.testing.assert_allclose(ranked.total_cost, [0.0, 300.0, 350.0, 360.0])
+        assert ranked.saving.attrs["units"] == "EUR year-1"
+        assert ranked.saving_per_cost.attrs["units"] == "year-1"
+
+    def test_per_cost(self, monkeypatch):
+        ranked = anchoring(self.found(monkeypatch), per_cost=True).isel(model=0)
+        assert ranked.anchored_item.values.tolist() == ["", "heap", "left", "right"]
+        np.testing.assert_allclose(ranked.total_cost, [0.0, 10.0, 60.0, 360.0])
+        assert ranked["rank"].values.tolist() == [2, 3, 1]
+
+    def test_number_at_a_level(self, monkeypatch):
+        ranked = anchoring(self.found(monkeypatch), "number", level=1.0).isel(model=0)
+        np.testing.assert_allclose(ranked.saving, [0.5, 0.75, 5.0])
+        assert ranked.saving.attrs["units"] == "1"
+        assert ranked.saving_per_cost.attrs["units"] == "EUR-1"
+        assert "payback" not in ranked
+
+    def test_a_consequence_of_which_either_is_enough(self, monkeypatch):
+        """Left falls only where right falls: alone it saves nothing, after right it saves what is left."""
+        ranked = anchoring(self.found(monkeypatch), "exit").isel(model=0)
+        np.testing.assert_allclose(ranked.saving, [0.0, 0.0025], atol=1e-17)
+        np.testing.assert_allclose(ranked.alone, [0.005, 0.0075], rtol=1e-12)
+        np.testing.assert_allclose(ranked.left, [0.0075, 0.005, 0.0], atol=1e-17)
+        assert ranked.anchored_item.values.tolist() == ["", "right", "left"]
+
+    def test_steps_where_nothing_alone_saves(self, monkeypatch):
+        rows = tuple(replace(row, label=f"{row.label} {i}") for i in range(2) for row in self.rows[:1])
+        found = known(monkeypatch, self.flags[:1], Inventory(rows), [1.0])
+        ranked = anchoring(found, "any", level=1.0).isel(model=0)
+        np.testing.assert_array_equal(ranked.saving, 0.0)
+        np.testing.assert_allclose(ranked.left, [0.5, 0.5, 0.0])
+
+    @pytest.mark.parametrize("objective", ["loss", "number", "any", "blocks-exit", "injury"])
+    def test_saves_what_an_assessment_of_the_anchored_building_says(self, found, anchored, objective):
+        """One by one: the building with that item anchored, assessed again."""
+        names = {"loss": "annual_loss", "number": "annual_number", "any": "any_rate"}
+
+        def value(result):
+            here = result.isel(model=0).sel(place="building")
+            if objective in names:
+                return float(here[names[objective]])
+            return float(here.consequence_rate.sel(consequence=objective))
+
+        ranked = anchoring(found, objective).isel(model=0)
+        assert float(ranked.left[0]) == pytest.approx(value(found), rel=1e-12)
+        for label in ranked.item.values:
+            saved = value(found) - value(anchored[label])
+            assert float(ranked.saving.sel(item=label)) == pytest.approx(saved, rel=1e-9, abs=1e-12)
+        assert float(ranked.left[-1]) == pytest.approx(0.0, abs=1e-15)
+        assert (ranked.left.diff("step") <= 1e-15).all()
+
+    def test_with_variability(self, drawn):
+        ranked = anchoring(drawn, "blocks-exit").isel(model=0)
+        rate = drawn.consequence_rate.isel(model=0).sel(place="building", consequence="blocks-exit")
+        assert float(ranked.left[0]) == pytest.approx(float(rate), rel=1e-12)
+        assert (ranked.saving <= ranked.alone + 1e-15).all()
+
+    def test_intervals_and_ranks_are_paired(self, found):
+        ranked = anchoring(found)
+        base = found.annual_loss.sel(place="building").values
+        np.testing.assert_allclose(ranked.left[:, 0], base, rtol=1e-12)
+        np.testing.assert_allclose(ranked.left_lower[:, 0], found.annual_loss_lower.sel(place="building"), rtol=1e-9)
+        assert (ranked.rank_lower <= ranked["rank"]).all()
+        assert (ranked.rank_upper >= ranked["rank"]).all()
+        np.testing.assert_allclose(ranked.saving, found.item_annual_loss.sel(item=ranked.item), rtol=1e-12)
+        np.testing.assert_allclose(ranked.saving_lower, found.item_annual_loss_lower.sel(item=ranked.item), rtol=1e-9)
+
+    def test_refuses(self, monkeypatch, found):
+        plain = known(monkeypatch, self.flags[:1], Inventory((Contents("a", SHELF, 0),)), [1.0])
+        cases = [
+            (lambda: anchoring(5), TypeError, "assessment must be a dataset as assess returns it, got int"),
+            (lambda: anchoring(plain, "number"), ValueError, "needs a level, or an assessment with a hazard curve"),
+            (lambda: anchoring(plain, "loss", level=1.0), ValueError, "objective must be one of 'number', 'any'"),
+            (lambda: anchoring(plain, "number", level=2.0), ValueError, "level must be one of 1, got 2"),
+            (lambda: anchoring(plain, "number", level=1.0, per_cost=True), ValueError, "'a' has none"),
+            (lambda: anchoring(found, "escape"), ValueError, "objective must be one of .*'blocks-exit'.* got 'escape'"),
+            (
+                lambda: anchoring(
+                    known(monkeypatch, self.flags[:1], Inventory((Contents("a", SHELF, 0, anchored=True),)), [1.0]),
+                    "number",
+                    level=1.0,
+                ),
+                ValueError,
+                "nothing can be anchored that counts for 'number'",
+            ),
+        ]
+        for make, error, message in cases:
+            with pytest.raises(error, match=message):
+                make()
+
+
+GROUND = Inventory((Contents("a", SHELF, 0),))
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"inventory": (SHELF,)}, TypeError, "inventory must be an Inventory .* got tuple"),
+        ({"building": "frame"}, TypeError, "building must be a Building or None, got str"),
+        ({"inventory": INVENTORY}, ValueError, "floor of 'shelf' must be one of 0, got 3; give a building"),
+        (
+            {"inventory": Inventory((Contents("a", SHELF, 9),)), "building": FRAME},
+            ValueError,
+            "floor of 'a' must be one of 0, 1, 2, 3, 4, got 9$",
+        ),
+        ({"models": []}, ValueError, "models must hold at least one"),
+        ({"models": tp.HousnerImpact}, TypeError, "models must be one Law .* got the class HousnerImpact .call it."),
+        ({"models": [LAW, LAW]}, ValueError, "unique labels"),
+        ({"im": "pga_normalised"}, ValueError, "im must be a measure of the ground motion alone"),
+        ({"im": "pgx"}, ValueError, "im must be one of"),
+        ({"levels": [2.0, 1.0]}, ValueError, "strictly increasing"),
+        ({"quantiles": [0.5, 0.5]}, ValueError, "quantiles must lie between 0 and 1 and increase"),
+        ({"quantiles": [1.0]}, ValueError, "quantiles must lie between 0 and 1"),
+        ({"confidence": 0.0}, ValueError, "confidence must be"),
+        ({"replicates": 5}, ValueError, "replicates must be at least 50"),
+        ({"losses": [1.0]}, ValueError, "losses must not be given for an inventory in which nothing has a value"),
+        ({"hazard": 3.0}, TypeError, "hazard must be a hazard curve"),
+        ({"hazard": replace_curve(levels=[0.5, 5.0], im="pgv")}, ValueError, "'pga', got 'pgv'"),
+        ({"hazard": replace_curve(levels=[0.5, 5.0], units="g")}, ValueError, "must be in m s-2, got 'g'"),
+        ({"variability": 0.1}, TypeError, "variability must be a Variability or None, got float"),
+        ({"client": "x"}, TypeError, "client must be a dask.distributed Client, got str"),
+        ({"ground": shaking(2)}, ValueError, "ground must not be given where motions are ground motions already"),
+        (
+            {"inventory": Inventory((Contents("a", SHELF, 0, e=0.9),)), "models": tp.Vassiliou()},
+            ValueError,
+            "'a': law 'vassiliou' has no restitution",
+        ),
+        (
+            {"building": FRAME, "motions": FRAME.floor_motions(shaking(2))},
+            ValueError,
+            "motions must be ground motions where there is a building",
+        ),
+        (
+            {"motions": [shaking(2), FRAME.floor_motions(shaking(2, 3)).assign_coords(motion=["a", "b"])]},
+            ValueError,
+            "all ground motions or all floor motions, got both",
+        ),
+        ({"motions": None}, TypeError, "labelled arrays"),
+    ],
+)  # fmt: skip
+def test_hostile(options, error, message):
+    arguments = {
+        "inventory": GROUND,
+        "building": None,
+        "motions": shaking(2),
+        "levels": [1.0],
+        "im": "pga",
+        "models": LAW,
+    }
+    with pytest.raises(error, match=message):
+        assess(**{**arguments, **options})
+
+
+class TestTablesAndFigures:
+    def test_annual_rows(self, found):
+        title, headings, rows = annual_rows(found)
+        assert title == "In a year, EUR (95 % over motions, hazard as given) (–: nothing fell under any motion)"
+        assert headings[:4] == ("", "free pieces", "overturned a year", "lost a year")
+        assert [row[0] for row in rows] == ["building", "ground", "floor 1", "floor 3"]
+        assert [row[1] for row in rows] == ["12", "2", "0", "10"]
+        assert all(len(row) == len(headings) for row in rows)
+        loss = float(found.annual_loss.isel(model=0).sel(place="building"))
+        assert rows[0][3].startswith(three_digits(loss))
+        with pytest.raises(ValueError, match="need an assessment with a hazard curve"):
+            annual_rows(found.drop_vars("annual_number"))
+
+    def test_level_rows(self, found):
+        title, headings, rows = level_rows(found, LEVELS[3], model=tp.DiscreteDamping().label)
+        assert (
+            title == f"At pga = {LEVELS[3] / 9.80665:.3g} g, EUR (95 % over motions) (–: nothing fell under any motion)"
+        )
+        assert headings[3] == "10 % / 50 % / 90 %"
+        assert rows[2][2:] == ("0 (0–0)", "0 / 0 / 0", "0 (0–0)", "–")
+        with pytest.raises(ValueError, match="level must be one of"):
+            level_rows(found, 1.234)
+        with pytest.raises(ValueError, match="model must be one of"):
+            level_rows(found, LEVELS[3], model="x")
+
+    def test_consequence_rows(self, found):
+        yearly = consequence_rows(found)
+        assert yearly.headings == ("", "building", "ground", "floor 1", "floor 3")
+        assert [row[0] for row in yearly.rows] == found.consequence.values.tolist()
+        rate = float(found.consequence_rate.isel(model=0, consequence=0).sel(place="building"))
+        assert yearly.rows[0][1].startswith(f"{three_digits(1.0 / rate)} (")
+        assert "years" in yearly.title
+        given = consequence_rows(found, LEVELS[3], tp.DiscreteDamping().label)
+        assert "%" in given.rows[0][1]
+        assert given.rows[0][3] == "–"
+        assert consequence_rows(found.isel(consequence=[])) is None
+
+    def test_ranking_rows(self, found):
+        _, headings, rows = ranking_rows(anchoring(found), most=2)
+        assert headings == ("rank", "item", "floor", "pieces", "saves, EUR a year", "share", "cost", "pays back in")
+        assert len(rows) == 2
+        _, headings, rows = ranking_rows(anchoring(found, "blocks-exit"))
+        assert headings[4] == "saves, a year" or headings[4] == "saves, in 1000 years"
+        assert len(rows) == 2
+
+    @pytest.mark.parametrize(
+        ("value", "text"),
+        [
+            (0.0, "0"),
+            (1234567.0, "1,230,000"),
+            (99.96, "100"),
+            (12.34, "12.3"),
+            (0.0012345, "0.00123"),
+            (2e-7, "2.00e-07"),
+        ],
+    )
+    def test_figures_as_text(self, value, text):
+        assert short_digits(value) == text
+
+    def test_figures(self, found, drawn, tmp_path):
+        ranked = anchoring(found, "blocks-exit")
+        for i, figure in enumerate(
+            (
+                levels_figure(found),
+                levels_figure(drawn, "loss"),
+                exceedance_figure(found),
+                exceedance_figure(drawn, "number"),
+                anchoring_figure(anchoring(found, per_cost=True)),
+                anchoring_figure(ranked),
+            )
+        ):
+            figure.savefig(tmp_path / f"{i}.png")
+            for ax in figure.axes:
+                assert ax.get_xlabel() or ax.get_ylabel()
+        with pytest.raises(ValueError, match="quantity must be one of 'number', 'loss'"):
+            levels_figure(found, "value")
+        with pytest.raises(ValueError, match="needs an assessment with a hazard curve"):
+            exceedance_figure(found.drop_vars("loss_rate"))

@@ -1,0 +1,538 @@
+"""Studies of many blocks: a file of them, what is shown of them, and what they take."""
+
+import json
+import logging
+import re
+import tracemalloc
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.fragility import rank_measures, read_curve_csv
+from toppling.fragility.numerics import slabs
+from toppling.fragility.runs.factors import BlockFactors, dense, either_side
+from toppling.fragility.runs.oscillators import OscillatorGrid
+from toppling.fragility.runs.plan import Chunk, Work
+from toppling.fragility.runs.provenance import factors_of, factors_under
+from toppling.fragility.runs.request import labelled_sequence
+from toppling.fragility.runs.scaling import scaling
+from toppling.fragility.validity.notes import block_notes
+from toppling.models.laws import oscillator_of
+from toppling.motions.arrays import records
+from toppling.studies import StudyError, show
+from toppling.studies.command.cli import main
+from toppling.studies.command.forecast import forecast
+from toppling.studies.file.blocks import read_blocks
+from toppling.studies.report.answers import answer
+from toppling.studies.report.summary import plain_answer
+from toppling.studies.store.progress import Display
+from toppling.studies.store.watch import Watch
+from toppling.studies.text.block_order import MOST_BLOCKS, RATE, chosen_of, places, shown
+
+STUDY = """title = "Many"
+outputs = ["overturned"]
+{blocks}
+
+[[models]]
+law = "discrete"
+
+[[models]]
+law = "housner"
+geometry = "linear"
+
+[motions]
+generator = "clough-penzien"
+number = 3
+seed = 1
+dt_s = 0.02
+duration_s = 6
+
+[ida]
+im = "pga"
+levels = {{ values = [1.0, 2.0, 4.0], unit = "m/s2" }}
+"""
+FILE = 'blocks_file = "blocks.csv"'
+
+
+def written(tmp_path, table, blocks=FILE, name="study.toml"):
+    (tmp_path / "blocks.csv").write_text(table, encoding="utf-8")
+    (tmp_path / name).write_text(STUDY.format(blocks=blocks), encoding="utf-8")
+    return tmp_path / name
+
+
+def many(n):
+    width, height = np.random.default_rng(2).uniform([0.2, 1.0], [0.6, 2.5], (n, 2)).T
+    lines = [f"b{i},{w:.4f},{h:.4f}" for i, (w, h) in enumerate(zip(width, height, strict=True))]
+    return "\n".join(["name,width_m,height_m", *lines]) + "\n"
+
+
+class TestReading:
+    def test_every_way_of_saying_what_a_block_is(self, tmp_path):
+        path = tmp_path / "blocks.csv"
+        path.write_text(
+            "name;catalogue;width_m;height_m;cm_height_m;inertia_factor;alpha_rad;R_m\n"
+            ";bookcase-5-shelf;;;;;;\n"
+            "# a comment\n"
+            "cabinet;;0,5;1,8;;;;\n"
+            "top-heavy;;0,5;1,8;1,1;1,3;;\n"
+            "slender;;;;;;0,2;1,5\n",
+            encoding="utf-8",
+        )
+        shelf, cabinet, heavy, slender = read_blocks(path)
+        assert (shelf.label, shelf.width) == ("bookcase-5-shelf", tp.catalogue["bookcase-5-shelf"].width)
+        assert cabinet == tp.Block(0.5, 1.8, name="cabinet")
+        assert heavy == tp.Block(0.5, 1.8, 1.1, 1.3, "top-heavy")
+        assert slender == tp.Block.from_slenderness(0.2, 1.5, name="slender")
+
+    @pytest.mark.parametrize(
+        ("table", "message"),
+        [
+            ("name,width_m,height_m\n", "has a header but no blocks"),
+            ("name,widht_m\n", "line 1: unknown column 'widht_m'; did you mean 'width_m'"),
+            ("name,floor\n", "unknown column 'floor'"),
+            ("name,width_m,height_m\na,1,2\nb,-1,2\n", "line 3, column 'width_m': must be finite and > 0"),
+            (
+                "name,width_m,height_m\na,1,2\na,1,3\n",
+                "line 3, column 'name': must be another name, 'a' is taken by li",
+            ),
+            ("name,width_m,height_m\na,1,\n", "column 'height_m': is empty: .* or alpha_rad and R_m"),
+            ("name,alpha_rad,R_m\na,0.2,\n", "column 'R_m': is empty: alpha_rad and R_m go together"),
+            ("name,width_m,alpha_rad,R_m\na,1,0.2,1\n", "column 'width_m': must be empty beside alpha_rad and R_m"),
+            ("name,alpha_rad,R_m\na,2,1\n", "column 'alpha_rad': must be finite and > 0 and < 1.57"),
+            ("", "empty"),
+            (
+                "name,width_mm,height_mm\n",
+                "unknown column 'width_mm'; sizes are in metres: name it width_m, and divide b",
+            ),
+            ("name,width_m,height_m,\na,1,2,x\n", "line 2: has a cell below a heading without a name"),
+            ("PK\x03\x04", "a workbook or archive, no text; save its sheet as CSV in UTF-8"),
+        ],
+    )
+    def test_refusals_name_line_and_column(self, tmp_path, table, message):
+        path = tmp_path / "blocks.csv"
+        path.write_text(table, encoding="utf-8")
+        with pytest.raises(StudyError, match=message) as caught:
+            read_blocks(path)
+        assert "blocks.csv" in str(caught.value)
+
+    def test_comments_end_with_their_lines_whatever_ends_these(self, tmp_path):
+        path = tmp_path / "blocks.csv"
+        for end in ("\n", "\r\n", "\r"):
+            path.write_bytes(end.join(["# of", "name,width_m,height_m", "#old,1,2", "a,1,2", ""]).encode())
+            assert [block.label for block in read_blocks(path)] == ["a"]
+
+    @pytest.mark.parametrize(
+        ("line", "message"),
+        [
+            (",,,,,3,0.2,1", "column 'inertia_factor': must be finite and > 1 and <= 2"),
+            (",,,,,,0.2,1e9", "column 'R_m': width must be "),
+            ("x,,0.4,1,0.7,,,", "column 'inertia_factor': must be given"),
+            (",,0.4,1,,,,\n,,0.4,1,,,,", "line 3, column 'name': is needed: .* is taken by line 2"),
+        ],
+    )
+    def test_errors_name_the_cell_that_is_wrong(self, tmp_path, line, message):
+        path = tmp_path / "blocks.csv"
+        path.write_text("name,catalogue,width_m,height_m,cm_height_m,inertia_factor,alpha_rad,R_m\n" + line)
+        with pytest.raises(StudyError, match=message):
+            read_blocks(path)
+
+    def test_a_catalogue_item_with_another_centre_of_mass(self, tmp_path):
+        path = tmp_path / "blocks.csv"
+        path.write_text("catalogue,cm_height_m,inertia_factor\nbookcase-5-shelf,1.2,1.3\n")
+        (own,) = read_blocks(path)
+        (stated,) = tp.Study.from_toml(
+            written(
+                tmp_path,
+                many(1),
+                '[[blocks]]\ncatalogue = "bookcase-5-shelf"\ncm_height_m = 1.2\ninertia_factor = 1.3\n',
+            )
+        ).blocks
+        assert own == stated
+        assert own.h == 1.2
+
+    @pytest.mark.parametrize(
+        ("blocks", "message"),
+        [
+            ("", "key 'blocks' is missing"),
+            (f"{FILE}\n[[blocks]]\nwidth_m = 0.4\nheight_m = 1.2", "in the study file or in blocks_file, not in both"),
+            ('blocks_file = "other.csv"', "other.csv: no such file"),
+        ],
+    )
+    def test_refusals_of_the_study_file(self, tmp_path, blocks, message):
+        path = written(tmp_path, many(2), blocks)
+        with pytest.raises(StudyError, match=message):
+            tp.Study.from_toml(path)
+
+    def test_studies_that_vary_blocks_hold_fewer(self, tmp_path):
+        path = written(tmp_path, many(2001))
+        inputs = "delta = { distribution = 'uniform', lower = 0.04, upper = 0.06 }"
+        varied = f"[uncertainty]\nsamples = 8\ninputs = {{ {inputs} }}\n"
+        path.write_text(path.read_text().replace('outputs = ["overturned"]\n', "") + varied)
+        with pytest.raises(StudyError, match="blocks_file: a study of this kind holds at most 2,000 blocks, got 2,001"):
+            tp.Study.from_toml(path)
+
+
+class TestStudies:
+    def test_same_results_as_blocks_in_the_study_file(self, tmp_path):
+        table = many(5)
+        inside = "\n".join(
+            f'[[blocks]]\nname = "{name}"\nwidth_m = {width}\nheight_m = {height}\n'
+            for name, width, height in (line.split(",") for line in table.splitlines()[1:])
+        )
+        beside = tp.Study.from_toml(written(tmp_path, table)).run()
+        within = tp.Study.from_toml(written(tmp_path, table, inside)).run()
+        xr.testing.assert_equal(beside, within)
+
+    def test_another_table_is_another_study(self, tmp_path, capsys):
+        path = written(tmp_path, many(3))
+        out = str(tmp_path / "out")
+        assert main(["run", str(path), "--out", out]) == 0
+        again = written(tmp_path, many(3).replace("b2", "c2"))
+        capsys.readouterr()
+        assert main(["run", str(again), "--out", out]) == 2
+        assert "the records or tables that it reads have changed" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    return tp.Study.from_toml(written(tmp_path_factory.mktemp("many"), many(120))).run()
+
+
+class TestSlabs:
+    """Blocks that are worked on apart: nothing is other than of all together."""
+
+    RISK = """
+[measures]
+also = ["Sa(0.5)"]
+
+[hazard]
+levels = [0.5, 1.0, 2.0, 4.0, 8.0]
+rates = [0.2, 0.1, 0.03, 0.005, 0.0004]
+unit = "m/s2"
+"""
+
+    def test_same_results(self, tmp_path, monkeypatch):
+        path = written(tmp_path, many(11))
+        text = path.read_text().replace('outputs = ["overturned"]', 'outputs = ["overturned", "peak_rotation"]')
+        path.write_text(text + self.RISK)
+        whole = tp.Study.from_toml(path).run()
+        parts = []
+        monkeypatch.setattr(slabs, "BLOCKS", 4)
+        real = slabs._joined
+        monkeypatch.setattr(slabs, "_joined", lambda found, dim: parts.append(len(found)) or real(found, dim))
+        cut = tp.Study.from_toml(path).run()
+        assert max(parts) >= 3
+        xr.testing.assert_identical(cut, whole)
+
+    def test_what_measures_say_of_a_block_does_not_depend_on_others(self, results):
+        shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(5, seed=3)
+        blocks = [tp.Block(0.4 + 0.02 * i, 1.5, name=f"b{i}") for i in range(5)]
+        outputs = ["overturned", "peak_rotation"]
+        options = {"levels": [1.0, 2.0, 4.0, 8.0], "im": "pga", "outputs": outputs}
+        many, one = (
+            tp.ida(some, tp.HousnerImpact(geometry="linear"), shakes, **options) for some in (blocks, blocks[2])
+        )
+        found = rank_measures(many, shakes, ["Sa(0.5)"], replicates=20).isel(block=[2])
+        alone = rank_measures(one, shakes, ["Sa(0.5)"], replicates=20)
+        for name in alone.data_vars:
+            np.testing.assert_array_equal(found[name].values, alone[name].values, err_msg=str(name))
+
+
+class TestForecast:
+    def test_curves_are_counted_once_for_each_floor(self, tmp_path):
+        path = written(tmp_path, many(30))
+        building = """[building]
+kind = "flexural-shear"
+storeys = 3
+period_s = 0.5
+"""
+        assert tp.Study.from_toml(path).curves == 60
+        path.write_text(path.read_text() + building)
+        plan = tp.Study.from_toml(path)
+        assert plan.curves == 60 * len(plan.design.floors) == 60 * len({*plan.design.floors})
+
+    def test_what_many_curves_take(self, tmp_path):
+        few, many_ = (tp.Study.from_toml(written(tmp_path, many(n))) for n in (10, 510))
+        assert many_.room.memory - few.room.memory >= 1000 * 3e3
+        assert many_.room.left - few.room.left >= 1000 * 1e3
+        assert forecast(few).fits == "fits"
+        assert forecast(many_).fits.startswith("fits of 1,020 curves (")
+
+
+class TestManyBlocks:
+    def test_those_with_the_lowest_medians_are_shown(self, results):
+        found = shown(results)
+        assert found.sizes["block"] == MOST_BLOCKS
+        assert found.attrs["shown_of"] == 120
+        # (Housner's law is the one that answers are of)
+        median = results["median"].isel(model=1)
+        known = np.sort(median.values[np.isfinite(median.values)])
+        np.testing.assert_array_equal(found["median"].isel(model=1).values[: known.size], known[:MOST_BLOCKS])
+        few = results.isel(block=slice(0, MOST_BLOCKS))
+        assert shown(few) is few
+
+    def test_those_that_always_fell_come_first(self, results):
+        """A block that fell in every run has no median: no reason to leave it out."""
+        law, status = 1, results["status"].values.copy()
+        median, probability = results["median"].values.copy(), results["probability"].values.copy()
+        median[:, law], status[:, law], probability[:, law] = np.arange(120) + 1.0, "ok", 0.5
+        median[[110, 115], law], status[[110, 115], law] = np.nan, "all overturned"
+        median[:10, law], status[:10, law] = np.nan, "no overturning"
+        median[3, law], status[3, law], probability[3, law] = np.nan, "not increasing", 0.6
+        probability[:3, law] = probability[4:10, law] = 0.0
+        changed = results.assign(
+            median=(results["median"].dims, median, results["median"].attrs),
+            status=(results["status"].dims, status),
+            probability=(results["probability"].dims, probability),
+        )
+        place = places(changed).values
+        assert np.argsort(place)[:4].tolist() == [110, 115, 10, 11]
+        assert np.argsort(place)[-10:].tolist() == [3, 0, 1, 2, 4, 5, 6, 7, 8, 9]
+        assert shown(changed)["block"].values[:3].tolist() == ["b110", "b115", "b10"]
+        _, all_runs, which, *named = answer(changed).sentences
+        assert all_runs == (
+            "In every run 2 of 120 (b110; b115) overturned, even in the weakest shaking: no median is known."
+        )
+        assert which == "The 12 that fall first of the other 118; tables hold more, the results all."
+        assert [one.split()[0] for one in named[:2]] == ["b10", "b11"]
+        few = changed.isel(block=[110, 115, *range(40, 51)])
+        assert len(answer(few).sentences) == 2 + 11
+        always, first, *_ = plain_answer(changed)
+        assert always == "2 of 120 (“b110” and 1 more) overturned in every run, even in the weakest shaking."
+        assert first == "Of the others, “b10” overturns first."
+        status[10:110, law] = status[111:115, law] = status[116:, law] = "no overturning"
+        nothing = changed.assign(median=changed["median"] * np.nan, status=(results["status"].dims, status))
+        assert plain_answer(nothing) == [
+            "The runs do not tell how strong shaking must be: all overturned (2 of 120), no overturning (117 of 120), "
+            "not increasing (1 of 120)."
+        ]
+
+    def test_names_are_no_mathematics_in_figures(self, results):
+        few = results.isel(block=[0, 1]).assign_coords(block=[r"$\frac{a}$", "$x$"]).assign_attrs(title="$5 and $6")
+        ((_, figure),) = show.figures(few)
+        figure.canvas.draw()
+        assert figure.get_suptitle().startswith(r"\$5 and \$6")
+
+    def test_other_kinds_are_cut_too(self, results):
+        other = results.assign_attrs(kind="uncertainty")
+        assert shown(other, most=12).sizes["block"] == 12
+        assert chosen_of(shown(other, most=12)) == "the 12 of 120 blocks that fall first"
+        performance = results.assign_attrs(kind="performance")
+        assert shown(performance) is performance
+
+    def test_rates_have_an_order_of_their_own(self, results):
+        rate = results["median"] * 0.0 + np.arange(120.0)[:, None]
+        found = shown(results.assign(rate=rate), RATE)
+        assert found["block"].values[0] == "b119"
+        assert chosen_of(found) == "the 100 of 120 blocks with the highest rates"
+        # (those that always fell have none: they are the first by medians)
+        status = results["status"].copy()
+        status[7] = "all overturned"
+        place = places(results.assign(rate=rate.where(rate != 7.0), status=status), RATE).values
+        assert place[7] == np.isfinite(np.delete(rate.isel(model=1).values, 7)).sum() > 50
+
+    def test_titles_say_that_they_are_not_all(self, results):
+        (table,) = show.tables(results)
+        assert "; the 100 of 120 blocks that fall first" in str(table.title)
+        assert table.row_count == 3 * MOST_BLOCKS
+        ((_, figure),) = show.figures(results)
+        assert "the 36 of 120 blocks that fall first" in figure.get_suptitle()
+
+    def test_answers_are_of_all(self, results):
+        first = str(results["block"].values[int(np.nanargmin(results["median"].isel(model=1).values))])
+        spread, which, *named = answer(results).sentences
+        known = results["median"].isel(model=1).values / 9.80665
+        few, half, most = np.nanquantile(known, [0.1, 0.5, 0.9])
+        assert spread == (
+            f"Of 120 blocks a tenth overturns below {few:.3f} g and half below {half:.3f} g, nine tenths below "
+            f"{most:.3f} g (medians of the {np.isfinite(known).sum()} that have one)."
+        )
+        assert which == "The 12 that fall first of 120; tables hold more, the results all."
+        assert first in named[0]
+        assert f"“{first}”" in plain_answer(results)[0]
+
+    def test_few_sentences_of_many_blocks(self):
+        squat = [tp.Block(1.0, 1.0 + 0.01 * i, name=f"s{i}") for i in range(8)]
+        assert len(block_notes(squat)) == 8
+        assert block_notes([*squat, tp.Block(1.0, 1.2, name="more")]) == [
+            "9 blocks (s0, s1, s2 and 6 more) have their centre of mass 1.0 to 1.2 half widths high; below 2 they "
+            "slide or bounce rather than rock, which is not modelled"
+        ]
+        huge = [tp.Block(10.0, 40.0, name=f"h{i}") for i in range(9)]
+        (said,) = block_notes(huge)
+        assert said.startswith("9 of 9 blocks are over 30 m (h0: 10 m x 40 m, h1")
+        assert block_notes([tp.Block(4e-4, 1.8e-3, name="mm"), tp.Block(0.3, 1.0)]) == [
+            "mm: 0.0004 m x 0.0018 m: metres meant?"
+        ]
+
+    def test_one_pass_tells_labels_apart(self):
+        blocks = [tp.Block(0.5, 1.5, name=f"b{i}") for i in range(20_000)]
+        assert len(labelled_sequence("blocks", blocks, tp.Block)) == 20_000
+        with pytest.raises(ValueError, match="blocks must have unique labels, got 'b7' more than once"):
+            labelled_sequence("blocks", [*blocks, blocks[7]], tp.Block)
+
+
+class TestOscillatorsMadeWhenWanted:
+    LAWS = (tp.DiscreteDamping(), tp.HousnerImpact(), tp.Vassiliou())
+
+    def test_every_slice_is_that_of_the_list(self):
+        blocks = [tp.Block(0.3 + 0.01 * i, 1.5) for i in range(5)]
+        made = OscillatorGrid(blocks, lambda block: [oscillator_of(block, law) for law in self.LAWS], 3)
+        every = [oscillator_of(block, law) for block in blocks for law in self.LAWS]
+        assert len(made) == 15
+        assert list(made) == every
+        assert made[7] == every[7]
+        assert made[-1] == every[-1]
+        for start in range(16):
+            for stop in range(17):
+                assert made[start:stop] == tuple(every[start:stop])
+                assert made[start:stop:-2] == tuple(every[start:stop:-2])
+        assert made[::-1] == tuple(every[::-1])
+        assert made[-4:-1] == tuple(every[-4:-1])
+        assert made[np.int64(3)] == every[3]
+        assert made.exact == [one.exact for one in every]
+        with pytest.raises(IndexError):
+            made[15]
+
+    def test_they_take_no_memory(self):
+        blocks = [tp.Block(0.3, 1.5, name=f"b{i}") for i in range(2000)]
+        tracemalloc.start()
+        made = OscillatorGrid(blocks, lambda block: [oscillator_of(block, law) for law in self.LAWS], 3)
+        assert sum(1 for _ in made) == 6000
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert peak < 100_000
+
+
+class TestFactorsOfBlocks:
+    """Factors that differ from block to block are as many as runs: they are made for a chunk at a time."""
+
+    LEVELS = np.array([0.5, 1.0, 2.0])
+    BLOCKS = tuple(tp.Block(0.3 + 0.01 * i, 1.5, name=f"b{i}") for i in range(5))
+
+    def test_parts_are_those_of_all(self):
+        shakes = tp.motions.CloughPenzien(duration=5.0, dt=0.02).sample(4)
+        for im in ("pga_normalised", "pgv_normalised"):
+            found = scaling(self.LEVELS, records(shakes), im, self.BLOCKS)
+            factors = found.factors
+            assert isinstance(factors, BlockFactors)
+            assert factors.shape == (5, 3, 4)
+            whole = self.LEVELS[:, None] / found.measured[:, None, :]
+            np.testing.assert_array_equal(dense(factors), whole)
+            np.testing.assert_array_equal(factors.part(slice(1, 3), slice(2, 4)), whole[1:3, :, 2:4])
+            chosen = np.array([True, False, False, True])
+            np.testing.assert_array_equal(factors.part(motions=chosen), whole[..., chosen])
+            np.testing.assert_array_equal(np.concatenate(list(factors.parts())), whole)
+            for one in (factors, whole):
+                both = dense(either_side(one, 1e-6))
+                np.testing.assert_array_equal(both, np.concatenate([whole * (1 + 1e-6), whole * (1 - 1e-6)], axis=1))
+            runs = tp.ida(self.BLOCKS, tp.HousnerImpact(geometry="linear"), shakes, self.LEVELS, im)
+            np.testing.assert_array_equal(dense(factors_under(runs, chosen)), factors_of(runs)[:, :, chosen])
+
+    def test_a_chunk_has_its_own(self):
+        shakes = records(tp.motions.CloughPenzien(duration=5.0, dt=0.02).sample(4))
+        factors = scaling(self.LEVELS, shakes, "pga_normalised", self.BLOCKS).factors
+        whole = np.repeat(dense(factors), 2, axis=0)  # under two laws
+        law = tp.HousnerImpact(geometry="linear")
+        oscillators = [oscillator_of(block, law) for block in self.BLOCKS for _ in range(2)]
+        for work in (Work(oscillators, tuple(shakes), one) for one in (factors, dense(factors))):
+            for chunk in (Chunk(0, 10, 0, 4), Chunk(3, 4, 1, 2), Chunk(1, 7, 0, 3)):
+                own = whole[chunk.row : chunk.row_stop, :, chunk.first : chunk.stop]
+                np.testing.assert_array_equal(work.factors_of(chunk), own)
+
+    def test_they_take_no_memory(self):
+        shakes = records(tp.motions.CloughPenzien(duration=2.0, dt=0.02).sample(100))
+        blocks = [tp.Block(0.3 + 1e-5 * i, 1.5, name=f"b{i}") for i in range(1000)]
+        tracemalloc.start()
+        found = scaling(np.linspace(0.5, 3.0, 40), shakes, "pga_normalised", blocks)
+        held, _ = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert found.factors.shape == (1000, 40, 100)
+        assert held < 2.5 * 8 * 1000 * 100  # (each block's measures, and no levels of them)
+
+
+class TestProgressOfFits:
+    def test_fits_count_curves(self, tmp_path):
+        told = []
+        flags = xr.Dataset(
+            {"overturnings": (("block", "level"), [[0, 2, 5], [1, 4, 6]]), "runs": (("block", "level"), [[8] * 3] * 2)},
+            coords={"level": [1.0, 2.0, 4.0]},
+        )
+        tp.fit_fragility(flags, progress=lambda done, total: told.append((done, total)))
+        assert told == [(1, 2), (2, 2)]
+
+    def test_they_are_shown_where_they_take_long(self, monkeypatch):
+        shown = []
+        display = Display(lambda *args: shown.append(args), "runs")
+        moments = iter([0.0, 1.0, 3.0, 4.0, 100.0, 100.0, 100.0, 200.0])
+        monkeypatch.setattr("toppling.studies.store.progress.time.monotonic", lambda: next(moments))
+        for done in (1, 2, 3, 4):
+            display.telling("curves", done, 4)
+        assert shown == [("curves", 3, 4, ""), ("curves", 4, 4, "")]
+        display.telling("rates", 1, 4)  # another stage
+        display.watching(Watch(8, logging.getLogger("nowhere")))
+        display.telling("rates", 4, 4)  # of the next study
+        assert len(shown) == 2
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A finished study of 15 blocks, which some always fall and some never, with a hazard."""
+    folder = tmp_path_factory.mktemp("commands")
+    lines = [f"thin{i},0.04,2.{i:02}" for i in range(2)] + [f"stout{i},3.{i:02},4" for i in range(13)]
+    path = written(folder, "name,width_m,height_m\n" + "\n".join([*lines, *many(10).splitlines()[1:]]) + "\n")
+    path.write_text(path.read_text() + TestSlabs.RISK.replace('[measures]\nalso = ["Sa(0.5)"]\n', ""))
+    assert main(["run", str(path), "--out", str(folder / "out")]) == 0
+    return folder
+
+
+class TestCommands:
+    def test_rates_stand_beside_the_curves(self, folder, capsys):
+        assert main(["export", str(folder / "out"), "--format", "csv"]) == 0
+        printed = capsys.readouterr().out
+        assert "no estimate (all overturned): thin0" in printed  # (four of them: a line each)
+        assert printed.count("no estimate (no overturning)") == 1  # (13 and more under two laws: one line)
+        assert re.search(r"no estimate \(no overturning\) of 3\d: stout0.* and \d\d more", printed)
+        separated = re.search(r"(\d+) of 50 curves are of separated data", printed)
+        with xr.open_dataset(folder / "out" / "results.nc") as stored:
+            found = stored.load()
+        status = found["status"].values
+        assert int(separated[1]) == (status == "separated").sum() > 0
+        back = read_curve_csv(folder / "out" / "export" / "curves.csv")
+        for name in ("rate", "rate_upper", "risk_probability", "risk_probability_lower"):
+            own = found[name].transpose("block", "model").sel(block=back["block"], model=back["model"])
+            np.testing.assert_array_equal(back[name].values, own.values)
+        assert back["rate"].attrs["units"] == "year-1"
+
+    def test_guesses_are_said_to_be_guesses(self, folder, capsys):
+        assert main(["export", str(folder / "out"), "--format", "pelicun"]) == 0
+        entries = json.loads((folder / "out" / "export" / "fragility.json").read_text())
+        with xr.open_dataset(folder / "out" / "results.nc") as stored:
+            separated = int((stored["status"] == "separated").sum())
+        assert sum("dispersion is a guess" in str(entry.get("Comments")) for entry in entries.values()) == separated
+
+    def test_a_dry_run_says_whose_folder_it_is(self, folder, capsys):
+        out = ["--out", str(folder / "out"), "--dry-run"]
+        assert main(["run", str(folder / "study.toml"), *out]) == 0
+        assert "finished" in capsys.readouterr().out
+        other = folder / "other.toml"
+        other.write_text((folder / "study.toml").read_text().replace("number = 3", "number = 4"))
+        assert main(["run", str(other), *out]) == 0
+        assert "holds the results of another study (motions.number was 3, is 4)" in capsys.readouterr().out
+
+    def test_equal_sizes_are_refused_before_the_work(self, folder):
+        other = folder / "along.toml"
+        other.write_text((folder / "study.toml").read_text() + 'years = 50\nprobability = 0.1\nalong = "height"\n')
+        with pytest.raises(
+            StudyError, match=r"hazard.along: blocks must all differ in height, got 4 of both 'stout0' and"
+        ):
+            tp.Study.from_toml(other)
+
+    def test_a_block_that_a_law_cannot_have_is_named(self, tmp_path):
+        path = written(tmp_path, "name,width_m,height_m\nplate,2,0.5\n")
+        with pytest.raises(
+            StudyError, match=r"blocks_file: 'plate' under discrete .*: Housner's restitution of a block"
+        ):
+            tp.Study.from_toml(path)

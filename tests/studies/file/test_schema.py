@@ -1,0 +1,246 @@
+"""The schema of study files: one source for what is read, what editors are told, and the reference of keys."""
+
+import dataclasses
+import json
+import tomllib
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+import toppling as tp
+from toppling import motions as mo
+from toppling.models import LAWS
+from toppling.studies.command.cli import main
+from toppling.studies.file.json_schema import all_tables, study_schema, unit_of
+from toppling.studies.file.reference import key_reference
+from toppling.studies.file.schema import StudyFile
+from toppling.studies.file.table import KeyInfo, bare
+
+EXAMPLES = sorted((Path(tp.__file__).parent / "studies" / "examples").glob("*.toml"))
+SCHEMA = study_schema()
+CHECK = jsonschema.Draft202012Validator(SCHEMA)
+TABLES = {table.__name__: table for table in all_tables()}
+
+
+def keys():
+    """Every key of every table: (table, key, its field, what the schema says of it)."""
+    for name, table in TABLES.items():
+        own = SCHEMA if table is StudyFile else SCHEMA["$defs"][name]
+        for attribute, field in table.model_fields.items():
+            key = field.alias or attribute
+            yield name, key, field, own["properties"][key]
+
+
+def broken(content):
+    """What the schema says of a study's content."""
+    return [f"{error.json_path}: {error.message}" for error in CHECK.iter_errors(content)]
+
+
+class TestSchema:
+    def test_is_valid_and_names_its_draft(self):
+        jsonschema.Draft202012Validator.check_schema(SCHEMA)
+        assert SCHEMA["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+
+    @pytest.mark.parametrize("path", EXAMPLES, ids=[path.stem for path in EXAMPLES])
+    def test_examples_are_valid(self, path):
+        assert broken(tomllib.loads(path.read_text())) == []
+
+    def test_every_table_is_there(self):
+        assert set(SCHEMA["$defs"]) == set(TABLES) - {"StudyFile"}
+        assert len(TABLES) > 15
+
+    def test_every_key_is_described(self):
+        for name, key, _, said in keys():
+            text = said.get("description", "")
+            assert text, f"{name}.{key}"
+            assert len(text.split()) >= 2, f"{name}.{key}"
+            assert text.rstrip(".") != text, f"{name}.{key}: {text}"
+        for name, table in TABLES.items():
+            assert SCHEMA["$defs"].get(name, SCHEMA)["description"] == table.__doc__
+
+    def test_every_number_has_a_unit(self):
+        for name, key, field, said in keys():
+            if '"number"' in json.dumps(said):
+                assert said["unit"], f"{name}.{key}"
+            if bare(key) != key:
+                assert said["unit"] == unit_of(key, field) != "", f"{name}.{key}"
+
+    def test_nothing_is_null(self):
+        """TOML has no null: a key that may be left out is one that is not required."""
+        assert "null" not in json.dumps(SCHEMA)
+
+    def test_only_what_must_be_given_has_no_default_or_may_be_absent(self):
+        for name, key, field, said in keys():
+            if field.is_required():
+                assert "default" not in said, f"{name}.{key}"
+                assert "Where not given" not in said["description"], f"{name}.{key}"
+
+    def test_words_are_enums(self):
+        law = SCHEMA["$defs"]["ModelTable"]["properties"]["law"]
+        assert law["enum"] == list(LAWS)
+        assert SCHEMA["$defs"]["MotionsTable"]["properties"]["generator"]["enum"] == list(mo.GENERATORS)
+
+    @pytest.mark.parametrize(
+        ("table", "classes"),
+        [
+            ("MotionsTable", [*mo.GENERATORS.values(), *mo.PULSES.values()]),
+            ("EnvelopeTable", list(mo.ENVELOPES.values())),
+            ("ModelTable", list(LAWS.values())),
+        ],
+    )
+    def test_defaults_are_those_of_what_is_built(self, table, classes):
+        """A default in the schema is the class's own, in every class that has the key."""
+        found = 0
+        for name, key, _, said in keys():
+            if name != table or "default" not in said or key in {"seed", "amplitude_m_s2"}:
+                continue
+            own = [
+                one.default
+                for cls in classes
+                for one in dataclasses.fields(cls)
+                if one.name == bare(key) and one.default is not None
+            ]
+            assert own, key
+            assert set(own) == {said["default"]}, key
+            found += 1
+        assert found >= 5
+
+    def test_bounds_that_are_only_said_hold(self, tmp_path):
+        """Beyond each bound that the schema states, what is built of the key refuses the value too."""
+        checked = 0
+        for name, key, field, _ in keys():
+            about = next((one for one in field.metadata if isinstance(one, KeyInfo)), KeyInfo())
+            beyond = {
+                "above": lambda x: x,
+                "at_least": lambda x: x - max(1.0, abs(x)),
+                "below": lambda x: x,
+                "at_most": lambda x: x + max(1.0, abs(x)),
+            }
+            for bound, past in beyond.items():
+                limit = getattr(about, bound)
+                if limit is None or (name, key) not in BUILT:
+                    continue
+                value = past(limit)
+                with pytest.raises(ValueError, match=r"must|needs|at least|at most|>|<"):
+                    BUILT[name, key](int(value) if isinstance(limit, int) else value)
+                checked += 1
+        assert checked >= 30
+
+    def test_an_included_part_needs_no_more_than_it_says(self):
+        assert broken({"include": ["common.toml"], "ida": {"levels": {"values": [1.0], "unit": "g"}}}) == []
+        assert any("'title' is a required property" in one for one in broken({}))
+
+    @pytest.mark.parametrize(
+        ("where", "content"),
+        [
+            ("$.blocks", {"blocks": {}}),
+            ("$.blocks[0].width_m", {"blocks": [{"width_m": -1.0, "height_m": 1.0}]}),
+            ("$.models[0].law", {"models": [{"law": "discreet"}]}),
+            ("$.ida.im", {"ida": {"im": "PGA", "levels": {"values": [1.0], "unit": "g"}}}),
+            ("$.ida.levels", {"ida": {"levels": [1, 2]}}),
+            ("$.motions.number", {"motions": {"number": "many"}}),
+            ("$.stripes.at[0].motions", {"stripes": {"unit": "g", "at": [{"level": 1.0, "motions": {"nmber": 3}}]}}),
+            ("$.screen.friction", {"screen": {"friction": 40}}),
+        ],
+    )
+    def test_refuses_what_is_refused(self, where, content):
+        assert any(one.startswith(f"{where}:") for one in broken({"include": ["x"], **content}))
+
+
+def law(name, key):
+    return lambda value: LAWS[name](**{key: value})
+
+
+def block(key):
+    def build(value):
+        sizes = {"width_m": 0.5, "height_m": 2.0} if "alpha" not in key and "R_" not in key else {}
+        sizes = sizes or {"alpha_rad": 0.2, "R_m": 1.0}
+        extra = {"inertia_factor": 1.3} if key == "cm_height_m" else {}
+        return TABLES["BlockTable"](**{**sizes, **extra, key: value}).build()
+
+    return build
+
+
+def building(key):
+    def build(value):
+        flexural = {"kind": "flexural-shear", "period_s": 1.0}
+        storeys = {"kind": "storeys", "masses_kg": [1e5, 1e5], "stiffnesses_n_m": [1e7, 1e7]}
+        given = [value, value] if key in {"masses_kg", "stiffnesses_n_m"} else [value] if key == "floors" else value
+        table = TABLES["BuildingTable"](**{**(storeys if "_kg" in key or "_n_m" in key else flexural), key: given})
+        return table.shake([mo.OneCycleSine(1.0, 6.0).sample(1)])
+
+    return build
+
+
+def motions(key, **kind):
+    return lambda value: TABLES["MotionsTable"](**{"number": 1, **kind, key: value}).samples(Path())
+
+
+BUILT = {
+    **{("BlockTable", key): block(key) for key in TABLES["BlockTable"].model_fields},
+    ("ModelTable", "e"): law("discrete", "e"),
+    ("ModelTable", "restitution_factor"): law("discrete", "restitution_factor"),
+    ("ModelTable", "delta"): law("discrete", "delta"),
+    ("ModelTable", "zeta"): law("viscous", "zeta"),
+    ("ModelTable", "coefficient"): law("vassiliou", "coefficient"),
+    **{("BuildingTable", key): building(key) for key in TABLES["BuildingTable"].model_fields},
+    **{
+        ("MotionsTable", key): motions(key, generator=generator)
+        for generator, own in {
+            "clough-penzien": ("duration_s", "dt_s", "omega_g_rad_s", "xi_g", "omega_f_rad_s", "xi_f", "s0_m2_s3"),
+            "site-based": ("f_c_hz", "arias_m_s", "d5_95_s", "t_mid_s", "omega_mid_rad_s", "zeta"),
+            "near-fault": ("magnitude", "distance_m", "vs30_m_s", "depth_m", "along_m", "angle_rad"),
+            "seismological": ("stress_drop_pa", "kappa_s", "q0", "q_exponent", "beta_m_s", "density_kg_m3"),
+        }.items()
+        for key in own
+    },
+    ("MotionsTable", "gamma"): motions("gamma", number=None, pulse="mavroeidis-papageorgiou", omega_rad_s=6.0),
+    ("MotionsTable", "nu_rad"): motions("nu_rad", number=None, pulse="mavroeidis-papageorgiou", omega_rad_s=6.0),
+    ("MotionsTable", "amplitude_m_s2"): motions("amplitude_m_s2", number=None, pulse="half-sine", omega_rad_s=6.0),
+    ("MotionsTable", "omega_rad_s"): motions("omega_rad_s", number=None, pulse="half-sine"),
+    ("MotionsTable", "tail_s"): motions("tail_s", number=None, pulse="half-sine", omega_rad_s=6.0),
+}
+"""How a value of a key is made something of, for bounds that the table itself does not check."""
+
+
+class TestCommand:
+    def test_prints_the_schema(self, capsys):
+        assert main(["schema"]) == 0
+        assert json.loads(capsys.readouterr().out) == SCHEMA
+
+    def test_writes_it(self, tmp_path, capsys):
+        assert main(["schema", "--out", str(tmp_path / "study.json")]) == 0
+        assert capsys.readouterr().out == ""
+        assert json.loads((tmp_path / "study.json").read_text(encoding="utf-8")) == SCHEMA
+
+    def test_says_where_it_cannot_write(self, tmp_path, capsys):
+        assert main(["schema", "--out", str(tmp_path / "none" / "study.json")]) == 2
+        error = capsys.readouterr().err
+        assert "cannot be written" in error
+        assert error.count("\n") == 1
+
+
+class TestReference:
+    def test_names_every_key_with_its_unit(self):
+        page = key_reference()
+        for name, key, _, said in keys():
+            assert f"| `{key}` |" in page, f"{name}.{key}"
+            assert f"| {said.get('unit', '')} |" in page
+        for heading in ("[[blocks]]", "[motions.envelope]", "[[stripes.at]]", "[uncertainty.inputs.NAME]"):
+            assert f"### `{heading}`" in page
+
+    def test_rows_have_five_cells(self):
+        for line in key_reference().splitlines():
+            if line.startswith("|"):
+                assert line.replace("\\|", "").count("|") == 6, line
+
+    def test_one_row(self):
+        page = key_reference()
+        friction = "Coefficient of friction between block and floor, or its median."
+        assert (
+            f"| `friction` | {friction} | 1 | not known: a need above 1 counts as sliding | number ≥ 0.05, ≤ 2 |"
+            in page
+        )
+        kind = "A uniform cantilever, masses on springs, or none."
+        assert f"| `kind` | {kind} |  | must be given | `ground`, `flexural-shear`, `storeys` |" in page

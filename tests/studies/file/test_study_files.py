@@ -1,0 +1,503 @@
+"""What study files may say: files that include others, and one sentence in a user's words where one is wrong."""
+
+import os
+import re
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+import toppling as tp
+from toppling.studies import StudyError
+from toppling.studies.command.cli import main
+from toppling.studies.file import include
+from toppling.studies.file import table as study_tables
+from toppling.studies.file.schema import StudyFile, read_study_file
+from toppling.studies.file.table import expand
+from toppling.studies.plan import size
+
+SMALL = """title = "A small study"
+
+[[blocks]]
+width_m = 0.5
+height_m = 1.2
+
+[[models]]
+law = "housner"
+
+[motions]
+generator = "clough-penzien"
+number = 2
+duration_s = 4
+dt_s = 0.02
+envelope = { kind = "stationary" }
+
+[ida]
+im = "pga"
+levels = { values = [0.1, 0.2], unit = "g" }
+"""
+
+
+def write(folder, text=SMALL, name="study.toml"):
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def refused(folder, text, name="study.toml"):
+    """The sentence that a study file is refused with, without the file's name."""
+    path = write(folder, text, name)
+    with pytest.raises(StudyError) as caught:
+        tp.Study.from_toml(path)
+    message = str(caught.value)
+    assert message.startswith(str(path)), message
+    assert "\n" not in message
+    assert len(message) < 400
+    return message.removeprefix(str(path)).removeprefix(": ")
+
+
+def without(*tables):
+    """The small study without some of its tables."""
+    parts = re.split(r"(?m)^(?=\[)", SMALL)
+    return "".join(part for part in parts if not any(part.startswith(f"{table}\n") for table in tables))
+
+
+def part(table):
+    """One table of the small study."""
+    return next(one for one in re.split(r"(?m)^(?=\[)", SMALL) if one.startswith(f"{table}\n"))
+
+
+class TestInclude:
+    def test_the_study_is_what_it_would_be_in_one_file(self, tmp_path):
+        write(tmp_path, part("[[models]]") + part("[motions]"), "common.toml")
+        split = 'include = ["common.toml"]\n' + without("[[models]]", "[motions]")
+        one = tp.Study.from_toml(write(tmp_path))
+        two = tp.Study.from_toml(write(tmp_path, split, "split.toml"))
+        assert two.configuration == one.configuration
+        assert two.identity == one.identity
+        assert "include" not in two.configuration
+        for study, name in ((one, "one"), (two, "two")):
+            study.run(tmp_path / name)
+        assert (tmp_path / "one/results.nc").read_bytes() == (tmp_path / "two/results.nc").read_bytes()
+
+    def test_keys_of_a_table_are_refined(self, tmp_path):
+        write(tmp_path, part("[motions]") + part("[ida]"), "common.toml")
+        text = 'include = ["common.toml"]\n' + without("[motions]", "[ida]")
+        study = tp.Study.from_toml(write(tmp_path, text + "[motions]\nnumber = 3\nseed = 9\n"))
+        assert study.configuration["motions"]["number"] == 3
+        assert study.configuration["motions"]["seed"] == 9
+        assert study.configuration["motions"]["duration_s"] == 4
+        assert study.configuration["motions"]["envelope"] == {"kind": "stationary"}
+        # a table in a table is one key: it takes the other's place
+        again = text + '[ida]\nlevels = { from = 0.1, to = 0.5, number = 5, unit = "g" }\n'
+        assert "values" not in tp.Study.from_toml(write(tmp_path, again)).configuration["ida"]["levels"]
+
+    def test_the_same_key_in_two_included_files(self, tmp_path):
+        for name in ("one.toml", "two.toml"):
+            write(tmp_path, part("[motions]"), name)
+        text = 'include = ["one.toml", "two.toml"]\n' + without("[motions]")
+        assert (
+            refused(tmp_path, text)
+            == f"include: 'motions' is given by {tmp_path / 'one.toml'} and by {tmp_path / 'two.toml'}"
+        )
+
+    @pytest.mark.parametrize("table", ["[[blocks]]", "[[models]]", 'title = "A small study"\n'])
+    def test_what_is_no_table_stands_once(self, tmp_path, table):
+        write(tmp_path, part(table) if table[0] == "[" else table, "common.toml")
+        message = refused(tmp_path, 'include = ["common.toml"]\n' + SMALL)
+        assert message.startswith(f"'{table.strip('[]').split()[0]}' is given here and by {tmp_path / 'common.toml'}")
+
+    def test_nested(self, tmp_path):
+        write(tmp_path, part("[motions]"), "a/b/deep.toml")
+        write(tmp_path, 'include = ["b/deep.toml"]\n' + part("[[models]]") + "[motions]\nseed = 4\n", "a/middle.toml")
+        text = 'include = ["a/middle.toml"]\n' + without("[[models]]", "[motions]") + "[motions]\nnumber = 5\n"
+        motions = tp.Study.from_toml(write(tmp_path, text)).configuration["motions"]
+        assert (motions["number"], motions["seed"], motions["dt_s"]) == (5, 4, 0.02)
+
+    def test_paths_are_those_of_the_file_that_names_them(self, tmp_path):
+        """Records, patterns, inventory, hazard and target, two folders down, and one folder up."""
+        shake = tp.motions.CloughPenzien(duration=4.0).sample(1, seed=1)
+        write(tmp_path, "x", "far [1]/records/none")
+        tp.motions.write_at2(shake, tmp_path / "far [1]" / "records" / "R1.AT2")
+        write(tmp_path, "pga (g),rate (1/yr)\n0.1,1e-2\n0.4,1e-3\n", "site.csv")
+        write(
+            tmp_path,
+            '[motions]\nrecords = "records/*.AT2"\n[hazard]\nfile = "../site.csv"\n',
+            "far [1]/common.toml",
+        )
+        text = 'include = ["far [1]/common.toml"]\n' + without("[motions]")
+        study = tp.Study.from_toml(write(tmp_path, text))
+        assert [str(array.motion.values[0]) for array in study.design.arrays] == ["R1"]
+        assert study.risk is not None
+        # the same file from another folder: the same study
+        other = 'include = ["../far [1]/common.toml"]\n' + without("[motions]")
+        assert tp.Study.from_toml(write(tmp_path, other, "near/study.toml")).runs == study.runs
+
+    def test_paths_in_lists_and_of_inventories(self, tmp_path):
+        write(
+            tmp_path,
+            '[performance]\ninventory = "things.csv"\n[motions]\nrecords = ["a.AT2", "/abs/b.AT2"]\n'
+            '[[stripes.at]]\nlevel = 1.0\nmotions = { target = "t.csv" }\n[stripes]\nunit = "g"\n',
+            "in/common.toml",
+        )
+        content = include.read_content(write(tmp_path, 'include = ["in/common.toml"]\n'), StudyFile).content
+        assert content["performance"]["inventory"] == "in/things.csv"
+        assert content["motions"]["records"] == ["in/a.AT2", "/abs/b.AT2"]
+        assert content["stripes"]["at"][0]["motions"]["target"] == "in/t.csv"
+
+    def test_what_is_wrong_in_an_included_file_names_it(self, tmp_path):
+        write(tmp_path, part("[motions]").replace("number = 2", "number = 0"), "common.toml")
+        text = 'include = ["common.toml"]\n' + without("[motions]")
+        message = refused(tmp_path, text)
+        assert message.startswith("motions.number: must be >= 1, got 0")
+        assert message.endswith(f"(in {tmp_path / 'common.toml'})")
+        # what the study itself refines is its own fault
+        write(tmp_path, part("[motions]"), "common.toml")
+        assert refused(tmp_path, text + "[motions]\nseed = -1\n").endswith("must be >= 0, got -1")
+
+    @pytest.mark.parametrize(
+        ("text", "message"),
+        [
+            ('include = ["none.toml"]\n', "include: no file 'none.toml' (looked in "),
+            ('include = [""]\n', 'include must be a list of files, as include = ["common.toml"], got '),
+            ('include = "common.toml"\n', "include must be a list of files"),
+            ("include = [1]\n", "include must be a list of files"),
+            ("include = { a = 1 }\n", "include must be a list of files"),
+            ('include = ["."]\n', "include: no file '.'"),
+            (f'include = ["{"x" * 3000}"]\n', "include: no file 'xxx"),
+            ('include = ["study.toml"]\n', "include: 'study.toml' includes this file again"),
+            ('include = ["./../*.toml"]\n', "include: no file './../*.toml'"),
+            ('include = ["a\\u0000b"]\n', "'include[1]' holds the control character U+0000"),
+        ],
+    )
+    def test_bad_includes(self, tmp_path, text, message):
+        assert refused(tmp_path, text + SMALL).startswith(message)
+
+    def test_a_cycle(self, tmp_path):
+        write(tmp_path, 'include = ["two.toml"]\n', "one.toml")
+        two = write(tmp_path, 'include = ["one.toml"]\n', "two.toml")
+        path = write(tmp_path, 'include = ["one.toml"]\n' + SMALL)
+        with pytest.raises(StudyError, match=re.escape(f"{two}: include: 'one.toml' includes this file again")):
+            tp.Study.from_toml(path)
+
+    def test_depth_and_number_are_bounded(self, tmp_path):
+        for i in range(12):
+            write(tmp_path, f'include = ["{i + 1}.toml"]\n', f"{i}.toml")
+        with pytest.raises(StudyError, match=r"at most 32 files, 8 deep, got more with '8\.toml'"):
+            tp.Study.from_toml(write(tmp_path, 'include = ["0.toml"]\n' + SMALL))
+        write(tmp_path, "", "empty.toml")
+        names = ", ".join(['"empty.toml"'] * 40)
+        assert "at most 32 files" in refused(tmp_path, f"include = [{names}]\n" + SMALL)
+
+    def test_an_included_file_that_is_none(self, tmp_path):
+        for content, message in (
+            ("[motions]\nnumber = \xe4".encode("latin-1"), "common.toml: not a text file in UTF-8"),
+            (b"[motions", "common.toml: not valid TOML"),
+            (b"#" * (2**20 + 1), "common.toml: larger than 1 MiB"),
+        ):
+            write(tmp_path, content, "common.toml")
+            with pytest.raises(StudyError, match=message):
+                tp.Study.from_toml(write(tmp_path, 'include = ["common.toml"]\n' + SMALL))
+
+
+MESSAGES = [
+    ("", "key 'title' is missing; every study has one, as title = \"Office contents\""),
+    ('title = "t"\n', "key 'models' is missing; a study has one [[models]] table for each damping law"),
+    (
+        SMALL.replace('{ values = [0.1, 0.2], unit = "g" }', "[1, 2]"),
+        'ida.levels: levels need their unit: write levels = { values = [1, 2], unit = "g" }, or another unit',
+    ),
+    (SMALL.replace("[[blocks]]", "[blocks]"), "blocks: there may be several: write [[blocks]] for each, not [blocks]"),
+    (SMALL.replace("[[models]]", "[models]"), "models: there may be several: write [[models]] for each, not [models]"),
+    (SMALL.replace("[motions]", "[[motions]]"), "motions: there is one only: write [motions], not [[motions]]"),
+    ('building = "tower"\n' + SMALL, "building: must be a table: write [building] and its keys below it, got 'tower'"),
+    (SMALL.replace('"pga"', '"PGA"'), "got 'PGA'; did you mean 'pga'?"),
+    (SMALL.replace('"pga"', '"sa(1)"'), "got 'sa(1)'; did you mean 'Sa(1)'?"),
+    (SMALL.replace('"pga"', '"SA"'), "got 'SA'; did you mean 'Sa(1.0)'?"),
+    (SMALL.replace('"pga"', '"AVGSA(0.2:2.0:10)"'), "did you mean 'AvgSa(0.2:2.0:10)'?"),
+    (SMALL.replace("housner", "Housner"), "models[1].law: must be one of "),
+    (SMALL.replace("housner", "Housner"), "did you mean 'housner'?"),
+    (SMALL.replace("width_m", "Width_M"), "unknown key 'blocks[1].Width_M'; did you mean 'width_m'?"),
+    (SMALL.replace("[0.1, 0.2]", "[0.2, 0.1]"), "levels must be strictly increasing, got 0.1 g after 0.2 g"),
+    (SMALL.replace("[0.1, 0.2]", "[0.0, 0.1]"), "levels must be > 0 and at most 1e+09, got 0 g"),
+    (SMALL.replace("[0.1, 0.2]", "[0.1, inf]"), "ida.levels.values[2]: must be a finite number, got inf"),
+    (SMALL + "[screen]\nfriction = 40\n", "screen.friction: must be >= 0.05 and <= 2, got 40"),
+    (SMALL + "[screen]\nfriction = 0.01\n", "screen.friction: must be >= 0.05 and <= 2, got 0.01"),
+    (SMALL.replace("number = 2", "number = true"), "motions.number: must be a whole number >= 1, got true"),
+    (
+        SMALL.replace("number = 2", 'number = "2"'),
+        "must be a whole number >= 1, without quotes, got '2'",
+    ),
+    (SMALL.replace("= 0.5", "= true"), "blocks[1].width_m: must be a number > 0 (in m), got true"),
+    (SMALL.replace("number = 2", "seed = 99999999999999999999\nnumber = 2"), "integer of more than 64 bits"),
+    (SMALL.replace("number = 2", f"number = {'9' * 5000}"), "not valid TOML: a number that is none"),
+    (SMALL.replace("number = 2", f"number = 0x{'f' * 5000}"), "'motions.number' is an integer of more than 64 bits"),
+    (SMALL.replace("A small", "A\\u001b[31m small"), "'title' holds the control character U+001B"),
+    (SMALL.replace("A small", "A \\u202e small"), "'title' holds the control character U+202E"),
+    (SMALL.replace("A small study", "x" * 5000), "'title' holds 5,000 characters, allowed are 4,096"),
+    (SMALL.replace("A small study", " "), "title: must hold something that can be seen, got ' '"),
+    (
+        SMALL + '[hazard]\nlevels = [0.2, 0.1]\nrates = [1e-2, 1e-3]\nunit = "g"\n',
+        "hazard.levels must be strictly increasing, got 0.1 g after 0.2 g",
+    ),
+    (
+        SMALL + '[hazard]\nlevels = [0.1, 0.2]\nrates = [1e-3, 1e-2]\nunit = "g"\n',
+        "hazard.rates must never rise, got 0.001 per year at 0.1 g and 0.01 at 0.2 g",
+    ),
+    (SMALL.replace("duration_s = 4", "duration_s = 0.1"), "motions: duration must be at least 20 dt = 0.4 s, got 0.1"),
+    (
+        SMALL + '[uncertainty.inputs]\nwidth = { distribution = "uniform", lower = 0.4, upper = 0.6 }\n',
+        "uncertainty.inputs.width: must be one of ",
+    ),
+    (
+        SMALL + '[uncertainty.inputs]\nwidth = { distribution = "uniform", lower = 0.4, upper = 0.6 }\n',
+        "got 'width'; did you mean 'width_m'?",
+    ),
+    (
+        SMALL + 'include = ["common.toml"]\n',
+        "unknown key 'ida.include': include is a key of the whole file, and every line below [ida] belongs to that "
+        "table; move it above the first [table]",
+    ),
+    (
+        SMALL.replace("[motions]", 'outputs = ["overturned"]\n[motions]'),
+        "unknown key 'models[1].outputs': outputs is a key of the whole file, and every line below [models] belongs",
+    ),
+    (SMALL + "[ida.motions]\nseed = 1\n", "'ida.motions': motions is a table of the file itself, write [motions]"),
+    (SMALL + "[[ida.blocks]]\n", "'ida.blocks': blocks is a table of the file itself, write [[blocks]]"),
+    ('outputs = "overturned"\n' + SMALL, "outputs: must be a list: put it in brackets, as ['overturned'], got 'over"),
+    ('outputs = ["peak"]\n' + SMALL, "outputs[1]: must be one of overturned, "),
+    (SMALL.replace('"pga"', "5"), "ida.im: must be text in quotes, got 5"),
+    (SMALL.replace("number = 2", "number = 2.0"), "motions.number: must be a whole number >= 1, got 2.0"),
+    (SMALL.replace("number = 2", "number = 2026-01-01"), "must be a whole number >= 1, got 2026-01-01"),
+    (SMALL.replace("= 0.5", '= "50 cm"'), "width_m: must be a number > 0 (in m), without quotes, got '50 cm'"),
+    (SMALL.replace("[0.1, 0.2]", "[]"), "ida.levels.values: must hold at least 1 entry, got []"),
+    (
+        SMALL.replace('values = [0.1, 0.2], unit = "g"', 'from = 0.1, to = 1, number = 1, unit = "g"'),
+        "ida.levels: levels from 0.1 to 1 need number >= 2, got 1",
+    ),
+    (
+        SMALL + '[hazard]\nlevels = [0.1, 0.2]\nrates = [1e-3]\nunit = "g"\n',
+        "hazard.rates must hold one for each level, got 1 for 2 levels",
+    ),
+    (
+        SMALL + '[hazard]\nlevels = [0.1, 0.2]\nrates = [1e-3, 0.0]\nunit = "g"\n',
+        "hazard.rates must be > 0 per year, got 0 at 0.2 g: leave that level out",
+    ),
+    (
+        SMALL + '[hazard]\nlevels = [0.1, 0.2]\nrates = [1e-2, 1e-3]\nunit = "m/s"\n',
+        "hazard.unit must be one of g, m/s2, cm/s2 for pga, got 'm/s'",
+    ),
+    (SMALL + "[fit]\nconfidence = 95\n", "fit.confidence: must be > 0 and < 1, got 95"),
+    (SMALL + "[fit]\nfractiles = [10]\n", "fit.fractiles[1]: must be > 0 and < 1, got 10"),
+    (SMALL + "[uncertainty]\nsamples = 1\n", "key 'uncertainty.inputs' is missing"),
+    (SMALL + '[sensitivity]\nparameter = "zeta"\nvalues = [1.0]\n', "sensitivity.parameter: must be 'delta' or 'e'"),
+    ('blocks = "shelf"\n' + SMALL.replace("[[blocks]]", "[x]"), "unknown key 'x'"),
+    (SMALL.replace("width_m = 0.5", "width_m = 0,5"), ", 'width_m = 0,5': something is left after the value"),
+    (SMALL.replace('"A small study"', "A small study"), "line 1, 'title = A small study': no value after the =: text"),
+    (SMALL + "[ida]\n", "'[ida]': this table was there before"),
+    ("x = " + "[" * 100 + "]" * 100, "is nested too deeply"),
+    ("x = " + "[" * 5000 + "]" * 5000, "not valid TOML: nested too deeply"),
+    (
+        SMALL + "[building]\nkind = 'flexural-shear'\nperiod_s = 1\ndamping = 'x'\n",
+        "building.damping: must be",
+    ),
+    (
+        SMALL.replace("number = 2", "number = 1000000000"),
+        "motions on all floors would hold 2e+11 samples, allowed are 500,000,000 (4 GB)",
+    ),
+    (SMALL.replace("number = 2", "number = 1_000_000_000_000_000"), "would hold 2e+17 samples"),
+    (SMALL.replace("dt_s = 0.02", "dt_s = 1e-300"), "would hold"),
+    (
+        SMALL.replace("values = [0.1, 0.2]", "from = 0.1, to = 1.0, number = 100000").replace(
+            "number = 2", "number = 9001"
+        ),
+        "motions at levels are 900,100,000, allowed are 500,000,000",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), MESSAGES, ids=range(len(MESSAGES)))
+def test_messages(tmp_path, text, message):
+    assert message in refused(tmp_path, text)
+
+
+STRIPES = SMALL.replace('[ida]\nim = "pga"\nlevels = { values = [0.1, 0.2], unit = "g" }', '[stripes]\nunit = "g"\n')
+
+
+class TestStripes:
+    def stripes(self, *levels):
+        return STRIPES + "".join(f"[[stripes.at]]\nlevel = {level}\n" for level in levels)
+
+    def test_out_of_order_is_said_before_any_work(self, tmp_path, monkeypatch):
+        assert tp.Study.from_toml(write(tmp_path, self.stripes(0.1, 0.2))).runs == 4
+
+        def none(*_):
+            raise AssertionError("motions were made")
+
+        monkeypatch.setattr(tp.motions.CloughPenzien, "sample", none)
+        message = refused(tmp_path, self.stripes(0.1, 0.4, 0.2))
+        assert message == "stripes: the levels of stripes must be strictly increasing, got 0.2 g after 0.4 g"
+        assert "unit of levels of pga" in refused(tmp_path, self.stripes(0.1).replace('"g"', '"m"'))
+
+    def test_all_stripes_together_are_judged(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(tp.motions.CloughPenzien, "sample", None)
+        text = self.stripes(0.1, 0.2).replace("number = 2", "number = 1500000")
+        assert "the motions of all stripes would hold 6e+08 samples" in refused(tmp_path, text)
+
+    def test_records_are_judged_as_they_are_read(self, tmp_path, monkeypatch):
+        write(tmp_path, "time,acceleration (g)\n" + "".join(f"{i / 50},{i % 2}\n" for i in range(100)), "r.csv")
+        text = re.sub(r"(?s)\[motions\].*?(?=\[stripes\])", '[motions]\nrecords = "r.csv"\n', self.stripes(0.1, 0.2))
+        assert tp.Study.from_toml(write(tmp_path, text)).runs == 2
+        monkeypatch.setattr(size, "MOST_NUMBERS", 150)
+        assert refused(tmp_path, text) == (
+            "stripes.at[2]: the motions of all stripes would hold 200 samples, allowed are 150 (4 GB): "
+            "fewer or shorter motions, a longer time step, or fewer floors"
+        )
+        monkeypatch.setattr(size, "MOST_NUMBERS", 50)
+        assert refused(tmp_path, text).startswith("stripes.at[1]: records would hold 100 samples, allowed are 50")
+
+
+class TestUnits:
+    def records(self, keys):
+        return re.sub(r"(?s)\[motions\].*?(?=\[ida\])", f"[motions]\n{keys}\n", SMALL)
+
+    def test_a_table_without_a_unit(self, tmp_path):
+        write(tmp_path, "time,acceleration\n0.0,0.0\n0.01,0.2\n0.02,0.0\n", "r.csv")
+        message = refused(tmp_path, self.records('records = "r.csv"'))
+        assert "r.csv: states no unit of its accelerations: write it into the heading" in message
+        study = tp.Study.from_toml(write(tmp_path, self.records('records = "r.csv"\nunit = "g"')))
+        assert float(study.design.arrays[0].max()) == pytest.approx(0.2 * 9.80665, rel=1e-12)
+        write(tmp_path, "time (s),acceleration (g)\n0.0,0.0\n0.01,0.2\n0.02,0.0\n", "r.csv")
+        assert "states its unit" in refused(tmp_path, self.records('records = "r.csv"\nunit = "g"'))
+        assert "unit: must be one of g, m/s2" in refused(tmp_path, self.records('records = "r.csv"\nunit = "m"'))
+
+    def test_floor_histories_without_a_unit(self, tmp_path):
+        write(tmp_path, "time, a/1\n0.0,0.0\n0.01,0.2\n0.02,0.0\n", "f.csv")
+        assert "column 2 states no unit: write it as 'a/1 [g]'" in refused(
+            tmp_path, self.records('floors_file = "f.csv"')
+        )
+
+    @pytest.mark.parametrize(
+        ("name", "heading", "keys"),
+        [("r.csv", "time,acceleration (g)", 'records = "r.csv"'), ("f.csv", "time,a/1 [g]", 'floors_file = "f.csv"')],
+    )
+    def test_a_number_that_its_unit_takes_beyond_the_largest(self, tmp_path, name, heading, keys):
+        """Found by the fuzzer (mutants 11429 and 19100): 1e308 g is no number in m/s²."""
+        write(tmp_path, f"{heading}\n0.0,0.0\n0.01,1e308\n0.02,0.0\n", name)
+        assert "must be finite (in m/s²), got inf at index" in refused(tmp_path, self.records(keys))
+
+    def test_a_hazard_without_a_unit(self, tmp_path):
+        write(tmp_path, "pga,rate (1/yr)\n0.1,1e-2\n0.4,1e-3\n", "h.csv")
+        assert "names no unit of its levels" in refused(tmp_path, SMALL + '[hazard]\nfile = "h.csv"\n')
+
+
+PERFORMANCE = (
+    without("[[blocks]]", "[ida]")
+    + """
+[building]
+kind = "flexural-shear"
+period_s = 0.5
+storeys = 3
+
+[performance]
+inventory = "things.csv"
+im = "pga"
+levels = { values = [0.1, 0.2], unit = "g" }
+"""
+)
+
+
+class TestInventory:
+    THINGS = "item,catalogue,floor\nshelf,bookcase-5-shelf,1\ncase,bookcase-4-shelf,{}\n"
+
+    def test_a_floor_that_the_building_does_not_have(self, tmp_path, monkeypatch):
+        write(tmp_path, self.THINGS.format(3), "things.csv")
+        assert tp.Study.from_toml(write(tmp_path, PERFORMANCE)).runs == 8
+        monkeypatch.setattr(tp.motions.CloughPenzien, "sample", None)  # said before motions are made
+        path = write(tmp_path, self.THINGS.format(7), "things.csv")
+        with pytest.raises(StudyError) as caught:
+            tp.Study.from_toml(write(tmp_path, PERFORMANCE))
+        assert str(caught.value) == f"{path}, line 3, column 'floor': must be one of 0, 1, 2, 3, got '7'"
+
+    def test_no_building(self, tmp_path):
+        write(tmp_path, self.THINGS.format(1), "things.csv")
+        text = re.sub(r"(?s)\[building\].*?(?=\[perf)", "", PERFORMANCE)
+        with pytest.raises(StudyError, match="line 2, column 'floor': must be one of 0, got '1'; give a building"):
+            tp.Study.from_toml(write(tmp_path, text))
+
+    def test_floor_histories(self, tmp_path):
+        write(tmp_path, "time,a/0 [g],a/2 [g]\n" + "".join(f"{i / 50},0.1,{i % 2}\n" for i in range(9)), "f.csv")
+        text = re.sub(r"(?s)\[building\].*?(?=\[perf)", "", PERFORMANCE)
+        text = re.sub(r"(?s)\[motions\].*?(?=\[perf)", '[motions]\nfloors_file = "f.csv"\n', text)
+        write(tmp_path, self.THINGS.format(2).replace("shelf,1", "shelf,0"), "things.csv")
+        assert tp.Study.from_toml(write(tmp_path, text)).runs == 4
+        write(tmp_path, self.THINGS.format(2), "things.csv")
+        with pytest.raises(StudyError, match="line 2, column 'floor': must be one of 0, 2, got '1'"):
+            tp.Study.from_toml(write(tmp_path, text))
+
+
+class TestFiles:
+    def test_what_is_no_file(self, tmp_path):
+        with pytest.raises(StudyError, match="cannot be read"):
+            read_study_file(tmp_path)
+        with pytest.raises(StudyError, match="no such file"):
+            read_study_file(tmp_path / "none.toml")
+        with pytest.raises(StudyError, match=r"no such file|cannot be read"):
+            read_study_file(tmp_path / "a\0b.toml")
+        with pytest.raises(StudyError, match="cannot be read"):
+            read_study_file(tmp_path / ("x" * 5000))
+
+    def test_a_pipe_or_a_device_is_not_waited_for(self, tmp_path):
+        os.mkfifo(tmp_path / "pipe.toml")
+        found = []
+
+        def read():
+            for path in (tmp_path / "pipe.toml", Path("/dev/zero")):
+                try:
+                    read_study_file(path)
+                except StudyError as error:
+                    found.append(str(error))
+
+        reader = threading.Thread(target=read, daemon=True)
+        reader.start()
+        reader.join(10)
+        assert len(found) == 2
+        assert all("not a file" in one for one in found)
+
+    def test_patterns_that_would_look_everywhere(self, tmp_path, monkeypatch):
+        for i in range(30):
+            write(tmp_path, "x", f"{i}/deep/r.AT2")
+        assert len(expand("**/*.AT2", tmp_path)) == 30
+        monkeypatch.setattr(study_tables, "MOST_FILES", 50)
+        with pytest.raises(ValueError, match="more than 50 files to look at"):
+            expand("*/deep/r.AT2", tmp_path)
+        with pytest.raises(ValueError, match="more than 50 files to look at: name a folder further down"):
+            expand("**/*.AT2", tmp_path)
+        with pytest.raises(ValueError, match=r"\*\* may stand once"):
+            expand("**/**/*.AT2", tmp_path)
+        assert len(expand("3/deep/*.AT2", tmp_path)) == 1
+
+    def test_a_loop_of_links_ends(self, tmp_path):
+        write(tmp_path, "x", "in/r.AT2")
+        for name in ("a", "b"):
+            (tmp_path / "in" / name).symlink_to(tmp_path / "in")
+        start = time.process_time()
+        with pytest.raises(ValueError, match="files to look at"):
+            expand("**/*.AT2", tmp_path)
+        assert time.process_time() - start < 10.0
+
+    def test_a_message_is_one_line_whatever_stands_in_it(self):
+        error = StudyError("a\nb\x1b[31m\u202ec" + "x" * 1000 + " the end")
+        assert str(error).isprintable()
+        assert len(str(error)) == 399
+        assert str(error).endswith(" the end")
+
+
+@pytest.mark.parametrize("text", ["", "x = [", SMALL.replace("number = 2", "number = 0")], ids=["empty", "none", "bad"])
+def test_the_command_writes_nothing(tmp_path, text, capsys):
+    path = write(tmp_path, text)
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert capsys.readouterr().err.startswith(f"toppling: {path}: ")
+    assert not (tmp_path / "out").exists()

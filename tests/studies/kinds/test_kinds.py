@@ -1,0 +1,374 @@
+"""Studies of every kind from TOML: what the file asks for is what the functions give, and mistakes get one sentence."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from study_texts import BLOCKS, HAZARD, IDA, motions
+
+import toppling as tp
+from toppling.fragility import rank_measures, uncertain_ida
+from toppling.studies import StudyError, assess, read_inventory
+from toppling.studies.command.cli import main
+from toppling.studies.kinds.performance import ranking_of
+from toppling.studies.plan.estimates import ranking_of_measures
+from toppling.studies.plan.risk import risk_of
+
+MODELS = """
+[[models]]
+law = "energy-consistent"
+
+[[models]]
+law = "discrete"
+"""
+MOTIONS = motions(24)
+LEVELS = np.exp(np.linspace(0.0, np.log(12.0), 7))
+PIECES = [tp.Block(0.35, 1.6, name="narrow"), tp.Block(0.6, 1.6, name="wide")]
+LAWS = [tp.EnergyConsistent(), tp.DiscreteDamping()]
+
+
+def shakes(seed=1, n=24):
+    return tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(n, seed=seed)
+
+
+def write(folder, *parts):
+    path = folder / "study.toml"
+    path.write_text('title = "a study"\n' + "".join(parts), encoding="utf-8")
+    return path
+
+
+def run(folder, *parts):
+    path = write(folder, *parts)
+    assert main(["run", str(path), "--out", str(folder / "out")]) == 0
+    with xr.open_dataset(folder / "out/results.nc") as results:
+        return results.load()
+
+
+class TestFits:
+    def test_states_forms_and_outputs(self, tmp_path):
+        fit = '[fit]\nform = "uplift-lognormal"\nstate = 0.5\nfractiles = [0.1]\nreplicates = 100\nconfidence = 0.9\n'
+        found = run(tmp_path, 'outputs = ["impact_velocity"]\n', BLOCKS, MODELS, MOTIONS, IDA, fit)
+        runs = tp.ida(
+            PIECES, LAWS, shakes(), LEVELS, outputs=["overturned", "peak_rotation", "uplifted", "impact_velocity"]
+        )
+        np.testing.assert_array_equal(found.impact_velocity, runs.impact_velocity)
+        options = {"form": "uplift-lognormal", "state": 0.5, "fractiles": (0.1,), "replicates": 100}
+        curves = tp.fit_fragility(runs, 0.9, **options)
+        for name in ("median", "median_lower", "uplift_median", "fractile"):
+            np.testing.assert_array_equal(found[name], curves[name])
+        counts = tp.overturning_probability(runs, 0.9, state=0.5)
+        np.testing.assert_array_equal(found.overturnings, counts.overturnings)
+        assert found.attrs["state"] == "|theta|/alpha > 0.5"
+
+    def test_isotonic_curves_stand_beside_what_is_observed(self, tmp_path):
+        found = run(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, '[fit]\nform = "isotonic"\nreplicates = 100\n', HAZARD)
+        assert (found.curve_probability.diff("level") >= 0.0).all()
+        np.testing.assert_array_equal(found.probability, found.overturnings / found.runs)
+        assert (found.rate > 0.0).all()
+
+    def test_measures(self, tmp_path):
+        found = run(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, '[measures]\nalso = ["Sa(1.0)"]\n')
+        runs = tp.ida(PIECES, LAWS, shakes(), LEVELS)
+        own, direct = ranking_of_measures(found), rank_measures(runs, shakes(), ("Sa(1.0)",))
+        for name in ("dispersion", "rank", "excess_upper"):
+            np.testing.assert_array_equal(own[name], direct[name])
+        assert (tmp_path / "out/measures_2.png").stat().st_size > 10_000
+
+
+class TestDesigns:
+    def test_stripes(self, tmp_path):
+        stripes = """
+[stripes]
+im = "pga"
+unit = "m/s2"
+
+[[stripes.at]]
+level = 2.0
+
+[[stripes.at]]
+level = 4.0
+motions = { seed = 7, number = 12 }
+
+[[stripes.at]]
+level = 8.0
+motions = { seed = 8 }
+"""
+        found = run(tmp_path, BLOCKS, MODELS, MOTIONS, stripes)
+        sets = [shakes(), shakes(7, 12), shakes(8)]
+        direct = tp.stripes(PIECES, LAWS, sets, [2.0, 4.0, 8.0])
+        np.testing.assert_array_equal(found.peak_rotation, direct.peak_rotation)
+        assert found.runs.values[0, 0].tolist() == [24, 12, 24]
+        np.testing.assert_array_equal(found["median"], tp.fit_fragility(direct)["median"])
+
+    def test_cloud(self, tmp_path, capsys):
+        strong = MOTIONS.replace("seed = 1", "seed = 1\ns0_m2_s3 = 0.2")
+        found = run(tmp_path, BLOCKS, MODELS, strong, '[cloud]\nim = "pgv"\n', "[screen]\nundecided = 0.0\n")
+        assert "level" not in found.dims
+        assert found.overturned.dims == ("block", "model", "motion")
+        assert "peak floor velocity (m/s)" in capsys.readouterr().out
+
+    def test_several_buildings(self, tmp_path):
+        buildings = """
+[[buildings]]
+name = "ground"
+kind = "ground"
+
+[[buildings]]
+name = "tower"
+kind = "flexural-shear"
+period_s = 0.6
+storeys = 3
+floors = [1, 3]
+"""
+        found = run(tmp_path, BLOCKS, MODELS, MOTIONS, buildings, IDA)
+        assert found.floor.values.tolist() == ["ground", "tower 1", "tower 3"]
+        plain = tp.ida(PIECES, LAWS, shakes(), LEVELS)
+        at = found.isel(motion=found.motion_floor.values == "ground")
+        np.testing.assert_array_equal(at.peak_rotation, plain.peak_rotation)
+
+
+class TestRisk:
+    def test_rates_and_the_size_that_meets_the_target(self, tmp_path, capsys):
+        asked = HAZARD + 'years = 20\nprobability = 0.05\nalong = "width"\n'
+        found = run(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, asked)
+        curves = tp.fit_fragility(tp.ida(PIECES, LAWS, shakes(), LEVELS), keep_replicates=True)
+        hazard = tp.HazardCurve.power_law(1e-4, 2.5, "pga", "g")
+        direct = tp.annual_rate(curves, hazard, 20.0)
+        own = risk_of(found)
+        for name in ("rate", "rate_lower", "probability", "probability_upper", "share"):
+            np.testing.assert_array_equal(own[name], direct[name])
+        out = capsys.readouterr().out
+        assert "P in 20 years" in out
+        said = " ".join(out.split())
+        assert "Which width (m) overturns with a probability of 5 % in 20 years" in said
+        width = found.size_width.values
+        rates = found.rate.values
+        goal = -np.log1p(-0.05) / 20.0
+        inside = (rates[0] > goal) & (rates[1] < goal)
+        np.testing.assert_array_equal(np.isfinite(width), inside)
+        assert ((width[inside] > 0.35) & (width[inside] < 0.6)).all()
+
+    def test_a_hazard_file_relative_to_the_study(self, tmp_path):
+        (tmp_path / "site.csv").write_text("pga (g),rate (1/yr)\n0.02,0.1\n0.2,4e-3\n1.5,2e-5\n", encoding="utf-8")
+        found = run(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, '[hazard]\nfile = "site.csv"\n')
+        curves = tp.fit_fragility(tp.ida(PIECES, LAWS, shakes(), LEVELS), keep_replicates=True)
+        direct = tp.annual_rate(curves, tp.read_hazard(tmp_path / "site.csv"))
+        np.testing.assert_array_equal(found.rate, direct.rate)
+        assert (tmp_path / "out/risk.png").stat().st_size > 10_000
+
+
+class TestUncertainty:
+    TABLE = """
+[uncertainty]
+samples = 6
+seed = 3
+sobol = 8
+morris = 4
+
+[uncertainty.inputs]
+e = { distribution = "uniform", lower = 0.85, upper = 1.0 }
+R_factor = { distribution = "lognormal", median = 1.0, dispersion = 0.1, lower = 0.7, upper = 1.4 }
+"""
+
+    def test_runs_shares_and_indices(self, tmp_path, capsys):
+        found = run(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, self.TABLE)
+        from toppling.fragility import Lognormal, RandomInputs, Uniform
+
+        inputs = RandomInputs({"e": Uniform(0.85, 1.0), "R_factor": Lognormal(1.0, 0.1, 0.7, 1.4)})
+        direct = uncertain_ida(inputs, PIECES[1], LAWS, shakes(), LEVELS, "pga", "overturned", samples=6, seed=3)
+        np.testing.assert_array_equal(found.overturned.isel(block=1), direct.overturned)
+        np.testing.assert_allclose(found.probability.isel(block=1), direct.overturned.mean(["sample", "motion"]))
+        share = found.flag_share.isel(block=0)
+        np.testing.assert_allclose(share.sum("component").where(share.notnull().all("component")).dropna("level"), 1.0)
+        assert found.sobol_total.dims == ("block", "model", "input", "output")
+        assert {"sobol_first_upper", "morris_mu_star", "friction_uplift"} <= {*found.data_vars}
+        out = capsys.readouterr().out
+        assert "Sobol' indices of the probability of overturning" in " ".join(out.split())
+        for name in ("uncertainty", "sobol", "morris"):
+            assert (tmp_path / f"out/{name}.png").stat().st_size > 10_000
+
+    @pytest.mark.parametrize(
+        ("table", "message"),
+        [
+            (TABLE.replace("upper = 1.0 }", "upper = 1.1 }"), "e"),
+            (TABLE.replace('"uniform"', '"uniforn"'), "uncertainty.inputs.e.distribution: must be one of normal"),
+            (TABLE.replace("lower = 0.85, ", ""), "uncertainty.inputs.e: distribution 'uniform' needs lower"),
+            (TABLE.replace("lower = 0.85", "mean = 0.9, lower = 0.85"), "distribution 'uniform' has no key 'mean'"),
+            (TABLE.replace("R_factor", "mass"), "mass"),
+            (TABLE.replace("samples = 6", "samples = 1"), "uncertainty.samples"),
+        ],
+    )
+    def test_mistakes(self, tmp_path, table, message):
+        with pytest.raises(StudyError, match=message) as error:
+            tp.Study.from_toml(write(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, table))
+        assert "\n" not in str(error.value)
+
+
+INVENTORY = """item,width_m,height_m,floor,count,value,currency,consequence
+shelf,0.35,1.8,0,3,100,EUR,blocks-exit
+cabinet,0.45,1.6,2,2,400,EUR,
+"""
+BUILDING = """
+[building]
+kind = "flexural-shear"
+period_s = 0.5
+storeys = 2
+"""
+PERFORMANCE = """
+[performance]
+inventory = "things.csv"
+im = "pga"
+levels = { values = [1.0, 2.0, 4.0, 8.0], unit = "m/s2" }
+replicates = 200
+"""
+
+
+class TestPerformance:
+    @pytest.fixture(autouse=True)
+    def _inventory(self, tmp_path):
+        (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
+
+    def test_in_a_year(self, tmp_path, capsys):
+        found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE, HAZARD)
+        building = tp.motions.Building.flexural_shear(period=0.5, storeys=2)
+        hazard = tp.HazardCurve.power_law(1e-4, 2.5, "pga", "g")
+        things = read_inventory(tmp_path / "things.csv")
+        direct = assess(things, LAWS, shakes(), [1.0, 2.0, 4.0, 8.0], "pga", building, hazard, replicates=200)
+        for name in ("overturned", "annual_loss", "annual_loss_upper", "loss_rate"):
+            np.testing.assert_array_equal(found[name], direct[name])
+        ranked = ranking_of(found)
+        assert set(ranked.item.values) == {"shelf", "cabinet"}
+        assert ranked.attrs["objective"] == "loss"
+        out = capsys.readouterr().out
+        assert "In a year, EUR" in out
+        assert "Anchoring saves of: expected annual value overturned" in out
+        assert sorted(one.name for one in (tmp_path / "out").glob("*.png")) == [
+            "anchoring.png", "exceedance.png", "loss.png", "number.png",
+        ]  # fmt: skip
+
+    def test_given_a_level_and_as_a_scenario(self, tmp_path, capsys):
+        found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + 'objective = "number"\nat_level = 4.0\n')
+        assert found.attrs["basis"] == "intensity"
+        assert "At pga = 0.408 g, EUR" in capsys.readouterr().out
+        scenario = '[performance]\ninventory = "things.csv"\n'
+        (tmp_path / "two").mkdir()
+        (tmp_path / "two/things.csv").write_text(INVENTORY, encoding="utf-8")
+        found = run(tmp_path / "two", MODELS, MOTIONS, BUILDING, scenario)
+        assert found.attrs["basis"] == "scenario"
+        assert found.sizes["level"] == 1
+
+    @pytest.mark.parametrize(
+        ("parts", "message"),
+        [
+            ((BLOCKS, PERFORMANCE), "a performance study has no blocks"),
+            ((PERFORMANCE.replace("things", "nothing"),), "nothing.csv: no such file"),
+            (
+                (PERFORMANCE + 'objective = "fire"\n',),
+                "performance.objective must be one of loss, number, any, blocks-exit",
+            ),
+            ((PERFORMANCE + "at_level = 3.0\n",), "performance.at_level must be one of the levels, got 3 m/s2"),
+            ((PERFORMANCE + "at_level = 4.0\n", HAZARD), "performance.at_level does not go with a hazard"),
+            (
+                (PERFORMANCE.replace('"pga"', '"scale"').replace("m/s2", "1"), HAZARD),
+                "hazard needs levels of a measure",
+            ),
+            ((PERFORMANCE, IDA), "exactly one of ida, stripes, cloud, performance, got ida and performance"),
+            ((PERFORMANCE, "[hazard]\nk0 = 1e-4\n"), "a hazard needs either file, or k0 and k"),
+            ((PERFORMANCE + "variability = { restitution = 0.1 }\n",), "performance.variability.restitution"),
+        ],
+    )
+    def test_mistakes(self, tmp_path, parts, message):
+        with pytest.raises(StudyError, match=message) as error:
+            tp.Study.from_toml(write(tmp_path, MODELS, MOTIONS, BUILDING, *parts))
+        assert "\n" not in str(error.value)
+
+
+# an assessment takes a second-order curve for straight between 2,000 points
+CLOSE = {False: 1e-10, True: 1e-5}
+STRIPE = '[stripes]\nunit = "g"\n[[stripes.at]]\nlevel = 1\n'
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ((MODELS, MOTIONS, IDA), "key 'blocks' is missing"),
+        ((BLOCKS, MODELS, MOTIONS), "exactly one of ida, stripes, cloud, performance, got none"),
+        ((BLOCKS, MODELS, MOTIONS, IDA, '[fit]\nform = "normal"\n'), "fit.form: must be one of lognormal"),
+        ((BLOCKS, MODELS, MOTIONS, IDA, '[fit]\nstate = "fallen"\n'), "state must be one of 'overturned', 'uplifted'"),
+        ((BLOCKS, MODELS, MOTIONS, IDA, "[measures]\nalso = [\"Sa\"]\n"), "measures.also"),
+        ((BLOCKS, MODELS, MOTIONS, IDA, HAZARD + "probability = 0.1\n"), "hazard.along go together"),
+        ((BLOCKS, MODELS, MOTIONS, IDA, '[hazard]\nfile = "no.csv"\n'), "no.csv"),
+        (('outputs = ["height"]\n', BLOCKS, MODELS, MOTIONS, IDA), r"outputs\[1\]: must be one of overturned"),
+        ((BLOCKS, MODELS, MOTIONS, STRIPE, "motions = { sed = 1 }\n"), "did you mean 'seed'"),
+        ((BLOCKS, MODELS, MOTIONS, STRIPE.replace('"g"', '"m"')), "unit of levels of pga must be"),
+        ((BLOCKS, MODELS, MOTIONS, '[cloud]\nim = "scale"\n'), "cloud.im must be a measure of the motions"),
+    ],
+)  # fmt: skip
+def test_mistakes(tmp_path, parts, message):
+    with pytest.raises(StudyError, match=message) as error:
+        tp.Study.from_toml(write(tmp_path, *parts))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("form", ["log-logistic", "weibull", "isotonic", "uplift-lognormal"])
+def test_every_form_of_curve_is_drawn_and_exported(tmp_path, form):
+    """As the fit itself: P by the form's own formula at its median, and the plain table of another program."""
+    found = run(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, f'[fit]\nform = "{form}"\nreplicates = 100\n')
+    assert (tmp_path / "out/fragility.png").stat().st_size > 10_000
+    if form in ("log-logistic", "weibull"):
+        one = found[["median", "dispersion"]].isel(block=0, model=0).assign_attrs(form=form, im="pga")
+        at = tp.fragility.curve_probability(one, [one["median"].item()])
+        assert at.item() == pytest.approx(0.5, abs=1e-12)
+        with pytest.raises(StudyError, match="hazard needs curves whose rates are known exactly"):
+            tp.Study.from_toml(write(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, f'[fit]\nform = "{form}"\n', HAZARD))
+    else:
+        assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv"]) == 0
+
+
+def test_files_beside_the_study_decide_its_results(tmp_path):
+    """A changed inventory or hazard file is another study: old results are refused, not returned."""
+    (tmp_path / "site.csv").write_text("pga (g),rate (1/yr)\n0.02,0.1\n0.2,4e-3\n1.5,2e-5\n", encoding="utf-8")
+    (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
+    for parts, name, old, new in (
+        ((BLOCKS, MODELS, MOTIONS, IDA, '[hazard]\nfile = "site.csv"\n'), "site.csv", "4e-3", "8e-3"),
+        ((MODELS, MOTIONS, BUILDING, PERFORMANCE), "things.csv", "shelf,0.35,1.8,0,3", "shelf,0.35,1.8,0,9"),
+    ):
+        path = write(tmp_path, *parts)
+        before = tp.Study.from_toml(path).identity
+        text = (tmp_path / name).read_text(encoding="utf-8")
+        (tmp_path / name).write_text(text.replace(old, new), encoding="utf-8")
+        assert tp.Study.from_toml(path).identity != before
+
+
+def test_an_uncertain_law_and_a_single_one(tmp_path):
+    """A choice of laws as an input; with one law the shares are of motion and parameters alone."""
+    table = """
+[uncertainty]
+samples = 5
+
+[uncertainty.inputs]
+law = { distribution = "choice", values = ["discrete", "housner"], weights = [1, 3] }
+"""
+    found = run(tmp_path, BLOCKS, '[[models]]\nlaw = "housner"\n', MOTIONS, IDA, table)
+    assert set(found.law.values.ravel()) <= {"discrete", "housner"}
+    assert found.factor.values.tolist() == ["motion", "sample"]
+
+
+@pytest.mark.parametrize(
+    "hazard",
+    ["k0 = 1e-4\nk = 2.5\n", "k0 = 1e-4\nk1 = 2.5\nk2 = 0.2\n", "levels = [0.15, 0.4]\nrates = [1e-2, 1e-3]\n"],
+)
+def test_a_single_piece_in_a_year_is_its_own_curve(tmp_path, hazard):
+    """The annual number of one piece is the rate of its observed fractions, as annual_rate integrates them."""
+    (tmp_path / "things.csv").write_text("item,width_m,height_m,floor,count\nshelf,0.35,1.6,0,1\n", encoding="utf-8")
+    levels = 'levels = { from = 0.5, to = 30.0, number = 9, spacing = "log", unit = "m/s2" }\n'
+    asked = '[performance]\ninventory = "things.csv"\nim = "pga"\nreplicates = 100\n' + levels
+    found = run(tmp_path, '[[models]]\nlaw = "housner"\n', MOTIONS, asked, f'[hazard]\nunit = "g"\n{hazard}')
+    p = found["probability"].isel(item=0)
+    assert (p.isel(level=0) == 0.0).all()
+    assert (p.isel(level=-1) == 1.0).all()
+    assert (p.diff("level") >= 0.0).all()  # (as it must be to be a curve)
+    table = xr.Dataset({"probability": p})
+    table = table.assign_attrs(form="isotonic", im="pga").drop_vars(["floor", "e"], errors="ignore")
+    curve = tp.Study.from_toml(tmp_path / "study.toml").hazard
+    direct = tp.annual_rate(table, curve, outside="most")
+    np.testing.assert_allclose(found.item_annual_number.isel(item=0), direct.rate, rtol=CLOSE["k2" in hazard])

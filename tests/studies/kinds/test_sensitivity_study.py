@@ -1,0 +1,587 @@
+"""Sensitivity to delta and e: closed forms, paired comparisons, studies, claims and figures."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+import toppling as tp
+from toppling.fragility.fitting.bootstrap import draw_motions
+from toppling.models.friction import friction_at_impact
+from toppling.studies import SensitivityStudy, StudyError, show
+from toppling.studies.plots.sensitivity import (
+    QUANTITIES,
+    convergence,
+    figures,
+    free_rocking_panel,
+    sensitivity,
+    sobol_panel,
+    tornado_panel,
+)
+from toppling.studies.sensitivity.claims import FAILS, HOLDS, OPEN, claims, evidence_of
+from toppling.studies.sensitivity.comparisons import Curves, excess, flipped, swing, trend
+from toppling.studies.sensitivity.findings import convergence as pulse_convergence
+from toppling.studies.sensitivity.free_decay import free_decay, impact_decay, impact_times
+from toppling.studies.tables.sensitivity import claims_of
+
+BLOCK = tp.Block.from_slenderness(math.atan(0.2), 0.38)
+STUDY = """
+title = "small"
+[[blocks]]
+alpha_rad = 0.2
+R_m = 0.38
+[[blocks]]
+catalogue = "server-rack-42u"
+[[models]]
+law = "discrete"
+[[models]]
+law = "giannini-masiani"
+[[models]]
+law = "makris-konstantinidis"
+[[models]]
+law = "vassiliou"
+[[models]]
+law = "discrete"
+rest = "rigid"
+[[models]]
+law = "energy-consistent"
+[[models]]
+law = "housner"
+geometry = "bilinear"
+[motions]
+generator = "clough-penzien"
+number = 12
+seed = 1
+duration_s = 10
+dt_s = 0.01
+[ida]
+im = "pga"
+levels = { from = 0.1, to = 3.0, number = 8, spacing = "log", unit = "g" }
+"""
+DELTA = """
+[sensitivity]
+parameter = "delta"
+values = [0.002, 0.01, 0.05, 0.1]
+replicates = 100
+sobol = 8
+[sensitivity.inputs]
+delta = { distribution = "uniform", lower = 0.01, upper = 0.1 }
+restitution_factor = { distribution = "uniform", lower = 0.8, upper = 1.0 }
+"""
+E = """
+[sensitivity]
+parameter = "e"
+values = [0.5, 0.8, 0.9, 1.0]
+replicates = 100
+"""
+
+
+def study_of(folder, *parts):
+    path = folder / "study.toml"
+    path.write_text("".join(parts), encoding="utf-8")
+    return tp.Study.from_toml(path)
+
+
+@pytest.fixture(scope="module")
+def over_delta(tmp_path_factory):
+    return study_of(tmp_path_factory.mktemp("delta"), STUDY, DELTA).run()
+
+
+@pytest.fixture(scope="module")
+def over_e(tmp_path_factory):
+    return study_of(tmp_path_factory.mktemp("e"), STUDY, E).run()
+
+
+def of_law(results, law, rest=None):
+    """The part of one law."""
+    at = results["law"].values == law
+    if rest is not None:
+        at &= results["rest"].values == rest
+    return results.isel(model=int(np.flatnonzero(at)[0]))
+
+
+class TestFreeDecay:
+    def test_closed_form(self):
+        """Housner's peaks, and an impact at a time: each leaves e² of the energy x - x²/2."""
+        np.testing.assert_allclose(
+            impact_decay(0.5, 0.925)[[1, 2, 5, 10]], [0.401434, 0.328487, 0.190023, 0.082244], atol=5e-7
+        )
+        x = 0.7
+        for found in impact_decay(0.7, 0.9, 6):
+            assert found == pytest.approx(x, rel=1e-12)
+            x = 1.0 - math.sqrt(1.0 - 2.0 * 0.81 * (x - 0.5 * x * x))
+
+    def test_small_energies_keep_their_digits(self):
+        """Far down, x_n² is negligible: x_n = e^(2n) (x0 - x0²/2)."""
+        last = impact_decay(0.5, 0.1, 8)[-1]
+        assert last == pytest.approx(0.375e-16, rel=1e-12)
+
+    @pytest.mark.parametrize("e", [0.7, 0.925, 1.0])
+    def test_times_are_those_of_the_rigid_block(self, e):
+        law = tp.HousnerImpact(e=e, geometry="bilinear")
+        found = free_decay(BLOCK, [law], [e])
+        np.testing.assert_allclose(found["decay_time"][0], impact_times(BLOCK, 0.5, e), rtol=1e-11)
+        np.testing.assert_allclose(found["decay_peak"][0], impact_decay(0.5, e), rtol=1e-11)
+        assert abs(found["period_error"].item()) < 1e-12
+
+    def test_peaks_of_the_laws(self):
+        """Peaks 1, 2, 5, 10 of the 8th-order integration in physics.md."""
+        laws = [tp.DiscreteDamping(e=0.925), tp.Vassiliou(), tp.GianniniMasiani(e=0.925)]
+        found = free_decay(BLOCK, laws, [0.925] * 3)["decay_peak"].values[:, [1, 2, 5, 10]]
+        expected = [
+            [0.41131983, 0.34490885, 0.21770197, 0.11808315],
+            [0.43717884, 0.38875676, 0.29051030, 0.19996001],
+            [0.34195436, 0.25803813, 0.14066521, 0.07245964],
+        ]
+        np.testing.assert_allclose(found, expected, atol=6e-9)
+
+    def test_error_is_a_mean_over_peaks(self):
+        found = free_decay(BLOCK, [tp.DiscreteDamping(e=0.925)], [0.925])
+        ratio = (found["decay_peak"] / found["decay_rigid"]).values[0, 1:]
+        assert found["decay_error"].item() == pytest.approx(ratio.mean() - 1.0)
+
+    def test_peaks_that_are_not_there_count_as_the_edge(self):
+        """Overdamped, the block comes to rest without another peak outside its zone."""
+        found = free_decay(BLOCK, [tp.MakrisKonstantinidis(e=0.5, delta=0.01)], [0.925])
+        assert found.sizes["half_cycle"] == 11
+        assert np.isnan(found["decay_peak"].values[0, -1])
+        peaks = np.where(np.isnan(found["decay_peak"]), 0.01, found["decay_peak"])[0, 1:]
+        assert found["decay_error"].item() == pytest.approx((peaks / impact_decay(0.5, 0.925)[1:]).mean() - 1.0)
+
+    def test_every_delta_of_the_energy_consistent_law(self):
+        laws = [tp.EnergyConsistent(e=0.9, delta=delta) for delta in (1e-4, 0.01, 0.2)]
+        assert np.abs(free_decay(BLOCK, laws, [0.9] * 3)["decay_error"]).max() < 1e-12
+
+    def test_without_loss(self):
+        laws = [law(e=1.0) for law in (tp.DiscreteDamping, tp.EnergyConsistent, tp.GianniniMasiani)]
+        laws.append(tp.MakrisKonstantinidis(e=1.0))
+        found = free_decay(BLOCK, laws, [1.0] * 4)
+        np.testing.assert_allclose(found["decay_peak"], 0.5, rtol=1e-11)
+
+    @pytest.mark.parametrize(("release", "e"), [(0.0, 0.9), (1.0, 0.9), (0.5, 0.0), (0.5, 1.1)])
+    def test_refusals(self, release, e):
+        with pytest.raises(ValueError, match="must be finite and"):
+            impact_decay(release, e)
+
+
+@pytest.fixture(scope="module")
+def runs():
+    shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(15, seed=3)
+    laws = [tp.HousnerImpact(), tp.Vassiliou(), tp.MakrisKonstantinidis(e=0.7, delta=1e-3)]
+    return tp.ida(BLOCK, laws, shakes, np.geomspace(0.5, 8.0, 8), "pga", "overturned")
+
+
+class TestPaired:
+    def test_ratio_is_of_the_same_motions(self, runs):
+        """As the replicates of one fit, whose quantiles are taken here by hand."""
+        curves = Curves.of(runs, 200, 5, 0.9)
+        middle, low, high = curves.ratio(np.array([1, 0]), np.array([0, 0]), 0.9)
+        fit = tp.fit_fragility(runs, replicates=200, seed=5, keep_replicates=True).isel(block=0)
+        own, base = fit["median_sample"].transpose("model", "replicate").values[[1, 0]]
+        assert middle[0, 0] == pytest.approx(float(fit["median"][1] / fit["median"][0]))
+        assert (low[0, 0], high[0, 0]) == pytest.approx(
+            (np.quantile(own / base, 0.05, method="lower"), np.quantile(own / base, 0.95, method="higher"))
+        )
+        # a law and itself under the same motions
+        assert (middle[0, 1], low[0, 1], high[0, 1]) == (1.0, 1.0, 1.0)
+        alone = np.quantile(own, 0.95) / np.quantile(base, 0.05) / (np.quantile(own, 0.05) / np.quantile(base, 0.95))
+        assert high[0, 0] / low[0, 0] < alone
+
+    def test_nothing_fell(self, runs):
+        """Then the median is beyond the levels: infinitely many times, and no number is made up."""
+        curves = Curves.of(runs, 100, 0, 0.95)
+        assert str(curves.fit["status"][0, 2].values) == "no overturning"
+        middle, low, high = curves.ratio(np.array([2, -1]), np.array([0, 0]), 0.95)
+        assert middle[0, 0] == low[0, 0] == high[0, 0] == np.inf
+        assert np.isnan([middle[0, 1], low[0, 1], high[0, 1]]).all()
+
+    def test_swing(self, runs):
+        """The basic interval of ln(largest/smallest), from replicates of an own fit; beyond the levels, no end."""
+        curves = Curves.of(runs, 200, 5, 0.9)
+        middle, low, high = swing(curves, 0, np.array([0, 1]), 0.9)
+        fit = tp.fit_fragility(runs, replicates=200, seed=5, keep_replicates=True).isel(block=0, model=[0, 1])
+        logs = np.log(fit["median"].values)
+        drawn = np.abs(np.diff(np.log(fit["median_sample"].transpose("model", "replicate").values), axis=0))[0]
+        assert math.log(middle) == pytest.approx(abs(logs[1] - logs[0]))
+        percentiles = (np.quantile(drawn, 0.95, method="higher"), np.quantile(drawn, 0.05, method="lower"))
+        expected = [max(0.0, 2.0 * abs(logs[1] - logs[0]) - one) for one in percentiles]
+        assert (math.log(low), math.log(high)) == pytest.approx(tuple(expected))
+        assert 1.0 <= low <= middle <= high
+        assert np.all(swing(curves, 0, np.array([0, 2]), 0.9) == np.inf)
+
+    def test_trend(self, runs):
+        """Least squares by numpy."""
+        curves = Curves.of(runs, 100, 5, 0.9)
+        x = np.array([0.0, 1.5])
+        found = trend(curves, 0, np.array([0, 1]), x)
+        assert found[0] == pytest.approx(np.polyfit(x, curves.log_median[0, :2], 1)[0])
+        assert found[7] == pytest.approx(np.polyfit(x, curves.log_samples[0, :2, 6], 1)[0])
+
+    def test_flips(self, runs):
+        flags = runs["overturned"].transpose("block", "model", "level", "motion").values
+        share, low, high = flipped(flags, np.array([0, 1, 2]), np.array([0, 0, -1]), 0.95)
+        assert not share[0, 0].any()
+        by_hand = [np.mean([a != b for a, b in zip(*pair, strict=True)]) for pair in zip(*flags[0, :2], strict=True)]
+        np.testing.assert_allclose(share[0, 1], by_hand)
+        assert np.all((low[0, 1] <= share[0, 1]) & (share[0, 1] <= high[0, 1]))
+        assert np.isnan(share[0, 2]).all()
+
+    def test_excess_is_a_paired_bootstrap(self, runs):
+        flags = runs["overturned"].transpose("block", "model", "level", "motion").values
+        middle, low, high = excess(flags, np.array([1]), np.array([0]), 200, 7, 0.9)
+        weights = draw_motions((np.arange(15),), 200, 7).astype(int)
+        for level in range(flags.shape[2]):
+            one, other = flags[0, 1, level].astype(float), flags[0, 0, level].astype(float)
+            drawn = sorted(np.repeat(one, w).mean() - np.repeat(other, w).mean() for w in weights)
+            assert middle[0, 0, level] == pytest.approx(one.mean() - other.mean())
+            assert low[0, 0, level] == pytest.approx(drawn[math.floor(0.05 * 199)])
+            assert high[0, 0, level] == pytest.approx(drawn[math.ceil(0.95 * 199)])
+
+
+class TestDelta:
+    def test_every_variable_is_labelled(self, over_delta, over_e):
+        for results in (over_delta, over_e):
+            for name, one in results.variables.items():
+                assert one.attrs["units"], name
+                assert one.attrs["long_name"], name
+
+    def test_agrees_with_a_plain_analysis(self, over_delta, tmp_path):
+        """Each value is a law of its own under the same motions."""
+        study = study_of(tmp_path, STUDY, DELTA)
+        law = tp.GianniniMasiani(delta=0.05)
+        runs = tp.ida(study.blocks, law, study.design.motions, study.design.at)
+        here = of_law(over_delta, "giannini-masiani").sel(value=0.05)
+        np.testing.assert_array_equal(here["overturned"], runs["overturned"].isel(model=0))
+        np.testing.assert_array_equal(here["peak_rotation"], runs["peak_rotation"].isel(model=0))
+        fit = tp.fit_fragility(runs, replicates=100).isel(model=0)
+        for name in ("median", "median_lower", "dispersion", "dispersion_upper"):
+            np.testing.assert_allclose(here[name], fit[name], rtol=1e-9)
+
+    def test_the_rigid_block_against_itself(self, over_delta):
+        here = of_law(over_delta, "housner").sel(comparison="rigid")
+        for name in ("median_ratio", "median_ratio_lower", "median_ratio_upper"):
+            assert np.all(here[name] == 1.0)
+        assert not here["flipped"].any()
+        assert not here["excess"].any()
+        assert not here["pulse_error"].any()
+        assert not here["uplift_alone"].any()
+
+    def test_the_value_before(self, over_delta):
+        here = of_law(over_delta, "discrete", "elastic").isel(block=0)
+        found = here["flipped"].sel(comparison="previous")
+        flags = here["overturned"]
+        assert np.isnan(found.isel(value=0)).all()
+        expected = (flags.isel(value=2) != flags.isel(value=1)).mean("motion")
+        np.testing.assert_allclose(found.isel(value=2), expected)
+        ratio = (here["median"][2] / here["median"][1]).item()
+        assert here["median_ratio"].sel(comparison="previous")[2].item() == pytest.approx(ratio)
+
+    def test_vassiliou_does_not_know_delta(self, over_delta):
+        rate = of_law(over_delta, "vassiliou")["viscous_rate"]
+        assert np.all(rate == rate.isel(value=0))
+        for law in ("giannini-masiani", "makris-konstantinidis"):
+            # c = 2 zeta sqrt(I_O k0), k0 = (1/delta - 1) |k_r|
+            own = of_law(over_delta, law)["viscous_rate"] / np.sqrt(1.0 / over_delta["value"] - 1.0)
+            np.testing.assert_allclose(own, own.isel(value=[0]).values.repeat(4, axis=1))
+
+    def test_convergence_to_the_rigid_block(self, tmp_path):
+        """First order (physics.md), farther off with the paper's elastic rest; none of the viscous laws."""
+        laws = (tp.EnergyConsistent(), tp.DiscreteDamping(rest="rigid"), tp.DiscreteDamping(), tp.GianniniMasiani())
+        study = study_of(tmp_path, STUDY, '[sensitivity]\nparameter = "delta"\nvalues = [1e-5, 1e-4, 1e-3]')
+        study = replace(study, blocks=study.blocks[:1], models=laws)
+        found = pulse_convergence(study._pulses(None, None), study.blocks, study.grid, study.sweep)
+        order = found["convergence_order"].values[0]
+        error = found["pulse_error"].values[0]
+        assert order[:2] == pytest.approx(1.0, abs=0.01)
+        assert order[2] == pytest.approx(1.0, abs=0.05)
+        assert np.all(error[2] > 2.0 * error[0])
+        assert order[3] < 0.0
+
+    def test_pulses_of_the_rigid_limit(self, over_delta, tmp_path):
+        """The root mean square again, from runs of its own."""
+        study = study_of(tmp_path, STUDY, DELTA)
+        peaks = study._pulses(None, None)[0].transpose("model", "level").values / study.blocks[0].alpha
+        law = study.grid.laws.index(tp.EnergyConsistent(delta=0.01))
+        rigid = study.grid.laws.index(tp.HousnerImpact(geometry="bilinear"))
+        calm = (peaks[rigid] >= 0.2) & (peaks[rigid] <= 0.5)
+        assert 2 < calm.sum() < calm.size
+        expected = math.sqrt(np.mean((peaks[law] - peaks[rigid])[calm] ** 2))
+        found = of_law(over_delta, "energy-consistent")["pulse_error"].sel(value=0.01)[0]
+        assert found.item() == pytest.approx(expected)
+
+    def test_elastic_frequency(self, over_delta):
+        """3 Hz for R = 0.38 m at delta = 0.05; none where the block rests rigidly."""
+        assert of_law(over_delta, "discrete", "elastic")["elastic_frequency"].sel(value=0.05)[0].item() == (
+            pytest.approx(3.0, abs=0.1)
+        )
+        assert np.isnan(of_law(over_delta, "energy-consistent")["elastic_frequency"]).all()
+
+    def test_inputs_that_a_law_does_not_take(self, over_delta):
+        """c_V has no restitution: no share of the variance, no swing."""
+        here = of_law(over_delta, "vassiliou").sel(input="restitution_factor")
+        assert not here["tornado_swing"].any()
+        assert np.all(here["tornado_low"] == here["tornado_base"])
+        assert not here["sobol_total"].any()
+        assert of_law(over_delta, "makris-konstantinidis").sel(input="delta")["tornado_swing"].max() > 0.3
+
+    def test_runs_are_counted_and_bits_are_the_same(self, tmp_path):
+        laws = STUDY[STUDY.index("[[models]]") : STUDY.index("[motions]")]
+        few = STUDY.replace(laws, '[[models]]\nlaw = "discrete"\n[[models]]\nlaw = "vassiliou"\n')
+        few = few.replace('[[blocks]]\ncatalogue = "server-rack-42u"\n', "").replace("number = 12", "number = 5")
+        study = study_of(tmp_path, few, DELTA)
+        seen = []
+        first = study.run(tmp_path / "out", progress=lambda done, total: seen.append((done, total)))
+        assert seen[-1] == (study.runs, study.runs)
+        assert seen == sorted(seen)
+        assert isinstance(study, SensitivityStudy)
+        study.run(tmp_path / "again")
+        assert (tmp_path / "out" / "results.nc").read_bytes() == (tmp_path / "again" / "results.nc").read_bytes()
+        with xr.open_dataset(tmp_path / "out" / "results.nc") as stored:
+            assert claims_of(stored) == claims_of(first)
+
+
+class TestE:
+    def test_laws_that_do_not_know_e_run_once(self, tmp_path):
+        study = study_of(tmp_path, STUDY, E)
+        grid = study.grid
+        assert np.all(grid.at[3] == grid.at[3, 0])
+        # five laws of e at four values and their own e_R, Vassiliou's once; Housner's are the rigid blocks
+        assert len(grid.laws) == 6 * 5 + 1
+        assert len(set(grid.laws)) == len(grid.laws)
+
+    def test_own_restitution_is_the_reference(self, over_e, tmp_path):
+        assert over_e["comparison"].values.tolist() == ["own", "rigid", "previous"]
+        study = study_of(tmp_path, STUDY, E)
+        runs = tp.ida(study.blocks, tp.DiscreteDamping(), study.design.motions, study.design.at)
+        own = runs["overturned"].isel(model=0)
+        here = of_law(over_e, "discrete", "elastic")
+        expected = (here["overturned"] != own.drop_vars([c for c in own.coords if c not in own.dims])).mean("motion")
+        np.testing.assert_allclose(here["flipped"].sel(comparison="own"), expected.transpose("block", "value", "level"))
+
+    def test_without_loss_and_without_e(self, over_e):
+        here = over_e.sel(value=1.0)
+        for law in ("discrete", "giannini-masiani", "makris-konstantinidis", "energy-consistent"):
+            np.testing.assert_allclose(of_law(here, law)["decay_peak"], 0.5, rtol=1e-10)
+        assert np.all(of_law(over_e, "vassiliou")["median_ratio"].sel(comparison="own") == 1.0)
+
+    def test_values_that_need_too_much_friction(self, over_e):
+        ratio = 1.0 / np.tan(over_e["alpha"].values)
+        need = friction_at_impact(ratio[:, None], over_e["value"].values[None])
+        np.testing.assert_array_equal(over_e["in_use"], need <= 1.0)
+        assert not over_e["in_use"].all()
+        assert over_e["in_use"].any()
+
+    def test_friction_can_be_said(self, tmp_path):
+        laws = STUDY[STUDY.index("[[models]]") : STUDY.index("[motions]")]
+        text = STUDY.replace(laws, '[[models]]\nlaw = "discrete"\n').replace("number = 12", "number = 4")
+        results = study_of(tmp_path, text, E, "friction = 0.3").run()
+        assert results["in_use"].sum() < 8
+        # the shade ends where the need is what there is
+        ax = sensitivity(results, block="server-rack-42u")
+        shade = next(patch for patch in ax.patches if "friction above 0.3" in str(patch.get_label()))
+        end = float(shade.get_x() + shade.get_width())
+        ratio = 1.0 / np.tan(results["alpha"].sel(block="server-rack-42u").item())
+        assert friction_at_impact(ratio, end) == pytest.approx(0.3)
+
+    def test_no_convergence(self, over_e):
+        assert "pulse_error" not in over_e
+        with pytest.raises(ValueError, match="convergence is of delta"):
+            convergence(over_e)
+
+
+class TestClaims:
+    def test_numbers_are_those_of_the_results(self, over_delta):
+        found = {one.claim: one for one in claims_of(over_delta)}
+        assert len(found) == 12
+        at = over_delta.sel(value=0.05)
+        median = at["median"]
+        gm, discrete = (of_law(median, law, "elastic") for law in ("giannini-masiani", "discrete"))
+        alike = found["Giannini–Masiani performs like discrete damping under shaking"]
+        assert alike.number == pytest.approx(float(np.exp(np.log(gm / discrete).mean("block"))))
+        assert alike.lower <= alike.number <= alike.upper
+        assert f"{alike.number:.2f} ({alike.lower:.2f}–{alike.upper:.2f}) times" in alike.text
+        decay = found["discrete damping outperforms in free decay"]
+        assert decay.number == pytest.approx(np.abs(of_law(at, "discrete", "elastic")["decay_error"]).mean().item())
+        assert found["c_V does not depend on δ at all"].number == 0.0
+        assert found["energy-consistent damping is the rigid block"].lower > 0.8
+        assert all(one.verdict in (HOLDS, FAILS, OPEN) for one in found.values())
+
+    def test_verdicts_follow_the_data(self, over_delta):
+        """The same results with one law's replicates put in another's place."""
+
+        def verdict(**changes):
+            part = over_delta.copy(deep=True)
+            for name, values in changes.items():
+                part[name][:, 1] = values
+            return {one.claim: one.verdict for one in claims(part)}
+
+        claim = "Giannini–Masiani performs like discrete damping under shaking"
+        own, median = over_delta["log_median_sample"].values, over_delta["median"].values
+        like = {"log_median_sample": own[:, 0], "median": median[:, 0]}
+        assert verdict(**like)[claim] == HOLDS
+        assert verdict(log_median_sample=own[:, 0] + 1.0, median=median[:, 0] * np.e)[claim] == FAILS
+        wide = own[:, 0] + np.linspace(-0.5, 0.5, own.shape[-1])
+        assert verdict(log_median_sample=wide, median=median[:, 0])[claim] == OPEN
+
+    def test_decay_is_judged_case_by_case(self, over_delta):
+        claim = "discrete damping outperforms in free decay"
+
+        def verdict(error):
+            part = over_delta.copy(deep=True)
+            part["decay_error"][:, 0] = np.array(error)[:, None]
+            return next(one.verdict for one in claims(part) if one.claim == claim)
+
+        assert [verdict([0.0, 0.0]), verdict([0.0, 9.0]), verdict([9.0, 9.0])] == [HOLDS, OPEN, FAILS]
+
+    def test_medians_beyond_the_levels_are_left_out_and_counted(self, over_delta):
+        part = evidence_of(over_delta)
+        broken = over_delta.copy(deep=True)
+        broken["median_ratio"][0, 2] = np.inf
+        broken["log_median_sample"][0, 2] = np.inf
+        ratio = part._replace(results=broken).ratio(2, None)
+        assert (ratio.known, ratio.pairs) == (1, 2)
+        assert np.isfinite(ratio.numbers).all()
+        assert "1 of 2 pairs" in ratio.words
+
+    def test_laws_that_are_missing(self, over_delta):
+        found = claims(over_delta.isel(model=[5]))
+        assert [one.claim for one in found] == ["energy-consistent damping is the rigid block"]
+        assert claims(over_delta.isel(model=[6])) == []
+
+
+BASE = STUDY + '[sensitivity]\nparameter = "delta"\n'
+
+
+class TestSchema:
+    @pytest.mark.parametrize(
+        ("text", "message"),
+        [
+            (STUDY + '[sensitivity]\nparameter = "alpha"\nvalues = [0.1, 0.2]', "sensitivity.parameter: "),
+            (BASE, "'sensitivity.values' is missing"),
+            (BASE + "values = [0.1]", "at least 2"),
+            (BASE + "values = [0.1, 0.05]", "values must increase, got 0.1, 0.05"),
+            (BASE + "values = [0.1, 1.0]", "must be >= 1e-09 and < 1, got 1"),
+            (BASE.replace("delta", "e") + "values = [0.5, 1.1]", "of e must be > 0 and <= 1, got 1.1"),
+            (BASE + "values = [0.1, 0.1000000001]", "differ within six digits"),
+            (BASE + 'values = [0.1, 0.2]\nreference = "own"', "reference must be rigid or a value, got 'own'"),
+            (BASE + "values = [0.1, 0.2]\nreference = 2.0", "got 2"),
+            (BASE + "values = [0.1, 0.2]\nsobol = 8", "sobol needs inputs"),
+            (BASE + "values = [0.1, 0.2]\nfriktion = 1", "did you mean 'friction'"),
+            (
+                BASE + "values = [0.1, 0.2]\ninputs.e = { distribution = 'uniform', lower = 0.5, upper = 1.0 }",
+                "inputs must hold delta",
+            ),
+            (
+                BASE + "values = [0.1, 0.2]\ninputs.delta = { distribution = 'uniform', lower = 0.5 }",
+                "sensitivity.inputs.delta: ",
+            ),
+            (BASE.replace('rest = "rigid"', "delta = 0.1") + "values = [0.1, 0.2]", r"models\[5\]: delta is what"),
+            (
+                STUDY.replace('law = "vassiliou"', 'law = "housner"\ne = 0.9')
+                + '[sensitivity]\nparameter = "e"\nvalues = [0.8, 0.9]',
+                r"models\[4\]: e is what",
+            ),
+            (BASE + "values = [0.1, 0.2]\n[fit]\nform = 'weibull'", "a study with sensitivity has no fit"),
+        ],
+    )
+    def test_refusals(self, text, message, tmp_path):
+        with pytest.raises(StudyError, match=message):
+            study_of(tmp_path, text)
+
+    def test_only_ida(self, tmp_path):
+        text = STUDY[: STUDY.index("[ida]")] + "[cloud]\n"
+        with pytest.raises(StudyError, match="sensitivity needs ida"):
+            study_of(tmp_path, text, DELTA)
+
+    def test_no_law_with_the_parameter(self, tmp_path):
+        text = BASE.replace(BASE[BASE.index("[[models]]") : BASE.index("[motions]")], '[[models]]\nlaw = "housner"\n')
+        with pytest.raises(StudyError, match="models must hold one with delta"):
+            study_of(tmp_path, text, "values = [0.1, 0.2]")
+
+    def test_a_value_as_reference(self, tmp_path):
+        few = BASE.replace("number = 12", "number = 4").replace("number = 8", "number = 4")
+        results = study_of(tmp_path, few, "values = [0.02, 0.05]\nreference = 0.05\nreplicates = 100").run()
+        assert results["comparison"].values.tolist() == ["given", "rigid", "previous"]
+        assert results.attrs["reference"] == "0.05"
+        assert not results["flipped"].sel(comparison="given", value=0.05).any()
+
+
+class TestFigures:
+    def test_all(self, over_delta, over_e, tmp_path):
+        names = {"delta": (over_delta, 10), "e": (over_e, 7)}
+        for key, (results, n) in names.items():
+            found = dict(figures(results.isel(block=[0])))
+            assert len(found) == n, key
+            for figure in found.values():
+                assert isinstance(figure, Figure)
+                assert figure.get_figwidth() <= 5.5  # one column, for 380 pixels
+        assert len(show.draw(over_e.isel(block=[0]), tmp_path)) == 7
+
+    def test_lines_are_the_results(self, over_delta):
+        ax = sensitivity(
+            over_delta, quantity="probability", block="server-rack-42u", level=float(over_delta["level"][5])
+        )
+        drawn = next(line for line in ax.lines if "discrete" in str(line.get_label()))
+        here = of_law(over_delta, "discrete", "elastic").sel(block="server-rack-42u")
+        np.testing.assert_array_equal(drawn.get_ydata(), here["probability"].isel(level=5))
+        np.testing.assert_array_equal(drawn.get_xdata(), over_delta["value"])
+        assert "P(overturn)" in ax.get_ylabel()
+
+    def test_the_rigid_block_is_there(self, over_delta):
+        ax = sensitivity(over_delta.isel(block=[0]))
+        drawn = next(line for line in ax.lines if line.get_label() == "rigid block")
+        np.testing.assert_allclose(drawn.get_ydata() * 9.80665, of_law(over_delta, "housner")["median"][0])
+
+    def test_axes_in_axes_out(self, over_delta):
+        ax = Figure().add_subplot()
+        one = over_delta.isel(block=[0])
+        assert sensitivity(one, ax, quantity="dispersion") is ax
+        assert ax.get_legend() is None
+        other = Figure().add_subplot()
+        assert free_rocking_panel(one, other, model="vassiliou") is other
+        for name in QUANTITIES:
+            assert sensitivity(one, quantity=name).get_legend() is not None
+
+    def test_the_block_is_said(self, over_delta):
+        """Nobody's first block is drawn for want of a word; a study's figures show each."""
+        for draw in (sensitivity, convergence, tornado_panel, sobol_panel):
+            with pytest.raises(ValueError, match="several blocks, say which"):
+                draw(over_delta)
+        with pytest.raises(ValueError, match="several models, say which"):
+            free_rocking_panel(over_delta.isel(block=0))
+        found = dict(figures(over_delta))
+        for i, block in enumerate(over_delta["block"].values):
+            title = found[f"free_rocking_{i + 1}" if i else "free_rocking"].get_suptitle()
+            assert title.startswith(f"{block}: ")
+
+    def test_one_law_keeps_its_look(self, over_delta):
+        one = over_delta.isel(block=[0])
+        label = str(one["model"].values[1])
+        among = [line.get_color() for line in sensitivity(one).lines]
+        lines = sensitivity(one, model=label).lines
+        assert lines[0].get_color() == among[1]
+        assert len(lines) == 2  # and the rigid block's
+        assert sensitivity(one, model=label, color="red").lines[0].get_color() == "red"
+
+    def test_refusals(self, over_delta, over_e):
+        with pytest.raises(ValueError, match=r"quantity must be one of 'median', .*, got 'mean'"):
+            sensitivity(over_delta, quantity="mean")
+        with pytest.raises(ValueError, match=r"level must be one of .*, got 0.123"):
+            sensitivity(over_delta.isel(block=0), quantity="flipped", level=0.123)
+        with pytest.raises(ValueError, match=r"block must be one of .*, got 'shelf'"):
+            sensitivity(over_delta, block="shelf")
+        with pytest.raises(ValueError, match="results must be of a sensitivity study"):
+            sensitivity(over_delta.drop_attrs())
+        for panel in (tornado_panel, sobol_panel):
+            with pytest.raises(ValueError, match="the study asked for none"):
+                panel(over_e)
+
+    def test_tables(self, over_delta, over_e):
+        for results in (over_delta, over_e):
+            tables = show.tables(results)
+            assert len(tables) == 2 * 4 + 1
+            assert tables[-1].row_count == len(json.loads(results.attrs["claims"]))

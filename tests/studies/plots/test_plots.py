@@ -1,0 +1,440 @@
+"""`toppling.plot`: axes in and axes out, the numbers that are drawn, refused inputs, and legible texts."""
+
+import subprocess
+import sys
+from importlib import import_module
+
+import numpy as np
+import plot_cases as cases
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+import toppling as tp
+from toppling.fragility import curve_probability
+from toppling.fragility.curves.published import fema_p58
+from toppling.fragility.numerics.proportions import wilson_interval
+from toppling.studies import plot, show
+from toppling.studies.plots import axes, selection
+from toppling.studies.plots.anchoring import anchoring_figure
+from toppling.studies.plots.assessment import exceedance_figure, levels_figure
+from toppling.studies.plots.axes import COLOURS
+from toppling.studies.plots.efficiency import ranking_figure
+from toppling.studies.plots.fragility import MOST_APART, fragility_figure
+from toppling.studies.plots.indices import index_figure
+from toppling.studies.plots.risk import risk_figure
+from toppling.studies.plots.uncertainty import uncertainty_figure
+
+G = 9.80665
+WHOLE = cases.with_ranking(cases.assessment(), cases.ranking(items=("shelf", "rack")))
+SHELF = cases.curves(("shelf",))
+
+
+def lines(ax):
+    return {line.get_label(): line for line in ax.lines if not line.get_label().startswith("_")}
+
+
+DRAWN = {
+    "fragility": (SHELF, {}),
+    "inventory levels": (cases.assessment(), {}),
+    "inventory exceedance": (cases.assessment(), {"view": "exceedance"}),
+    "inventory anchoring": (WHOLE, {"view": "anchoring"}),
+    "inventory left": (WHOLE, {"view": "left"}),
+    "uncertainty": (cases.uncertain(), {}),
+    "uncertainty variance": (cases.uncertain(), {"view": "variance"}),
+    "indices": (cases.uncertain(), {"method": "sobol", "model": cases.LAWS[0]}),
+}
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_a_legend_comes_with_a_figure_of_its_own(name):
+    """Axes that the caller provides get no legend: the caller makes the legend from the labels."""
+    results, options = DRAWN[name]
+    function = getattr(plot, name.split()[0])
+    assert len(function(results, **options).get_legend().get_texts()) > 1
+    ax = Figure().add_subplot()
+    assert function(results, ax, **options) is ax
+    assert ax.get_legend() is None
+    assert len(ax.get_legend_handles_labels()[1]) > 1
+
+
+class TestFragility:
+    def test_the_curve_is_the_fits_own(self):
+        ax = Figure().add_subplot()
+        assert plot.fragility(SHELF, ax) is ax
+        for i in range(3):
+            one = SHELF.isel(block=0, model=i)
+            drawn = [line for line in ax.lines if len(line.get_xdata()) > 100][i]
+            own = curve_probability(one[["median", "dispersion"]], drawn.get_xdata() * G)
+            np.testing.assert_allclose(drawn.get_ydata(), own, atol=1e-12)
+        assert ax.get_xlabel() == "peak ground acceleration (g)"
+        assert ax.get_legend() is None
+
+    @pytest.mark.parametrize("spacing", [np.geomspace, np.linspace])
+    def test_points_stay_at_their_levels(self, spacing):
+        """Points lie within 2 % of the axis of their level, for any spacing and any number of laws."""
+        many = xr.concat([SHELF.isel(model=[0])] * 9, "model").assign_coords(model=[f"law {i}" for i in range(9)])
+        levels = spacing(0.5, 8.0, 9)
+        many = many.assign_coords(level=("level", levels, cases.PGA))
+        ax = plot.fragility(many)
+        log = spacing is np.geomspace
+        assert ax.get_xscale() == ("log" if log else "linear")
+        scale = np.log if log else np.asarray
+        low, high = scale(np.array(ax.get_xlim()))
+        for bars in ax.containers:
+            x = scale(bars[0].get_xdata())
+            off = np.abs(x - scale(levels / G)) / (high - low)
+            assert off.max() <= MOST_APART + 1e-12
+            assert len({*np.round(off, 9)}) == 1
+
+    def test_a_cloud_has_binned_fractions(self):
+        found = cases.cloud().isel(model=[0])
+        ax = plot.fragility(found)
+        (bars,) = ax.containers
+        x, p = bars[0].get_xdata(), bars[0].get_ydata()
+        at, fell = found["intensity"].values / G, found["overturned"].values[0, 0]
+        parts = np.array_split(np.arange(300), x.size)
+        np.testing.assert_allclose(p, [fell[part].mean() for part in parts], atol=1e-12)
+        np.testing.assert_allclose(x, [np.exp(np.log(at[part]).mean()) for part in parts], rtol=1e-9)
+        ends = np.array([segment[:, 1] for segment in bars[2][0].get_segments()])
+        falls = np.array([fell[part].sum() for part in parts])
+        lower, upper = wilson_interval(falls, np.array([len(part) for part in parts]))
+        np.testing.assert_allclose(ends, np.stack([lower, upper], -1), atol=1e-12)
+        # and every motion is a tick
+        assert max(len(line.get_xdata()) for line in ax.lines if line.get_marker() == "|") == 300
+
+    def test_curves_alone_and_fractions_alone(self):
+        alone = SHELF[["median", "dispersion"]].drop_dims("level", errors="ignore").assign_attrs(im="pga")
+        assert plot.fragility(alone, model="discrete e=0.9 δ=0.05").get_xlabel() == "PGA (g)"
+        ax = plot.fragility(SHELF[["probability", "lower", "upper"]])
+        assert len(ax.containers) == 3
+        assert not [line for line in ax.lines if len(line.get_xdata()) > 100]
+
+    def test_one_law_keeps_its_look(self):
+        ax = plot.fragility(SHELF, model="discrete e=0.9 δ=0.05", label="mine")
+        assert list(lines(ax)) == ["mine"]
+        assert lines(ax)["mine"].get_color() == COLOURS[1]
+        assert lines(plot.fragility(SHELF, model="housner e=e_R", color="red"))["housner e=$e_R$"].get_color() == "red"
+
+    def test_every_column_ends_with_numbers(self):
+        """Five panels in three columns: the last column's lowest panel stands in the first row."""
+        figure = fragility_figure(cases.curves(tuple("abcde")))
+        assert len(figure.axes) == 5
+        for i, ax in enumerate(figure.axes):
+            shown = ax.xaxis.get_tick_params()["labelbottom"]
+            assert shown == (i >= 2)
+            assert bool(ax.get_xlabel()) == shown
+
+    def test_long_names_of_measures_are_wrapped(self):
+        name = "average spectral acceleration of the ground motion over 0.2, 0.4, 0.6, 0.8, 1.0, 1.5 and 2.0 s"
+        long = cases.curves(("a", "b", "c"))
+        long = long.assign_coords(level=long["level"].assign_attrs(long_name=name))
+        figure = fragility_figure(long)
+        assert "\n" in figure.axes[0].get_xlabel()
+        assert cases.faults(figure) == []
+
+
+class TestRisk:
+    def test_the_share_from_above_is_drawn_and_said(self):
+        found = cases.rates()
+        ax = plot.risk(found, quantity="share", block="shelf")
+        tails = [patch for patch in ax.patches if patch.get_hatch()]
+        parts = []
+        for patch in tails:
+            data = patch.get_data()
+            wide = np.log(data.edges[-1] / data.edges[0]) / np.log(
+                float(found["bin_upper"][0]) / float(found["bin_lower"][0])
+            )
+            # its area, in bins, is its share
+            parts.append(float(data.values[0]) * wide)
+            assert data.edges[0] == pytest.approx(6.0 / G)
+        np.testing.assert_allclose(parts, found["share_above"].sel(block="shelf"), rtol=1e-12)
+        assert "hatched: 7–35 % from above 0.612 g" in ax.get_title().replace("\n", " ")
+        assert "hatched" in risk_figure(found).get_suptitle()
+
+    def test_nothing_beyond_is_nothing_said(self):
+        ax = plot.risk(cases.rates(0.0), quantity="share", block="rack", model="housner e=e_R")
+        assert ax.get_title() == ""
+        assert not [patch for patch in ax.patches if patch.get_hatch()]
+
+    def test_levels_not_run_are_shaded(self):
+        found = cases.rates(0.0).assign_coords(level=("level", [1.0, 2.0, 3.0], cases.PGA))
+        ax = plot.risk(found, quantity="share", block="rack")
+        assert len([patch for patch in ax.patches if patch.get_alpha() == 0.12]) == 2
+        assert "shaded: outside the levels that were run" in risk_figure(found).get_suptitle().replace("\n", " ")
+
+    def test_what_lies_above_the_levels_is_said(self):
+        found = cases.rates(0.0)
+        found["rate_share_above_levels"] = found["rate"].dims, np.full((2, 3), 0.12)
+        ax = plot.risk(found, quantity="share", block="rack")
+        assert ax.get_title().replace("\n", " ") == "12 % from above the levels run"
+
+    def test_rates_are_those_of_annual_rate(self):
+        curves = fema_p58().isel(block=slice(0, 1))
+        rates = tp.annual_rate(curves, tp.HazardCurve.power_law(1e-3, 2.0, "pgv"))
+        (bars,) = plot.risk(rates).containers
+        assert bars[0].get_xdata()[0] == pytest.approx(rates["rate"].item())
+
+    def test_a_law_without_a_curve(self):
+        found = cases.rates()
+        found["rate"][0, 1] = np.nan
+        assert "no curve" in [text.get_text() for text in plot.risk(found, block="shelf").texts]
+
+
+class TestInventory:
+    def test_all_laws_are_drawn(self):
+        ax = plot.inventory(WHOLE)
+        assert len(ax.containers) == 3
+        for i, bars in enumerate(ax.containers):
+            np.testing.assert_allclose(bars[0].get_ydata(), WHOLE["number_mean"].isel(model=i, place=0))
+        assert len(exceedance_figure(WHOLE).axes) == 3
+        assert len(plot.inventory(WHOLE, view="anchoring").patches) == 6
+
+    def test_exceedance_is_steps(self):
+        """Between thresholds the curve has the rate that holds there: of n or more pieces, of a value above x."""
+        ax = plot.inventory(WHOLE, view="exceedance", quantity="number", model="housner e=e_R")
+        x, y = lines(ax)["building"].get_data()
+        assert x[:5].tolist() == [0.0, 1.0, 1.0, 2.0, 2.0]
+        np.testing.assert_array_equal(y[:5], WHOLE["number_rate"].values[0, 0, [0, 0, 1, 1, 2]])
+        ax = plot.inventory(WHOLE, view="exceedance", model="housner e=e_R")
+        x, y = lines(ax)["building"].get_data()
+        at, rate = WHOLE["loss_threshold"].values, WHOLE["loss_rate"].values[0, 0]
+        np.testing.assert_array_equal(x[:4], at[[0, 1, 1, 2]])
+        np.testing.assert_array_equal(y[:4], rate[[0, 0, 1, 1]])
+
+    def test_exceedance_ends_where_nothing_more_falls(self):
+        """The curve extends from the rate of any loss, left of the axis, to the greatest loss under any motion."""
+        whole = WHOLE.isel(model=[0], loss_threshold=slice(0, 4))
+        anything = float(whole["number_rate"][0, 0, 0])
+        rates = np.array([anything, 0.8 * anything, 0.5 * anything, 0.0])
+        found = whole.assign_coords(loss_threshold=[0.0, 10.0, 20.0, 40.0])
+        for end, factor in (("", 1.0), ("_lower", 0.9), ("_upper", 1.1)):
+            found[f"loss_rate{end}"][:] = factor * rates
+        ax = plot.inventory(found, view="exceedance", quantity="loss", place="building")
+        (line,) = ax.get_lines()
+        x, y = line.get_data()
+        assert x[1:].tolist() == [10.0, 10.0, 20.0, 20.0, 40.0, 40.0]
+        assert y[:-1].tolist() == rates[[0, 0, 1, 1, 2, 2]].tolist()
+        assert x[0] < ax.get_xlim()[0] < 10.0
+        assert y[-1] < ax.get_ylim()[0] < rates[2]
+        numbers = found.isel(number_threshold=slice(0, 3)).assign_coords(number_threshold=[1.0, 2.0, 3.0])
+        for end in ("", "_lower", "_upper"):
+            numbers[f"number_rate{end}"][:] = [anything, 0.5 * anything, 0.0]
+        (line,) = plot.inventory(numbers, view="exceedance", quantity="number", place="building").get_lines()
+        x, y = line.get_data()
+        assert x.tolist() == [0.0, 1.0, 1.0, 2.0, 2.0]
+        assert y[:-1].tolist() == [anything, anything, 0.5 * anything, 0.5 * anything]
+        assert y[-1] < 0.01 * anything
+
+    def test_the_studys_title_stands_on_all(self):
+        for figure in (levels_figure(WHOLE), exceedance_figure(WHOLE), anchoring_figure(WHOLE)):
+            assert figure.get_suptitle().startswith(cases.TITLE)
+        for figure in (ranking_figure(cases.measured()), index_figure(cases.uncertain(), "sobol")):
+            assert figure.get_suptitle().startswith(cases.TITLE)
+
+    def test_anchoring_says_what_is_saved(self):
+        ax = plot.inventory(cases.ranking(1), view="anchoring")
+        assert ax.get_xlabel().replace("\n", " ") == "saved of the expected annual value overturned (EUR a year)"
+        left = plot.inventory(cases.ranking(), view="left")
+        assert len(lines(left)) == 3
+        assert left.get_ylabel().replace("\n", " ").startswith("left of the expected annual value")
+
+
+def test_measures_have_the_tables_words():
+    ax = plot.measures(cases.measured(), model="housner e=e_R")
+    assert [tick.get_text() for tick in ax.get_yticklabels()][-2:] == ["√(Arias intensity)", "PGA"]
+
+
+class TestUncertainty:
+    def test_bands_have_the_edges_of_their_law(self):
+        ax = plot.uncertainty(cases.uncertain())
+        edges = [line for line in ax.lines if line.get_linewidth() == 0.8]
+        assert [line.get_color() for line in edges[::2]] == ["#000000", *COLOURS[:2]]
+        np.testing.assert_allclose(edges[0].get_ydata(), cases.uncertain()["probability_quantile"][0, 0, :, 0])
+
+    def test_a_panel_for_every_law_and_one_for_the_variance(self):
+        assert len(uncertainty_figure(cases.uncertain(("shelf", "rack"))).axes) == 8
+
+    def test_indices(self):
+        found = cases.uncertain()
+        law = "housner e=e_R"
+        ax = plot.indices(found, method="sobol", model=law)
+        assert ax.get_title() == "probability of overturning at 0.204 g"
+        assert "at 0.816 g" in plot.indices(found, method="morris", model=law, level=8.0).get_title()
+        # ends of an interval instead of its half width
+        ends = found.isel(model=0, block=0, output=0)[["sobol_first", "sobol_total"]]
+        ends = ends.rename(sobol_first="first", sobol_total="total")
+        ends = ends.assign(total_lower=ends["total"] - 0.1, total_upper=ends["total"] + 0.2)
+        (bars, _) = (one for one in plot.indices(ends).containers if hasattr(one, "patches"))
+        segments = bars.errorbar[2][0].get_segments()
+        np.testing.assert_allclose(np.diff([one[:, 0] for one in segments], axis=1), 0.3)
+
+
+@pytest.mark.parametrize(
+    ("function", "results", "options", "message"),
+    [
+        ("fragility", cases.curves(), {}, "results are of several blocks, say which: shelf, rack"),
+        ("fragility", cases.curves(), {"block": "table"}, "block must be one of 'shelf', 'rack', got 'table'"),
+        ("fragility", SHELF, {"model": "viscous"}, "model must be one of"),
+        ("fragility", SHELF, {"color": "red"}, "color must be of one law, got 3 laws"),
+        ("fragility", SHELF, {"label": "mine"}, "label must be of one law, got 3 laws"),
+        ("fragility", cases.rates(), {"block": "shelf"}, "needs curves"),
+        ("risk", SHELF, {}, "needs annual rates"),
+        ("risk", cases.rates(), {"block": "rack", "quantity": "rates"}, "quantity must be one of 'rate', 'share'"),
+        ("inventory", SHELF, {}, "needs an assessment"),
+        ("inventory", WHOLE, {"place": "floor 9"}, "place must be one of 'building'"),
+        ("inventory", WHOLE, {"view": "loss"}, "view must be one of 'levels', 'exceedance'"),
+        ("inventory", WHOLE.isel(level=[0]), {}, "needs several levels, got one"),
+        ("inventory", WHOLE.drop_vars("loss_rate"), {"view": "exceedance"}, "with a hazard curve"),
+        ("inventory", cases.assessment(), {"view": "anchoring"}, "needs a ranking"),
+        ("measures", SHELF, {}, "needs their ranking"),
+        ("measures", cases.measured(), {}, "results are of several models, say which"),
+        ("uncertainty", SHELF, {}, "needs probability_quantile: results of an uncertainty study"),
+        ("uncertainty", cases.uncertain(), {"view": "variance", "model": "housner e=e_R"}, "shared among all laws"),
+        ("indices", SHELF, {}, "got none"),
+        ("indices", cases.uncertain(), {}, "of several methods, say which: sobol, morris"),
+        ("indices", cases.uncertain(), {"method": "sobol"}, "results are of several models"),
+        (
+            "indices",
+            cases.uncertain(),
+            {"method": "sobol", "model": "housner e=e_R", "level": 3.3},
+            "level must be one of",
+        ),
+    ],
+)
+def test_what_cannot_be_drawn(function, results, options, message):
+    with pytest.raises(ValueError, match=message) as error:
+        getattr(plot, function)(results, **options)
+    assert "\n" not in str(error.value)
+
+
+def test_lines_are_even_and_words_whole():
+    assert axes.wrapped("energy-consistent e=e_R", 1.5) == "energy-consistent\ne=e_R"
+    assert axes.wrapped("one two three four five six", 1.6) == "one two three\nfour five six"
+    assert axes.wrapped("short", 9.0) == "short"
+    assert axes.wrapped("", 9.0) == ""
+
+
+def test_spacing_of_levels():
+    assert axes.log_spaced([0.1, 0.2, 0.5, 1.0, 2.0])
+    assert not axes.log_spaced(np.linspace(0.1, 2.0, 20))
+    assert not axes.log_spaced([1.0, 10.0])
+
+
+def test_more_laws_than_colours_differ():
+    many = xr.concat([SHELF.isel(model=[2])] * 9, "model").assign_coords(model=[f"law {i}" for i in range(9)])
+    assert len({(law.colour, law.line) for law in selection.laws(many)}) == 9
+
+
+FIGURES = {
+    "fragility": lambda: fragility_figure(cases.curves()),
+    "one block": lambda: fragility_figure(SHELF),
+    "five blocks": lambda: fragility_figure(cases.curves((*"abcd", "a block with a long name, in a corner"))),
+    "cloud": lambda: fragility_figure(cases.cloud()),
+    "risk": lambda: risk_figure(cases.rates()),
+    "measures": lambda: ranking_figure(cases.measured()),
+    "number": lambda: levels_figure(WHOLE),
+    "loss of one law": lambda: levels_figure(cases.assessment(1), "loss"),
+    "exceedance": lambda: exceedance_figure(WHOLE),
+    "exceedance of one law": lambda: exceedance_figure(cases.assessment(1), "number"),
+    "anchoring": lambda: anchoring_figure(cases.ranking()),
+    "anchoring of one law": lambda: anchoring_figure(cases.ranking(1)),
+    "uncertainty": lambda: uncertainty_figure(cases.uncertain(("shelf", "rack"))),
+    "sobol": lambda: index_figure(cases.uncertain(), "sobol"),
+    "morris": lambda: index_figure(cases.uncertain(), "morris"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_texts_can_be_read(name):
+    """No text overlaps another, leaves the sheet, or is small."""
+    assert cases.faults(FIGURES[name]()) == []
+
+
+def test_faults_are_found():
+    """The check finds labels that overlap, a title that is cut, and small text."""
+    figure = Figure(figsize=(2.0, 2.0))
+    ax = figure.add_subplot()
+    ax.set_xticks([0.0, 0.01, 1.0], ["first", "second", "third"])
+    ax.set_title("a title that is far too long for its figure")
+    ax.annotate("tiny", (0.5, 0.5), fontsize=5)
+    said = " ".join(cases.faults(figure))
+    assert "over each other: 'first' and 'second'" in said
+    assert "cut: 'a title" in said
+    assert "small: 'tiny'" in said
+
+
+class TestKinds:
+    """Studies of every kind as a user runs them, with long names of blocks."""
+
+    PARTS = (
+        'title = "A title that goes on for longer than a figure of one panel is wide, as titles do"\n'
+        '[[blocks]]\nname = "bookcase in the corridor of the second floor"\nwidth_m = 0.35\nheight_m = 1.6\n'
+        '[[blocks]]\nname = "rack"\nwidth_m = 0.6\nheight_m = 1.6\n'
+    )
+    LAWS = '[[models]]\nlaw = "housner"\n[[models]]\nlaw = "makris-konstantinidis"\n'
+    MOTIONS = '[motions]\ngenerator = "clough-penzien"\nnumber = 16\nduration_s = 4\ndt_s = 0.02\n'
+    LEVELS = 'levels = { from = 1.0, to = 12.0, number = 6, spacing = "log", unit = "m/s2" }\n'
+    TOWER = '[building]\nkind = "flexural-shear"\nperiod_s = 0.8\nstoreys = 4\nfloors = [0, 2, 4]\n'
+    HAZARD = '[hazard]\nlevels = [0.1, 0.3]\nrates = [1e-2, 1e-3]\nunit = "g"\n'
+    UNCERTAIN = (
+        "[uncertainty]\nsamples = 4\nsobol = 8\nmorris = 4\n[uncertainty.inputs]\n"
+        'alpha_factor = { distribution = "normal", mean = 1.0, std = 0.1, lower = 0.7, upper = 1.3 }\n'
+        'restitution_factor = { distribution = "uniform", lower = 0.8, upper = 1.0 }\n'
+    )
+
+    @pytest.mark.parametrize(
+        ("more", "names"),
+        [
+            ('[ida]\nim = "AvgSa(0.2 0.4 0.6 0.8 1.0 1.5 2.0)"\nLEVELSTOWER', ["fragility"]),
+            ('[ida]\nim = "pga"\nLEVELS[measures]\nHAZARD', ["fragility", "risk", "measures_1", "measures_2"]),
+            ('[cloud]\nim = "pgv"\n', ["fragility"]),
+            ('[ida]\nim = "pga"\nLEVELSUNCERTAIN', ["uncertainty", "sobol", "morris"]),
+        ],
+    )
+    def test_of_blocks(self, tmp_path, more, names):
+        for name in ("LEVELS", "TOWER", "HAZARD", "UNCERTAIN"):
+            more = more.replace(name, getattr(self, name))
+        path = tmp_path / "study.toml"
+        path.write_text(self.PARTS + self.LAWS + self.MOTIONS + more, encoding="utf-8")
+        self.check(path, names)
+
+    @pytest.mark.parametrize("hazard", [True, False])
+    def test_of_an_inventory(self, tmp_path, hazard):
+        rows = "item,width_m,height_m,floor,count,value,currency\nshelf with the yearbooks,0.35,1.8,0,3,100,EUR\n"
+        (tmp_path / "things.csv").write_text(rows + "cabinet,0.45,1.6,2,2,4000000,EUR\n", encoding="utf-8")
+        table = '[performance]\ninventory = "things.csv"\nim = "pga"\nreplicates = 100\n' + self.LEVELS
+        table += self.HAZARD if hazard else "at_level = 12.0\n"
+        path = tmp_path / "study.toml"
+        tower = self.TOWER.replace("floors = [0, 2, 4]\n", "")
+        path.write_text('title = "Things"\n' + self.LAWS + self.MOTIONS + tower + table, encoding="utf-8")
+        self.check(path, ["number", "loss", *(["exceedance"] if hazard else []), "anchoring"])
+
+    def check(self, path, names):
+        results = tp.Study.from_toml(path).run()
+        figures = dict(show.figures(results))
+        assert list(figures) == names
+        for name, figure in figures.items():
+            assert cases.faults(figure) == [], name
+
+
+def test_tables_and_messages_load_no_plotting():
+    """Tables and messages load no matplotlib; figures load no pyplot, which would choose a backend."""
+    code = (
+        "import sys\nfrom toppling.studies.command import cli\ncli.main(['run', 'nothing.toml'])\n"
+        "from toppling.studies import show\nfrom toppling.studies.tables import assessment, fragility, uncertainty\n"
+        "print('matplotlib' in sys.modules)\nimport toppling\ntoppling.plot.fragility\n"
+        "from toppling.studies.plots import indices\nfrom toppling.studies.single import motions\n"
+        "print('matplotlib.pyplot' in sys.modules)"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert out.split() == ["False", "False"]
+
+
+@pytest.mark.parametrize("name", plot.__all__)
+def test_the_public_functions(name):
+    function = getattr(tp.plot, name)
+    module = import_module(function.__module__)
+    assert "pyplot" not in dir(module)
+    for heading in ("Parameters", "Returns", "Raises"):
+        assert f"    {heading}\n    ---" in function.__doc__

@@ -1,0 +1,666 @@
+"""Reports: every kind of study, hostile names, refused files; and in Chromium at three widths, light and dark."""
+
+import json
+import re
+from html.parser import HTMLParser
+from io import StringIO
+from pathlib import Path
+
+import browser
+import numpy as np
+import pytest
+import xarray as xr
+from markdown_it import MarkdownIt
+from rich.console import Console
+
+import toppling as tp
+from toppling.studies import StudyError
+from toppling.studies.command.cli import main
+from toppling.studies.report import page as module
+from toppling.studies.report.answers import answer
+from toppling.studies.report.cells import markdown, page_table
+from toppling.studies.report.page import write_report
+from toppling.studies.report.summary import next_steps, plain_answer
+from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, Check, checks_of, worst_word
+from toppling.studies.text.names import clean, drawable
+from toppling.studies.text.rows import plain_table
+from toppling.studies.text.words import reference_law
+from toppling.wording import three_digits
+
+BASE = """
+title = "A <small> study"
+[[blocks]]
+width_m = 0.4
+height_m = 1.8
+name = "shelf"
+[[blocks]]
+width_m = 0.6
+height_m = 1.8
+name = "rack"
+[[models]]
+law = "energy-consistent"
+[[models]]
+law = "housner"
+[motions]
+generator = "clough-penzien"
+number = 12
+seed = 1
+duration_s = 10
+dt_s = 0.01
+"""
+IDA = """
+[ida]
+im = "pga"
+levels = { from = 0.1, to = 2.0, number = 8, spacing = "log", unit = "g" }
+"""
+HAZARD = """
+[hazard]
+levels = [0.1, 0.3, 1.0]
+rates = [1e-2, 1e-3, 1e-5]
+unit = "g"
+"""
+CLOUD = """
+[cloud]
+im = "pga"
+"""
+STRIPES = """
+[stripes]
+im = "pga"
+unit = "g"
+scale = true
+[[stripes.at]]
+level = 0.3
+[[stripes.at]]
+level = 0.9
+motions = { seed = 5 }
+"""
+UNCERTAIN = """
+[uncertainty]
+samples = 8
+seed = 1
+[uncertainty.inputs]
+restitution_factor = { distribution = "uniform", lower = 0.8, upper = 1.0 }
+alpha_factor = { distribution = "uniform", lower = 0.9, upper = 1.1 }
+"""
+SENSITIVE = """
+[sensitivity]
+parameter = "delta"
+values = [0.02, 0.05, 0.1]
+replicates = 100
+"""
+INVENTORY = "item,width_m,height_m,floor,count,value,currency,consequence\nrack,0.5,1.8,0,2,100,EUR,injury\n"
+RACK = '[[blocks]]\nwidth_m = 0.6\nheight_m = 1.8\nname = "rack"\n'
+LAWS_OF_SENSITIVITY = """
+[[models]]
+law = "discrete"
+[[models]]
+law = "giannini-masiani"
+"""
+NOT_SWEPT = BASE.replace('[[models]]\nlaw = "energy-consistent"\n[[models]]\nlaw = "housner"\n', LAWS_OF_SENSITIVITY)
+STUDIES = {
+    "fragility": BASE + IDA + HAZARD,
+    "cloud": BASE + CLOUD,
+    "stripes": BASE + STRIPES,
+    "uncertainty": BASE + IDA + HAZARD + UNCERTAIN,
+    "sensitivity": NOT_SWEPT.replace(RACK, "") + IDA + SENSITIVE,
+    "performance": re.sub(r"\[\[blocks\]\][^\[]*", "", BASE)
+    + HAZARD
+    + '[performance]\ninventory = "inventory.csv"\nim = "pga"\n'
+    + 'levels = { from = 0.1, to = 2.0, number = 6, spacing = "log", unit = "g" }\n',
+}
+SECTIONS = ["answer", "figures", "tables", "method", "assumptions", "validity", "provenance"]
+HOSTILE = [
+    "<script>alert(1)</script>",
+    "\"'><img src=x onerror=alert(1)>",
+    "x" * 300,
+    "🪦 \u202egnp\x00\x1b[31m",
+    r"$\frac{1}$ {{ 7*7 }} {% raw %}",
+    "</style></svg></title>",
+]
+WIDTHS = (360, 768, 1440)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    made = tmp_path_factory.mktemp("report")
+    (made / "inventory.csv").write_text(INVENTORY, encoding="utf-8")
+    for name, text in STUDIES.items():
+        (made / f"{name}.toml").write_text(text, encoding="utf-8")
+        tp.Study.from_toml(made / f"{name}.toml").run(made / name)
+    return made
+
+
+@pytest.fixture(scope="module")
+def pages(folder):
+    for name in STUDIES:
+        write_report(folder / name / "results.nc")
+    return {name: folder / name / "report.html" for name in STUDIES}
+
+
+def loaded(folder, name="fragility"):
+    with xr.open_dataset(folder / name / "results.nc") as stored:
+        return stored.load()
+
+
+def written(results, folder, name="changed"):
+    path = folder / f"{name}.nc"
+    path.unlink(missing_ok=True)
+    results.to_netcdf(path, engine="netcdf4")
+    return path
+
+
+@pytest.fixture(scope="module")
+def hostile(folder):
+    """The page of results with hostile names of blocks and laws, and with missing medians and rates."""
+    return write_hostile(folder, 3)
+
+
+def write_hostile(folder, blocks):
+    few = loaded(folder).isel(motion=slice(4))
+    many = few.isel(block=np.arange(blocks) % 2, model=np.arange(6) % 2)
+    names = [f"{HOSTILE[i % len(HOSTILE)]}{i}".replace("\x00", "\x01") for i in range(blocks)]
+    laws = [one.replace("\x00", "\x01") for one in HOSTILE]
+    many = many.assign_coords(block=("block", names), model=("model", laws))
+    for name in ("median", "rate", "risk_probability"):
+        for end in ("", "_lower", "_upper"):
+            many[f"{name}{end}"][:, 1] = np.nan
+    many["converged"][:, 1] = False
+    many["status"] = many["status"].astype(object)
+    many["status"][:, 1] = "<i>none</i>"
+    study = json.loads(many.attrs["study"]) | {"title": HOSTILE[0], "motions": {"records": HOSTILE}}
+    many = many.assign_attrs(title=" ".join(laws[:2]), notes="\n".join(laws), study=json.dumps(study))
+    path = written(many, folder, f"hostile{blocks}")
+    write_report(path, path.with_suffix(".html"))
+    return path.with_suffix(".html")
+
+
+class Page(HTMLParser):
+    """The contents of a page: tags with attributes, headings, ids, and text outside of tags."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.tags, self.headings, self.text, self.within = [], [], [], []
+        self.feed(Path(path).read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if re.fullmatch("h[1-6]", tag):
+            self.headings.append(int(tag[1]))
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+    def every(self, name):
+        return [attributes for tag, attributes in self.tags if tag == name]
+
+
+class TestPages:
+    @pytest.mark.parametrize("name", STUDIES)
+    def test_says_all_in_order(self, pages, name):
+        page = Page(pages[name])
+        assert [one["id"] for one in page.every("section")] == SECTIONS
+        assert page.headings[0] == 1
+        assert page.headings.count(1) == 1
+        assert all(b <= a + 1 for a, b in zip(page.headings, page.headings[1:], strict=False))
+        text = " ".join("".join(page.text).split())
+        assert "A <small> study" in text
+        assert not re.search(r"\bnan\b|\bNone\b|\binf\b|Undefined|\{\{|\[bold\]|\[italic\]", text)
+        assert page.every("figure")
+        assert page.every("table")
+
+    @pytest.mark.parametrize("name", STUDIES)
+    def test_asks_for_nothing(self, pages, name):
+        outside(pages[name])
+
+    @pytest.mark.parametrize("name", STUDIES)
+    def test_is_for_everyone(self, pages, name):
+        accessible(Page(pages[name]))
+
+    def test_same_results_same_bytes(self, folder, pages, tmp_path):
+        for name in ("cloud", "performance"):
+            write_report(folder / name / "results.nc", tmp_path / "again.html")
+            assert (tmp_path / "again.html").read_bytes() == pages[name].read_bytes()
+
+    @pytest.mark.slow
+    def test_of_measures(self, folder, tmp_path):
+        (tmp_path / "study.toml").write_text(STUDIES["fragility"] + "[measures]\n", encoding="utf-8")
+        tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path)
+        page = Page(*write_report(tmp_path / "results.nc"))
+        outside(tmp_path / "report.html")
+        accessible(page)
+        assert len(page.every("figure")) == 4
+
+    def test_small(self, pages, hostile):
+        assert all(path.stat().st_size < 3e6 for path in [*pages.values(), hostile])
+
+    def test_ids_are_unique(self, pages):
+        for path in pages.values():
+            found = [attributes["id"] for _, attributes in Page(path).tags if "id" in attributes]
+            assert len(found) == len(set(found))
+            inside = set(found)
+            text = path.read_text(encoding="utf-8")
+            used = re.findall(r'href="#([^"]+)"', text) + re.findall(r"url\(#([^)]+)\)", text)
+            assert set(used) <= inside
+
+
+def outside(path):
+    """A page refers to nothing but itself, and runs nothing."""
+    text = path.read_text(encoding="utf-8")
+    page = Page(path)
+    assert not [tag for tag, _ in page.tags if tag in ("script", "img", "link", "iframe", "object", "embed", "base")]
+    for tag, attributes in page.tags:
+        assert not [key for key in attributes if key.startswith("on")], (tag, attributes)
+        for key in ("src", "href", "xlink:href", "action", "srcset", "poster"):
+            if key in attributes:
+                assert attributes[key].startswith(("#", "data:image/png;base64,")), (tag, attributes)
+    assert "@import" not in text
+    assert all(one.startswith("#") for one in re.findall(r"url\(([^)]*)\)", text))
+    policy = next(one["content"] for one in page.every("meta") if one.get("http-equiv") == "Content-Security-Policy")
+    assert "default-src 'none'" in policy
+
+
+def accessible(page):
+    assert page.every("html")[0]["lang"] == "en"
+    assert page.every("a")[0]["href"] == "#answer"
+    images = [one for one in page.every("div") if one.get("role") == "img"]
+    assert len(images) == len(page.every("figure"))
+    # the alternative text describes the figure and gives numbers
+    assert all(len(one["aria-label"]) > 80 and re.search(r"\d", one["aria-label"]) for one in images)
+    assert len(page.every("caption")) == len(page.every("table"))
+    assert all(one.get("scope") in ("col", "row", "rowgroup") for one in page.every("th"))
+    boxes = [one for one in page.every("div") if "scroll" in one.get("class", "")]
+    assert all(one.get("tabindex") == "0" and one.get("role") for one in boxes)
+
+
+def colours(text):
+    """Custom properties of each block of a style sheet: light first, dark second."""
+    found = re.findall(r":root \{(.*?)\}", text, re.DOTALL)
+    return [dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6})", one)) for one in found]
+
+
+def luminance(colour):
+    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_contrast(pages):
+    """WCAG's contrast of every text against its background is at least 4.5, also of figures' lines on their card."""
+    light, dark = colours(pages["cloud"].read_text(encoding="utf-8"))
+    assert set(light) == set(dark)
+    for theme in (light, dark):
+        pairs = [(text, page) for text in ("text", "soft", "link") for page in ("page", "band")]
+        pairs += [(word, f"{word}-page") for word in ("good", "care", "bad", "unknown")]
+        for text, page in pairs:
+            a, b = sorted((luminance(theme[text]), luminance(theme[page])), reverse=True)
+            assert (a + 0.05) / (b + 0.05) >= 4.5, (text, page)
+        assert luminance(theme["card"]) > 0.85  # figures are drawn in black and for white
+
+
+class TestAnswer:
+    def test_reference_law_first(self, folder):
+        results = loaded(folder)
+        assert reference_law(results) == (1, True)
+        said = answer(results).sentences
+        one = results.isel(block=0, model=1)
+        g = 9.80665
+        interval = f"{three_digits(one['median_lower'].item() / g)}–{three_digits(one['median_upper'].item() / g)}"
+        assert said[0].startswith("shelf overturns with a probability of 50 % at a peak")
+        median = three_digits(one["median"].item() / g)
+        assert f"{median} g (95 % interval {interval}) under housner e=e_R, the ref" in said[0]
+        assert f"The other law puts it at {three_digits(results['median'].values[0, 0] / g)} g" in said[0]
+        assert "once in" in said[0]
+        assert reference_law(results.isel(model=[0])) == (0, False)
+        assert "reference" not in answer(results.isel(model=[0])).sentences[0]
+
+    def test_no_median_is_said(self, folder):
+        results = loaded(folder).copy(deep=True)
+        results["median"][:] = np.nan
+        results["rate"][:] = np.nan
+        results["status"] = results["status"].astype(object)
+        results["status"][:] = "no overturning"
+        said = answer(results).sentences[0]
+        assert (
+            "has no median under housner e=e_R, the reference law: no overturning. No other law has a median." in said
+        )
+        assert "Without a curve there is no annual rate." in said
+
+    def test_beyond_the_levels_is_said(self, folder):
+        results = loaded(folder).copy(deep=True)
+        results["median"][:, 1] = 100.0
+        assert "above the highest shaking that was run: an extrapolation" in answer(results).sentences[0]
+
+    def test_of_an_inventory(self, folder):
+        results = loaded(folder, "performance")
+        said = answer(results).sentences
+        assert "Of 2 pieces that can fall" in said[0]
+        assert "EUR" in said[0]
+        assert said[1].startswith("Anchor rack on ground first: ")
+
+    def test_of_many_blocks_the_weakest(self, folder):
+        results = loaded(folder)
+        many = results.isel(block=np.arange(40) % 2).assign_coords(block=[f"b{i:02}" for i in range(40)])
+        said = answer(many).sentences
+        assert len([one for one in said if one.startswith("b")]) == 12
+        assert all(int(one[1:3]) % 2 == 0 for one in said if one.startswith("b"))  # shelves fall before racks
+
+
+class TestPlainWords:
+    """The summary in plain words at the top of a report."""
+
+    def test_of_a_hundred_earthquakes(self, folder):
+        results = loaded(folder)
+        one = results.isel(block=0, model=1)
+        seen = one["probability"].values
+        below = np.flatnonzero((seen > 0) & (seen < 0.5) & (one["level"].values < float(one["median"])))
+        at = below[np.abs(np.log(10.0 * seen[below])).argmin()]
+        g = 9.80665
+        first, second, third = plain_answer(results)
+        assert first == "Of all that is looked at here, “shelf” overturns first."
+        strong = f"Of 100 earthquakes as strong as a peak floor acceleration of {float(one['level'][at]) / g:.3g} g, "
+        few = [round(100 * float(one[end][at])) for end in ("probability", "lower", "upper")]
+        assert second.startswith(f"{strong}about {few[0]} would overturn “shelf” ({few[1]} to {few[2]}, 95 % interval)")
+        level, low, high = (three_digits(float(one[f"median{end}"]) / g) for end in ("", "_lower", "_upper"))
+        assert f"at {level} g about half of them would (that level itself is known to {low}–{high} g" in second
+        chance = float(one["risk_probability"])
+        assert f"overturns within 50 years is about {100 * chance:.2g}\u00a0%" in third
+
+    def test_without_what_it_needs(self, folder):
+        results = loaded(folder).copy(deep=True)
+        results["probability"][:] = 0.0
+        said = plain_answer(results)
+        assert "about 50 would overturn “shelf”" in said[1]
+        results["median_upper"][:] = np.inf
+        assert re.search(r"known to above [\d.]+ g", plain_answer(results)[1])
+        results["median"][:] = np.nan
+        results["status"] = results["status"].astype(object)
+        results["status"][:] = "no overturning"
+        assert plain_answer(results) == ["The runs do not tell how strong shaking must be: no overturning."]
+        assert plain_answer(loaded(folder, "cloud"))[1].startswith("Of 100 earthquakes as strong as")
+
+    def test_of_a_building(self, folder):
+        results = loaded(folder, "performance")
+        one = results.sel(model="housner e=e_R", place="building")
+        rate = float(one["any_rate"])
+        said = plain_answer(results)
+        assert said[0].startswith(f"Something in this building falls about once in {three_digits(1 / rate)} years (")
+        assert f"a chance of about {100 * (1 - np.exp(-50 * rate)):.2g}\u00a0% in 50 years" in said[0]
+        assert said[1].startswith(f"What falls costs {three_digits(float(one['annual_loss']))} EUR in a mean year (")
+        assert "“injury” comes about most often: once in" in said[2]
+        assert len(said) == 3
+        held = results.assign_coords(anchored=("item", [True]))
+        assert plain_answer(held)[3] == "2 of 2 pieces are anchored and count as not overturning: 2 × rack."
+
+    def test_what_matters_most(self, folder):
+        results = loaded(folder, "uncertainty")
+        one = results.isel(block=0)
+        share = one["capacity_share"] if "capacity_share" in one else one["flag_share"].isel(level=0)
+        assert share.dims == ("component",)
+        said = next(line for line in plain_answer(results) if "case to case" in line)
+        assert f"({100 * float(share.max()):.0f}\u00a0%)" in said
+
+    def test_next_steps_are_the_worst_checks(self, folder):
+        results = loaded(folder, "cloud")
+        bad = [Check("q", word, f"because {word}.", "Do.") for word in (GOOD, CARE, UNKNOWN, CARE, INVALID)]
+        steps = next_steps(results, [one._replace(cure=f"Do {i}.") for i, one in enumerate(bad)])
+        assert "[hazard]" in steps[0]
+        assert steps[1:] == [
+            "because not valid. Do 4.",
+            "because with care. Do 1.",
+            "because not checked. Do 2.",
+            "1 more check needs a look: see Validity checks.",
+        ]
+        assert next_steps(loaded(folder, "performance"), [])[0] == "Anchor first: “rack” (ground)."
+
+
+class TestChecks:
+    @staticmethod
+    def word(results, about):
+        return next(one.word for one in checks_of(results) if about in one.question)
+
+    def test_words_follow_the_screen(self, folder):
+        results = loaded(folder).copy(deep=True)
+        assert self.word(results, "bounce") == GOOD
+        assert self.word(results, "enough motions") == CARE  # 12 of them
+        assert self.word(results, "slide") == UNKNOWN  # no friction is given
+        results["friction_uplift"][:] = 0.6
+        assert self.word(results, "bounce") == INVALID
+        results["friction_uplift"][:1] = 0.2
+        assert self.word(results, "bounce") == CARE
+        results["outside"].loc[{"reason": "slides_at_uplift"}] = 0.3
+        assert self.word(results, "slide") == CARE
+        results["outside"].loc[{"reason": "slides_at_uplift"}] = 0.6
+        assert self.word(results, "slide") == INVALID
+        results["interval_half_width"][()] = 0.4
+        assert self.word(results, "enough motions") == INVALID
+        results["interval_half_width"][()] = 0.1
+        assert self.word(results, "enough motions") == GOOD
+
+    def test_of_the_zone(self, folder):
+        results = loaded(folder).copy(deep=True)
+        assert self.word(results.isel(model=[1]), "δ") == GOOD
+        results["outside"].loc[{"reason": "elastic_mode"}] = 0.0
+        assert self.word(results, "δ") == GOOD
+        assert self.word(results.assign_coords(delta=results["delta"] * 4.0), "δ") == CARE
+        results["outside"].loc[{"reason": "elastic_mode"}] = 0.9
+        assert self.word(results, "δ") == INVALID
+
+    def test_of_intervals_and_curves(self, folder):
+        results = loaded(folder).copy(deep=True)
+        results["median_lower"][:], results["median_upper"][:], results["median"][:] = 1.0, 1.2, 1.1
+        assert self.word(results, "narrow") == GOOD
+        results["median_upper"][0, 0] = 9.0
+        assert self.word(results, "narrow") == CARE
+        results["median_upper"][:] = 9.0
+        assert self.word(results, "narrow") == INVALID
+        results["converged"][0, 0] = False
+        assert self.word(results, "every curve") == CARE
+        results["converged"][:] = False
+        assert self.word(results, "every curve") == INVALID
+
+    def test_of_rates(self, folder):
+        results = loaded(folder).copy(deep=True)
+        results["rate_share_above"][:] = 0.0
+        results["rate_lower"][:], results["rate"][:], results["rate_upper"][:] = 1e-4, 2e-4, 3e-4
+        assert self.word(results, "annual rates") == GOOD
+        results["rate_share_above"][0, 0] = 0.9
+        assert self.word(results, "annual rates") == CARE
+        results["rate_share_above"][:] = 0.9
+        assert self.word(results, "annual rates") == INVALID
+
+    def test_the_worst_word_wins(self, folder):
+        found = checks_of(loaded(folder))
+        assert worst_word([one._replace(word=GOOD) for one in found]) == GOOD
+        assert worst_word([found[0]._replace(word=UNKNOWN), found[0]._replace(word=GOOD)]) == CARE
+        assert worst_word([found[0]._replace(word=INVALID), found[0]._replace(word=GOOD)]) == INVALID
+
+
+class TestHostile:
+    def test_nothing_is_markup(self, hostile):
+        outside(hostile)
+        accessible(Page(hostile))
+        text = hostile.read_text(encoding="utf-8")
+        assert "<script" not in text
+        assert "<img" not in text
+        assert "{{ 7*7 }} {% raw %}" in text  # printed as it is, not evaluated
+        assert "49 {%" not in text
+        assert not re.search("[\x00-\x08\x0b-\x1f\u202a-\u202e]", text)
+
+    @pytest.mark.slow
+    def test_forty_blocks_under_six_laws(self, chromium, folder):
+        path = write_hostile(folder, 40)
+        outside(path)
+        assert path.stat().st_size < 3e6
+        for width in WIDTHS:
+            assert chromium.see(path, width, OVERFLOW).value == [width, width, "complete"]
+
+    def test_names_are_whole_in_tables(self, hostile):
+        text = "".join(Page(hostile).text)
+        assert HOSTILE[0] in text
+        assert HOSTILE[2] in text
+        assert "<i>none</i>" in text
+
+    def test_figures_get_short_names_all_different(self):
+        long = [f"{'x' * 300}{i}" for i in range(3)]
+        found = drawable(xr.Dataset(coords={"block": long, "model": ["a$b", "a", "b\x01"]}))
+        assert len(set(found["block"].values)) == 3
+        assert max(map(len, found["block"].values)) < 70
+        assert found["model"].values.tolist() == [r"a\$b", "a", "b\ufffd"]
+
+    def test_markdown_is_text(self, folder, hostile, tmp_path):
+        write_report(folder / "hostile3.nc", tmp_path / "hostile.md", "md")
+        text = (tmp_path / "hostile.md").read_text(encoding="utf-8")
+        above = text.partition("The study file:")[0]
+        assert "<" not in above
+        rows = [line for line in above.splitlines() if line.startswith("|")]
+        assert rows
+        assert all(line.endswith("|") for line in rows)
+
+    def test_titles_and_headings_are_text(self):
+        name = "a|b *c* <d> [red]e[/] \\[f]"
+        table = plain_table(f"Of {name}", ("", name), [(name, "1")])
+        page = page_table(table)
+        assert (page.title, page.headings[1], page.groups[0][0].cells[0]) == (f"Of {name}", name, name)
+        console = Console(width=200, file=StringIO())
+        console.print(table)
+        assert console.file.getvalue().count(name) == 3
+
+    def test_markdown_is_read_as_it_was_meant(self, folder, tmp_path):
+        name = "a|b *c* <d> [red]e[/] _f_ `g`"
+        results = loaded(folder, "sensitivity").assign_coords(block=[name])
+        write_report(written(results, tmp_path), tmp_path / "named.md", "md")
+        text = (tmp_path / "named.md").read_text(encoding="utf-8")
+        tokens = MarkdownIt().enable("table").parse(text.partition("The study file:")[0])
+        assert not [one for one in tokens if one.type in ("html_block", "html_inline")]
+        inline = [one for one in tokens if one.type == "inline"]
+        plain = ["".join(part.content for part in one.children) for one in inline]
+        assert sum(name in one for one in plain) > 5
+        said = module.content(results, tmp_path / "changed.nc")
+        every = [*said["tables"], *said["made_of"], *said["provenance"]]
+        assert sum(one.type == "table_open" for one in tokens) == len(every)
+
+    def test_clean(self):
+        assert clean("a\nb\ud800") == "a\nb\ufffd"
+        assert markdown("# [a](b)\n*c*") == r"\# \[a\]\(b\) \*c\*"
+
+    def test_one_block_one_law(self, folder, tmp_path):
+        one = loaded(folder).isel(block=[0], model=[0])
+        assert write_report(written(one, tmp_path), tmp_path / "one.html")
+        assert "until this block overturns" in (tmp_path / "one.html").read_text(encoding="utf-8")
+
+
+class TestRefused:
+    def said(self, capsys, *arguments):
+        assert main(["report", *map(str, arguments)]) == 2
+        caught = capsys.readouterr()
+        assert caught.out == ""
+        assert caught.err.count("\n") == 1
+        assert "Traceback" not in caught.err
+        return caught.err
+
+    def test_files_that_are_not_ours(self, capsys, folder, tmp_path):
+        assert "no such file" in self.said(capsys, tmp_path / "none.nc")
+        assert "results.nc: no such file" in self.said(capsys, tmp_path)
+        (tmp_path / "text.nc").write_text("not netCDF", encoding="utf-8")
+        assert "is no result file" in self.said(capsys, tmp_path / "text.nc")
+        whole = (folder / "cloud" / "results.nc").read_bytes()
+        for i, size in enumerate((0, 100, len(whole) // 2, len(whole) - 100)):
+            (tmp_path / f"cut{i}.nc").write_bytes(whole[:size])
+            self.said(capsys, tmp_path / f"cut{i}.nc")
+        foreign = xr.Dataset({"t": ("x", [1.0, 2.0])})
+        assert "not one of toppling's" in self.said(capsys, written(foreign, tmp_path))
+
+    def test_layouts(self, capsys, folder, tmp_path):
+        results = loaded(folder, "cloud")
+        for layout, word in ((99, "newer"), (0, "older"), ("x", "must be a number")):
+            assert word in self.said(capsys, written(results.assign_attrs(schema=layout), tmp_path))
+        assert "kind 'ghost'" in self.said(capsys, written(results.assign_attrs(kind="ghost"), tmp_path))
+        runs = results.drop_attrs().assign_attrs({k: v for k, v in results.attrs.items() if k != "kind"})
+        assert "holds runs" in self.said(capsys, written(runs, tmp_path))
+        assert "does not hold what" in self.said(capsys, written(results.drop_vars("median"), tmp_path))
+        wrong = results.assign_attrs(kind="sensitivity")
+        assert "does not hold what" in self.said(capsys, written(wrong, tmp_path))
+
+    def test_where_it_cannot_be_written(self, capsys, folder, tmp_path):
+        path = folder / "cloud" / "results.nc"
+        (tmp_path / "file").write_text("", encoding="utf-8")
+        assert "cannot be written" in self.said(capsys, path, "--out", tmp_path / "file" / "report.html")
+        assert "results themselves" in self.said(capsys, path, "--out", path)
+        assert "--format" in self.said(capsys, path, "--format", "docx")
+
+    def test_pdf_without_a_browser(self, folder, tmp_path):
+        with pytest.raises(StudyError, match="needs Chromium or Chrome"):
+            module._browser(lambda name: None)
+
+
+def test_command(folder, tmp_path, capsys):
+    assert main(["report", str(folder / "stripes" / "results.nc"), "--out", str(tmp_path / "a" / "b.html")]) == 0
+    assert (tmp_path / "a" / "b.html").stat().st_size > 10_000
+    assert "written:" in capsys.readouterr().out
+    assert main(["report", str(folder / "stripes" / "results.nc"), "--format", "md", "--out", str(tmp_path / "m")]) == 0
+    text = (tmp_path / "m" / "report.md").read_text(encoding="utf-8")
+    for name in re.findall(r"\]\(([^)]+)\)", text):
+        assert (tmp_path / "m" / name).read_bytes().startswith(b"\x89PNG")
+    assert "![" in text
+
+
+OVERFLOW = "[document.documentElement.scrollWidth, innerWidth, document.readyState]"
+FOCUS = "document.querySelector('.skip').focus(), document.activeElement.getAttribute('href')"
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    if browser.CHROMIUM is None:
+        pytest.skip("Chromium is not there (Debian: apt install chromium)")
+    opened = browser.Browser()
+    yield opened
+    opened.close()
+
+
+class TestBrowser:
+    @pytest.mark.parametrize("width", WIDTHS)
+    @pytest.mark.parametrize("dark", [False, True])
+    def test_fits_and_is_silent(self, chromium, pages, hostile, tmp_path, width, dark):
+        for name, path in {**pages, "hostile": hostile}.items():
+            seen = chromium.see(path, width, OVERFLOW, dark=dark, picture=name == "cloud")
+            assert seen.value == [width, width, "complete"], name
+            assert seen.complaints == [], name
+            assert seen.requests == [], name
+            if seen.png:
+                assert seen.png.startswith(b"\x89PNG")
+
+    def test_the_check_can_fail(self, chromium, tmp_path):
+        """The checks find a page that does everything that reports must not do."""
+        bad = tmp_path / "bad.html"
+        bad.write_text(
+            "<!doctype html><body><div style='width:3000px'>x</div><script>console.error('no')</script>"
+            "<img src='http://127.0.0.1:9/x.png'>",
+            encoding="utf-8",
+        )
+        seen = chromium.see(bad, 360, OVERFLOW)
+        assert seen.value[0] > 360
+        assert seen.complaints
+        assert seen.requests
+
+    def test_dark_is_dark_and_print_is_not(self, chromium, pages):
+        script = "getComputedStyle(document.body).backgroundColor"
+        path = pages["cloud"]
+        assert chromium.see(path, 768, script).value == "rgb(255, 255, 255)"
+        assert chromium.see(path, 768, script, dark=True).value == "rgb(20, 24, 28)"
+        assert chromium.see(path, 768, script, dark=True, media="print").value == "rgb(255, 255, 255)"
+
+    def test_keyboard(self, chromium, pages):
+        script = f"({FOCUS})"
+        assert chromium.see(pages["cloud"], 360, script).value == "#answer"
+
+    def test_text_in_figures_can_be_read_on_a_phone(self, chromium, pages):
+        """Text drawn with 9 points has at least 9 pixels; a figure's box scrolls, the page does not."""
+        ratio = "s.getBoundingClientRect().width / s.viewBox.baseVal.width"
+        script = f"[...document.querySelectorAll('.picture svg')].map(s => {ratio})"
+        found = chromium.see(pages["fragility"], 360, script).value
+        assert found
+        assert min(found) * 9.0 >= 8.6
+
+    def test_pdf(self, chromium, folder, tmp_path):
+        assert main(["report", str(folder / "cloud" / "results.nc"), "--format", "pdf", "--out", str(tmp_path)]) == 0
+        assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF-")

@@ -1,0 +1,316 @@
+"""What can stand in an output folder: links, strangers' files, results that are broken or older than the work there."""
+
+import hashlib
+import json
+import threading
+import time
+
+import netCDF4
+import numpy as np
+import pytest
+from filelock import FileLock
+
+import toppling as tp
+from toppling.fragility.runs import plan
+from toppling.studies import StudyError, show
+from toppling.studies.command.cli import main
+from toppling.studies.command.forecast import status_of
+from toppling.studies.kinds import study as running
+from toppling.studies.store import folder as store
+from toppling.studies.store import watch
+
+SMALL = """
+title = "small"
+[[blocks]]
+catalogue = "bookcase-5-shelf"
+[[models]]
+law = "discrete"
+[motions]
+generator = "clough-penzien"
+number = 75
+duration_s = 8
+dt_s = 0.01
+[ida]
+im = "pga"
+levels = { from = 0.1, to = 1.0, number = 10, unit = "g" }
+[fit]
+replicates = 100
+"""
+NAME = "000-000000"
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(SMALL)
+    return path
+
+
+@pytest.fixture(autouse=True)
+def small_chunks(monkeypatch):
+    monkeypatch.setattr(plan, "LEAST_SECONDS", 0.002)
+    monkeypatch.setattr(plan, "CHUNK_SECONDS", 0.002)
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("quiet")
+    (folder / "study.toml").write_text(SMALL)
+    tp.Study.from_toml(folder / "study.toml").run(folder)
+    return (folder / "results.nc").read_bytes()
+
+
+def break_off(study, out, **options):
+    """Run until some chunks are kept."""
+
+    def progress(done, total):
+        if done > 0.7 * total:  # (both chunks of the first part)
+            raise RuntimeError("pulled the plug")
+
+    with pytest.raises(RuntimeError, match="pulled the plug"):
+        tp.Study.from_toml(study).run(out, progress=progress, **options)
+    assert len(list((out / "shards").glob("*.nc"))) > 1
+
+
+def of_a_shard(out, build):
+    """Put a netCDF file in the place of the first shard, with the checksum that belongs to it."""
+    path = next((out / "shards").glob(f"{NAME}*"))
+    with netCDF4.Dataset(path) as file:
+        key = file.getncattr("key")
+    path.unlink()
+    file = netCDF4.Dataset("shard", "w", memory=1 << 12)
+    build(file, key)
+    content = bytes(file.close())
+    (out / "shards" / f"{NAME}-{hashlib.sha256(content).hexdigest()[:16]}.nc").write_bytes(content)
+
+
+class TestOlderResults:
+    """Parts of a study are younger than the results beside them."""
+
+    @pytest.mark.parametrize("older", [SMALL, SMALL.replace("number = 75", "number = 76")])
+    def test_work_begun_afresh_is_gone_on_with(self, study, tmp_path, expected, older):
+        study.write_text(older)
+        out = tmp_path / "out"
+        tp.Study.from_toml(study).run(out)
+        study.write_text(SMALL)
+        break_off(study, out, resume=False)
+        seen = []
+        tp.Study.from_toml(study).run(out, watching=seen.append)
+        assert seen[0].kept > 0
+        assert (out / "results.nc").read_bytes() == expected
+        assert status_of(out).state == "finished"
+
+    def test_killed_between_the_results_and_the_removal_of_shards(self, study, tmp_path, expected, monkeypatch):
+        out = tmp_path / "out"
+        with monkeypatch.context() as patch:
+            patch.setattr(running, "remove_shards", lambda folder: (_ for _ in ()).throw(SystemExit(9)))
+            with pytest.raises(SystemExit):
+                tp.Study.from_toml(study).run(out)
+        assert (out / "shards").exists()
+        tp.Study.from_toml(study).run(out)
+        assert not (out / "shards").exists()
+        assert (out / "results.nc").read_bytes() == expected
+
+    def test_interrupted_afresh(self, study, tmp_path):
+        def progress(done, total):
+            raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt, match="the same command without --fresh goes on"):
+            tp.Study.from_toml(study).run(tmp_path / "out", resume=False, progress=progress)
+
+
+class TestLinks:
+    """Nothing outside the folder is removed or written."""
+
+    @pytest.mark.parametrize("options", [(), ("--fresh",)])
+    @pytest.mark.parametrize("names", [("film.part",), ("manifest.json", "film.part", f"{NAME}-0123456789abcdef.nc")])
+    def test_shards(self, study, tmp_path, capsys, options, names):
+        outside = tmp_path / "outside"
+        outside.mkdir()
+        for name in names:
+            (outside / name).write_text('{"mine": 1}')
+        out = tmp_path / "out"
+        out.mkdir()
+        (out / "shards").symlink_to(outside)
+        assert main(["run", str(study), "--out", str(out), *options]) == 2
+        assert "is a link to another folder" in capsys.readouterr().err
+        assert sorted(path.name for path in outside.iterdir()) == sorted(names)
+
+    @pytest.mark.parametrize("name", ["results.nc", "results.nc.part"])
+    def test_results(self, study, tmp_path, expected, name):
+        out = tmp_path / "out"
+        out.mkdir()
+        (tmp_path / "precious").write_text("precious")
+        (out / name).symlink_to(tmp_path / "precious")
+        tp.Study.from_toml(study).run(out, resume=False)
+        assert (tmp_path / "precious").read_text() == "precious"
+        assert not (out / "results.nc").is_symlink()
+        assert (out / "results.nc").read_bytes() == expected
+
+    @pytest.mark.parametrize("name", ["run.log", "fragility.png"])
+    def test_what_is_written_beside_results(self, study, tmp_path, name):
+        out = tmp_path / "out"
+        out.mkdir()
+        (tmp_path / "precious").write_text("precious")
+        (out / name).symlink_to(tmp_path / "precious")
+        assert main(["run", str(study), "--out", str(out)]) == 0
+        assert (tmp_path / "precious").read_text() == "precious"
+        assert (out / name).stat().st_size > 0
+        assert not (out / name).is_symlink()
+
+
+class TestStrangers:
+    """Files that are called like ours."""
+
+    @staticmethod
+    def nothing(file, key):
+        pass
+
+    @staticmethod
+    def groups(file, key):
+        file.key = key
+        for name in ("overturned", "peak_rotation", "tally"):
+            file.createGroup(name)
+
+    @staticmethod
+    def huge(file, key):
+        file.key = key
+        file.createDimension("a", 400_000)
+        file.createVariable("overturned", "i1", ("a", "a"), zlib=True, chunksizes=(1000, 1000))
+        file.createVariable("peak_rotation", "f8", ("a",))
+        file.createVariable("tally", "i8", ())
+
+    @pytest.mark.parametrize("build", ["nothing", "groups", "huge"])
+    def test_netcdf_in_the_place_of_a_shard(self, study, tmp_path, expected, build):
+        out = tmp_path / "out"
+        break_off(study, out)
+        of_a_shard(out, getattr(self, build))
+        tp.Study.from_toml(study).run(out)
+        assert (out / "results.nc").read_bytes() == expected
+        assert (out / "run.log").read_text().count("is damaged") == 1
+
+    def test_folder_in_the_place_of_a_shard(self, study, tmp_path, expected):
+        out = tmp_path / "out"
+        break_off(study, out)
+        path = next((out / "shards").glob(f"{NAME}*"))
+        path.unlink()
+        path.mkdir()
+        (out / "shards" / "000-000003-0123456789abcdef.nc").mkdir()
+        tp.Study.from_toml(study).run(out)
+        assert (out / "results.nc").read_bytes() == expected
+        assert not (out / "shards").exists()
+
+    def test_a_users_files_stay(self, study, tmp_path, expected):
+        out = tmp_path / "out"
+        break_off(study, out)
+        for name in ("notes.txt", "film.part"):
+            (out / "shards" / name).write_text("mine")
+        (out / "shards" / "folder.part").mkdir()
+        tp.Study.from_toml(study).run(out)
+        assert (out / "results.nc").read_bytes() == expected
+        assert sorted(path.name for path in (out / "shards").iterdir()) == ["film.part", "folder.part", "notes.txt"]
+        tp.Study.from_toml(study).run(out, resume=False)
+        assert status_of(out).state == "finished"
+
+    def test_folder_in_the_place_of_the_results(self, study, tmp_path, capsys):
+        """Said before anything is computed."""
+        (tmp_path / "out" / "results.nc").mkdir(parents=True)
+        assert main(["run", str(study), "--out", str(tmp_path / "out"), "--fresh"]) == 2
+        assert "is a folder; move it away" in capsys.readouterr().err
+        assert not (tmp_path / "out" / "shards").exists()
+
+    def test_folder_in_the_place_of_the_log(self, study, tmp_path, capsys):
+        (tmp_path / "out" / "run.log").mkdir(parents=True)
+        assert main(["run", str(study), "--out", str(tmp_path / "out")]) == 2
+        assert "run.log: cannot be written" in capsys.readouterr().err
+
+    def test_broken_results(self, study, tmp_path, expected, capsys):
+        """Whatever bytes are others: one sentence, or the results as they are read."""
+        random = np.random.default_rng(1)
+        out = tmp_path / "out"
+        out.mkdir()
+        refused = 0
+        for _ in range(40):
+            content = np.frombuffer(expected, np.uint8).copy()
+            content[random.integers(0, content.size, 40)] = random.integers(0, 256, 40)
+            (out / "results.nc").write_bytes(content.tobytes())
+            try:
+                store.finished(out / "results.nc", tp.Study.from_toml(study).identity, {})
+            except StudyError as error:
+                refused += "is no result file" in str(error)
+        assert refused > 5
+
+    @pytest.mark.parametrize("name", ["back\\slash", "no\udc80unicode"])
+    def test_names_that_netcdf_cannot_write(self, study, tmp_path, name, capsys):
+        assert main(["run", str(study), "--out", str(tmp_path / name)]) == 2
+        assert "the folder's name" in capsys.readouterr().err
+        assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
+
+
+class TestStatus:
+    @pytest.mark.parametrize(
+        "calls",
+        [
+            [1], [None], [{}], [{"chunks": 3}], [{"chunks": [3]}], [{"chunks": [[3]]}], [{"chunks": [["3", "10"]]}],
+            [{"chunks": [[-3, 1]]}], [{"chunks": [[3, True]]}], [{"chunks": [[1.5, 1]]}],
+            [{"chunks": [[1, float("nan")]]}], [{"chunks": [[1, 10**400]]}],
+        ],
+    )  # fmt: skip
+    def test_counts_that_are_none(self, study, tmp_path, calls, capsys):
+        out = tmp_path / "out"
+        break_off(study, out)
+        path = out / "shards" / "manifest.json"
+        path.write_text(json.dumps({**json.loads(path.read_text()), "calls": calls}))
+        assert main(["status", str(out)]) == 2
+        assert "is no manifest of a study" in capsys.readouterr().err
+
+    def test_more_shards_than_chunks_and_a_title_for_no_terminal(self, study, tmp_path):
+        out = tmp_path / "out"
+        break_off(study, out)
+        path = out / "shards" / "manifest.json"
+        manifest = json.loads(path.read_text())
+        path.write_text(json.dumps({**manifest, "title": "\x1b[2J\ud800", "calls": [{"chunks": [[1, 600]]}]}))
+        found = status_of(out)
+        assert (found.chunks, found.runs, found.title) == (1, 600, "?[2J?")
+
+    def test_looking_does_not_keep_a_study_from_beginning(self, study, tmp_path):
+        out = tmp_path / "out"
+        out.mkdir()
+        lock = FileLock(out / store.LOCK_NAME, thread_local=False)
+        lock.acquire()
+        thread = threading.Thread(target=lambda: (time.sleep(0.1), lock.release()))
+        thread.start()
+        with store.folder_of_one(out):
+            pass
+        thread.join()
+
+
+def test_interrupted_while_drawing(study, tmp_path, monkeypatch, capsys):
+    def draw(results, folder):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(show, "draw", draw)
+    assert main(["run", str(study), "--out", str(tmp_path / "out")]) == 130
+    assert "the results are written" in capsys.readouterr().err
+
+
+def test_interrupted_while_saving(study, tmp_path, monkeypatch, capsys, expected):
+    def save(results, target):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(running, "save", save)
+        assert main(["run", str(study), "--out", str(tmp_path / "out")]) == 130
+    assert "all runs are kept" in capsys.readouterr().err
+    tp.Study.from_toml(study).run(tmp_path / "out")
+    assert (tmp_path / "out" / "results.nc").read_bytes() == expected
+
+
+def test_a_log_on_a_full_disk_is_quiet(tmp_path, monkeypatch, capsys):
+    def full(self, record):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(watch._LogFile, "format", full)
+    with watch.run_log(tmp_path) as log:
+        log.info("one line")
+    assert capsys.readouterr().err == ""

@@ -1,0 +1,337 @@
+"""Memory is bounded by what is worked on, not by the study: real processes that may take less than their results."""
+
+import re
+import resource
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import study_texts
+import xarray as xr
+from study_texts import crate_study
+
+import toppling as tp
+from toppling.fragility.numerics import slabs
+from toppling.studies import StudyError
+from toppling.studies.command.cli import main
+from toppling.studies.kinds.fragility import STORED_BYTES
+from toppling.studies.store import folder as store
+from toppling.studies.store import netcdf, resources, shards
+
+DRIVER = Path(study_texts.__file__).with_name("large_study.py")
+EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
+ROOM = 200_000_000
+"""Bytes of memory beside those of what is loaded: some 100 MB go to threads, their stacks and what loads late."""
+BLOCKS = "".join(f'[[blocks]]\nwidth_m = {0.3 + 0.02 * i:g}\nheight_m = 1.8\nname = "b{i}"\n' for i in range(8))
+LAWS = "".join(f'[[models]]\nlaw = "housner"\ngeometry = "linear"\ne = {0.9 - 0.02 * i:g}\n' for i in range(10))
+LARGE = f"""
+title = "More than memory"
+{BLOCKS}
+{LAWS}
+[motions]
+generator = "clough-penzien"
+number = 20000
+duration_s = 2
+dt_s = 0.02
+[ida]
+im = "pga"
+levels = {{ from = 0.05, to = 1.0, number = 20, unit = "g" }}
+[fit]
+replicates = 100
+[screen]
+undecided = 0.05
+friction = 0.4
+"""
+BUILDING = """
+title = "More lines than memory"
+[[models]]
+law = "housner"
+geometry = "linear"
+e = 0.9
+[motions]
+generator = "clough-penzien"
+number = 1000
+duration_s = 2
+dt_s = 0.02
+[building]
+kind = "flexural-shear"
+period_s = 0.5
+alpha0 = 8
+storeys = 2
+[performance]
+inventory = "inventory.csv"
+im = "pga"
+levels = { from = 0.1, to = 2.0, number = 20, unit = "g" }
+[hazard]
+levels = [0.05, 0.2, 0.8, 3.2]
+rates = [4e-2, 6.5e-3, 3.5e-4, 3e-6]
+unit = "g"
+"""
+LINES = "".join(
+    f"line {i},{0.3 + 1e-4 * i:g},1.8,{i % 3},{1 + i % 4},{100 + i},{'' if i % 5 else 'exit'}\n" for i in range(2500)
+)
+UNCERTAIN = """
+title = "More samples than memory"
+[[blocks]]
+width_m = 0.4
+height_m = 1.8
+[[models]]
+law = "housner"
+geometry = "linear"
+e = 0.9
+[motions]
+generator = "clough-penzien"
+number = 1000
+duration_s = 2
+dt_s = 0.02
+[ida]
+im = "pga"
+levels = { from = 0.05, to = 1.0, number = 40, unit = "g" }
+[uncertainty]
+samples = 850
+[uncertainty.inputs]
+R_factor = { distribution = "uniform", lower = 0.9, upper = 1.1 }
+"""
+
+
+def run(folder, place, limit, text=LARGE, **options):
+    (folder / "study.toml").write_text(text)
+    arguments = [place, str(limit), str(folder / "study.toml"), str(folder / place)]
+    return subprocess.run(
+        [sys.executable, str(DRIVER), *arguments], capture_output=True, text=True, check=False, timeout=300, **options
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc to know what a process takes")
+def test_results_larger_than_the_memory(tmp_path):
+    """The same bytes under a limit of memory below the size of the results, and with everything in memory."""
+    done = run(tmp_path, "disk", ROOM)
+    assert done.returncode == 0, done.stderr
+    results = tmp_path / "disk" / "results.nc"
+    assert results.stat().st_size > 1.6 * ROOM
+    assert sorted(path.name for path in results.parent.iterdir()) == ["fragility.png", "results.nc", "run.log"]
+    held = run(tmp_path, "memory", ROOM)
+    assert held.returncode == 1
+    assert held.stderr.strip() == "toppling: not enough memory for this study; make it smaller"
+    free = run(tmp_path, "memory", "none")
+    assert free.returncode == 0, free.stderr
+    assert (tmp_path / "memory" / "results.nc").read_bytes() == results.read_bytes()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc to know what a process takes")
+@pytest.mark.parametrize("text", [BUILDING, UNCERTAIN])
+def test_what_is_made_of_all_runs_stays_below_the_memory(tmp_path, text):
+    """5e7 runs of an inventory's lines, 3e7 of one uncertain block: 8 bytes a run, several times, would be too much."""
+    (tmp_path / "inventory.csv").write_text(f"item,width_m,height_m,floor,count,value,consequence\n{LINES}")
+    done = run(tmp_path, "disk", ROOM, text)
+    assert done.returncode == 0, done.stderr
+    with xr.open_dataset(tmp_path / "disk" / "results.nc") as results:
+        assert 8 * results["overturned"].size > 1.3 * ROOM
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A folder with the finished results of a small study, and the study."""
+    folder = tmp_path_factory.mktemp("finished")
+    (folder / "study.toml").write_text(crate_study("A crate", number=30, duration=6, dt=0.02, levels=6))
+    study = tp.Study.from_toml(folder / "study.toml")
+    study.run(folder)
+    return folder, study
+
+
+@pytest.mark.parametrize("name", ["overturned", "peak_rotation", "verdict", "probability", "median", "level"])
+def test_a_flipped_bit_is_noticed(finished, tmp_path, capsys, name):
+    """One bit of the numbers of a finished file: no table, figure or curve is made of it."""
+    folder, study = finished
+    content = bytearray((folder / "results.nc").read_bytes())
+    with netCDF4.Dataset("results", memory=bytes(content)) as file:
+        file.set_auto_maskandscale(False)
+        data = file[name][:].tobytes()
+    assert content.count(data) == 1
+    content[content.find(data) + len(data) // 2] ^= 16
+    path = tmp_path / "results.nc"
+    path.write_bytes(content)
+    (tmp_path / "study.toml").write_bytes((folder / "study.toml").read_bytes())
+    commands = [["status", str(tmp_path)], ["run", str(tmp_path / "study.toml"), "--out", str(tmp_path)]]
+    if name in ("probability", "median", "level"):  # (what is of every run is not read for these)
+        commands += [["report", str(path)], ["export", str(path), "--format", "csv", "--out", str(tmp_path / "export")]]
+    for command in commands:
+        assert main(command) == 2, command
+        assert f"{path}: is damaged, it cannot be read whole" in capsys.readouterr().err
+    assert not (tmp_path / "export").exists()
+    study.run(tmp_path, resume=False)
+    assert path.read_bytes() == (folder / "results.nc").read_bytes()
+
+
+def test_damage_of_large_results_is_noticed(finished, tmp_path, monkeypatch):
+    """What is too large to be read at once is looked through slab by slab."""
+    for module in (netcdf, store):
+        monkeypatch.setattr(module, "WHOLE_BYTES", 200)
+    monkeypatch.setattr(netcdf, "SLAB_BYTES", 400)
+    folder, study = finished
+    content = bytearray((folder / "results.nc").read_bytes())
+    data = xr.open_dataset(folder / "results.nc")["peak_rotation"].values.tobytes()
+    content[content.find(data) + len(data) - 3] ^= 1
+    (tmp_path / "results.nc").write_bytes(content)
+    with pytest.raises(StudyError, match="is damaged"):
+        study.run(tmp_path)
+
+
+def test_another_title_for_large_results(finished, tmp_path, monkeypatch):
+    """Results that are read as they are written anew."""
+    folder, study = finished
+    for module in (netcdf, store):
+        monkeypatch.setattr(module, "WHOLE_BYTES", 200)
+    monkeypatch.setattr(netcdf, "SLAB_BYTES", 400)
+    study.run(tmp_path)
+    (tmp_path / "study.toml").write_text((folder / "study.toml").read_text().replace("A crate", "Two crates"))
+    found = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path)
+    assert found.attrs["title"] == "Two crates"
+    xr.testing.assert_equal(found.load(), study.run())
+    with xr.open_dataset(tmp_path / "results.nc") as again:
+        xr.testing.assert_identical(again.load(), found)
+
+
+def test_large_variables_are_written_as_small_ones(finished, tmp_path, monkeypatch):
+    """Slab by slab, by our own hand: the same variables, types, attributes and values as xarray writes."""
+    folder, study = finished
+    monkeypatch.setattr(netcdf, "SLAB_BYTES", 1000)
+    monkeypatch.setattr(netcdf, "CHUNK_BYTES", 300)
+    study.run(tmp_path)
+    with netCDF4.Dataset(folder / "results.nc") as one, netCDF4.Dataset(tmp_path / "results.nc") as other:
+        assert set(one.variables) == set(other.variables)
+        assert list(one.variables) != list(other.variables)
+        for name in one.variables:
+            assert one[name].dtype == other[name].dtype, name
+            assert one[name].dimensions == other[name].dimensions, name
+            assert sorted(map(str, one[name].__dict__.items())) == sorted(map(str, other[name].__dict__.items())), name
+        assert one.__dict__ == other.__dict__
+    with xr.open_dataset(folder / "results.nc") as one, xr.open_dataset(tmp_path / "results.nc") as other:
+        xr.testing.assert_identical(one.load(), other.load())
+
+
+class TestSlabs:
+    def test_together_they_are_everything(self):
+        sizes = {"block": 5, "model": 3, "level": 7, "motion": 1 << 19}
+        seen = np.zeros((5, 3), np.int64)
+        for where in slabs.slabs(sizes, ("block", "model")):
+            seen[where.get("block", slice(None)), where.get("model", slice(None))] += 1
+        assert (seen == 1).all()
+
+    @pytest.mark.parametrize("runs", [1, 50, 700, 10**9])
+    def test_results_do_not_depend_on_them(self, finished, monkeypatch, runs):
+        """Also where a slab is one curve, or parts of the motions."""
+        _, study = finished
+        whole = study.run()
+        monkeypatch.setattr(slabs, "RUNS", runs)
+        xr.testing.assert_identical(study.run(), whole)
+
+    @pytest.mark.parametrize("name", ["cloud", "tower", "clinic"])
+    def test_of_other_studies(self, tmp_path, monkeypatch, name):
+        """Examples with few motions: clouds, several floors, an inventory; in memory, and in slabs from the disk."""
+        shutil.copytree(EXAMPLES, tmp_path / "examples")
+        path = tmp_path / "examples" / f"{name}.toml"
+        path.write_text(re.sub(r"(?m)^number = \d+", "number = 12", path.read_text()))
+        study = tp.Study.from_toml(path)
+        whole = study.run()
+        monkeypatch.setattr(slabs, "RUNS", 40)
+        monkeypatch.setattr(shards, "IN_MEMORY", 0)
+        monkeypatch.setattr(netcdf, "SLAB_BYTES", 2000)
+        xr.testing.assert_identical(study.run(tmp_path / "out"), whole)
+
+    @pytest.mark.parametrize("runs", [1, 90])
+    @pytest.mark.parametrize(
+        ("name", "changed"),
+        [
+            ("clinic", {"variability = .*": ""}),
+            ("clinic", {r"\[performance\]": '[performance]\nobjective = "any"'}),
+            ("clinic", {r"\[hazard\](.|\n)*": "", r"\[performance\]": '[performance]\nobjective = "blocks-exit"'}),
+            ("uncertainty", {"samples = 64": "samples = 10", "sobol = 64": ""}),
+            ("uncertainty", {"samples = 64": "samples = 10", "sobol = 64": '[fit]\nmethod = "first-overturning"'}),
+        ],
+    )
+    def test_of_lines_and_of_samples(self, tmp_path, monkeypatch, name, changed, runs):
+        """Lines, floors and levels of an inventory, motions that are anchored against, samples of a block."""
+        shutil.copytree(EXAMPLES, tmp_path / "examples")
+        path = tmp_path / "examples" / f"{name}.toml"
+        text = re.sub(r"(?m)^number = \d+", "number = 7", path.read_text())
+        for old, new in {**changed, "number = (14|24)": "number = 5"}.items():
+            text = re.sub(old, new, text)
+        tables = text.split("[fit]")  # (a table of its own comes last)
+        if len(tables) == 2:
+            end = tables[1].index("[uncertainty.inputs]")
+            text = f"{tables[0]}{tables[1][end:]}\n[fit]{tables[1][:end]}"
+        path.write_text(text)
+        study = tp.Study.from_toml(path)
+        whole = study.run()
+        monkeypatch.setattr(slabs, "RUNS", runs)
+        monkeypatch.setattr(shards, "IN_MEMORY", 0)
+        found = study.run(tmp_path / "out")
+        if "flag_share" in whole:  # (variances of flags at several levels are sums in another order)
+            for one in ("flag_share", "flag_total_share"):
+                np.testing.assert_allclose(found[one], whole[one], rtol=1e-12, atol=1e-13)
+                found[one] = whole[one]
+        xr.testing.assert_identical(found, whole)
+
+    def test_arrays_on_the_disk(self, finished, tmp_path, monkeypatch):
+        folder, study = finished
+        monkeypatch.setattr(shards, "IN_MEMORY", 0)
+        study.run(tmp_path)
+        assert (tmp_path / "results.nc").read_bytes() == (folder / "results.nc").read_bytes()
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["results.nc", "run.log"]
+
+
+def test_no_room_for_arrays(finished, tmp_path, monkeypatch):
+    """A disk that is full where the arrays of all runs are to be: one sentence, at the beginning."""
+    _, study = finished
+    monkeypatch.setattr(shards, "IN_MEMORY", 0)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (600, before[1]))
+    try:
+        with pytest.raises(StudyError, match=r"cannot be written|has no room for"):
+            study.run(tmp_path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    study.run(tmp_path)
+
+
+def test_a_disk_without_room_is_told_before_anything_runs(finished, tmp_path, monkeypatch, capsys):
+    folder, study = finished
+    monkeypatch.setattr(resources, "free_bytes", lambda folder: 2_000_000)
+    assert main(["run", str(folder / "study.toml"), "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert "the study needs about" in said
+    assert "of disk while it runs (2.0 MB afterwards), 2.0 MB are free" in said
+    assert not (tmp_path / "out").exists()
+    assert study.room.disk > 2_000_000
+
+
+def test_memory_is_judged_before_anything_runs(finished, tmp_path, monkeypatch):
+    _, study = finished
+    monkeypatch.setattr(resources, "memory_bytes", lambda: 1e8)
+    with pytest.raises(StudyError, match=r"needs about 2\d\d\.\d MB of memory, this machine has 100\.0 MB"):
+        study.run(tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_is_stored_is_as_was_said(finished):
+    """The bytes of every run in a finished file beside those that are forecast."""
+    folder, study = finished
+    with xr.open_dataset(folder / "results.nc") as results:
+        of_runs = sum(one.nbytes for one in results.data_vars.values() if {"motion", "level"} <= {*one.dims})
+        beside = results["scale_factor"].nbytes
+    assert of_runs - beside == study.stored_bytes - STORED_BYTES * study.curves
+    assert (folder / "results.nc").stat().st_size < study.room.left
+
+
+def test_studies_of_other_kinds_say_what_they_take():
+    for name in ("uncertainty", "sensitivity_delta", "clinic"):
+        found = tp.Study.from_toml(EXAMPLES / f"{name}.toml").room
+        assert 2e8 < found.memory < 2e9, name
+        assert found.left < found.disk < 1e9, name

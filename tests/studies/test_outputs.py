@@ -1,0 +1,178 @@
+"""docs/study.md says what comes out: its tables name every variable of every kind of study, and no other."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+import toppling as tp
+
+ROOT = Path(tp.__file__).parent
+EXAMPLES = ROOT / "studies/examples"
+PAGE = (ROOT / "docs/study.md").read_text(encoding="utf-8")
+SMALLER = (
+    (r"\bnumber = (\d+)", lambda found: f"number = {min(6, int(found[1]))}"),
+    (r"\bsamples = \d+", "samples = 4"),
+    (r"\bsobol = \d+", "sobol = 8\nmorris = 2"),
+    (r"\[building\]", "[building]\nmodes = 2"),
+)
+"""What makes an example small: the kinds of its results stay."""
+EVERY_OUTPUT = (
+    'outputs = ["peak_rotation", "uplifted", "impacts", "overturning_time", "impact_velocity", "direction", '
+    '"top_displacement"]\n'
+)
+FIT = "[fit]\nfractiles = [0.1]\nreplicates = 100\n"
+YEAR = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "m/s"\n'
+STUDIES = {
+    "stripes": ("stripes", "", ""),
+    "cloud": ("cloud", "", ""),
+    "risk": ("risk", EVERY_OUTPUT, FIT + "[screen]\nfriction = 0.4\nfriction_dispersion = 0.2\n"),
+    "tower": ("tower", "", FIT),
+    "uplift": ("cloud", "", FIT + 'form = "uplift-lognormal"\n'),
+    "isotonic": ("stripes", "", '[fit]\nform = "isotonic"\nreplicates = 100\n'),
+    "uncertainty": ("uncertainty", "", YEAR + FIT),
+    "clinic": ("clinic", "", ""),
+    "sensitivity": ("sensitivity_delta", "", ""),
+}
+"""Examples by name, with what is put before and after their text."""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Every variable of each kind of study, as its dimensions and unit."""
+    folder = tmp_path_factory.mktemp("studies")
+    shutil.copy(EXAMPLES / "inventory.csv", folder)
+    found = {}
+    for name, (example, before, after) in STUDIES.items():
+        text = (EXAMPLES / f"{example}.toml").read_text(encoding="utf-8")
+        for pattern, smaller in SMALLER:
+            text = re.sub(pattern, smaller, text)
+        if name == "sensitivity":  # has no Morris screening, and many laws at many values
+            text = re.sub(r"values = \[1e-4.*\]", "values = [1e-3, 0.05]", text.replace("\nmorris = 2", ""))
+        (folder / f"{name}.toml").write_text(f"{before}{text}{after}", encoding="utf-8")
+        study = tp.Study.from_toml(folder / f"{name}.toml")
+        data = study.run()
+        kind = found.setdefault(study.kind, {})
+        for label, one in data.data_vars.items():
+            kind.setdefault(str(label), set()).add((one.dims, one.attrs["units"], one.attrs["long_name"]))
+    return found
+
+
+TABLES = ("runs", "curves", "year", "measures", "samples", "varied", "given", "annual", "ranking", "standing", "screen")
+"""The page's tables in their order."""
+OF_KIND = {
+    "fragility": ("runs", "curves", "year", "measures", "standing", "screen"),
+    "uncertainty": ("samples", "curves", "year", "standing"),
+    "sensitivity": ("varied",),
+    "performance": ("given", "annual", "ranking", "standing"),
+}
+UNITS = {
+    "1/year": {"year-1"},
+    "rad/s": {"rad s-1"},
+    "im": {"m s-2", "m s-1"},
+    "currency": {"EUR"},
+    "currency/year": {"EUR year-1"},
+    "objective": {"EUR year-1"},
+    "objective/currency": {"year-1"},
+}
+"""Units on the page that are others in files."""
+SECTION = PAGE.split("## What comes out")[1]
+
+
+def documented():
+    """The rows of each table: name, dimensions that must be there, those that may, unit."""
+    found = []
+    for text in SECTION.split("| variable | on | unit | meaning |\n|---|---|---|---|\n")[1:]:
+        rows = {}
+        for line in text.partition("\n\n")[0].strip().splitlines():
+            names, on, unit, meaning = (cell.strip() for cell in re.split(r"(?<!\\)\|", line.strip("|")))
+            name = re.fullmatch(r"`(\w+)`( ±)?", names)
+            dims = [] if on == "–" else [one.strip() for one in on.split(",")]
+            must = {one for one in dims if not one.startswith("[")}
+            may = {one.strip("[]") for one in dims if one.startswith("[")}
+            assert meaning
+            for end in ("", "_lower", "_upper") if name[2] else ("",):
+                assert name[1] + end not in rows
+                rows[name[1] + end] = must, may, unit
+        found.append(rows)
+    return dict(zip(TABLES, found, strict=True))
+
+
+@pytest.mark.parametrize("kind", OF_KIND)
+def test_every_variable_is_named_and_none_invented(results, kind):
+    tables = documented()
+    named = {name for table in OF_KIND[kind] for name in tables[table]}
+    assert set(results[kind]) - named == set()
+    shared = {"curves", "year", "standing"}  # what only one kind has of these is in the other test
+    assert {name for table in OF_KIND[kind] if table not in shared for name in tables[table]} - set(
+        results[kind]
+    ) == set()
+
+
+def test_shared_tables_invent_nothing(results):
+    tables = documented()
+    every = set().union(*results.values())
+    for table in ("curves", "year", "standing"):
+        assert set(tables[table]) <= every
+
+
+@pytest.mark.parametrize("kind", OF_KIND)
+def test_dimensions_and_units(results, kind):
+    tables = documented()
+    for table in OF_KIND[kind]:
+        for name, (must, may, unit) in tables[table].items():
+            for dims, units, long_name in results[kind].get(name, ()):
+                here = {("item" if "item" in dims else "block") if one == "block or item" else one for one in must}
+                assert here <= set(dims) <= here | may, name
+                assert units in UNITS.get(unit, {unit}), name
+                assert long_name
+
+
+def test_columns_of_an_inventory():
+    from toppling.studies.buildings.inventory import COLUMNS
+
+    table = SECTION.split("| column | what it holds |\n|---|---|\n")[1].partition("\n\n")[0]
+    named = [name for line in table.splitlines() for name in re.findall(r"`(\w+)`", line.split("|")[1])]
+    assert sorted(named) == sorted(COLUMNS)
+
+
+def test_headings_of_a_hazard_file(tmp_path):
+    """What the page says may stand in the first line is read, with the rates that it stands for."""
+    table = SECTION.split("| first line | what follows |\n|---|---|\n")[1].partition("\n\n")[0]
+    headings = [line.split("`")[1] for line in table.splitlines()]
+    plain = [one for one in headings if one.startswith("pga")]
+    cells = {
+        "rate": ("0.01", "0.001"),
+        "probability": ("0.3934693402873666", "0.04877057549928599"),
+        "return": ("100", "1000"),
+    }
+    for heading in plain:
+        kinds = [next(one for one in cells if column.startswith(one)) for column in heading.split(",")[1:]]
+        rows = [",".join([level, *(cells[one][i] for one in kinds)]) for i, level in enumerate(("0.1", "0.4"))]
+        (tmp_path / "site.csv").write_text("\n".join([heading, *rows]) + "\n", encoding="utf-8")
+        assert tp.read_hazard(tmp_path / "site.csv").rates == pytest.approx((0.01, 0.001), rel=1e-12)
+    assert len(plain) == 4
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/study.md", "docs/decisions.md"])
+def test_commands_are_given_as_toppling(page):
+    """One line says how to activate the environment, before the first command that needs it."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    assert ".venv/bin/toppling" not in text
+    first = re.search(r"^toppling (run|motions|export|bench)", text, re.MULTILINE)
+    assert text.index("`. .venv/bin/activate`") < (first.start() if first else len(text))
+
+
+def test_the_readme_counts_the_example_study():
+    work = tp.Study.from_toml(EXAMPLES / "office.toml").work
+    assert f"({work:,} analyses)" in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_p58_page_is_its_template_filled_in():
+    """The page is made by docs/p58.py in some minutes: a change of the template alone would not be seen in it."""
+    template, page = ((ROOT / f"docs/p58.md{end}").read_text(encoding="utf-8") for end in (".in", ""))
+    parts = [re.escape(one) for one in re.split(r"\{\w+\}", template)]
+    assert re.fullmatch("(.+?)".join(parts), page, re.DOTALL)
+    safe, pairs = re.search(r"of (\d+) pairs of item and place, (\d+) are safe", page).group(2, 1)
+    assert ("safe in every place" in page) == (safe == pairs)

@@ -1,0 +1,475 @@
+"""What a signing engineer is told: notes of curves and rates, hazards of another place, rates of uncertain blocks."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from study_texts import BLOCKS, HAZARD, IDA, motions
+
+import toppling as tp
+from toppling.fragility import uncertain_ida
+from toppling.studies import StudyError, assess, read_inventory
+from toppling.studies.command.cli import main
+from toppling.studies.tables.fragility import fragility_table, hints, measure_rows, risk_table, size_table
+from toppling.studies.text.curve_notes import crossing_notes, curve_notes, rate_notes
+from toppling.wording import three_digits
+
+MODELS = """
+[[models]]
+law = "housner"
+
+[[models]]
+law = "discrete"
+"""
+MOTIONS = motions(20)
+POINTS = """
+[hazard]
+levels = [0.01, 0.05, 0.2]
+rates = [1e-1, 1e-2, 1e-3]
+unit = "g"
+"""
+BUILDING = """
+[building]
+kind = "flexural-shear"
+period_s = 0.5
+storeys = 2
+"""
+UNCERTAIN = """
+[uncertainty]
+samples = 6
+seed = 3
+
+[uncertainty.inputs]
+e = { distribution = "uniform", lower = 0.85, upper = 1.0 }
+R_factor = { distribution = "lognormal", median = 1.0, dispersion = 0.1, lower = 0.7, upper = 1.4 }
+"""
+LEVELS = np.exp(np.linspace(0.0, np.log(12.0), 7))
+PIECES = [tp.Block(0.35, 1.6, name="narrow"), tp.Block(0.6, 1.6, name="wide")]
+LAWS = [tp.HousnerImpact(), tp.DiscreteDamping()]
+SCREEN = "[screen]\nundecided = 0.0\n"
+
+
+def shakes(n=20):
+    return tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(n, seed=1)
+
+
+def study(folder, *parts):
+    path = folder / "study.toml"
+    path.write_text('title = "a study"\n' + "".join(parts), encoding="utf-8")
+    return tp.Study.from_toml(path)
+
+
+def cells(table):
+    return [[str(cell) for cell in column.cells] for column in table.columns]
+
+
+def fitted(status, lower, upper, fell, runs=40):
+    """One curve for each status, on block."""
+    names = [f"block {i}" for i, _ in enumerate(status)]
+    curves = xr.Dataset(
+        {
+            "status": ("block", status),
+            "median": ("block", np.sqrt(np.array(lower) * np.array(upper))),
+            "median_lower": ("block", lower),
+            "median_upper": ("block", upper),
+        },
+        {"block": names},
+    )
+    return curves, xr.DataArray(fell, dims="block"), xr.DataArray(np.full(len(fell), runs), dims="block")
+
+
+class TestCurves:
+    def test_nothing_is_said_of_sound_curves(self):
+        assert curve_notes(*fitted(["ok", "ok"], [1.0, 2.0], [2.0, 4.0], [5, 35]), "overturning") == []
+
+    def test_few_runs_on_either_side(self):
+        few, many = curve_notes(*fitted(["ok"] * 3, [1.0] * 3, [1.5] * 3, [4, 20, 36]), "overturning")
+        assert few.startswith("fewer than 5 runs overturned for 1 of 3 curves (block 0: 4 of 40): it rests on them")
+        assert many.startswith("fewer than 5 runs did not overturn for 1 of 3 curves (block 2: 4 of 40)")
+        assert few.endswith("higher levels")
+        assert many.endswith("lower levels")
+
+    def test_more_than_three_are_counted(self):
+        (note,) = curve_notes(*fitted(["ok"] * 5, [1.0] * 5, [1.5] * 5, [1] * 5), "uplift")
+        assert note.startswith("fewer than 5 runs uplifted for 5 of 5 curves (block 0: 1 of 40; ")
+        assert "; and 2 more): they rest on them" in note
+
+    def test_wide_and_open_intervals(self):
+        (note,) = curve_notes(*fitted(["ok"] * 4, [1.0] * 4, [2.0, 2.1, 1e9, 1.9], [20] * 4), "overturning")
+        assert "wider than a factor of 2 for 2 of 4 curves (block 1: 2.1; block 2: more than 100)" in note
+        # a curve that is not there has no interval, whatever bounds it has
+        curves, fell, runs = fitted(["no overturning"], [1.0], [np.inf], [0])
+        notes = curve_notes(curves.assign(median=("block", [np.nan])), fell, runs, "overturning")
+        assert len(notes) == 1
+        assert "block 0: 0 of 40" in notes[0]
+
+    def test_a_median_beside_what_was_observed(self):
+        """The observed half is known to a span of its own: a fit whose interval misses it is named, others are not."""
+        curves, _, _ = fitted(["ok"] * 4, [1.9, 2.4, 3.4, 1.0], [2.1, 2.6, 3.6, 1.1], [20] * 4)
+        levels = xr.DataArray([1.0, 2.0, 4.0], dims="level", attrs={"units": "m s-1"})
+        lower = [[0.0, 0.45, 0.9], [0.0, 0.45, 0.9], [0.0, 0.2, 0.4], [0.6, 0.7, 0.8]]
+        upper = [[0.1, 0.55, 1.0], [0.1, 0.55, 1.0], [0.1, 0.3, 0.9], [0.7, 0.8, 0.9]]
+        ends = {"lower": (("block", "level"), lower), "upper": (("block", "level"), upper)}
+        observed = xr.Dataset(ends, {"block": curves.block, "level": levels})
+        (note,) = crossing_notes(curves, observed)
+        # between 1 and 2, where the upper end passes 1/2 at 2^(0.4/0.45), and between 2 and 4 at 2^(1 + 0.05/0.45)
+        assert f"(block 1: 2.5 m/s, observed {2 ** (0.4 / 0.45):.3g} m/s to {2 ** (1 + 0.05 / 0.45):.3g} m/s) " in note
+        assert note.startswith("the median of 1 of 4 curves")
+        assert crossing_notes(curves.drop_vars("median_lower"), observed) == []
+
+    def test_separated_data_of_a_study(self, tmp_path):
+        """A pulse overturns at one level and from there on: its curves are separated, and the study says so."""
+        pulse = '[motions]\npulse = "one-cycle-sine"\nomega_rad_s = 4.0\n'
+        found = study(tmp_path, BLOCKS, MODELS, pulse, IDA, SCREEN).run()
+        assert (found["status"] == "separated").all()
+        notes = found.attrs["notes"].splitlines()
+        assert any(
+            note.startswith("data are separated for 4 of 4 curves (narrow under housner e=e_R; ") for note in notes
+        )
+        assert any("1 motion tells a probability of 1/2" in note for note in notes)
+        assert not hints(found)  # not twice
+
+    def test_one_value_is_no_range(self):
+        notes = tp.fragility.preliminary_screen(PIECES[:1], LAWS, 1).attrs["notes"]
+        assert "friction is below 0.22 at uplift and" in notes
+        assert "1 motion tells a probability of 1/2" in notes
+        assert "0.22 to 0.37 at uplift" in tp.fragility.preliminary_screen(PIECES, LAWS, 40).attrs["notes"]
+
+    def test_counts_are_of_every_floor(self, tmp_path):
+        building = BUILDING + "floors = [1, 2]\n"
+        low = IDA.replace("to = 12.0", "to = 3.0")
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, building, low, SCREEN).run()
+        fell = found["overturnings"].sum("level")
+        few = int((fell < 5).sum())
+        assert few > 0
+        assert f"fewer than 5 runs overturned for {few} of 8 curves (" in found.attrs["notes"]
+
+
+class TestRates:
+    def test_shares_beyond_the_hazard_and_the_levels(self, tmp_path):
+        """The shares are what annual_rate gives to bins there; the notes name the worst of them."""
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA.replace("12.0", "9.0"), POINTS, SCREEN).run()
+        levels = np.exp(np.linspace(0.0, np.log(9.0), 7))
+        curves = tp.fit_fragility(tp.ida(PIECES, LAWS, shakes(), levels))
+        hazard = tp.HazardCurve.from_points([0.01, 0.05, 0.2], [1e-1, 1e-2, 1e-3], "pga", "g")
+        direct = tp.annual_rate(curves, hazard, bins=[1e-12, levels[-1], 1e20])
+        np.testing.assert_allclose(found["rate_share_above_levels"], direct["share"].isel(bin=1), rtol=1e-9)
+        np.testing.assert_allclose(direct["share"].sum("bin"), 1.0, rtol=1e-9)
+        notes = found.attrs["notes"].splitlines()
+        worst = float(found["rate_share_above"].max())
+        assert worst > 0.05
+        assert any(
+            note.startswith(f"{100 * worst:.0f} % of the annual rate of wide under ")
+            and "above the hazard curve's last level (0.2 g)" in note
+            for note in notes
+        )
+        assert any("above the last level, where the curve is not known: raise ida.levels.to" in note for note in notes)
+
+    def test_nothing_is_said_where_the_curve_has_risen(self):
+        """All that shakes harder overturns it: that share of the rate is known."""
+        shares = {"rate": [1e-4, 1e-4], "rate_share_above": [0.05, 0.04], "rate_share_above_levels": [0.3, 0.3]}
+        rates = xr.Dataset(
+            {name: ("block", values) for name, values in shares.items()},
+            {"block": ["a", "b"], "bin": ("bin", [1.0], {"units": "1"})},
+        )
+        settled = xr.DataArray([0.951, 0.951], dims="block")
+        assert rate_notes(rates, settled, 1.0, "the last level", "raise it") == []
+        (note,) = rate_notes(rates, settled - [0.0, 0.01], 1.0, "the last level", "raise it")
+        where = "above the last level, where the curve is not known: raise it"
+        assert note == f"30 % of the annual rate of b comes from shaking {where}"
+
+    def test_levels_that_are_another_for_every_block(self, tmp_path):
+        """In multiples of uplift the last level is another ground motion for each block."""
+        ida = '[ida]\nim = "pga_normalised"\nlevels = { values = [0.8, 1.2, 2.0, 3.0], unit = "1" }\n'
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, ida, HAZARD, SCREEN).run()
+        hazard = tp.HazardCurve.power_law(1e-4, 2.5, "pga", "g")
+        for i, block in enumerate(PIECES):
+            curves = tp.fit_fragility(tp.ida(block, LAWS, shakes(), [0.8, 1.2, 2.0, 3.0], "pga_normalised"))
+            last = 3.0 * 9.80665 * np.tan(block.alpha)
+            share = tp.annual_rate(curves, hazard, bins=[last, 1e9 * last])["share"].values[..., 0]
+            np.testing.assert_allclose(found["rate_share_above_levels"].isel(block=i), share.reshape(-1), rtol=1e-9)
+
+    def test_uplift_is_called_so(self, tmp_path):
+        """What is counted is in titles and long names, and an interval without width has a sentence."""
+        asked = HAZARD + 'probability = 0.2\nalong = "width"\n'
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, asked, SCREEN, '[fit]\nstate = "uplifted"\n').run()
+        assert found["rate"].attrs["long_name"] == "annual rate of uplift"
+        assert found["intensity_mean"].attrs["long_name"].endswith("that uplifts")
+        assert not any("overturn" in str(one.attrs["long_name"]) for name, one in found.items() if "rate" in str(name))
+        assert "uplifts" in str(risk_table(found).title)
+        assert "uplifts" in str(size_table(found).title)
+        assert "of uplift" in str(fragility_table(found).title)
+        housner = found.isel(model=0)
+        assert (housner["rate_lower"] == housner["rate_upper"]).all()
+        assert cells(risk_table(found))[2].count("[italic]no width[/]") == 2
+        (note,) = (one for one in found.attrs["notes"].splitlines() if "no width" in one)
+        assert "for 2 of 4 curves (narrow under housner e=e_R; wide under housner e=e_R)" in note
+
+    def test_cloud(self, tmp_path):
+        strong = MOTIONS.replace("seed = 1", "seed = 1\ns0_m2_s3 = 0.2")
+        found = study(tmp_path, BLOCKS, MODELS, strong, '[cloud]\nim = "pga"\n', HAZARD, SCREEN).run()
+        highest = float(found["intensity"].max())
+        curves = found[["median", "dispersion"]].assign_attrs(form="lognormal", im="pga")
+        hazard = tp.HazardCurve.power_law(1e-4, 2.5, "pga", "g")
+        share = tp.annual_rate(curves, hazard, bins=[highest, 1e9 * highest])["share"].isel(bin=0)
+        np.testing.assert_allclose(found["rate_share_above_levels"], share, rtol=1e-9)
+        # (of the wide block none may fall)
+        known = found["rate_share_above_levels"].max() > 0.05
+        assert ("above the strongest motion" in found.attrs["notes"]) == bool(known)
+
+
+class TestPlaces:
+    """A hazard of the ground and levels of floors are refused before anything runs."""
+
+    @pytest.mark.parametrize(
+        ("parts", "message"),
+        [
+            ((BUILDING, IDA, HAZARD), r"floor 1, 2: set ida.im_at = 'ground', or give that floor's own hazard"),
+            ((BUILDING + "floors = [2]\n", IDA, HAZARD), r"of floor 2: set ida.im_at = 'ground'"),
+            ((BUILDING, '[cloud]\nim = "pga"\n', HAZARD), "set cloud.im_at = 'ground'"),
+            ((BUILDING, IDA + 'im_at = "ground"\n', HAZARD + 'at = "floor"\n'), "hazard.at 'floor' does not go with"),
+            ((BUILDING, IDA, HAZARD + 'at = "floor"\n'), "is for blocks on one floor, got floors 0, 1, 2"),
+            ((BUILDING, IDA, HAZARD, UNCERTAIN), "uncertainty needs the motions of one floor"),
+            ((BUILDING + "floors = [2]\n", IDA, HAZARD, UNCERTAIN), "set ida.im_at = 'ground'"),
+        ],
+    )
+    def test_refused(self, tmp_path, parts, message):
+        with pytest.raises(StudyError, match=message) as error:
+            study(tmp_path, BLOCKS, MODELS, MOTIONS, *parts)
+        assert "\n" not in str(error.value)
+
+    @pytest.mark.parametrize(
+        "parts",
+        [
+            (BUILDING + "floors = [0]\n", IDA, HAZARD),
+            (BUILDING + "floors = [2]\n", IDA, HAZARD + 'at = "floor"\n'),
+            (BUILDING, IDA + 'im_at = "ground"\n', HAZARD),
+            (BUILDING + "floors = [2]\n", IDA + 'im_at = "ground"\n', HAZARD, UNCERTAIN),
+        ],
+    )
+    def test_allowed(self, tmp_path, parts):
+        assert study(tmp_path, BLOCKS, MODELS, MOTIONS, *parts).risk.hazard.im == "pga"
+
+    def test_floors_of_another_program(self, tmp_path):
+        """Their ground motions are not known: only the floor's own hazard helps."""
+        t = np.arange(0.0, 2.0, 0.02)
+        rows = "\n".join(f"{one:.2f},{np.sin(6.0 * one) * 3.0:.5f}" for one in t)
+        (tmp_path / "floors.csv").write_text(f"time,a/3 [m/s2]\n{rows}\n", encoding="utf-8")
+        motions = '[motions]\nfloors_file = "floors.csv"\n'
+        with pytest.raises(StudyError, match=r"of floor 3: give that floor's own hazard with hazard.at = 'floor'"):
+            study(tmp_path, BLOCKS, MODELS, motions, IDA, HAZARD)
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    return study(tmp_path_factory.mktemp("rates"), BLOCKS, MODELS, MOTIONS, IDA, UNCERTAIN, HAZARD).run()
+
+
+@pytest.fixture(scope="module")
+def runs():
+    """What the first block's samples do, by hand."""
+    return sampled(PIECES[0])
+
+
+def sampled(block):
+    inputs = tp.fragility.RandomInputs(
+        {"e": tp.fragility.Uniform(0.85, 1.0), "R_factor": tp.fragility.Lognormal(1.0, 0.1, 0.7, 1.4)}
+    )
+    return uncertain_ida(inputs, block, LAWS, shakes(), LEVELS, "pga", "overturned", samples=6, seed=3)
+
+
+class TestUncertainRates:
+    def test_every_sample_has_the_rate_of_its_own_curve(self, found, runs):
+        hazard = tp.HazardCurve.power_law(1e-4, 2.5, "pga", "g")
+        own = found["sample_rate"].isel(block=0)
+        for sample in range(6):
+            counts = tp.overturning_probability(runs.isel(sample=sample))
+            direct = tp.annual_rate(tp.fit_fragility(counts, intervals="wald"), hazard)
+            np.testing.assert_allclose(own.isel(sample=sample), direct["rate"], rtol=1e-9)
+        np.testing.assert_allclose(found["sample_rate_mean"].isel(block=0), own.mean("sample"), rtol=1e-12)
+        ends = np.quantile(own.values, [0.05, 0.5, 0.95], axis=1)
+        np.testing.assert_allclose(found["sample_rate_quantile"].isel(block=0), ends, rtol=1e-12)
+        chance = (-np.expm1(-50.0 * own.values)).mean(axis=1)
+        np.testing.assert_allclose(found["sample_risk_probability_mean"].isel(block=0), chance, rtol=1e-9)
+
+    def test_the_pooled_curve_and_its_rate(self, found, runs):
+        """All samples' counts at each level make the curve; its interval is over motions."""
+        counts = tp.overturning_probability(runs)[["overturnings", "runs"]].sum("sample", keep_attrs=True)
+        curve = tp.fit_fragility(counts)
+        own = found.isel(block=0)
+        np.testing.assert_allclose(own["median"], curve["median"], rtol=1e-9)
+        direct = tp.annual_rate(curve, tp.HazardCurve.power_law(1e-4, 2.5, "pga", "g"))
+        np.testing.assert_allclose(own["rate"], direct["rate"], rtol=1e-8)
+        assert ((own["rate_lower"] < own["rate"]) & (own["rate"] < own["rate_upper"])).all()
+        # twenty motions, not 120 runs a level: independent runs would make the interval far narrower
+        narrow = curve["median_upper"] / curve["median_lower"]
+        assert (own["median_upper"] / own["median_lower"] > 1.05 * narrow).all()
+
+    def test_the_interval_is_over_motions(self, runs):
+        """With every sample alike, the pooled curve is the block's own, and so is its interval."""
+        from toppling.studies.plan.estimates import Fit
+        from toppling.studies.plan.samples import pooled_curves
+
+        one = runs.isel(sample=[0])
+        again = xr.concat([one, one, one], "sample")
+        own, pooled = (pooled_curves(data, Fit(replicates=100), keep=False) for data in (one, again))
+        np.testing.assert_allclose(pooled["median"], own["median"], rtol=1e-6)
+        for end in ("lower", "upper"):
+            np.testing.assert_allclose(pooled[f"median_{end}"], own[f"median_{end}"], rtol=0.05)
+
+    def test_what_made_it_is_kept_of_every_block(self, found):
+        configuration = json.loads(found.attrs["configuration"])
+        assert [one["name"] for one in configuration["blocks"]] == ["narrow", "wide"]
+        assert "block" not in configuration
+        assert configuration["samples"]["seed"] == 3
+        whole = 2 * 2 * 6 * 7 * 20 * 300
+        assert json.loads(found.attrs["skipped"])["samples"] == pytest.approx(whole, rel=0.01)
+
+    def test_tables_and_export(self, tmp_path, capsys):
+        path = tmp_path / "study.toml"
+        fit = "[fit]\nfractiles = [0.1]\nreplicates = 100\n"
+        study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, UNCERTAIN, HAZARD, fit)
+        assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
+        out = capsys.readouterr().out
+        assert "Overturns once in so many years (P: mean over the samples; 95 % over motions," in " ".join(out.split())
+        assert "P = 10 %" in out
+        assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv", "--model", "housner"]) == 0
+        assert "2 curves for csv" in capsys.readouterr().out
+        rows = (tmp_path / "out/export/curves.csv").read_text(encoding="utf-8").splitlines()
+        with xr.open_dataset(tmp_path / "out/results.nc") as stored:
+            assert f"{stored['median'].values[0, 0]:.9g}" in f"{float(rows[1].split(',')[5]):.9g}"
+
+    def test_a_sample_without_a_curve_is_said(self, tmp_path):
+        low = IDA.replace("to = 12.0", "to = 2.6")
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, low, UNCERTAIN, HAZARD).run()
+        missing = int(found["sample_rate"].isnull().sum())
+        assert missing > 0
+        assert f"{missing} of 24 samples have no curve and so no rate of their own" in found.attrs["notes"]
+
+    def test_other_forms_and_methods(self, tmp_path):
+        asked = '[fit]\nform = "log-logistic"\nmethod = "first-overturning"\nreplicates = 100\n'
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, UNCERTAIN, asked).run()
+        direct = tp.fit_fragility(
+            sampled(PIECES[1]).isel(sample=4), form="log-logistic", method="first-overturning", intervals="wald"
+        )
+        np.testing.assert_allclose(found["sample_median"].isel(block=1, sample=4), direct["median"], rtol=1e-9)
+        assert found.attrs["form"] == "log-logistic"
+
+    @pytest.mark.parametrize(
+        ("parts", "message"),
+        [
+            ((IDA, SCREEN), "has no screen: the screen is of single runs"),
+            ((IDA, "[measures]\n"), "has no measures: measures are ranked for known blocks"),
+            ((IDA, '[fit]\nform = "isotonic"\n'), "fit.form of a study with uncertainty must be one of lognormal"),
+            ((IDA, '[fit]\nstate = "uplifted"\n'), "fit.state of a study with uncertainty must be 'overturned'"),
+            ((IDA, HAZARD + 'probability = 0.1\nalong = "width"\n'), "hazard.probability is not for a study with unc"),
+            (('[cloud]\nim = "pga"\n',), "uncertainty needs ida"),
+            ((IDA.replace('"pga"', '"pga_normalised"').replace("m/s2", "1"), HAZARD), "set ida.im = 'pga'"),
+            ((IDA, '[fit]\nform = "weibull"\n', HAZARD), "hazard needs curves whose rates are known exactly"),
+        ],
+    )
+    def test_refused_with_the_reason(self, tmp_path, parts, message):
+        with pytest.raises(StudyError, match=message) as error:
+            study(tmp_path, BLOCKS, MODELS, MOTIONS, *parts, UNCERTAIN)
+        assert "\n" not in str(error.value)
+
+
+INVENTORY = "item,width_m,height_m,floor,count,value,currency\nshelf,0.35,1.8,0,3,100,EUR\n"
+PERFORMANCE = """
+[performance]
+inventory = "things.csv"
+im = "pga"
+levels = { values = [1.0, 2.0, 4.0, 8.0], unit = "m/s2" }
+replicates = 100
+"""
+
+
+class TestPerformance:
+    def test_what_comes_from_beyond_the_hazard_curve(self, tmp_path):
+        """The share is what is lost in the rarer events alone: those of a curve that is flat up to its last level."""
+        (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
+        found = study(tmp_path, MODELS, MOTIONS, PERFORMANCE, POINTS).run()
+        hazard = tp.HazardCurve.from_points([0.01, 0.05, 0.2], [1e-1, 1e-2, 1e-3], "pga", "g")
+        things = read_inventory(tmp_path / "things.csv")
+        rarer = 1e-3 * (np.array([0.2, 0.4, 0.8]) / 0.2) ** (np.log(0.1) / np.log(4.0))
+        top = tp.HazardCurve.from_points([0.01, 0.2, 0.4, 0.8], [1e-3 * (1 + 1e-12), *rarer], "pga", "g")
+        options = {"im": "pga", "replicates": 100}
+        whole, part = (
+            assess(things, LAWS, shakes(), [1.0, 2.0, 4.0, 8.0], hazard=one, **options) for one in (hazard, top)
+        )
+        share = (part["annual_number"] / whole["annual_number"]).sel(place="building").max()
+        assert share > 0.05
+        expected = (
+            f"{100 * float(share):.0f} % of the annual overturnings comes from shaking above the hazard curve's last"
+        )
+        assert expected in found.attrs["notes"]
+
+    def test_the_level_of_the_ranking_is_said(self, tmp_path):
+        (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
+        sentence = "performance.at_level is not given: table and ranking are of the middle level, 0.408 g"
+        found = study(tmp_path, MODELS, MOTIONS, PERFORMANCE).run()
+        assert sentence in found.attrs["notes"]
+        given = study(tmp_path, MODELS, MOTIONS, PERFORMANCE + "at_level = 8.0\n").run()
+        assert "at_level" not in given.attrs["notes"]
+
+    def test_there_is_nothing_to_export(self, tmp_path, capsys):
+        (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
+        study(tmp_path, MODELS, MOTIONS, PERFORMANCE).run(tmp_path / "out")
+        assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv"]) == 2
+        assert "results of a performance study, which has no fragility curves" in capsys.readouterr().err
+
+
+class TestTables:
+    def test_fractiles_are_printed(self, tmp_path):
+        fit = "[fit]\nfractiles = [0.1, 0.9]\nreplicates = 100\n"
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, SCREEN, fit).run()
+        table = fragility_table(found)
+        assert [column.header for column in table.columns][5:] == ["P = 10 %", "P = 90 %"]
+        value, low, high = (float(found[f"fractile{end}"][0, 0, 0]) / 9.80665 for end in ("", "_lower", "_upper"))
+        assert f"{three_digits(value)} ({three_digits(low)}–{three_digits(high)})" in cells(table)[5]
+
+    def test_rates_have_three_digits_and_say_what_their_intervals_hold(self, tmp_path):
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, HAZARD, SCREEN).run().copy(deep=True)
+        found["rate"][0, 0], found["rate_lower"][0, 0], found["rate_upper"][0, 0] = 1 / 2137.0, 0.0, 1 / 1804.0
+        for end, value in (("", 0.023456), ("_lower", 0.0), ("_upper", 0.0271)):
+            found[f"risk_probability{end}"][0, 0] = value
+        table = risk_table(found)
+        assert "(95 % over motions, hazard as given)" in str(table.title)
+        assert [column[1] for column in cells(table)[1:]] == [
+            "2,140",
+            "above 1,800",
+            "2.35\u00a0%",
+            "0–2.71\u00a0%",
+        ]
+
+    def test_open_intervals_are_words(self, tmp_path):
+        """No terminal table says inf: neither of medians nor of fractiles."""
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, SCREEN, "[fit]\nfractiles = [0.1]\nreplicates = 100\n")
+        found = found.run().copy(deep=True)
+        g = 9.80665
+        found["median"][0, 0], found["median_lower"][0, 0], found["median_upper"][0, 0] = 3.0 * g, 2.1 * g, np.inf
+        found["dispersion_lower"][0, 0], found["dispersion_upper"][0, 0] = 0.0, np.inf
+        found["fractile_upper"][0, 0] = np.inf
+        table = fragility_table(found)
+        assert cells(table)[2][1] == "above 2.10"
+        assert cells(table)[4][1] == "not known"
+        assert "(above " in cells(table)[5][1]
+        assert not any("inf" in cell for column in cells(table) for cell in column)
+
+    def test_the_table_of_measures_says_how_many_it_leaves_out(self, tmp_path):
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, SCREEN, "[measures]\n").run()
+        few, every = measure_rows(found, 3)[0], measure_rows(found, 50)[0]
+        assert len(few.rows) == 3
+        assert f"the best 3 of {len(every.rows)} measures" in few.title
+        assert "measures," not in every.title
+        assert "√(Arias intensity)" in [row[0] for row in every.rows]
+
+    def test_hints_are_of_the_state(self, tmp_path):
+        low = IDA.replace("to = 12.0", "to = 1.1")
+        found = study(
+            tmp_path, BLOCKS, '[[models]]\nlaw = "housner"\n', MOTIONS, low, SCREEN, "[fit]\nstate = 0.5\n"
+        ).run()
+        assert hints(found) == [
+            "no overturning (2 of 2 curves): nothing reached |theta|/alpha > 0.5 at any level: raise ida.levels.to"
+        ]

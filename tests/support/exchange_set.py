@@ -1,0 +1,143 @@
+"""Curves exported for other programs, and what those should find in them: `make test-exchange` reads both.
+
+Run by this project's Python: `python tests/support/exchange_set.py FOLDER`.
+"""
+
+import json
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from scipy.special import ndtr
+
+import toppling as tp
+from toppling.fragility import write_nrml, write_pelicun
+from toppling.fragility.curves import published
+
+RATIOS = (0.4, 0.8, 1.0, 1.3, 2.5)  # of the demand to the median
+DEMANDS = {"pga": ("PFA", "g", 9.80665), "pgv": ("PFV", "mps", 1.0), "Sa(1.0)": ("SA_1.0", "g", 9.80665)}
+IMTS = {"pga": ("PGA", 9.80665), "pgv": ("PGV", 0.01), "Sa(1.0)": ("SA(1.0)", 9.80665)}
+
+
+def fitted(im: str) -> xr.Dataset:
+    """Curves fitted to real runs, one of which has no estimate."""
+    blocks = [tp.catalogue["bookcase-5-shelf"], tp.Block(0.45, 1.95, name="=cabinet; δ & <1>"), tp.Block(3.0, 1.0)]
+    laws = [tp.DiscreteDamping(e=0.9), tp.HousnerImpact(e=0.9)]
+    motions = tp.motions.CloughPenzien(duration=8.0, dt=0.01).sample(25, seed=1)
+    levels = {"pga": np.geomspace(1.0, 10.0, 8), "pgv": np.geomspace(0.1, 2.0, 8), "Sa(1.0)": np.geomspace(0.5, 9.0, 8)}
+    return tp.fit_fragility(tp.ida(blocks, laws, motions, levels[im], im))
+
+
+def curves_of(limit_states: bool) -> xr.Dataset:
+    """Curves made up: three limit states of one component, or the ground's velocity under another name of demand."""
+    if limit_states:
+        return xr.Dataset(
+            {
+                "median": (("block", "limit_state"), [[1.0, 2.0, 3.5]], {"units": "m s-2"}),
+                "dispersion": (("block", "limit_state"), [[0.3, 0.35, 0.5]], {"units": "1"}),
+            },
+            {"block": ["vase"], "limit_state": ["uplift", "rocking", "overturning"]},
+            {"im": "pga"},
+        )
+    return xr.Dataset(
+        {"median": ("block", [0.6], {"units": "m s-1"}), "dispersion": ("block", [0.4], {"units": "1"})},
+        {"block": ["rack"]},
+        {"im": "pgv", "im_at": "ground"},
+    )
+
+
+def lognormal(curves: xr.Dataset, name: str) -> dict[str, list[tuple[float, float]]]:
+    """Median and dispersion of every limit state of every component that has them, by the id that the writer gave."""
+    found: dict[str, list[tuple[float, float]]] = {}
+    dims = curves["median"].dims
+    flat = curves[["median", "dispersion", "id"]].stack(row=dims) if dims else curves
+    for i in range(flat.sizes["row"]):
+        one = flat.isel(row=i)
+        if math.isfinite(one["median"].item()):
+            found.setdefault(str(one["id"].item()), []).append((one["median"].item(), one["dispersion"].item()))
+    assert found, name
+    return found
+
+
+def main(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    sets = {
+        "fema": (published.fema_p58(), "pgv"),
+        "pga": (fitted("pga"), "pga"),
+        "velocity": (fitted("pgv"), "pgv"),
+        "spectral": (fitted("Sa(1.0)"), "Sa(1.0)"),
+        "states": (curves_of(limit_states=True), "pga"),
+        "ground": (curves_of(limit_states=False), "pgv"),
+    }
+    expected: dict[str, list[dict[str, object]]] = {"pelicun": [], "openquake": []}
+    for name, (curves, im) in sets.items():
+        table = write_pelicun(curves, folder / f"{name}.csv")
+        model = write_nrml(curves, folder / f"{name}.xml", tail=1e-6)
+        named = tp.fragility.read_pelicun(table.paths[0])  # for the ids alone: the numbers expected are the curves' own
+        named = named.assign({key: (curves[key].dims, curves[key].values) for key in ("median", "dispersion")})
+        assert set(table.missing) == set(table.ids) - set(model.ids)
+        demand, unit, factor = ("PGV", "mps", 1.0) if name == "ground" else DEMANDS[im]
+        imt, iml = IMTS[im]
+        for key, states in lognormal(named, name).items():
+            levels = [ratio * states[0][0] for ratio in RATIOS]
+            common = {"id": key, "probability": [[float(ndtr(math.log(x / m) / b)) for x in levels] for m, b in states]}
+            expected["pelicun"].append(
+                {
+                    **common,
+                    "file": f"{name}.csv",
+                    "demand": demand,
+                    "unit": unit,
+                    "levels": [x / factor for x in levels],
+                    "median": [m for m, _ in states],
+                    "dispersion": [b for _, b in states],
+                    "directional": int(name != "fema"),
+                }
+            )
+            expected["openquake"].append(
+                {**common, "file": f"{name}.xml", "imt": imt, "levels": [x / iml for x in levels], "error": 1e-12}
+            )
+    expected["openquake"] += other_forms(folder)
+    (folder / "expected.json").write_text(json.dumps(expected, indent=1), encoding="utf-8")
+    print(
+        f"{len(expected['pelicun'])} components in {len(sets)} tables, {len(expected['openquake'])} functions written"
+    )
+
+
+def other_forms(folder: Path) -> list[dict[str, object]]:
+    """Curves that are no lognormal: a step and a smooth factor of uplift, and one without parameters."""
+    uplift = xr.Dataset(
+        {
+            "median": ("block", [3.0, 3.0], {"units": "m s-2"}),
+            "dispersion": ("block", [0.4, 0.4], {"units": "1"}),
+            "uplift_median": ("block", [2.0, 2.0], {"units": "m s-2"}),
+            "uplift_dispersion": ("block", [0.0, 0.2], {"units": "1"}),
+        },
+        {"block": ["step", "smooth"]},
+        {"im": "pga", "form": "uplift-lognormal"},
+    )
+    levels = np.array([0.5, 1.0, 2.0, 4.0])
+    isotonic = xr.Dataset(
+        {"probability": (("block", "level"), [[0.0, 0.1, 0.1, 0.7]], {"units": "1"})},
+        {"block": ["free"], "level": ("level", levels, {"units": "m s-1"})},
+        {"im": "pgv", "form": "isotonic"},
+    )
+    write_nrml(uplift, folder / "uplift.xml", tail=1e-6)
+    write_nrml(isotonic, folder / "isotonic.xml")
+    x = np.array([0.5, 1.0, 1.5, 1.999, 2.0, 2.5, 4.0, 8.0])
+    base = ndtr(np.log(x / 3.0) / 0.4)
+    found = [
+        ("step", "uplift.xml", "PGA", x / 9.80665, np.where(x >= 2.0, base, 0.0), 1e-4),
+        ("smooth", "uplift.xml", "PGA", x / 9.80665, base * ndtr(np.log(x / 2.0) / 0.2), 1e-4),
+        ("free", "isotonic.xml", "PGV", np.array([50.0, 100.0, 150.0, 300.0, 400.0, 900.0]),
+         np.array([0.0, 0.1, 0.1, 0.4, 0.7, 0.7]), 1e-12),
+    ]  # fmt: skip
+    return [
+        {"id": key, "file": file, "imt": imt, "levels": at.tolist(), "probability": [p.tolist()], "error": error}
+        for key, file, imt, at, p, error in found
+    ]
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

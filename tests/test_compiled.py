@@ -1,0 +1,164 @@
+"""The disk cache of compiled functions: what a folder's sources decide, in processes of their own, writable or not."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+import toppling
+from toppling.compiled import FolderCache, folder_stamp
+from toppling.models.engine.crossing import energy_consistent_zeta
+from toppling.models.engine.exact_runs import run_exact
+from toppling.models.engine.linear_runs import run_lanes
+from toppling.models.engine.pieces import solve_sample
+from toppling.models.engine.starts import begin_runs
+
+CALLER = """
+from toppling.compiled import kernel
+from .callee import increment
+
+@kernel(keep=True)
+def twice(x):
+    return increment(increment(x))
+"""
+CALLEE = """
+from toppling.compiled import kernel
+
+@kernel()
+def increment(x):
+    return x + {step}
+"""
+USE = """
+import json
+from folder.caller import twice
+value = twice(1.0)
+print(json.dumps([value, sum(twice.stats.cache_hits.values()), sum(twice.stats.cache_misses.values())]))
+"""
+PREPARE = """
+import json
+import toppling as tp
+from toppling.models.engine.exact_runs import run_exact
+from toppling.models.engine.linear_runs import run_lanes
+from toppling.models.runs import prepare
+block = tp.Block(0.4, 1.8)
+compiled = []
+for law in (tp.DiscreteDamping(), tp.HousnerImpact()):
+    prepare([law.oscillator(block)])
+    compiled.append([len(run_lanes.signatures), len(run_exact.signatures)])
+print(json.dumps(compiled))
+"""
+NOBODY = 65534
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A package of two kernels, a caller and its callee, in a place that every user may look into."""
+    place = tmp_path / "installed" / "folder"
+    place.mkdir(parents=True)
+    (place / "__init__.py").write_text("", encoding="utf-8")
+    (place / "caller.py").write_text(CALLER, encoding="utf-8")
+    edit(place, 1.0)
+    for parent in (place, *place.parents):
+        if parent == Path(tempfile.gettempdir()):
+            break
+        parent.chmod(0o755)
+    return place
+
+
+def edit(place, step):
+    (place / "callee.py").write_text(CALLEE.format(step=step), encoding="utf-8")
+
+
+def use(place, *before, **environment):
+    """Value, loads from the cache and compilations of `twice` in a new process."""
+    paths = os.pathsep.join([str(place.parent), str(Path(toppling.__file__).parents[1]), *sys.path])
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    done = subprocess.run(
+        [*before, sys.executable, "-B", "-c", USE],
+        env={**kept, "PYTHONPATH": paths, **environment},
+        cwd=place.parent,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def check(place, *before, **environment):
+    """Compiled once, loaded after, compiled again where the callee in the other file was edited; a touch is no edit."""
+    assert use(place, *before, **environment) == [3.0, 0, 1]
+    assert use(place, *before, **environment) == [3.0, 1, 0]
+    edit(place, 10.0)
+    assert use(place, *before, **environment) == [21.0, 0, 1]
+    assert use(place, *before, **environment) == [21.0, 1, 0]
+    (place / "callee.py").touch()
+    assert use(place, *before, **environment) == [21.0, 1, 0]
+    (place / "unused.py").write_text("", encoding="utf-8")
+    assert use(place, *before, **environment) == [21.0, 0, 1]
+
+
+def test_an_edited_callee_compiles_its_caller_again(folder):
+    check(folder)
+    assert [one.name.split(".")[0] for one in (folder / "__pycache__").glob("*.nbi")] == ["caller"]
+
+
+@pytest.mark.slow
+def test_a_cache_directory(folder, tmp_path):
+    check(folder, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+    assert not list(folder.rglob("*.nbi"))
+
+
+@pytest.mark.slow
+def test_a_read_only_installation(folder, tmp_path):
+    """Another user, who may write only at home: the cache lies there, and sees edits as well."""
+    if os.geteuid() != 0 or shutil.which("setpriv") is None:
+        pytest.skip("needs root and setpriv, to be another user for whom the installation is read-only")
+    as_nobody = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups")
+    if subprocess.run([*as_nobody, sys.executable, "-c", "import numba"], capture_output=True, check=False).returncode:
+        pytest.skip("another user cannot run this Python")
+    home = tmp_path / "home"
+    home.mkdir()
+    os.chown(home, NOBODY, NOBODY)
+    check(folder, *as_nobody, HOME=str(home), XDG_CACHE_HOME=str(home / "cache"))
+    assert not list(folder.rglob("*.nbi"))
+    assert list(home.rglob("*.nbi"))
+
+
+def test_what_the_engine_keeps():
+    """Its entry points, stamped by the engine's folder; what only kernels call has no file of its own."""
+    for entry in (begin_runs, run_lanes, run_exact, energy_consistent_zeta):
+        assert isinstance(entry._cache, FolderCache)
+        assert entry._cache._cache_file._source_stamp == folder_stamp(Path(toppling.__file__).parent / "models/engine")
+    assert not isinstance(solve_sample._cache, FolderCache)
+
+
+def test_only_what_a_study_needs_is_compiled():
+    """`prepare` leaves nothing to compile to the first run, and linear laws leave exact geometry alone."""
+    done = subprocess.run([sys.executable, "-c", PREPARE], capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout) == [[1, 0], [1, 1]]
+
+
+def test_a_stamp_sees_names_and_contents(tmp_path):
+    def stamp(**files):
+        place = tmp_path / str(len(list(tmp_path.iterdir())))
+        place.mkdir()
+        for name, text in files.items():
+            (place / f"{name}.py").write_text(text, encoding="utf-8")
+        return folder_stamp(place)
+
+    assert stamp(a="x", b="y") == stamp(b="y", a="x")
+    stamps = [
+        stamp(a="x", b="y"),
+        stamp(a="y", b="x"),
+        stamp(a="xb.py 1\ny"),
+        stamp(a="x"),
+        stamp(c="x", b="y"),
+        stamp(),
+    ]
+    assert len(set(stamps)) == len(stamps)

@@ -1,0 +1,195 @@
+"""Wording of numbers in tables, sentences and figures: digits, intervals, percentages, periods, sizes and money.
+
+All formats of numbers have their home here, so that the same quantity looks alike wherever it is printed.  Formats that
+differ on purpose have a name each, and their docstrings say in what they differ.  The reason of a system error is
+worded here, too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import xarray as xr
+
+
+def three_digits(value: float) -> str:
+    """A number to three digits with its closing zeros, so that the ends of an interval look equally precise.
+
+    Examples
+    --------
+    >>> three_digits(0.35), three_digits(1234.5), three_digits(2.0e-7)
+    ('0.350', '1,230', '2.00e-07')
+    """
+    if math.isinf(value):
+        return "∞"
+    if value == 0.0 or math.isnan(value):
+        return "0" if value == 0.0 else "not known"
+    if not 1e-4 <= abs(value) < 1e9:
+        return f"{value:.2e}"
+    # (rounded first: 0.9996 is 1.00)
+    digits = 2 - math.floor(math.log10(abs(float(f"{value:.2e}"))))
+    return f"{round(value, digits):,.{max(0, digits)}f}"
+
+
+def short_digits(value: float) -> str:
+    """A number to three digits without closing zeros, for numbers that stand alone.
+
+    Examples
+    --------
+    >>> short_digits(0.35), short_digits(1234.5), short_digits(2.0e-7)
+    ('0.35', '1,230', '2.00e-07')
+    """
+    text = three_digits(value)
+    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
+
+
+def interval_text(low: float, high: float, write: Callable[[float], str] = three_digits) -> str:
+    """The ends of an interval, each formatted by `write`; an interval with an open end is described in words.
+
+    Examples
+    --------
+    >>> interval_text(2.1, 3.0), interval_text(2.1, math.inf), interval_text(math.nan, 3.0)
+    ('2.10–3.00', 'above 2.10', 'no interval')
+    """
+    if math.isnan(low) or math.isnan(high):
+        return "no interval"
+    if math.isinf(high):
+        return "not known" if low <= 0.0 else f"above {write(low)}"
+    return f"below {write(high)}" if math.isinf(low) else f"{write(low)}–{write(high)}"
+
+
+def value_text(value: float, low: float, high: float) -> str:
+    """A number with its interval in brackets.
+
+    Examples
+    --------
+    >>> value_text(2.5, 2.1, 3.0)
+    '2.50 (2.10–3.00)'
+    """
+    return f"{three_digits(value)} ({interval_text(low, high)})"
+
+
+def percent(share: float) -> str:
+    """A share in per cent, at most three digits, with a no-break space."""
+    return f"{100.0 * share:.3g}\u00a0%"
+
+
+def given_percent(share: float) -> str:
+    """A share that a user gives (a confidence, a quantile) in per cent, with all of its digits.
+
+    Examples
+    --------
+    >>> given_percent(0.95), given_percent(0.025)
+    ('95 %', '2.5 %')
+    """
+    return f"{100.0 * share:g} %"
+
+
+def whole_percent(share: float, *, signed: bool = False) -> str:
+    """A share in whole per cent; `signed` writes it as a relative change, with a plus or a minus sign.
+
+    Examples
+    --------
+    >>> whole_percent(0.256), whole_percent(0.256, signed=True), whole_percent(-0.256, signed=True)
+    ('26 %', '+26 %', '−26 %')
+    """
+    return f"{100.0 * share:+.0f} %".replace("-", "−") if signed else f"{100.0 * share:.0f} %"
+
+
+def two_digit_percent(share: float) -> str:
+    """A share of runs in per cent to two digits, as notes and checks write it.
+
+    Examples
+    --------
+    >>> two_digit_percent(0.00432), two_digit_percent(0.996)
+    ('0.43 %', '100 %')
+    """
+    return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"
+
+
+def about_percent(share: float) -> str:
+    """A probability in per cent to two digits, for sentences in plain words, with a no-break space."""
+    return f"{100.0 * share:.2g}\u00a0%"
+
+
+def chance_text(share: float) -> str:
+    """A probability in per cent to three digits with its closing zeros, with a no-break space."""
+    return f"{three_digits(100.0 * share)}\u00a0%"
+
+
+def chances_between(low: float, high: float, write: Callable[[float], str] = chance_text) -> str:
+    r"""The ends of a probability's interval in per cent.
+
+    Examples
+    --------
+    >>> chances_between(0.0199, 0.0268)
+    '1.99–2.68\xa0%'
+    """
+    return interval_text(low, high, write).replace("\u00a0%–", "–")
+
+
+def confidence_text(results: xr.Dataset) -> str:
+    """The confidence of a study's intervals in per cent."""
+    return given_percent(float(results.attrs["confidence"]))
+
+
+def part_text(done: int, total: int) -> str:
+    """The part of all runs that is done, in whole per cent."""
+    return f"{100.0 * done / max(total, 1):.0f} %"
+
+
+def in_years(rate: float) -> str:
+    """The mean number of years between two events of an annual rate, to three digits.
+
+    Examples
+    --------
+    >>> in_years(1.0 / 2137.0), in_years(0.3), in_years(0.0)
+    ('2,140', '3.33', '∞')
+    """
+    return three_digits(1.0 / rate) if rate > 0.0 else "∞"
+
+
+def years_between(often: float, seldom: float) -> str:
+    """The ends of a rate's interval, the higher first, as years between two events."""
+    if not often > 0.0:
+        return "no interval"
+    low, high = (1.0 / rate if rate > 0.0 else math.inf for rate in (often, seldom))
+    return interval_text(low, high, lambda years: in_years(1.0 / years))
+
+
+def counted(n: int, noun: str) -> str:
+    """A number of things.
+
+    Examples
+    --------
+    >>> counted(1, "block"), counted(12_000, "run")
+    ('1 block', '12,000 runs')
+    """
+    return f"{n:,} {noun}{'' if n == 1 else 's'}"
+
+
+def size_text(size: float) -> str:
+    """A number of bytes with its decimal unit, from kB to EB."""
+    for unit, scale in (("EB", 1e18), ("PB", 1e15), ("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
+        if size >= scale:
+            return f"{size / scale:,.1f} {unit}"
+    return f"{max(size / 1e3, 1.0):.0f} kB"
+
+
+def time_text(seconds: float) -> str:
+    """A duration for people: 12 s, 3 min, 4.5 h, 2 d."""
+    for size, unit in ((86_400.0, "d"), (3_600.0, "h"), (60.0, "min")):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.{int(seconds < 10.0 * size)}f} {unit}"
+    return f"{seconds:.0f} s" if seconds >= 1.0 else "less than 1 s"
+
+
+def currency_of(results: xr.Dataset) -> str:
+    """The currency of an assessment's losses and costs, '' where the inventory states none."""
+    return str(results.attrs.get("currency", ""))
+
+
+def system_reason(error: Exception) -> str:
+    """Return the operating system's words for an error, or the error's own message where it has none."""
+    return str(getattr(error, "strerror", None) or error)
