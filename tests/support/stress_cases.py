@@ -31,7 +31,7 @@ def label(value):
 
 def compile_engine():
     """Compile what histories and batches need, so that no limit on time counts it."""
-    prepare([tp.HousnerImpact().oscillator(BLOCK)])
+    prepare([law.oscillator(BLOCK) for law in (tp.HousnerImpact(), tp.DiscreteDamping())])
     trace(tp.HousnerImpact().oscillator(BLOCK), np.zeros(2), 0.01)
 
 

@@ -62,8 +62,7 @@ class TestFreeMotion:
         alpha = block.alpha
         n = 2000 if rate_bound(law, draw) * step / block.p < 100.0 else 50
         start = x0 * alpha, 0.3 * v0 * (1.0 - x0) * block.p * alpha
-        # (up to 20,000 turning points, of some 50 µs each)
-        run = answer(trace, oscillator, np.zeros(n), step / block.p, *start, seconds=3.0, max_turning_points=20000)
+        run = answer(trace, oscillator, np.zeros(n), step / block.p, *start, max_turning_points=20000)
         check_sane(run, block)
         theta, omega, region = run.history[:3]
         energy = energies(block, oscillator, theta, omega)

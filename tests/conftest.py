@@ -1,0 +1,12 @@
+"""Random examples that do not depend on where a test lies."""
+
+import pytest
+
+
+@pytest.hookimpl(wrapper=True, trylast=True)
+def pytest_runtest_call(item):
+    """Seed Hypothesis by a test's own name: by its whole path, as the plugin does, a moved file has other examples."""
+    test = getattr(getattr(item, "obj", None), "hypothesis", None)
+    if test is not None:
+        test.inner_test._hypothesis_internal_add_digest = item.nodeid.rpartition("/")[2].encode()
+    return (yield)
