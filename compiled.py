@@ -1,22 +1,31 @@
-"""Compiled functions: numba's decorator, and a disk cache that watches a whole folder of sources.
+"""Compiled functions: numba's decorator, with a disk cache that watches a whole folder, and closed machine code.
 
 A folder of kernels holds functions that call each other across its files, take and return plain numbers and arrays, and
 import nothing of the package but this module and themselves.  numba stamps a cached function by the one file that holds
 it, so a change in a callee of another file would go unnoticed (numba issue 1833); here the stamp covers all sources of
 the folder, and this module.
+
+Where multiplications and additions are fused depends on what a function is inlined into, so the last bits of a result
+depend on which copy of a callee runs.  numba exports every callee under one name, and the linker takes the copy that
+was loaded first: the process that compiles would have other bits than those that load from disk.  So each function that
+Python calls carries its callees as its own, and what only other kernels call never becomes machine code by itself.
 """
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from numba import njit
+from numba import config, jit, njit
 from numba.core.caching import FunctionCache, IndexDataCacheFile
-from numba.core.dispatcher import Dispatcher
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import AnalysisPass, PassManager, register_pass
+from numba.core.registry import CPUDispatcher
+from numba.core.typed_passes import NativeLowering
 
 
 @cache
@@ -40,17 +49,100 @@ class FolderCache(FunctionCache):
         )
 
 
+class ClosedLibrary(JITCodeLibrary):
+    """Machine code of a kernel with its callees, none of which other code can use, or be used for."""
+
+    def _finalize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage.name.startswith("linkonce"):
+                function.linkage = "internal"
+        super()._finalize_final_module()  # type: ignore[no-untyped-call]
+
+
+class LinkedLibrary(JITCodeLibrary):
+    """Intermediate code of a kernel, to be linked into its callers; no machine code is made of it alone."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._verify_declare_only_symbols()  # type: ignore[no-untyped-call]
+        self._finalized = True
+
+
+class KeptCompiler(CompilerBase):
+    """Compiler of the kernels that Python calls."""
+
+    def define_pipelines(self) -> list[PassManager]:
+        state = self.state
+        state.library = ClosedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
+        state.library.enable_object_caching()
+        return [DefaultPassBuilder.define_nopython_pipeline(state)]  # type: ignore[no-untyped-call]
+
+
+class CalleeCompiler(CompilerBase):
+    """Compiler of the kernels that other kernels call: neither machine code nor wrappers for Python."""
+
+    def define_pipelines(self) -> list[PassManager]:
+        state = self.state
+        state.flags = state.flags.copy()
+        state.flags.no_compile = state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
+        state.library = LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
+        passes = DefaultPassBuilder.define_nopython_pipeline(state)  # type: ignore[no-untyped-call]
+        passes.add_pass_after(CalleeDeclaration, NativeLowering)
+        passes.finalize()
+        return [passes]
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)  # type: ignore[no-untyped-call]
+class CalleeDeclaration(AnalysisPass):
+    """Make a callee known to its callers, which numba does only with functions that have machine code."""
+
+    _name = "callee_declaration"
+
+    def __init__(self) -> None:
+        super().__init__()  # type: ignore[no-untyped-call]
+
+    def run_pass(self, state: Any) -> bool:
+        """Register the function in place of its missing entry point by an object of its own."""
+        entry = object()
+        state["cr"] = state["cr"]._replace(cfunc=entry)
+        state.targetctx.insert_user_function(entry, state["cr"].fndesc, [state.library])
+        return False
+
+
+class Callee(CPUDispatcher):
+    """A kernel that only other kernels call; called from Python, it is compiled once more for that."""
+
+    def add_overload(self, result: Any) -> None:
+        """Keep a specialisation for the callers."""
+        self.overloads[tuple(result.signature.args)] = result
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run it by itself, as tests do."""
+        return self.alone(*arguments)
+
+    @cached_property
+    def alone(self) -> Any:
+        """The same function with machine code of its own."""
+        return jit(**self.targetoptions)(self.py_func)
+
+
 def kernel(*, keep: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """`numba.njit` without the global interpreter lock and with numpy's rules of division.
 
-    `keep` stores the compiled function on disk: for the kernels that Python calls.  What only other kernels call is
-    compiled into those and needs no file of its own.  The other options are numba's.
+    `keep` is for the kernels that Python calls, and stores them on disk.  What only other kernels call is compiled into
+    those.  The other options are numba's.
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        dispatcher = njit(**{"nogil": True, "error_model": "numpy", **options})(function)
-        if keep and isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT=1 it is the function itself
-            dispatcher._cache = FolderCache(function)  # type: ignore[attr-defined]
-        return dispatcher
+        if config.DISABLE_JIT:  # type: ignore[attr-defined]
+            return function
+        used = {"nogil": True, "error_model": "numpy", **options}
+        if keep:
+            dispatcher = njit(pipeline_class=KeptCompiler, **used)(function)
+            dispatcher._cache = FolderCache(function)
+            return dispatcher
+        return Callee(
+            function, targetoptions={"nopython": True, "boundscheck": None, **used}, pipeline_class=CalleeCompiler
+        )
 
     return compiled

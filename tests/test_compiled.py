@@ -11,11 +11,12 @@ from pathlib import Path
 import pytest
 
 import toppling
-from toppling.compiled import FolderCache, folder_stamp
-from toppling.models.engine.crossing import energy_consistent_zeta
+from toppling.compiled import Callee, FolderCache, folder_stamp
 from toppling.models.engine.exact_runs import run_exact
 from toppling.models.engine.linear_runs import run_lanes
 from toppling.models.engine.pieces import solve_sample
+from toppling.models.engine.propagators import step_grade
+from toppling.models.engine.regions import energy_consistent_zeta
 from toppling.models.engine.starts import begin_runs
 
 CALLER = """
@@ -51,6 +52,22 @@ for law in (tp.DiscreteDamping(), tp.HousnerImpact()):
     prepare([law.oscillator(block)])
     compiled.append([len(run_lanes.signatures), len(run_exact.signatures)])
 print(json.dumps(compiled))
+"""
+BITS = """
+import hashlib
+import numpy as np
+import toppling as tp
+from toppling.models.runs import run_many, trace
+rng = np.random.default_rng(7)
+t = np.arange(2000) * 0.02
+record = 3.0 * np.exp(-(((t - 12.0) / 8.0) ** 2)) * (rng.normal(size=t.size) + np.sin(8.0 * t))
+laws = [tp.DiscreteDamping(lever="R", delta=0.01), tp.EnergyConsistent(), tp.HousnerImpact(), tp.GianniniMasiani()]
+blocks = [tp.Block(0.4, 1.8), tp.Block(0.7, 1.2), tp.Block(0.25, 0.9)]
+oscillators = [law.oscillator(block) for law in laws for block in blocks]
+results = [run_many(oscillators, np.tile(np.geomspace(0.1, 8.0, 20), (len(oscillators), 1)), record, 0.02)]
+for oscillator in oscillators:
+    results += trace(oscillator, record, 0.02)
+print(hashlib.sha256(b"".join(one.tobytes() for one in results)).hexdigest())
 """
 NOBODY = 65534
 
@@ -136,6 +153,21 @@ def test_what_the_engine_keeps():
         assert isinstance(entry._cache, FolderCache)
         assert entry._cache._cache_file._source_stamp == folder_stamp(Path(toppling.__file__).parent / "models/engine")
     assert not isinstance(solve_sample._cache, FolderCache)
+
+
+@pytest.mark.slow
+def test_bits_do_not_depend_on_who_compiled(tmp_path):
+    """The process that compiles the engine and one that loads it from disk run the same copies of all callees."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", BITS]
+    done = [subprocess.run(command, env=environment, capture_output=True, text=True, check=True) for _ in range(2)]
+    assert done[0].stdout == done[1].stdout
+
+
+def test_a_callee_runs_by_itself():
+    """Called from Python, with machine code of its own; its callers have theirs."""
+    assert isinstance(step_grade, Callee)
+    assert step_grade(0.1) == step_grade.py_func(0.1)
 
 
 def test_only_what_a_study_needs_is_compiled():

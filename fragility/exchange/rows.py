@@ -52,7 +52,7 @@ UNITS: dict[str, tuple[float, str]] = {
     "1/year": (1.0, PER_YEAR),
 }
 
-LEVEL = "level"  # placeholder for the unit of the measure's levels
+LEVEL = "level"  # in a table of units: the unit of the measure's levels
 CURVE_NUMBERS: dict[str, tuple[str, str]] = {
     "median_lower": (LEVEL, "lower end of the interval of the median"),
     "median_upper": (LEVEL, "upper end of the interval of the median"),

@@ -1,4 +1,7 @@
-"""Properties of one region, from the tables: potential energy, captures, impacts, and its linear form at zero."""
+"""Properties of one region, from the tables: potential energy, captures, impacts, and the damping of a zone.
+
+The damping of a zone may be set at each inward crossing and held until the next.
+"""
 
 import math
 
@@ -14,12 +17,18 @@ from .tables import (
     LINK_UPPER_ACTION,
     LINK_UPPER_TARGET,
     NO_REGION,
+    PAR_COEFFICIENT,
     PAR_EXACT,
+    PAR_RESTITUTION,
+    PAR_RULE,
     REGION_DAMPING,
+    REGION_LOWER,
     REGION_OFFSET,
     REGION_POTENTIAL,
     REGION_STIFFNESS,
     REGION_UPPER,
+    RULE_ENERGY,
+    RULE_ENTRY_SPEED,
 )
 
 
@@ -60,3 +69,109 @@ def near_zero(model, o, region):
         return offset, stiffness, 1.0, 0.0
     tilt = offset / stiffness
     return stiffness * math.sin(tilt), stiffness * math.cos(tilt), scale * math.cos(tilt), scale * math.sin(tilt)
+
+
+@kernel(**FUSED)
+def _crossing_time(zeta, gap, u0, u1, r0, r1):
+    """Time that a crossing takes with damping ratio zeta, and its derivative by zeta (see `energy_consistent_zeta`).
+
+    gap = 1 - zeta²; u = v + zeta z and r = u² + gap z² at the start (0) and at the end (1).  Needs u0 > sqrt(-gap)
+    where overdamped.
+    """
+    if abs(gap) < 1e-3 * min(u0, u1) ** 2 and u0 > 0.0:
+        # near critical damping: atan(w/u)/w as a series in w² = gap, the same on either side
+        time = 0.0
+        by_gap = 0.0
+        p0 = 1.0 / u0
+        p1 = 1.0 / u1
+        power = 1.0
+        for k in range(6):
+            time += power * (p0 + p1) / (2 * k + 1)
+            by_gap -= (k + 1) * power * (p0 / (u0 * u0) + p1 / (u1 * u1)) / (2 * k + 3)
+            p0 /= u0 * u0
+            p1 /= u1 * u1
+            power *= -gap
+        return time, 1.0 / r0 - 1.0 / r1 - 2.0 * zeta * by_gap
+    if gap > 0.0:
+        w = math.sqrt(gap)
+        # (the two angles lie in (0, pi), their sum in (0, 2 pi))
+        angle = math.atan2(w * (u0 + u1), u0 * u1 - gap)
+        time = (angle if angle > 0.0 else angle + 2.0 * math.pi) / w
+        return time, ((u0 * zeta / w - w) / -r0 - (u1 * zeta / w + w) / r1) / w + time * zeta / gap
+    w = math.sqrt(-gap)
+    time = 0.5 * (math.log((u0 + w) ** 2 / r0) + math.log((u1 + w) ** 2 / r1)) / w
+    return time, ((u0 * zeta / w + w) / r0 + (u1 * zeta / w - w) / r1) / w + time * zeta / gap
+
+
+@kernel(keep=True, **FUSED)
+def energy_consistent_zeta(speed, exit_speed):
+    """Damping ratio with which a crossing from -1 at `speed` leaves +1 at `exit_speed` (unit frequency, unforced).
+
+    With u = v + zeta z and w² = 1 - zeta², r = u² + w² z² falls as exp(-2 zeta t) along the motion, and the phase
+    atan2(w z, u) grows as w t (hyperbolic where overdamped).  So the start (-1, speed) and the end (1, exit_speed) give
+    the time between them in closed form, and one equation for zeta alone,
+    ln(r_start/r_end) = 2 zeta time, which falls strictly: Newton's step in a bracket finds its root to rounding.
+    """
+    loss = (speed - exit_speed) * (speed + exit_speed)
+    if loss <= 0.0:
+        return 0.0
+    # First guess: the loss over the undamped path, slowed to first order (phase: from the middle to the edge).
+    phase = math.atan2(1.0, speed)
+    path = speed + (speed * speed + 1.0) * phase
+    zeta = 0.5 * loss / (path + math.sqrt(max(0.0, path * (path - 2.0 * phase * loss))))
+    low = 0.0
+    high = math.inf
+    for _ in range(200):
+        gap = (1.0 - zeta) * (1.0 + zeta)
+        u0 = speed - zeta
+        u1 = exit_speed + zeta
+        r1 = 1.0 + exit_speed * (exit_speed + 2.0 * zeta)
+        excess = loss - 2.0 * zeta * (speed + exit_speed)
+        r0 = r1 + excess
+        arrives = r0 > 0.0 and (gap > 0.0 or u0 > math.sqrt(-gap))
+        newton = -1.0
+        if arrives:
+            time, by_zeta = _crossing_time(zeta, gap, u0, u1, r0, r1)
+            residual = math.log1p(excess / r1) - 2.0 * zeta * time
+            slope = -2.0 * (speed / r0 + exit_speed / r1 + time + zeta * by_zeta)
+            arrives = residual >= 0.0
+            if slope < 0.0:
+                newton = zeta - residual / slope
+        if arrives:
+            low = zeta
+        else:
+            high = zeta
+        new = newton
+        if not (low <= new <= high):
+            new = 0.5 * (low + high) if high < math.inf else 2.0 * zeta
+        if abs(new - zeta) <= 1e-8 * zeta and new == newton:
+            return new  # (what is left is of the order of the square of the step)
+        if abs(new - zeta) <= 4e-16 * zeta:
+            return new
+        zeta = new
+    return zeta
+
+
+@kernel(**FUSED)
+def held_damping(model, o, zone, omega):
+    """Return a zone's damping from this inward crossing to the next, by the oscillator's rule (1/s, unit inertia)."""
+    rule = int(model.parameters[o, PAR_RULE])
+    speed = abs(omega)
+    if rule == RULE_ENTRY_SPEED:
+        return model.parameters[o, PAR_COEFFICIENT] * speed
+    if rule == RULE_ENERGY:
+        e = model.parameters[o, PAR_RESTITUTION]
+        if e == 1.0:
+            return 0.0
+        half = 0.5 * (model.tables[o, zone, REGION_UPPER] - model.tables[o, zone, REGION_LOWER])
+        frequency = math.sqrt(model.tables[o, zone, REGION_STIFFNESS])
+        unit = 1.0 / (half * frequency)
+        # PAR_COEFFICIENT: potential at the zone's edge, so that exit² = e² entry² - 2 (1 - e²) U
+        squared = e * e * speed * speed - 2.0 * (1.0 - e * e) * model.parameters[o, PAR_COEFFICIENT]
+        if squared > 0.0:
+            return 2.0 * frequency * energy_consistent_zeta(speed * unit, math.sqrt(squared) * unit)
+        # It just stops at the far edge.  A hair more damping turns it inside: on the edge itself rounding would decide
+        # whether another crossing, with another damping, follows.
+        zeta = energy_consistent_zeta(speed * unit, 0.0)
+        return 2.0 * frequency * (zeta * (1.0 + 1e-13) + 1e-13)
+    return model.tables[o, zone, REGION_DAMPING]

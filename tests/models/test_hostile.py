@@ -9,7 +9,7 @@ import xarray as xr
 import toppling as tp
 from toppling import motions as mo
 from toppling.fragility import wilson_interval
-from toppling.models.engine.crossing import energy_consistent_zeta
+from toppling.models.engine.regions import energy_consistent_zeta
 from toppling.models.runs import trace
 
 BLOCK = tp.Block(0.4, 1.8)

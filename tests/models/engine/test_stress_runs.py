@@ -85,6 +85,13 @@ class TestFreeMotion:
             outside = energies(block, oscillator, turns[turns < alpha], 0.0)
             assert np.all(np.diff(outside) <= 5e-14 * energy[0])
 
+    def test_what_decays_comes_to_nothing(self):
+        """A damped zone without shaking ends at zero, not among subnormal numbers, which decay no further."""
+        draw = given_draw(alpha=1.0, R=1.0, e=0.6, delta=1e-4)
+        block, oscillator, _ = parts("makris_konstantinidis", {}, draw)
+        run = answer(trace, oscillator, np.zeros(2000), 1.0 / block.p, 0.5 * block.alpha, 0.0)
+        assert np.abs(run.history[0, 100:]).max() == np.abs(run.history[1, 100:]).max() == 0.0
+
     @pytest.mark.parametrize("e", [0.01, 0.5, 0.9, 0.99, pytest.param(0.999, marks=pytest.mark.slow)])
     @pytest.mark.parametrize("model", RIGID, ids=label)
     def test_rest_is_rest(self, model, e):

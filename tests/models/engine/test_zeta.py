@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from toppling.models.engine.crossing import energy_consistent_zeta
+from toppling.models.engine.regions import energy_consistent_zeta
 
 # (speed in, speed out, ratio): 40-digit roots (mpmath) of the crossing from -1 to 1 of z'' + 2 zeta z' + z = 0;
 # under-, over- and nearly critically damped, stopping at the far edge, hardly any loss
