@@ -23,6 +23,7 @@ from stress_cases import (
     compile_engine,
     decades,
     draws,
+    given_draw,
     label,
     noise,
     parts,
