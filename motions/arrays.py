@@ -19,6 +19,7 @@ from .. import checks
 from ..aliases import Array
 from ..units import ACCELERATION, METRE, SECOND
 
+RECORDED = {"units": "1", "long_name": "whether the motion was read from a file, and not generated"}
 OWN_AMPLITUDE = {"units": "1", "long_name": "whether the amplitude is the motion's own and no parameter"}
 
 
@@ -27,7 +28,8 @@ class Record(NamedTuple):
 
     `own_amplitude` is True if the amplitude is a property of the motion, as that of a record or a scenario, so that
     scaling changes its meaning; it is False if the amplitude is a parameter, as in filtered noise, pulses and motions
-    of a target spectrum.
+    of a target spectrum.  `recorded` is True for what was read from a file, which may hold offsets, drifts and slips of
+    units (`toppling.motions.plausibility`).
     """
 
     label: str
@@ -36,6 +38,7 @@ class Record(NamedTuple):
     source: str
     floor: str = ""
     own_amplitude: bool = True
+    recorded: bool = False
 
     @property
     def duration(self) -> float:
@@ -56,6 +59,7 @@ def from_array(
     labels: Sequence[str] | None = None,
     source: str | Sequence[str] = "array",
     own_amplitude: bool = True,
+    recorded: bool = False,
 ) -> xr.DataArray:
     """Return plain numbers as labelled motions.
 
@@ -72,11 +76,14 @@ def from_array(
     own_amplitude : bool
         True if the amplitude is a property of the motions, as that of records and scenarios; False if it is a parameter
         that scaling replaces (noise, pulses, target spectra).
+    recorded : bool
+        True for records, whose offsets, drifts and slips of units are looked for where they are used.
 
     Returns
     -------
     xarray.DataArray
-        ``acceleration`` (motion, time), m s-2, with coordinates ``dt``, ``source`` and ``own_amplitude`` on motion.
+        ``acceleration`` (motion, time), m s-2, with coordinates ``dt``, ``source``, ``own_amplitude`` and
+        ``recorded`` on motion.
 
     Raises
     ------
@@ -103,8 +110,9 @@ def from_array(
     sources = list(source) if isinstance(source, Iterable) and not isinstance(source, str) else [source] * n
     if len(sources) != n or not all(isinstance(name, str) for name in sources):
         raise ValueError(f"source must be one string or {n}, one a motion, got {source!r:.80}")
-    if not isinstance(own_amplitude, bool):
-        raise TypeError(f"own_amplitude must be True or False, got {own_amplitude!r:.40}")
+    for name, flag in (("own_amplitude", own_amplitude), ("recorded", recorded)):
+        if not isinstance(flag, bool):
+            raise TypeError(f"{name} must be True or False, got {flag!r:.40}")
     return xr.DataArray(
         values,
         dims=("motion", "time"),
@@ -114,6 +122,7 @@ def from_array(
             "dt": ("motion", np.full(n, step), {"units": SECOND, "long_name": "time step"}),
             "source": ("motion", np.array(sources, dtype=object), {"units": "1", "long_name": "source of the motion"}),
             "own_amplitude": ("motion", np.full(n, own_amplitude), OWN_AMPLITUDE),
+            "recorded": ("motion", np.full(n, recorded), RECORDED),
         },
         name="acceleration",
         attrs={"units": ACCELERATION, "long_name": "floor acceleration", "standard_name": "acceleration"},
@@ -150,6 +159,9 @@ def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
     return found
 
 
+_RECORD_COORDINATES = ("motion", "source", "dt", "own_amplitude", "recorded", "time")
+
+
 def _records_of(array: xr.DataArray) -> list[Record]:
     if array.ndim == 1 and array.dims == ("time",):
         array = array.expand_dims("motion")
@@ -163,10 +175,7 @@ def _records_of(array: xr.DataArray) -> list[Record]:
     else:
         pieces = [(array.transpose("motion", "time"), "")]
     n = array.sizes["motion"]
-    columns = [
-        {name: _values_by_motion(piece, name, n) for name in ("motion", "source", "dt", "own_amplitude", "time")}
-        for piece, _ in pieces
-    ]
+    columns = [{name: _values_by_motion(piece, name, n) for name in _RECORD_COORDINATES} for piece, _ in pieces]
     waves = [piece.values for piece, _ in pieces]
     found = []
     for i in range(n):
@@ -180,7 +189,8 @@ def _records_of(array: xr.DataArray) -> list[Record]:
             dt = checks.time_step(f"motion {label!r}", one.get("time"), step)
             own = bool(one.get("own_amplitude", True))
             source = str(one.get("source", "array"))
-            found.append(Record(f"{label} floor {floor}" if floor else label, values, dt, source, floor, own))
+            read = bool(one.get("recorded", False))
+            found.append(Record(f"{label} floor {floor}" if floor else label, values, dt, source, floor, own, read))
     return found
 
 

@@ -35,9 +35,9 @@ motions/arrays motions/kernels
 
 models/friction models/items models/oscillator motions/corrections motions/intensity motions/readers
 
-models/laws models/runs motions/floors motions/scaling
+models/laws models/runs motions/plausibility motions/scaling
 
-fragility/runs models/history motions/simulated
+fragility/runs models/history motions/floors motions/simulated
 
 benchmarks/problems fragility/fitting fragility/hazard fragility/validity motions/matching
 
@@ -156,7 +156,7 @@ class TestImports:
         used = {
             name: {place[0] for place, _ in drawing.imported(ROOT / f"{name}.py")} - {name} for name in drawing.BELOW
         }
-        assert set(used) == {"aliases", "checks", "compiled", "distributions", "streams", "units", "wording"}
+        assert set(used) == {"aliases", "checks", "compiled", "distributions", "doubts", "streams", "units", "wording"}
         assert set().union(*used.values()) <= set(drawing.BELOW)
         drawing.floors(used)  # no circle
 

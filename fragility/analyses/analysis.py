@@ -11,14 +11,17 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
+from ...doubts import Doubt, warn
 from ...models import Block, describe_block, describe_law
 from ...models.oscillator import Oscillator
 from ...motions.arrays import Record, motion_coordinates
+from ...motions.plausibility import record_doubts
 from ...units import provenance
 from ..runs.factors import Factors, ScaleFactors
 from ..runs.labels import block_coordinates, model_coordinates, output_variables
-from ..runs.provenance import DESCRIBED
+from ..runs.provenance import DESCRIBED, STRIPES
 from ..runs.request import Request, execute
+from ..validity.plausibility import block_doubts, level_doubts
 from ..validity.screen import ScreenInput, with_screen
 from .measuring import MeasuringThread
 
@@ -72,12 +75,20 @@ def specimens_of(request: Request) -> Specimens:
     )
 
 
+def doubts_of(blocks: Sequence[Block], design: Design) -> list[Doubt]:
+    """Return the doubts in the sizes of blocks, the records, and the levels that they are scaled to."""
+    at = design.coordinates.get("intensity" if design.name == STRIPES else "level")
+    levels = [] if at is None else level_doubts(at.values, str(at.attrs["units"]))
+    return [*block_doubts(blocks), *record_doubts(design.motions), *levels]
+
+
 def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Dataset:
     """Run every specimen under the motions of a design, label the runs, and screen them where the request says so.
 
     Where specimens and design give the same coordinate or the same entry of the configuration, it stands where the
     specimens have it, so that the order in a result can be chosen.
     """
+    warn(doubts_of(request.blocks, design))
     thread = MeasuringThread(design.motions, request.screen)
     runs = execute(specimens.oscillators, design.motions, design.factors, request)
     measures, characteristics = thread.result()

@@ -10,14 +10,14 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Array, Flags
+from ...doubts import NAMED, first_names
 from ...models import Block
 from ...wording import two_digit_percent
 from ..numerics.proportions import runs_for_half_width, wilson_interval
+from .plausibility import block_doubts
 from .reasons import ELASTIC_MODE, SCALED_FAR, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason
 from .screen import SQUAT_RATIO
 
-HUGE, TINY = 30.0, 0.01  # m: no content of a building
-NAMED = 3  # no sentence names more
 MOST_ALONE = 8  # blocks with a sentence of their own
 _BLOCK, _LAW, _PAIR = ("block",), ("model",), ("block", "model")
 NOT_MODELLED = "vertical shaking, sliding and bouncing are not modelled"
@@ -26,17 +26,13 @@ NOT_MODELLED = "vertical shaking, sliding and bouncing are not modelled"
 def block_notes(blocks: Iterable[Block]) -> list[str]:
     """Return notes on the blocks alone, before anything is run: one sentence each."""
     every = list(blocks)
-    found = _squat([block.label for block in every], np.array([block.h / block.b for block in every]))
-    for text, odd in (
-        (f"over {HUGE:g} m", [block for block in every if max(block.width, block.height) > HUGE]),
-        (f"under {TINY:g} m wide", [block for block in every if block.width < TINY]),
-    ):
-        sizes = [f"{block.label}: {block.width:g} m x {block.height:g} m" for block in odd]
-        if len(odd) > MOST_ALONE:
-            found.append(f"{len(odd):,} of {len(every):,} blocks are {text} ({_first(sizes)}): metres meant?")
-        else:
-            found += [f"{one}: metres meant?" for one in sizes]
-    return found
+    return [*squat_notes(every), *(one.sentence for one in block_doubts(every))]
+
+
+def squat_notes(blocks: Iterable[Block]) -> list[str]:
+    """Return a sentence on each squat block, which slides or bounces rather than rocks."""
+    every = list(blocks)
+    return _squat([block.label for block in every], np.array([block.h / block.b for block in every]))
 
 
 def notes(screened: xr.Dataset) -> list[str]:
@@ -87,7 +83,7 @@ def _squat(labels: list[str], ratios: Array, here: Flags | None = None) -> list[
     squat = np.flatnonzero(ratios < SQUAT_RATIO if here is None else here)
     if squat.size > MOST_ALONE:
         low, high = float(ratios[squat].min()), float(ratios[squat].max())
-        named = _first([labels[i] for i in squat])
+        named = first_names([labels[i] for i in squat])
         return [
             f"{squat.size:,} blocks ({named}) have their centre of mass {low:.1f} to {high:.1f} half widths high; "
             f"below {SQUAT_RATIO:g} they slide or bounce rather than rock, which is not modelled"
@@ -97,11 +93,6 @@ def _squat(labels: list[str], ratios: Array, here: Flags | None = None) -> list[
         "bounces rather than rocks, which is not modelled"
         for i in squat
     ]
-
-
-def _first(names: list[str]) -> str:
-    """The first of many names, and the number of the others."""
-    return f"{', '.join(names[:NAMED])} and {len(names) - NAMED:,} more"
 
 
 def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:

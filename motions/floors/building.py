@@ -16,9 +16,11 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import warn
 from ...units import ACCELERATION, VELOCITY, provenance
 from ..arrays import Record, floor_array, floor_coordinates, motion_coordinates, records
 from ..kernels import oscillators as engine
+from ..plausibility import record_doubts
 from .modes import MOST_BEAM_MODES, beam_modes, storey_modes
 
 MIN_PERIOD, MAX_PERIOD = 1e-3, 100.0
@@ -360,7 +362,9 @@ def _ground(array: Any) -> list[Record]:
     """Return the plain records of one array of ground motions."""
     if isinstance(array, xr.DataArray) and "floor" in array.dims:
         raise ValueError("motions must be ground motions (motion, time), got floor motions")
-    return records(array)
+    found = records(array)
+    warn(record_doubts(found))
+    return found
 
 
 def _up_to(name: str, value: Any, most: int) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ... import checks
-from ..arrays import floor_array, records
+from ..arrays import RECORDED, floor_array, records
 from ..readers.lines import Lines, RecordError, beginning, existing, unit_factor
 
 # First bytes of netCDF-3 and of HDF5, in which netCDF-4 is written.
@@ -59,7 +59,8 @@ def read_floors(path: str | os.PathLike[str]) -> xr.DataArray:
     if beginning(file, 8).startswith(_NETCDF):
         return _read_netcdf(file)
     with Lines(file) as lines:
-        return _read_table(lines)
+        found = _read_table(lines)
+    return found.assign_coords(recorded=("motion", np.ones(found.sizes["motion"], dtype=bool), RECORDED))
 
 
 def _read_netcdf(file: Path) -> xr.DataArray:

@@ -79,7 +79,7 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
     if values.size != declared:
         raise RecordError(f"{file}: declares {declared} samples (NPTS) but holds {values.size}: truncated or damaged")
     try:
-        array = from_array(values * factor, dt, [file.stem], source=file.name)
+        array = from_array(values * factor, dt, [file.stem], source=file.name, recorded=True)
     except ValueError as error:
         raise RecordError(f"{file}: {error}") from None
     return array.assign_attrs(title=" ".join(head[1].split()) if last >= 1 else "")

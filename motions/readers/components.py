@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,6 +20,7 @@ class Component(NamedTuple):
     """One component of a record: acceleration (n,) in m/s², step in s, and data from its file ('' and NaN: not given).
 
     `magnitude` is that of the file, of the type `magnitude_type`; `distance` is from the epicentre, m; `vs30`, m/s.
+    `processing` notes what reading changed.
     """
 
     acceleration: Array
@@ -30,12 +32,43 @@ class Component(NamedTuple):
     magnitude_type: str = ""
     distance: float = math.nan
     vs30: float = math.nan
+    processing: str = ""
 
     @property
     def label(self) -> str:
         """Station, component and event, as far as they are known, as one text."""
         words = (self.station, self.component, self.event)
         return " ".join(word for word in map(plain, words) if word)
+
+
+_PEAK = re.compile(r"[-+]?(?:\d{1,9}(?:\.(?P<decimals>\d{0,9}))?|\.(?P<fraction>\d{1,9}))")
+PEAK_TOLERANCE = 0.02
+"""Greatest relative distance of the samples' peak from the peak in the header."""
+
+
+def refuse_other_peak(file: Path, acceleration: Array, stated: str | None, factor: float, channel: str = "") -> None:
+    """Raise RecordError where samples (m/s²) do not reach the peak that their header states.
+
+    `stated` is that peak as it is written, of any sign, and `factor` its unit in m/s²; what is no number is no peak.
+    """
+    number = _PEAK.fullmatch((stated or "").strip())
+    if number is None:
+        return
+    peak = abs(float(number[0]))
+    half_a_digit = 0.5 * 10.0 ** -len(number["decimals"] or number["fraction"] or "")
+    found = float(np.abs(acceleration).max())
+    if abs(found - factor * peak) > factor * max(PEAK_TOLERANCE * peak, 1.01 * half_a_digit):
+        where = f"{plain(channel)}: " if plain(channel) else ""
+        raise RecordError(
+            f"{file}: {where}its samples reach {found:.4g} m/s², its header says {factor * peak:.4g} m/s²: another "
+            "unit or scale factor, or damaged"
+        )
+
+
+def without_offset(acceleration: Array) -> tuple[Array, str]:
+    """Return raw samples without their mean, which is the zero of the instrument, and the note of that."""
+    mean = float(acceleration.mean())
+    return acceleration - mean, f"mean of {mean:.4g} m/s² removed on reading"
 
 
 _TEXTS = {
@@ -72,10 +105,17 @@ def arrays_of(file: Path, components: Sequence[Component]) -> list[xr.DataArray]
         chosen = [components[i] for i in members]
         try:
             array = from_array(
-                np.stack([one.acceleration for one in chosen]), dt, [labels[i] for i in members], source=file.name
+                np.stack([one.acceleration for one in chosen]),
+                dt,
+                [labels[i] for i in members],
+                source=file.name,
+                recorded=True,
             )
         except ValueError as error:
             raise RecordError(f"{file}: {error}") from None
+        notes = dict.fromkeys(one.processing for one in chosen if one.processing)
+        if notes:
+            array.attrs["processing"] = "; ".join(notes)
         arrays.append(array.assign_coords(_coordinates(chosen)))
     return arrays
 

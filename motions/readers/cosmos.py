@@ -9,10 +9,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...aliases import Array
-from .components import Component
+from .components import Component, refuse_other_peak, without_offset
 from .lines import Lines, RecordError, unit_factor
 
 _FIRST = re.compile(r"\(Format v\s?\d.{0,20}?with\s{1,9}(\d{1,3})\s{1,9}text lines\)", re.IGNORECASE)
+_RAW = re.compile(r"\s*(?:raw|uncorrected)\b", re.IGNORECASE)
+_MAX = re.compile(r"\bMax\s{0,3}=\s{0,9}(?P<peak>[-+.\d]{1,12})\s{1,9}(?P<unit>\S{1,12})\s{1,9}at\b")
 _INTEGERS = re.compile(
     r"(?<!\d)(\d{1,6})\s+Integer-header values follow on\s+\d{1,6}\s+lines,\s*Format\s*=", re.IGNORECASE
 )
@@ -39,11 +41,14 @@ def is_cosmos(head: Sequence[str]) -> bool:
 def cosmos_components(lines: Lines) -> list[Component]:
     """Return all accelerations of a COSMOS file, m/s²; velocity and displacement blocks are checked and skipped.
 
+    Uncorrected accelerations (volume 1) lose their mean, the zero of the instrument.
+
     Raises
     ------
     RecordError
         Headers or data that are not as announced, a unit that is no unit of acceleration (raw counts are refused), a
-        step that does not fit the stated length, a sample that is marked as unknown, a channel without its end.
+        step that does not fit the stated length, a sample that is marked as unknown, another peak than the header's,
+        a channel without its end.
 
     References
     ----------
@@ -57,11 +62,11 @@ def cosmos_components(lines: Lines) -> list[Component]:
         match = _FIRST.search(line[:200])
         if match is None:
             raise lines.error(f"holds {line[:30]!r}, a COSMOS channel begins '… (Format v01.20 with 13 text lines)'")
-        found += _channel(lines, int(match.group(1)))
+        found += _channel(lines, int(match.group(1)), raw=_RAW.match(line[:200]) is not None)
     return found
 
 
-def _channel(lines: Lines, text_lines: int) -> list[Component]:
+def _channel(lines: Lines, text_lines: int, raw: bool) -> list[Component]:
     text = ["", *(lines.header("the end of its text header") for _ in range(text_lines - 1))]
     _announced(lines, _INTEGERS, "integer header")
     real = _announced(lines, _REALS, "real header")
@@ -91,9 +96,15 @@ def _channel(lines: Lines, text_lines: int) -> list[Component]:
             where = int(np.flatnonzero(values == unknown)[0])
             raise RecordError(f"{lines.file}: sample {where + 1} is {unknown:g}, the file's mark for an unknown value")
         if quantity.startswith("accel"):
+            acceleration, note = values * factor, ""
+            if raw:
+                acceleration, note = without_offset(acceleration)
+            stated = next((m for m in map(_MAX.search, text) if m), None)
+            if stated is not None and (peak_factor := unit_factor(stated["unit"])) is not None:
+                refuse_other_peak(lines.file, acceleration, stated["peak"], peak_factor)
             found.append(
                 Component(
-                    values * factor,
+                    acceleration,
                     dt,
                     station=_search(r"\bCode:\s{0,9}(\S{1,20})", text),
                     component=_search(r"<SCNL>[^.\s]{1,9}\.([^.\s]{1,9})\.", text)
@@ -102,6 +113,7 @@ def _channel(lines: Lines, text_lines: int) -> list[Component]:
                     magnitude=types.get(kind, math.nan),
                     magnitude_type=kind,
                     distance=_at(real, _DISTANCE_KM) * 1e3,
+                    processing=note,
                 )
             )
         line = lines.header("the mark at the channel's end")

@@ -9,18 +9,21 @@ import math
 import re
 from collections.abc import Sequence
 
-from .components import Component
+from .components import Component, refuse_other_peak
 from .lines import Lines, unit_factor
 
 _TEXT_LINES = 25
 _FIRST = re.compile(r"\s*corrected accelerogram\b", re.IGNORECASE)
 _DATA = re.compile(
     r"(?<!\d)(?P<count>\d{1,12})\s{1,9}points of (?P<quantity>accel|veloc|displ)\w{0,12} data equally spaced at\s{1,9}"
-    r"(?P<dt>[\d.]{1,12})\s{1,9}sec\.?,?\s{0,9}(?:in (?P<unit>\S{1,20}?)\.?(?:\s|$))?",
+    r"(?P<dt>[\d.]{1,12})\s{1,9}sec\.?,?\s{0,9}"
+    r"(?:in (?P<unit>\S{1,20}?)\.?(?:\s|$)|\(units:\s{0,9}(?P<older>[^()]{1,20})\))?",
     re.IGNORECASE,
 )
 _FORMAT = re.compile(r"\((\d{1,2})[feg](\d{1,2})\.\d{1,2}\)", re.IGNORECASE)
 _INTEGERS, _REALS = (16, 5), (8, 10)
+_OLDER = (8, 10)
+_PEAK = re.compile(r"Peak acceleration\s{0,9}=\s{0,9}(?P<peak>[-+.\d]{1,12})\s{1,9}(?P<unit>\S{1,20})\s", re.IGNORECASE)
 _HEADER_VALUES = 100
 
 
@@ -63,14 +66,19 @@ def _channel(lines: Lines) -> Component:
         match, columns = _DATA.search(line), _FORMAT.search(line)
         if match is None or match["quantity"].lower() != expected:
             raise lines.error(f"holds {line[:40]!r}, must announce data, 'n points of {expected} data equally spaced'")
-        if columns is None or int(columns.group(1)) * int(columns.group(2)) == 0:
+        if match["older"] is not None:  # files of before 1985 or so give units instead of a number format
+            layout = _OLDER
+        elif columns is None or int(columns.group(1)) * int(columns.group(2)) == 0:
             raise lines.error(f"announces {expected} data without a number format such as (8f10.6): damaged header")
+        else:
+            layout = int(columns.group(1)), int(columns.group(2))
         count = lines.count(match["count"], f"points of {expected} data")
-        factor = unit_factor(match["unit"] or "") if expected == "accel" else 1.0
+        factor = unit_factor(match["unit"] or match["older"] or "") if expected == "accel" else 1.0
         if factor is None:
-            raise lines.error(f"gives the unit of acceleration as {match['unit']!r}, known are cm/sec2, g and m/s2")
+            stated = match["unit"] or match["older"]
+            raise lines.error(f"gives the unit of acceleration as {stated!r}, known are cm/sec2, g and m/s2")
         step = lines.value(match["dt"], "the time step (s)", above=0.0, below=10.0)
-        values = lines.numbers(count, (int(columns.group(1)), int(columns.group(2))), f"{expected} points")
+        values = lines.numbers(count, layout, f"{expected} points")
         if acceleration is None:
             acceleration, dt = values * factor, step
     if not lines.header("the mark at the channel's end").lstrip().startswith("/&"):
@@ -78,8 +86,13 @@ def _channel(lines: Lines) -> Component:
     assert acceleration is not None
     joined = "\n".join(text)
     magnitude = re.search(r"\b(M[LWwSs]?):?\s{0,3}=?\s{0,3}(\d\.\d{1,2})\b", joined)
-    number = re.search(r"Station No\.\s{0,9}(\S{1,12})", joined)
-    channel = re.search(r"Chan\s{1,9}(\d{1,3}):\s{0,9}(\S.{0,20}?)\s*(?:from)?\s*$", joined, re.MULTILINE)
+    number = re.search(r"Station No\.\s{0,9}(\S{1,12})", joined, re.IGNORECASE)
+    channel = re.search(
+        r"Chan\s{1,9}(\d{1,3}):\s{0,9}(\S.{0,20}?)\s*(?:from)?\s*$", joined, re.MULTILINE | re.IGNORECASE
+    )
+    stated = _PEAK.search(joined)
+    if stated is not None and (peak_factor := unit_factor(stated["unit"])) is not None:
+        refuse_other_peak(lines.file, acceleration, stated["peak"], peak_factor, channel.group(0) if channel else "")
     event = re.search(r"(?:Rcrd|Record) of\s{1,9}(\S.{0,40}?)(?:\s{2,}|$)", joined, re.MULTILINE)
     return Component(
         acceleration,

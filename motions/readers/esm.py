@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from .components import Component
-from .lines import Lines, RecordError, unit_factor
+from .components import Component, refuse_other_peak
+from .lines import GAL, Lines, RecordError, unit_factor
 
 _LAST_KEY = "USER5"
 _MOST_KEYS = 200
@@ -27,7 +27,8 @@ def esm_components(lines: Lines) -> list[Component]:
     Raises
     ------
     RecordError
-        A missing key, a quantity that is not acceleration, an unknown unit, another number of samples than NDATA.
+        A missing key, a quantity that is not acceleration, an unknown unit, another number of samples than NDATA or
+        another peak than the header's.
 
     References
     ----------
@@ -63,6 +64,9 @@ def esm_components(lines: Lines) -> list[Component]:
             f"{lines.file}: declares {declared} samples (NDATA) but holds {values.size}: truncated or damaged"
         )
 
+    acceleration = values * factor
+    refuse_other_peak(lines.file, acceleration, header.get("PGA_CM/S^2"), GAL)
+
     def known(key: str) -> float:
         return lines.value(header[key], key, at=where[key]) if header.get(key) else math.nan
 
@@ -71,7 +75,7 @@ def esm_components(lines: Lines) -> list[Component]:
     when = f"{date[:4]}-{date[4:6]}-{date[6:8]} {time[:2]}:{time[2:4]}:{time[4:6]}" if date and time else ""
     return [
         Component(
-            values * factor,
+            acceleration,
             dt,
             station=".".join(filter(None, (header.get("NETWORK"), header.get("STATION_CODE"), header.get("LOCATION")))),
             component=header.get("STREAM", ""),

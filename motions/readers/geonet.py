@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from .components import Component
+from .components import Component, refuse_other_peak
 from .lines import Lines, RecordError, unit_factor
 
 _TEXT_LINES = 16
@@ -17,7 +17,7 @@ _INTEGERS, _REALS = (10, 8), (10, 8)
 # Positions (from 1) in the integer and real headers.
 _DISTANCE_KM, _COUNTS = 30, (34, 35, 36)
 _MAGNITUDE, _STEP = 15, 26
-_UNIT = re.compile(r"Acceleration:\s{0,9}peak\s{0,9}\S{1,12}\s{1,9}(\S{1,12})\s", re.IGNORECASE)
+_PEAK = re.compile(r"Acceleration:\s{0,9}peak\s{0,9}(?P<peak>\S{1,12})\s{1,9}(?P<unit>\S{1,12})\s", re.IGNORECASE)
 
 
 def is_geonet(head: Sequence[str]) -> bool:
@@ -33,8 +33,8 @@ def geonet_components(lines: Lines) -> list[Component]:
     Raises
     ------
     RecordError
-        An uncorrected accelerogram (V1A), headers or data that do not follow the format, another number of samples than
-        declared.
+        An uncorrected accelerogram (V1A), headers or data that do not follow the format, another number of samples or
+        peak than declared.
 
     References
     ----------
@@ -54,9 +54,10 @@ def geonet_components(lines: Lines) -> list[Component]:
 
 def _component(lines: Lines) -> Component:
     text = ["", *(lines.header("the end of its text header") for _ in range(_TEXT_LINES - 1))]
-    unit = next((m.group(1) for m in map(_UNIT.search, text) if m), None)
+    stated = next((m for m in map(_PEAK.search, text) if m), None)
+    unit = stated["unit"] if stated else None
     factor = unit_factor(unit) if unit else None
-    if factor is None:
+    if stated is None or factor is None:
         raise lines.error(f"ends a text header that gives the unit of acceleration as {unit!r}, the format has mm/s/s")
     integers = lines.numbers(40, _INTEGERS, "values of the integer header")
     reals = lines.numbers(60, _REALS, "values of the real header")
@@ -64,11 +65,12 @@ def _component(lines: Lines) -> Component:
     counts = [int(integers[place - 1]) for place in _COUNTS]
     count = lines.count(str(counts[0]), "acceleration samples")
     acceleration = lines.numbers(count, (10, 8), "acceleration samples") * factor
+    axis = next((m for m in (re.match(r"\s*Component\s{1,9}(\S{1,12})", line) for line in text) if m), None)
+    refuse_other_peak(lines.file, acceleration, stated["peak"], factor, axis.group(1) if axis else "")
     for what, n in zip(("velocity samples", "displacement samples"), counts[1:], strict=True):
         if n != 0:
             lines.numbers(lines.count(str(n), what), (10, 8), what)
     site = re.match(r"\s*Site\s{1,9}(\S{1,12})", text[1])
-    axis = next((m for m in (re.match(r"\s*Component\s{1,9}(\S{1,12})", line) for line in text) if m), None)
     magnitude = float(reals[_MAGNITUDE - 1])
     return Component(
         acceleration,

@@ -6,8 +6,8 @@ import math
 import re
 from collections.abc import Sequence
 
-from .components import Component
-from .lines import Lines, unit_factor
+from .components import Component, refuse_other_peak, without_offset
+from .lines import GAL, Lines, unit_factor
 
 # The lines of the header in their order, each by its first words.
 _HEADER = (
@@ -48,16 +48,17 @@ def is_knet(head: Sequence[str]) -> bool:
 
 
 def knet_components(lines: Lines) -> list[Component]:
-    """Return the one component of a K-NET or KiK-net file, m/s², with its offset (see `toppling.motions.baseline`).
+    """Return the one component of a K-NET or KiK-net file, m/s², without the offset of its raw samples.
 
     Raises
     ------
     RecordError
         Another header than NIED's, an invalid scale factor or unit, another number of samples than the sampling
-        frequency and the duration declare.
+        frequency and the duration declare, another peak than the header's.
 
     Notes
     -----
+    The samples are raw: their mean is the instrument's zero, and the header's peak is that without it.
     The recording start in the header is 15 s after that of the first sample; no time is taken from it.
 
     References
@@ -89,17 +90,20 @@ def knet_components(lines: Lines) -> list[Component]:
         raise lines.error(
             f"ends {values.size} samples, its sampling frequency and duration declare {declared}: truncated or damaged"
         )
+    acceleration, note = without_offset(values * factor)
+    refuse_other_peak(lines.file, acceleration, header["Max"], GAL)
     magnitude = header["Mag."]
     direction = header["Dir."]
     return [
         Component(
-            values * factor,
+            acceleration,
             dt,
             station=header["Station Code"],
             component=_DIRECTIONS.get(direction, direction),
             event=header["Origin Time"].replace("/", "-"),
             magnitude=_known(magnitude),
             magnitude_type="M" if magnitude else "",
+            processing=note,
         )
     ]
 

@@ -30,13 +30,14 @@ MAX_SAMPLES = 50_000_000
 HEADER_WIDTH = 1000
 HEAD_LINES = 40
 
+GAL = 0.01  # m/s²
 # m/s² per unit of acceleration, by the normalised spelling of the unit.
 _UNITS = {
     "g": STANDARD_GRAVITY,
-    "gal": 0.01,
-    "gals": 0.01,
-    "cm/s2": 0.01,
-    "cm/s/s": 0.01,
+    "gal": GAL,
+    "gals": GAL,
+    "cm/s2": GAL,
+    "cm/s/s": GAL,
     "mm/s2": 0.001,
     "mm/s/s": 0.001,
     "m/s2": 1.0,

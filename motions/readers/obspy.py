@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from .components import Component
+from .components import Component, without_offset
 from .lines import MAX_SAMPLES, RecordError, beginning, given_factor
 
 MAX_OBSPY_BYTES = 128 * 2**20
@@ -41,7 +41,7 @@ def _is_sac(head: Sequence[str]) -> bool:
 
 
 def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
-    """Return all traces of a file that obspy reads, m/s².
+    """Return all traces of a file that obspy reads, m/s²; counts lose their mean, the zero of the instrument.
 
     Parameters
     ----------
@@ -80,13 +80,17 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
         if trace.data.dtype.kind not in "iuf" or not 2 <= trace.data.size <= MAX_SAMPLES:
             raise RecordError(f"{file}: channel {trace.id} has {trace.data.size} samples of {trace.data.dtype}")
         codes = trace.stats
+        acceleration, note = trace.data.astype(np.float64) * factor, ""
+        if not isinstance(unit, str):
+            acceleration, note = without_offset(acceleration)
         found.append(
             Component(
-                trace.data.astype(np.float64) * factor,
+                acceleration,
                 float(codes.delta),
                 station=".".join(filter(None, (codes.network, codes.station, codes.location))),
                 component=codes.channel,
                 event=str(codes.starttime)[:19].replace("T", " "),
+                processing=note,
             )
         )
     return found

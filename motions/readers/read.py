@@ -44,8 +44,9 @@ def read(path: str | os.PathLike[str], dt: float | None = None, unit: str | floa
     """Read the motions in one record file: all components, m/s².
 
     Formats: PEER AT2, K-NET and KiK-net, ESM, COSMOS V1 and V2, CSMIP V2, GeoNet V2A, plain tables (`read_csv`), and
-    the formats of obspy if it is installed (``pip install toppling[records]``).  Motions are not corrected, filtered or
-    resampled.
+    the formats of obspy if it is installed (``pip install toppling[records]``).  Raw samples (K-NET, KiK-net,
+    uncorrected COSMOS, counts of obspy's formats) lose their mean, which is noted in ``processing``; nothing else is
+    corrected, filtered or resampled.
 
     Parameters
     ----------
@@ -66,7 +67,8 @@ def read(path: str | os.PathLike[str], dt: float | None = None, unit: str | floa
     Raises
     ------
     RecordError
-        One sentence that names the file and the fault; components of different steps or lengths (`read_all` gives an
+        One sentence that names the file and the fault; samples whose peak differs from the header's by more than 2 %;
+        components of different steps or lengths (`read_all` gives an
         array for each).
 
     Examples

@@ -15,6 +15,7 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array, Flags
+from ...doubts import warn
 from ...fragility import HazardCurve
 from ...fragility.curves.means import REPLICATES
 from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights
@@ -24,11 +25,13 @@ from ...fragility.runs.request import runner_of
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling, scaling
 from ...fragility.uncertainty.joint import Variability, oscillators_of_pieces, overturning_flags, with_restitution
+from ...fragility.validity.plausibility import block_doubts
 from ...models import Law, describe_block, describe_law
 from ...models.oscillator import Oscillator
 from ...motions import Building
 from ...motions.arrays import motion_coordinates
 from ...motions.intensity.measure import Measure
+from ...motions.plausibility import record_doubts
 from ...units import DIMENSIONLESS, provenance
 from .contents import Contents, Inventory
 from .outcomes import JointFlags
@@ -167,6 +170,7 @@ def assess(
     scaled = scaling(levels, shaking.ground, im, (), shaking.ground)
     weights = None if hazard is None else _weights(scaled, hazard)
     thresholds = _losses(losses, inventory)
+    warn([*block_doubts([row.block for row in inventory.rows]), *record_doubts(shaking.ground)])
     flags = _run(inventory, laws, shaking, floors, scaled, im, variability, runner, progress)
     places = [BUILDING, *(f"floor {floor}" for floor in floors)]
     members = np.array(

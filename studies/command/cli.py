@@ -166,7 +166,7 @@ def look_at_motions(
     from ...motions import TargetSpectrum, matching_report  # noqa: PLC0415 - not for every command
     from ..single.motions import draw_motions, measured, measures_json, measures_table, read_motions  # noqa: PLC0415 - matplotlib
 
-    motions = read_motions(inputs)
+    motions, doubts = read_motions(inputs)
     try:
         values = measured(motions, damping)
         spectrum = None if target is None else TargetSpectrum.from_csv(target, damping)
@@ -174,7 +174,7 @@ def look_at_motions(
         raise StudyError(str(error)) from None
     figures = draw_motions(motions, out, damping, spectrum)
     if json_:
-        print(measures_json(values, figures))
+        print(measures_json(values, figures, doubts))
         return
     console = terminal()
     console.print(measures_table(values))
@@ -185,6 +185,7 @@ def look_at_motions(
             f"{100 * float(misfit.max()):.1f} % for the worst motion",
             highlight=False,
         )
+    say(console, *(f"note: {one.sentence}" for one in doubts))
     for figure in figures:
         console.print(f"figure: {figure}", highlight=False, markup=False, soft_wrap=True)
 

@@ -141,6 +141,8 @@ class BuildingTable(Table):
         ]
 
 
+PROCESSING = ("baseline_order", "window", "taper_s", "highpass_hz", "lowpass_hz", "order")
+"""Keys of the corrections of records, in the order in which they are made."""
 RECORD_UNITS = ("g", "m/s2", "cm/s2", "mm/s2", "gal")
 
 
@@ -178,6 +180,34 @@ class MotionsTable(Table):
         one_of(RECORD_UNITS),
         KeyInfo("the file's own"),
         Field(description="Unit of accelerations in records, for tables that state none."),
+    ] = None
+    baseline_order: Annotated[
+        int | None,
+        KeyInfo("not corrected", at_least=0, at_most=10),
+        Field(description="Order of the polynomial that is subtracted from records: 0 their mean, 1 a straight line."),
+    ] = None
+    window: Annotated[
+        list[float] | None,
+        KeyInfo("whole", at_least=0.0, at_most=1.0),
+        Field(
+            min_length=2,
+            max_length=2,
+            description="Shares of the Arias intensity between which records are kept, as [0.05, 0.95].",
+        ),
+    ] = None
+    taper_s: Annotated[
+        float | None, KeyInfo("none", above=0.0), Field(description="Half cosine at both ends of records, s.")
+    ] = None
+    highpass_hz: Annotated[
+        float | None, KeyInfo("none", above=0.0), Field(description="Corner of a high-pass of records, Hz.")
+    ] = None
+    lowpass_hz: Annotated[
+        float | None, KeyInfo("none", above=0.0), Field(description="Corner of a low-pass of records, Hz.")
+    ] = None
+    order: Annotated[
+        int | None,
+        KeyInfo(4, at_least=1, at_most=10),
+        Field(description="Order of these Butterworth filters, which run both ways: no phase shift."),
     ] = None
     omega_g_rad_s: Annotated[
         float | list[float] | None,
@@ -371,9 +401,11 @@ class MotionsTable(Table):
             return [made.sample(self.number or 1, seed=self.seed or 0, first=first)]
         found: list[xr.DataArray] = []
         if self.records is not None:
-            refuse_foreign(self, {"records", "dt_s", "unit"}, "motions from records")
+            refuse_foreign(self, {"records", "dt_s", "unit", *PROCESSING}, "motions from records")
+            if self.order is not None and self.highpass_hz is None and self.lowpass_hz is None:
+                raise ValueError("motions.order is of a filter: it needs highpass_hz or lowpass_hz")
             for path in expand(self.records, folder):
-                found.append(shaking.read(path, self.dt_s, self.unit))
+                found.append(self._processed(path, shaking.read(path, self.dt_s, self.unit)))
                 refuse_samples(sum(array.size for array in found), "records")
         if self.floors_file is not None:
             refuse_foreign(self, {"floors_file"}, "motions from a floors_file")
@@ -381,6 +413,24 @@ class MotionsTable(Table):
                 found.append(shaking.read_floors(path))
                 refuse_samples(sum(array.size for array in found), "floors_file")
         return found
+
+    def _processed(self, path: Path, record: xr.DataArray) -> xr.DataArray:
+        """Return a record after the corrections that are asked for, in the order of `PROCESSING`."""
+        order = 4 if self.order is None else self.order
+        try:
+            if self.baseline_order is not None:
+                record = shaking.baseline(record, self.baseline_order)
+            if self.window is not None:
+                record = shaking.trim_husid(record, *self.window)
+            if self.taper_s is not None:
+                record = shaking.taper(record, self.taper_s)
+            if self.highpass_hz is not None and self.lowpass_hz is not None:
+                return shaking.bandpass(record, self.highpass_hz, self.lowpass_hz, order)
+            if self.highpass_hz is not None:
+                return shaking.highpass(record, self.highpass_hz, order)
+            return record if self.lowpass_hz is None else shaking.lowpass(record, self.lowpass_hz, order)
+        except ValueError as error:
+            raise ValueError(f"motions: {path}: {error}") from None
 
     def _made(self, folder: Path) -> Any:
         """Return the generator or pulse that makes the motions, None where they are read."""

@@ -14,9 +14,11 @@ import xarray as xr
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from ...aliases import Array
+from ...doubts import KINDS, noted
 from ...fragility.curves.curve import LINKED
 from ...fragility.runs.request import OUTPUTS
 from ..plan.designs import Cloud, Design, Incremental, Stripes
+from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
 from .analyses import CloudTable, FitTable, IdaTable, MeasuresTable, PerformanceTable, ScreenTable, StripesTable
 from .blocks import BlockTable
@@ -31,10 +33,14 @@ from .uncertainty import UncertaintyTable
 
 
 class MotionSet(NamedTuple):
-    """Motions that shake the blocks, and the ground motions below them where the levels are of their measure."""
+    """Motions that shake the blocks, and the ground motions below them where the levels are of their measure.
+
+    `reading`: what is doubted of the motions as they were read, and what was done to them.
+    """
 
     motions: tuple[xr.DataArray, ...]
     ground: tuple[xr.DataArray, ...]
+    reading: Reading
 
 
 ANALYSES = ("ida", "stripes", "cloud", "performance")
@@ -83,6 +89,11 @@ class StudyFile(Table):
     cloud: Annotated[CloudTable | None, Field(description="Every motion once, as it is.")] = None
     screen: Annotated[ScreenTable | None, Field(description="The validity screen.")] = None
 
+    accept: Annotated[
+        list[Annotated[str, one_of(KINDS)]] | None,
+        KeyInfo("none"),
+        Field(description="Kinds of doubts that are meant so and not noted: slips of units, offsets, drifts."),
+    ] = None
     outputs: Annotated[
         list[Annotated[str, one_of(OUTPUTS)]] | None,
         KeyInfo("overturned, peak_rotation"),
@@ -222,17 +233,19 @@ class StudyFile(Table):
         counts = self._floor_counts()
         refuse_samples(motions.samples(folder) * (1 + sum(counts)), "motions on all floors")
         ground = motions.build(folder)
+        reading = Reading.of(ground)
         if not self._stand:
-            return MotionSet(tuple(ground), ())
+            return MotionSet(tuple(ground), (), reading)
         refuse_samples(sum(array.size for array in ground) * (1 + sum(counts)), "motions on all floors")
         floors: list[xr.DataArray] = []
         for i, building in enumerate(self._stand, start=1):
             try:
-                floors.extend(building.shake(ground))
+                with noted():  # (a study has doubts among its notes)
+                    floors.extend(building.shake(ground))
             except ValueError as error:
                 raise ValueError(f"{self._called(i)}: {error}") from None
         at_ground = self.performance is None and self.analysis.im_at == "ground"
-        return MotionSet(tuple(floors), tuple(ground) if at_ground else ())
+        return MotionSet(tuple(floors), tuple(ground) if at_ground else (), reading)
 
     def _floor_counts(self) -> list[int]:
         """Return the number of floors of each building whose motions are wanted; ValueError for an invalid building."""
@@ -253,12 +266,15 @@ class StudyFile(Table):
         sets = self.shaking(folder)
         if self.ida is not None:
             refuse_factors(levels.size * sum(array.size // array.sizes["time"] for array in sets[0].motions))
+        first = sets[0]
         if self.stripes is not None:
             ground = tuple(one.ground for one in sets) if self.stripes.im_at == "ground" else ()
-            return Stripes(tuple(one.motions for one in sets), ground, self.stripes.im, levels, self.stripes.scale)
+            reading = Reading.joined([one.reading for one in sets])
+            shaken = tuple(one.motions for one in sets)
+            return Stripes(shaken, ground, self.stripes.im, levels, self.stripes.scale, reading)
         if self.ida is not None:
-            return Incremental(*sets[0], self.ida.im, levels)
-        return Cloud(*sets[0], self.analysis.im)
+            return Incremental(first.motions, first.ground, self.ida.im, levels, first.reading)
+        return Cloud(first.motions, first.ground, self.analysis.im, first.reading)
 
     def _levels(self) -> Array:
         """Return the levels in SI, none for a cloud; ValueError where their unit is not the measure's."""

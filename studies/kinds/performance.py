@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -12,10 +13,13 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Array, Progress
-from ...fragility import HazardCurve, block_notes, preliminary_screen
+from ...doubts import Doubt, noted
+from ...fragility import HazardCurve, preliminary_screen
 from ...fragility.numerics import slabs
-from ...fragility.runs.scaling import SCALE
+from ...fragility.runs.scaling import SCALE, intensity_measure
 from ...fragility.uncertainty.joint import Variability
+from ...fragility.validity.notes import squat_notes
+from ...fragility.validity.plausibility import block_doubts, level_doubts
 from ...models import Law
 from ...models.oscillator import Oscillator
 from ...motions import Building
@@ -28,6 +32,7 @@ from ..buildings.notes import hazard_notes, notes
 from ..buildings.shaking import Shaking
 from ..file.analyses import LevelsTable, PerformanceTable
 from ..file.schema import StudyFile
+from ..plan.reading import Reading
 from ..text.words import level_text
 from .study import SLAB_BYTES_A_RUN, Study, each, plain
 
@@ -171,8 +176,22 @@ class PerformanceStudy(Study):
         return [model.oscillator(self.inventory.rows[0].block) for model in self.models]
 
     @property
-    def notes(self) -> list[str]:
-        return block_notes([row.block for row in self.inventory.rows])
+    def squat(self) -> list[str]:
+        return squat_notes([row.block for row in self.inventory.rows])
+
+    @property
+    def doubts(self) -> list[Doubt]:
+        measure = None if self.im == SCALE else intensity_measure(self.im)
+        levels = [] if measure is None else level_doubts(self.levels, measure.units)
+        return [*block_doubts([row.block for row in self.inventory.rows]), *self._reading.doubts, *levels]
+
+    @property
+    def processing(self) -> Sequence[str]:
+        return self._reading.processing
+
+    @cached_property
+    def _reading(self) -> Reading:
+        return Reading.of(self.motions)
 
     @property
     def arrays(self) -> Iterable[xr.DataArray]:
@@ -184,20 +203,21 @@ class PerformanceStudy(Study):
         return [rows, self.inventory.currency, None if self.hazard is None else asdict(self.hazard)]
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
-        found = assess(
-            self.inventory,
-            self.models,
-            self.motions,
-            self.levels,
-            self.im,
-            self.building,
-            self.hazard,
-            variability=self.variability,
-            replicates=self.replicates,
-            seed=self.seed,
-            client=client,
-            progress=progress,
-        )
+        with noted():  # (a study has doubts among its notes)
+            found = assess(
+                self.inventory,
+                self.models,
+                self.motions,
+                self.levels,
+                self.im,
+                self.building,
+                self.hazard,
+                variability=self.variability,
+                replicates=self.replicates,
+                seed=self.seed,
+                client=client,
+                progress=progress,
+            )
         ranked = anchoring(
             found,
             self.objective,

@@ -20,10 +20,12 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Progress
-from ...fragility import block_notes
+from ...doubts import Doubt
 from ...fragility.numerics import slabs
 from ...fragility.runs.plan import OUTPUT_TYPES
 from ...fragility.runs.runners import Runner, Threads, never
+from ...fragility.validity.notes import squat_notes
+from ...fragility.validity.plausibility import block_doubts
 from ...models import Block, Law
 from ...models.oscillator import Oscillator
 from ...models.runs import engine_identity
@@ -85,6 +87,9 @@ class Study(ABC):
         content = read_study_file(file)
         try:
             study = Study._kinds[content.kind].of(content, file.parent)
+            for one in study.doubts:
+                if one.grave and one.kind not in study.accepted:
+                    raise ValueError(f'{one.sentence} (accept = ["{one.kind}"] takes it as it is)')
         except StudyError:
             raise
         except (ValueError, ArithmeticError) as error:
@@ -165,8 +170,28 @@ class Study(ABC):
 
     @property
     @abstractmethod
+    def doubts(self) -> list[Doubt]:
+        """The doubts in the inputs: what looks like a slip of units, an offset or a drift."""
+
+    @property
+    @abstractmethod
+    def squat(self) -> list[str]:
+        """Notes on blocks that slide or bounce rather than rock: one sentence each."""
+
+    @property
+    @abstractmethod
+    def processing(self) -> Sequence[str]:
+        """What was done to records."""
+
+    @property
+    def accepted(self) -> list[str]:
+        """The kinds of doubts that the study file accepts."""
+        return [str(kind) for kind in self.configuration.get("accept", [])]
+
+    @property
     def notes(self) -> list[str]:
         """Notes that a user should know before anything runs: one sentence each."""
+        return [*self.squat, *(one.sentence for one in self.doubts if one.kind not in self.accepted)]
 
     @property
     @abstractmethod
@@ -234,10 +259,10 @@ class Study(ABC):
             # (shards of this study are newer than results beside them: begun with resume=False, or just finished)
             whole = resume and not belongs(folder, self.identity)
             before = finished(folder / RESULT_NAME, self.identity, self.configuration) if whole else None
-            if before is not None and before.attrs.get("title") == self.title:
-                return before
             if before is not None:
-                results = before.assign_attrs(title=self.title)
+                results = before.assign_attrs(self._named(before))
+                if results.attrs == before.attrs:
+                    return before
             else:
                 refuse_shortage(folder, self.room, resume)
                 results = self._kept(folder, client, not resume, progress, watching)
@@ -302,19 +327,24 @@ class Study(ABC):
             found = self._compute(client, progress)
         except ValueError as error:
             raise StudyError(f"{self.title}: {error}") from None
-        said = str(found.attrs.get("notes", "")).splitlines()
-        return found.assign_attrs(
-            notes="\n".join([*(note for note in self.notes if note not in said), *said]),
-            title=self.title,
-            kind=self.kind,
-            study=json.dumps(self.configuration, ensure_ascii=False, sort_keys=True),
-            identity=self.identity,
-        )
+        read = {"processing": "\n".join(self.processing)} if self.processing else {}
+        return found.assign_attrs(**self._named(found), **read, kind=self.kind, identity=self.identity)
+
+    def _named(self, results: xr.Dataset) -> dict[str, str]:
+        """Return the attributes that title and accepted doubts decide, which are no part of the identity."""
+        doubted = {one.sentence for one in self.doubts}
+        said = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in doubted]
+        return {
+            "notes": "\n".join([*(note for note in self.notes if note not in said), *said]),
+            "doubts": json.dumps([[*one[:2], one.kind in self.accepted] for one in self.doubts], ensure_ascii=False),
+            "title": self.title,
+            "study": json.dumps(self.configuration, ensure_ascii=False, sort_keys=True),
+        }
 
     @cached_property
     def identity(self) -> str:
-        """A hash of all that decides the results: the study without its title, the motions' samples, the version."""
-        content = {key: value for key, value in self.configuration.items() if key != "title"}
+        """A hash of all that decides the results: the study's tables, the motions' samples, the version."""
+        content = {key: value for key, value in self.configuration.items() if key not in ("title", "accept")}
         found = hashlib.sha256(json.dumps([__version__, content, self._read], sort_keys=True).encode())
         plain = (record for array in self.arrays for record in records(array))
         for record, samples in zip(plain, self._digests, strict=True):
@@ -341,8 +371,16 @@ class BlockStudy:
         return [model.oscillator(self.blocks[0]) for model in self.models]
 
     @property
-    def notes(self) -> list[str]:
-        return block_notes(self.blocks)
+    def squat(self) -> list[str]:
+        return squat_notes(self.blocks)
+
+    @property
+    def doubts(self) -> list[Doubt]:
+        return [*block_doubts(self.blocks), *self.design.doubts]
+
+    @property
+    def processing(self) -> Sequence[str]:
+        return self.design.reading.processing
 
     @property
     def arrays(self) -> Iterable[xr.DataArray]:

@@ -11,11 +11,14 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Array, Progress
+from ...doubts import Doubt, noted
 from ...fragility import cloud, ida, stripes
 from ...fragility.runs.scaling import ground_of, intensities, intensity_measure, scaling
+from ...fragility.validity.plausibility import level_doubts
 from ...models import Block, Law
 from ...motions import records
 from ...wording import counted
+from .reading import UNREAD, Reading
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -31,8 +34,16 @@ class Design(ABC):
     motions: tuple[Any, ...]
     ground: tuple[Any, ...]
     im: str
+    reading: Reading
     name: ClassVar[str]
     """Its key in study files."""
+
+    @property
+    def doubts(self) -> list[Doubt]:
+        """The doubts in the records and in the levels."""
+        measure = intensity_measure(self.im)
+        levels = [] if measure is None else level_doubts(self.levels, measure.units)
+        return [*self.reading.doubts, *levels]
 
     @property
     def arrays(self) -> Motions:
@@ -91,7 +102,10 @@ class Design(ABC):
     ) -> xr.Dataset:
         """Return all runs of blocks under laws as a labelled dataset."""
         ground = self.ground or None
-        return self._analysed(blocks, models, outputs, client=client, screen=False, ground=ground, progress=progress)
+        with noted():  # (a study has doubts among its notes)
+            return self._analysed(
+                blocks, models, outputs, client=client, screen=False, ground=ground, progress=progress
+            )
 
     @abstractmethod
     def _analysed(
@@ -108,6 +122,7 @@ class Incremental(Design):
     ground: Motions
     im: str
     at: Array
+    reading: Reading = UNREAD
     name: ClassVar[str] = "ida"
 
     @property
@@ -141,6 +156,7 @@ class Stripes(Design):
     im: str
     at: Array
     scale: bool
+    reading: Reading = UNREAD
     name: ClassVar[str] = "stripes"
 
     @property
@@ -178,6 +194,7 @@ class Cloud(Design):
     motions: Motions
     ground: Motions
     im: str
+    reading: Reading = UNREAD
     name: ClassVar[str] = "cloud"
 
     def check(self, blocks: Sequence[Block]) -> None:

@@ -15,6 +15,8 @@ from ..text.block_order import chosen_of
 from ..text.names import clean
 from ..text.rows import Rows
 
+MOST_LINES = 6
+"""Most records whose corrections are written out."""
 LONGEST_VALUE = 300
 """Largest length of a study file's value in a table; the report prints the whole file below."""
 SECTIONS = {
@@ -188,6 +190,10 @@ def method(results: xr.Dataset) -> list[str]:
     """Return the paragraphs on how the study was made."""
     kind = str(results.attrs["kind"])
     words = [DESIGNS.get(str(results.attrs.get("design", "")), ""), KIND_TEXTS.get(kind, ""), ENGINE]
+    if "processing" in results.attrs:
+        done = str(results.attrs["processing"]).splitlines()
+        more = f"; and {len(done) - MOST_LINES:,} more" if len(done) > MOST_LINES else ""
+        words.append(f"Records, as they were read and corrected: {'; '.join(done[:MOST_LINES])}{more}.")
     if "fit_method" in results.attrs:
         words.append(f"Curves: {results.attrs['fit_method']}.")
     if "median" in results:

@@ -94,6 +94,7 @@ def _model(results: xr.Dataset) -> Iterator[Check]:
 
 def _numbers(results: xr.Dataset) -> Iterator[Check]:
     yield _motions(results)
+    yield _inputs(results)
     if "median" in results:
         yield _curves(results)
         yield _intervals(results)
@@ -199,6 +200,27 @@ def _motions(results: xr.Dataset) -> Check:
         reason,
         f"Take more motions: {runs_for_half_width(widest)} give ±{widest:g}.",
     )
+
+
+def _inputs(results: xr.Dataset) -> Check:
+    question = "Do sizes, levels and records look like real ones?"
+    if "doubts" not in results.attrs:
+        return Check(question, UNKNOWN, "The results hold no such check.", "Run the study with this version.")
+    doubts = json.loads(str(results.attrs["doubts"]))
+    kinds = dict.fromkeys(str(kind) for kind, _, accepted in doubts if not accepted)
+    if kinds:
+        said = (str(sentence).rstrip(".?") for _, sentence, accepted in doubts if not accepted)
+        names = ", ".join(f'"{kind}"' for kind in kinds)
+        return Check(
+            question,
+            CARE,
+            " ".join(f"{one[:1].upper()}{one[1:]}." for one in said),
+            f"Correct them; where they are meant so, accept = [{names}].",
+        )
+    if doubts:
+        names = ", ".join(dict.fromkeys(str(kind) for kind, *_ in doubts))
+        return Check(question, GOOD, f"What looks odd is accepted by the study: {names}.")
+    return Check(question, GOOD, "Nothing is outside of what exists, and no record keeps an offset or drifts.")
 
 
 def _curves(results: xr.Dataset) -> Check:

@@ -18,12 +18,12 @@ from ...motions.intensity.dataset import positive_measure
 from ...units import ACCELERATION, METRE, SECOND
 from ..file.blocks import BlockTable
 from ..file.models import ModelTable
-from ..file.motions import MotionsTable
+from ..file.motions import PROCESSING, MotionsTable
 from ..file.refusals import refusal
-from ..file.table import StudyError, Table, expand, nearest, quantity
+from ..file.table import StudyError, Table, nearest, quantity
 
-RECORD_KEYS = {"dt_s": "dt", "unit": "unit"}
-"""Keys of ``[motions]`` for what a record file may not state, and their names in `toppling.motions.read_all`."""
+RECORD_KEYS = {"dt_s", "unit", *PROCESSING}
+"""Keys of ``[motions]`` for record files: what a file may not state, and corrections."""
 NAMES = (*shaking.GENERATORS, *shaking.PULSES)
 LARGEST = 10.0
 """Size, m, above which a number without a unit is refused: no furniture is so large, so cm or mm is meant."""
@@ -109,7 +109,7 @@ def motion_of(
         last = f"0 to {len(plain) - 1}" if len(plain) > 1 else "0 only"
         raise StudyError(f"--index {index}: {name} holds {_count(len(plain), 'motion')} ({last})")
     one = plain[at]
-    return from_array(one.acceleration, one.dt, [one.label], one.source, one.own_amplitude)
+    return from_array(one.acceleration, one.dt, [one.label], one.source, one.own_amplitude, one.recorded)
 
 
 def _read(name: str, keys: Mapping[str, Any]) -> list[xr.DataArray]:
@@ -120,13 +120,13 @@ def _read(name: str, keys: Mapping[str, Any]) -> list[xr.DataArray]:
         near = nearest(name, NAMES)
         hint = f"; did you mean {near!r}?" if near else ""
         raise StudyError(f"MOTION must be a file, or one of {', '.join(NAMES)}, got {name!r}{hint}")
-    foreign = sorted(set(keys) - set(RECORD_KEYS)) or (sorted(keys) if name.lower().endswith(".toml") else [])
+    foreign = sorted(set(keys) - RECORD_KEYS) or (sorted(keys) if name.lower().endswith(".toml") else [])
     if foreign:
         raise StudyError(f"--set {foreign[0]}: belongs to generators and pulses, got {name!r}")
     if not keys:
-        return read_motions([name])
-    stated = {RECORD_KEYS[key]: value for key, value in keys.items()}
-    return built(name, lambda: [one for path in expand(name, Path()) for one in shaking.read_all(path, **stated)])
+        return read_motions([name])[0]
+    content = {"records": name, **keys}
+    return built(name, lambda: MotionsTable.model_validate(content).build(Path()), content)
 
 
 def factor_of(motion: xr.DataArray, scale: float | None, pga: str | None) -> float:

@@ -21,14 +21,17 @@ from rich.markup import escape
 from rich.table import Table
 
 from ... import motions as shaking
+from ...doubts import Doubt
 from ...motions.arrays import Record, records
 from ...motions.intensity.cumulative import husid
 from ...motions.intensity.peaks import velocity
 from ...motions.intensity.spectra import damping_of
 from ...motions.matching.targets import TargetSpectrum
+from ...motions.plausibility import record_doubts
 from ...units import STANDARD_GRAVITY
 from ..file.schema import read_study_file
 from ..file.table import StudyError, expand
+from ..plan.reading import Reading
 from ..plots import axes
 from ..text.words import floor_name
 
@@ -52,8 +55,10 @@ COLUMNS = (
 )
 
 
-def read_motions(inputs: Sequence[str]) -> list[xr.DataArray]:
-    """Return the motions of one study file (through its building), or of record files, paths or patterns.
+def read_motions(inputs: Sequence[str]) -> tuple[list[xr.DataArray], list[Doubt]]:
+    """Return the motions of one study file (through its building) or of record files, and the doubts in records.
+
+    Record files are given as paths or patterns.
 
     Raises
     ------
@@ -66,15 +71,20 @@ def read_motions(inputs: Sequence[str]) -> list[xr.DataArray]:
     try:
         if not studies:
             found = [array for path in expand(list(inputs), Path()) for array in shaking.read_all(path)]
+            doubts = record_doubts(records(found))
         else:
             path = Path(studies[0])
-            found = [array for one in read_study_file(path).shaking(path.parent) for array in one.motions]
-        records(found)
+            content = read_study_file(path)
+            sets = content.shaking(path.parent)
+            found = [array for one in sets for array in one.motions]
+            records(found)
+            of_all = Reading.joined([one.reading for one in sets]).doubts
+            doubts = [one for one in of_all if one.kind not in (content.accept or [])]
     except StudyError:
         raise
     except (ValueError, ArithmeticError) as error:
         raise StudyError(f"{studies[0]}: {error}" if studies else str(error)) from None
-    return found
+    return found, doubts
 
 
 def measured(motions: Sequence[xr.DataArray], damping: float = 0.05) -> xr.Dataset:
@@ -104,7 +114,7 @@ def measures_table(values: xr.Dataset, rows: int = MOST_ROWS) -> Table:
     return table
 
 
-def measures_json(values: xr.Dataset, figures: Sequence[Path] = ()) -> str:
+def measures_json(values: xr.Dataset, figures: Sequence[Path] = (), doubts: Sequence[Doubt] = ()) -> str:
     """Return every measure of every motion as JSON, SI; null where a measure is undefined (durations of zeros)."""
     found = {
         str(name): {
@@ -120,6 +130,7 @@ def measures_json(values: xr.Dataset, figures: Sequence[Path] = ()) -> str:
         "duration": {"units": "s", "values": values["duration"].values.tolist()},
         **({"floor": values["floor"].values.tolist()} if "floor" in values.coords else {}),
         "measures": found,
+        "notes": [one.sentence for one in doubts],
         "figures": [str(path) for path in figures],
     }
     return json.dumps(content, ensure_ascii=False, indent=1)

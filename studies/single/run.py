@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 
 from ... import motions as shaking
+from ...doubts import noted
 from ...fragility import ida
 from ...fragility.validity.notes import NOT_MODELLED, block_notes
 from ...fragility.validity.reasons import (
@@ -34,6 +35,7 @@ from ...fragility.validity.screen import FACTORS, screen
 from ...models import Block, Law, simulate
 from ...models.laws import describe_law
 from ...motions.arrays import records
+from ...motions.plausibility import record_doubts
 from ...units import STANDARD_GRAVITY
 from ..file.table import StudyError
 from ..text.histories import last_balance
@@ -109,7 +111,8 @@ class Simulation:
         if not bool(self.motion.any()):
             return None
         outputs = ("overturned", "peak_rotation", "uplifted")
-        runs = ida(self.block, self.model, self.motion, [self.factor], im="scale", outputs=outputs, screen=False)
+        with noted():
+            runs = ida(self.block, self.model, self.motion, [self.factor], im="scale", outputs=outputs, screen=False)
         return screen(runs, self.motion, undecided=1.0)
 
     @property
@@ -134,7 +137,7 @@ class Simulation:
     @property
     def notes(self) -> list[str]:
         """The reservations that a user should know before trusting the run, one sentence each."""
-        found = block_notes([self.block])
+        found = [*block_notes([self.block]), *(one.sentence for one in record_doubts(records(self.motion)))]
         if self.screened is not None:
             verdict = int(self.screened["verdict"].max())
             held = [reason for reason in REASONS if verdict & reason.bit and reason is not SQUAT]

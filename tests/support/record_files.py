@@ -1,6 +1,10 @@
 """Tiny files of every record format, written from the published layouts: what readers are tested on anywhere."""
 
+import re
+
 import numpy as np
+
+GALS = {"gal": 1.0, "g": 980.665, "cm/s2": 1.0, "m/s^2": 100.0}
 
 
 def shaking(n=24, peak=50.0, seed=0):
@@ -28,8 +32,14 @@ def csv(values, dt=0.01, unit="cm/s2"):
     return f"time (s),acceleration ({unit})\n{rows}"
 
 
-def knet(counts, scale="3920(gal)/6182761", direction="E-W", frequency="100Hz", duration=None, station="AOM001"):
-    """NIED: 17 lines, values in column 19, then eight counts a line."""
+def knet(
+    counts, scale="3920(gal)/6182761", direction="E-W", frequency="100Hz", duration=None, station="AOM001", peak=None
+):
+    """NIED: 17 lines, values in column 19, then eight counts a line; the peak is that about the mean."""
+    if peak is None:
+        known = re.fullmatch(r"(\d+)\((gal|g|cm/s2|m/s\^2)\)/([1-9]\d*)", scale)
+        factor = float(known[1]) * GALS[known[2]] / float(known[3]) if known else 1.0
+        peak = f"{factor * np.abs(counts - np.mean(counts)).max():.3f}"
     header = {
         "Origin Time": "2018/01/24 19:51:00",
         "Lat.": "41.0",
@@ -45,7 +55,7 @@ def knet(counts, scale="3920(gal)/6182761", direction="E-W", frequency="100Hz", 
         "Duration Time(s)": len(counts) / 100.0 if duration is None else duration,
         "Dir.": direction,
         "Scale Factor": scale,
-        "Max. Acc. (gal)": "4.078",
+        "Max. Acc. (gal)": peak,
         "Last Correction": "2018/01/24 19:51:43",
         "Memo.": "",
     }
@@ -132,7 +142,8 @@ def geonet(channels, dt=0.02, unit="mm/s/s", opening="Corrected accelerogram"):
             "2018 February 12         21:15:54 UT\nEpicentre\n"
             f"Number of points  {n}    Duration 115.98 sec\nInstrument corrected data at {dt:.3f} sec intervals\n"
             f"Band-pass filter\nComponent {name}  Accelerometer Axis\n"
-            f"Acceleration:  peak    -41.6 {unit} at  43.68 sec     rms      2.2 {unit}\nVelocity:\nDisplacement:\n"
+            f"Acceleration:  peak    {np.abs(values).max():.1f} {unit} at  43.68 sec     rms      2.2 {unit}\n"
+            "Velocity:\nDisplacement:\n"
             + _columns(integers, 10, "%8d")
             + _columns(reals, 10, "%8.3f")
             + _columns(np.concatenate([values]), 10, "%8.1f")

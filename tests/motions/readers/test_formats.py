@@ -43,8 +43,6 @@ class TestRealFiles:
         assert motion.dt.values.tolist() == [dt] * components
         assert set(motion.source.values) == {name}
         assert motion.attrs["units"] == "m s-2"
-        if name[-3:] in {".EW", ".NS", "EW2"}:
-            motion = mo.baseline(motion, order=0)
         np.testing.assert_allclose(np.abs(motion.values).max(axis=1), peaks, rtol=0, atol=0.5001 * digit)
 
     @pytest.mark.parametrize(
@@ -93,7 +91,8 @@ class TestRealFiles:
         obspy = pytest.importorskip("obspy")
         trace = obspy.read(str(FORMATS / name), format="KNET", apply_calib=True)[0]
         motion = mo.read(FORMATS / name)
-        np.testing.assert_allclose(motion.values[0], trace.data, rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(motion.values[0], trace.data - trace.data.mean(), rtol=0, atol=1e-12)
+        assert motion.attrs["processing"] == f"mean of {trace.data.mean():.4g} m/s² removed on reading"
         assert float(motion.dt[0]) == trace.stats.delta
         assert motion.sizes["time"] == trace.stats.npts
 
@@ -101,14 +100,19 @@ class TestRealFiles:
 class TestKnet:
     def test_scale_and_direction(self, tmp_path):
         motion = mo.read(saved(tmp_path, files.knet(COUNTS, "7845(gal)/8223790", direction="6")))
-        np.testing.assert_allclose(motion.values[0], COUNTS * 0.01 * 7845.0 / 8223790.0, rtol=1e-15)
+        np.testing.assert_allclose(motion.values[0], (COUNTS + 0.5) * 0.01 * 7845.0 / 8223790.0, rtol=1e-13)
         assert motion.motion.values.tolist() == ["AOM001 U-D surface 2018-01-24 19:51:00"]
         assert float(motion.magnitude[0]) == 6.2
 
     @pytest.mark.parametrize(("scale", "factor"), [("2(g)/1000", 2e-3 * G), ("2(cm/s2)/4", 5e-3), ("3(m/s^2)/1", 3.0)])
     def test_units(self, tmp_path, scale, factor):
         motion = mo.read(saved(tmp_path, files.knet(COUNTS, scale)))
-        np.testing.assert_allclose(motion.values[0], COUNTS * factor, rtol=1e-14)
+        np.testing.assert_allclose(motion.values[0], (COUNTS + 0.5) * factor, rtol=1e-13)
+
+    @pytest.mark.parametrize("peak", ["", "unknown", "0.062", "0.064", "-0.063"])
+    def test_peaks_that_are_unknown_or_rounded(self, tmp_path, peak):
+        """The samples reach 0.06308 gal: within 2 % of all of these."""
+        assert mo.read(saved(tmp_path, files.knet(COUNTS, peak=peak))).sizes["time"] == COUNTS.size
 
     def test_both_spellings_in_use(self, tmp_path):
         text = files.knet(COUNTS).replace("Max. Acc. (gal)   ", "Max Acc. (gal)    ").replace("Long.  ", "Lon.   ")
@@ -127,6 +131,7 @@ class TestKnet:
             (files.knet(COUNTS).replace("Scale Factor", "Scale-Factor"), "line 14 begins .* has 'Scale Factor' there"),
             (files.knet(COUNTS).replace("    -100 ", "     x   "), "line 18 holds 'x .*, no number"),
             (files.knet(COUNTS).partition("Last")[0], "ends before the header line 'Last Correction'"),
+            (files.knet(COUNTS, peak="0.090"), r"reach 0.00063.. m/s², its header says 0.0009 m/s²: another unit or"),
         ],
     )
     def test_broken(self, tmp_path, text, message):
@@ -259,6 +264,29 @@ class TestCsmip:
     )
     def test_broken(self, tmp_path, text, message):
         refused(saved(tmp_path, text), message)
+
+    def test_units_in_place_of_a_number_format(self, tmp_path):
+        """As in files of the 1980s: ten characters a value, eight values a line."""
+        older = files.csmip(self.CHANNEL).replace(", in cm/sec2. (8f10.6)", "  (UNITS: CM/SEC/SEC)")
+        older = older.replace(", in cm/sec.  (8f10.6)", "  (UNITS: CM/SEC)").upper()
+        np.testing.assert_allclose(mo.read(saved(tmp_path, older)).values[0], 0.01 * self.CHANNEL[0], rtol=1e-13)
+        refused(saved(tmp_path, older.replace("CM/SEC/SEC", "GNATS")), "gives the unit of acceleration as 'GNATS'")
+
+    @needs_shared
+    def test_an_older_file(self):
+        motion = mo.read(FORMATS / "older_csmip.V2")
+        assert motion.shape == (1, 640)
+        assert float(np.abs(motion).max()) == pytest.approx(2.67957, abs=5e-6)
+        assert motion.motion.values.tolist() == ["CSMIP 99999 chan 1 90 DEG"]
+        assert float(motion.magnitude[0]) == 6.5
+
+    def test_another_peak(self, tmp_path):
+        line = "Peak acceleration =    {:6.3f}    cm/sec/sec  at   32.570   sec."
+        sound = files.csmip(self.CHANNEL).replace("\n\n\n\n", "\n" + line.format(50.0) + "\n\n\n", 1)
+        assert mo.read(saved(tmp_path, sound)).sizes["time"] == 100
+        refused(
+            saved(tmp_path, sound.replace("50.000", "48.9")), "Chan 1: H1: its samples reach 0.4999 m/s², its header"
+        )
 
 
 class TestGeonet:
@@ -434,17 +462,34 @@ class TestHostile:
 
     @needs_shared
     @pytest.mark.slow
-    @pytest.mark.parametrize("name", [r[0] for r in REAL])
+    @pytest.mark.parametrize("name", [*(r[0] for r in REAL), "older_csmip.V2"])
     def test_damaged_real_files(self, tmp_path, name):
         source = cut(name)
         assert mo.read(saved(tmp_path, source)).size > 100
         assert damage(tmp_path / "damaged.dat", source.encode(), 10_000) > 1000
 
 
+# the peak in the header of a real file, and that of the lines which `cut` leaves
+CUT_PEAKS = {
+    "AOM0011801241951.EW": ("  4.078", "  1.062"),
+    "AOM0011801241951.NS": ("  4.954", "  0.740"),
+    "NGNH311106302345.EW2": ("  0.708", "  0.527"),
+    "HI.ARS1..HNE.D.20190728.160908.C.ACC.ASC": ("S^2: 0.300022", "S^2: 0.000001"),
+    "Cosmos12TimeSeriesTest.v1": ("Max =  -161.962", "Max =     0.053"),
+    "us1000hyfh_akbmrp_AKBMR--n.1000hyfh.BNZ.--.acc.V2c": ("Max =   -6.852", "Max =    0.000"),
+    "CE58667.V2": ("    27.114 ", "     0.062 "),
+    "20180212_211557_WPWS_20.V2A": ("  -41.6 mm", "    0.3 mm"),
+}
+
+
 def cut(name):
-    """Return the header of a real file and about 200 lines of its first component, with adapted counts."""
+    """Return the header of a real file and about 200 lines of its first component, with adapted counts and peak."""
     text = (FORMATS / name).read_text(encoding="utf-8")
-    lines = text.splitlines(keepends=True)
+    if name not in CUT_PEAKS:  # (shortened already)
+        return text
+    stated, left = CUT_PEAKS[name]
+    assert stated in text
+    lines = text.replace(stated, left, 1).splitlines(keepends=True)
     if name.endswith(".ASC"):
         return "".join(lines[:264]).replace("NDATA: 19128", "NDATA: 200")
     if name.endswith(".v1"):

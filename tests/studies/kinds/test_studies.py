@@ -98,7 +98,8 @@ class TestStudy:
         notes = tp.Study.from_toml(write(tmp_path, text)).notes
         assert len(notes) == 2
         assert "crate: its centre of mass is 1.2 half widths high" in notes[1]
-        assert "metres meant" in tp.Study.from_toml(write(tmp_path, SMALL.replace("= 1.2", "= 120"))).notes[0]
+        (tall,) = tp.Study.from_toml(write(tmp_path, SMALL.replace("= 1.2", "= 40"))).notes
+        assert tall.endswith("(crate: 0.5 m x 40 m): millimetres written as metres?")
         assert tp.Study.from_toml(write(tmp_path)).notes == []
 
     def test_matches_the_api(self, tmp_path):

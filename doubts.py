@@ -1,0 +1,64 @@
+"""Doubts: inputs outside of what exists, each in a sentence that names the likely slip; studies accept them by name."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import NamedTuple
+
+KINDS: dict[str, str] = {
+    "block size": "sides above 20 m or below 1 cm",
+    "level": "levels above 5 g or 10 m/s",
+    "offset": "records whose mean is above 1 % of their PGA",
+    "drift": "records whose velocity at the end is above 10 % of their PGV",
+    "displacement": "records whose PGD is above a quarter of their duration times their PGV",
+    "PGA": "records with a PGA above 3 g",
+    "PGV/PGA": "records whose PGV/PGA lies outside 0.01 to 0.8 s",
+    "duration": "records longer than 900 s",
+}
+"""Kinds of doubts, by the names under which a study accepts them."""
+NAMED = 3  # no sentence names more
+_noted: ContextVar[bool] = ContextVar("noted", default=False)
+
+
+class Doubt(NamedTuple):
+    """One doubt: its kind, one of `KINDS`, its sentence, and whether nothing real can be meant."""
+
+    kind: str
+    sentence: str
+    grave: bool = False
+
+
+class ImplausibleInput(UserWarning):
+    """Warning of an input outside of what exists; the input is used as it is."""
+
+
+def first_names(names: Sequence[str]) -> str:
+    """Return the first of some names, and the number of the others."""
+    more = len(names) - NAMED
+    return ", ".join(names[:NAMED]) + (f" and {more:,} more" if more > 0 else "")
+
+
+def warn(found: Iterable[Doubt]) -> None:
+    """Warn of doubts where the package was called; nothing is said where the caller notes them itself (`noted`)."""
+    if _noted.get():
+        return
+    package = __name__.rpartition(".")[0]
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == package:
+        level, frame = level + 1, frame.f_back
+    for one in found:
+        warnings.warn(one.sentence, ImplausibleInput, stacklevel=level)
+
+
+@contextmanager
+def noted() -> Iterator[None]:
+    """Keep doubts silent within: for callers that have noted them."""
+    token = _noted.set(True)
+    try:
+        yield
+    finally:
+        _noted.reset(token)

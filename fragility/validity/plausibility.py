@@ -1,0 +1,59 @@
+"""Plausibility of blocks and levels: sizes and levels outside of what exists, with the likely slip of units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from ...aliases import Array
+from ...doubts import Doubt, first_names
+from ...models import Block
+from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
+
+LARGEST, SMALLEST = 20.0, 0.01  # m: sides of contents of buildings
+IMPOSSIBLY_LARGE, IMPOSSIBLY_SMALL = 100.0, 0.001  # m
+HIGHEST: dict[str, tuple[float, float, str]] = {
+    ACCELERATION: (5.0 * STANDARD_GRAVITY, 50.0 * STANDARD_GRAVITY, "g written where m/s² is meant?"),
+    VELOCITY: (10.0, 100.0, "cm/s meant?"),
+}
+"""By the unit of levels: the highest that exists, the highest that can be meant, and the likely slip."""
+
+
+def block_doubts(blocks: Iterable[Block]) -> list[Doubt]:
+    """Return the doubt in the sizes of blocks: sides above 20 m or below 1 cm."""
+    every = list(blocks)
+    sides = np.array([(block.width, block.height) for block in every]).reshape(-1, 2)
+    found = []
+    for odd, beyond, text, slip in (
+        (
+            sides.max(axis=1) > LARGEST,
+            sides > IMPOSSIBLY_LARGE,
+            f"above {LARGEST:g} m",
+            "millimetres written as metres?",
+        ),
+        (
+            sides.min(axis=1) < SMALLEST,
+            sides < IMPOSSIBLY_SMALL,
+            f"below {100.0 * SMALLEST:g} cm",
+            "another unit than metres?",
+        ),
+    ):
+        named = [every[i] for i in np.flatnonzero(odd)]
+        if named:
+            sizes = first_names([f"{one.label}: {one.width:g} m x {one.height:g} m" for one in named])
+            of = f"{len(named):,} of {len(every):,} blocks have sides" if len(every) > 1 else "the block has sides"
+            found.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))
+    return found
+
+
+def level_doubts(levels: Array, units: str) -> list[Doubt]:
+    """Return the doubt in the highest level of a measure: above 5 g or 10 m/s."""
+    if units not in HIGHEST or not levels.size:
+        return []
+    highest, beyond, slip = HIGHEST[units]
+    top = float(np.max(levels))
+    if top <= highest:
+        return []
+    shown = f"{top / STANDARD_GRAVITY:g} g" if units == ACCELERATION else f"{top:g} m/s"
+    return [Doubt("level", f"the highest level, {shown}, is beyond any shaking: {slip}", top > beyond)]

@@ -1,0 +1,84 @@
+"""Plausibility of records: offsets, drifts and slips of units in what was read from files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ..doubts import Doubt, first_names
+from ..units import STANDARD_GRAVITY
+from ..wording import short_digits, two_digit_percent
+from .arrays import Record
+from .intensity.peaks import peak_acceleration, peak_displacement, peak_velocity, velocity
+
+OFFSET = 0.01
+"""Mean over PGA above which a record keeps an offset."""
+DRIFT = 0.1
+"""Velocity at the end over PGV above which a record drifts."""
+WANDERING = 0.25
+"""PGD over PGV, as a share of the duration, above which a record wanders off."""
+HIGHEST_PGA, IMPOSSIBLE_PGA = 3.0 * STANDARD_GRAVITY, 20.0 * STANDARD_GRAVITY
+"""m/s²: the largest recorded PGA are 2 to 4 g (Anderson 2010); twenty times g is another unit."""
+SHORTEST_PGV_PGA, LONGEST_PGV_PGA = 0.01, 0.8
+"""PGV over PGA, s, of any ground motion."""
+LONGEST = 900.0
+"""Duration, s."""
+
+
+def record_doubts(records: Iterable[Record]) -> list[Doubt]:
+    """Return the doubts in records: offsets, drifts, and amplitudes and durations outside of what was ever recorded.
+
+    Motions that were generated are passed over.  A zero motion, and one that is all offset, has no drift of its own.
+
+    References
+    ----------
+    Anderson, J. G. (2010). Source and site characteristics of earthquakes that have caused exceptional ground
+    accelerations and velocities. Bulletin of the Seismological Society of America 100(1), 1-36.
+    """
+    read = [record for record in records if record.recorded]
+    offset: list[str] = []
+    drift: list[str] = []
+    wandering: list[str] = []
+    strong: list[tuple[float, str]] = []
+    ratio: list[str] = []
+    long: list[str] = []
+    for record in read:
+        pga = peak_acceleration(record.acceleration, record.dt)
+        if pga == 0.0:
+            continue
+        pgv = peak_velocity(record.acceleration, record.dt)
+        mean = abs(float(record.acceleration.mean())) / pga
+        if mean > OFFSET:
+            offset.append(f"{record.label}: its mean is {two_digit_percent(mean)} of its PGA")
+        left = abs(float(velocity(record.acceleration, record.dt)[-1])) / pgv
+        if left > DRIFT:
+            drift.append(f"{record.label}: {two_digit_percent(left)} of its PGV is left at its end")
+        pgd = peak_displacement(record.acceleration, record.dt)
+        if pgd > WANDERING * record.duration * pgv:
+            wandering.append(f"{record.label}: PGD {short_digits(pgd)} m with PGV {short_digits(pgv)} m/s")
+        if pga > HIGHEST_PGA:
+            strong.append((pga, f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g"))
+        if max(mean / OFFSET, left / DRIFT) <= 1.0 and not SHORTEST_PGV_PGA <= pgv / pga <= LONGEST_PGV_PGA:
+            ratio.append(f"{record.label}: {short_digits(pgv / pga)} s")
+        if record.duration > LONGEST:
+            long.append(f"{record.label}: {short_digits(record.duration)} s")
+    found: list[Doubt] = []
+
+    def doubt(kind: str, names: list[str], one: str, more: str, cure: str, grave: bool = False) -> None:
+        if names:
+            what = f"the record {one}" if len(read) == 1 else f"{len(names):,} of {len(read):,} records {more}"
+            found.append(Doubt(kind, f"{what} ({first_names(names)}): {cure}", grave))
+
+    level = "baseline_order = 1 in [motions] (motions.baseline)"
+    filtered = f"{level}, or highpass_hz (motions.highpass) where that is not enough"
+    unit = "another unit than the file says, gal headed g?"
+    grave = any(pga > IMPOSSIBLE_PGA for pga, _ in strong)
+    doubt("offset", offset, "keeps an offset", "keep an offset", f"{level} removes it")
+    doubt("drift", drift, "ends in motion", "end in motion", filtered)
+    doubt("displacement", wandering, "wanders off", "wander off", filtered)
+    doubt("PGA", [name for _, name in strong], "reaches more than 3 g", "reach more than 3 g", unit, grave)
+    outside = f"PGV/PGA outside {SHORTEST_PGV_PGA:g} to {LONGEST_PGV_PGA:g} s"
+    slow = "another time step than the file says, a drift, or no acceleration?"
+    doubt("PGV/PGA", ratio, f"has {outside}", f"have {outside}", slow)
+    noise = "another time step than the file says, or noise before and after (window)?"
+    doubt("duration", long, f"lasts longer than {LONGEST:g} s", f"last longer than {LONGEST:g} s", noise)
+    return found

@@ -1,0 +1,91 @@
+"""Plausibility of sizes and levels, and how Python is warned."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.doubts import ImplausibleInput, noted
+from toppling.fragility.validity.plausibility import block_doubts, level_doubts
+from toppling.units import STANDARD_GRAVITY as G
+
+CABINET = tp.Block(0.4, 1.8, name="cabinet")
+SHAKES = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "expected"),
+    [
+        (0.4, 1.8, None),
+        (5.0, 19.9, None),
+        (5.0, 20.1, False),
+        (40.0, 99.0, False),
+        (400.0, 1800.0, True),
+        (0.011, 0.05, None),
+        (0.009, 0.05, False),
+        (0.0004, 0.0018, True),
+    ],
+)
+def test_sizes(width, height, expected):
+    found = block_doubts([tp.Block(width, height, name="one")])
+    assert [one.grave for one in found] == ([] if expected is None else [expected])
+    assert all(f"one: {width:g} m x {height:g} m" in one.sentence for one in found)
+
+
+@pytest.mark.parametrize(
+    ("top", "units", "expected"),
+    [
+        (4.9 * G, "m s-2", None),
+        (5.1 * G, "m s-2", False),
+        (51.0 * G, "m s-2", True),
+        (9.9, "m s-1", None),
+        (10.1, "m s-1", False),
+        (101.0, "m s-1", True),
+        (500.0, "1", None),
+    ],
+)
+def test_levels(top, units, expected):
+    found = level_doubts(np.array([0.1, top]), units)
+    assert [one.grave for one in found] == ([] if expected is None else [expected])
+
+
+class TestWarnings:
+    def said(self, block, levels, motions=SHAKES, **options):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            tp.ida(block, tp.HousnerImpact(e=0.9), motions, levels, screen=False, **options)
+        return [one for one in caught if one.category is ImplausibleInput]
+
+    def test_what_is_plain_is_silent(self):
+        assert self.said(CABINET, [1.0, 9.8]) == []
+        assert self.said(CABINET, [1.0, 500.0], im="scale") == []
+
+    def test_sizes_levels_and_records(self):
+        (size,) = self.said(tp.Block(400.0, 1800.0), [1.0])
+        assert "millimetres written as metres?" in str(size.message)
+        (level,) = self.said(CABINET, [1.0, 98.0])
+        assert "the highest level, 9.99322 g, is beyond any shaking" in str(level.message)
+        offset = tp.motions.from_array(np.sin(np.arange(500) * 0.1) + 0.2, 0.01, recorded=True)
+        said = self.said(CABINET, [1.0], offset)
+        assert "keeps an offset" in str(said[0].message)
+
+    def test_the_place_is_the_callers(self):
+        assert self.said(tp.Block(400.0, 1800.0), [1.0])[0].filename == __file__
+
+    def test_buildings_warn_of_the_ground(self):
+        offset = tp.motions.from_array(np.sin(np.arange(500) * 0.1) + 0.2, 0.01, recorded=True)
+        with pytest.warns(ImplausibleInput, match="keeps an offset|ends in motion|wanders off|PGV/PGA"):
+            tp.motions.Building.flexural_shear(0.5).floor_motions(offset)
+
+    def test_stripes_are_of_levels_and_clouds_are_not(self):
+        with pytest.warns(ImplausibleInput, match="the highest level"):
+            tp.stripes(CABINET, tp.HousnerImpact(e=0.9), [SHAKES], [98.0], screen=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            tp.cloud(CABINET, tp.HousnerImpact(e=0.9), SHAKES, screen=False)
+
+    def test_silence_for_those_who_note(self):
+        with noted():
+            assert self.said(tp.Block(400.0, 1800.0), [1.0]) == []
+        assert self.said(tp.Block(400.0, 1800.0), [1.0]) != []

@@ -1,0 +1,115 @@
+"""Plausibility of records: what is named, with which figures, and what is not."""
+
+import numpy as np
+import pytest
+from shared_cases import SHARED, needs_shared
+
+from toppling import motions as mo
+from toppling.motions.arrays import records
+from toppling.motions.plausibility import record_doubts
+from toppling.units import STANDARD_GRAVITY as G
+
+DT = 0.01
+
+
+def recorded(values, dt=DT, label="one"):
+    return mo.from_array(values, dt, [label], recorded=True)
+
+
+def wavelet(amplitude=2.0, frequency=1.0, n=4000, dt=DT):
+    """A whole number of cosine cycles under a sin² window: no mean, and no velocity at its end."""
+    t = np.arange(n + 1) * dt
+    return amplitude * np.sin(np.pi * t / t[-1]) ** 2 * np.sin(2.0 * np.pi * frequency * t)
+
+
+def kinds(array):
+    return {one.kind: one for one in record_doubts(records(array))}
+
+
+class TestRecords:
+    def test_a_sound_record_is_not_doubted(self):
+        assert kinds(recorded(wavelet())) == {}
+
+    @pytest.mark.parametrize(("share", "named"), [(0.009, False), (0.012, True)])
+    def test_offset(self, share, named):
+        """A mean of so much of the PGA, which the offset itself raises."""
+        found = kinds(recorded(wavelet() + 2.0 * share / (1.0 - share)))
+        assert ("offset" in found) == named
+        if named:
+            assert "one: its mean is 1.2 % of its PGA" in found["offset"].sentence
+            assert "baseline_order = 1" in found["offset"].sentence
+
+    @pytest.mark.parametrize(("share", "named"), [(0.09, False), (0.11, True)])
+    def test_drift(self, share, named):
+        """A short push at the end leaves its velocity."""
+        a = wavelet()
+        pgv = float(mo.measures(recorded(a)).pgv[0])
+        push = np.zeros_like(a)
+        push[-11:-1] = share * pgv / (10.0 * DT)  # (the peak of the velocity comes before it)
+        assert ("drift" in kinds(recorded(a + push))) == named
+
+    def test_displacement(self):
+        """PGD over PGV of constant velocity is the duration."""
+        a = np.zeros(4000)
+        a[1:3] = 1.0
+        assert "displacement" in kinds(recorded(a))
+        assert "displacement" not in kinds(recorded(wavelet()))
+
+    @pytest.mark.parametrize(("peak", "expected"), [(2.9, None), (3.1, False), (19.0, False), (21.0, True)])
+    def test_peak(self, peak, expected):
+        a = wavelet(1.0)
+        found = kinds(recorded(a * peak * G / np.abs(a).max()))
+        assert (found["PGA"].grave if "PGA" in found else None) == expected
+
+    @pytest.mark.parametrize(("frequency", "named"), [(0.25, False), (0.15, True), (14.0, False), (18.0, True)])
+    def test_ratio(self, frequency, named):
+        """PGV/PGA of a harmonic is 1/(2 pi f): 0.64, 1.06, 0.0114 and 0.0088 s."""
+        found = kinds(recorded(wavelet(frequency=frequency, n=40_000, dt=0.001), dt=0.001))
+        assert ("PGV/PGA" in found) == named
+
+    def test_duration(self):
+        assert set(kinds(recorded(wavelet(n=45_100, dt=0.02), dt=0.02))) == {"duration"}
+        assert kinds(recorded(wavelet(n=44_900, dt=0.02), dt=0.02)) == {}
+
+    def test_generated_motions_and_silence_are_passed_over(self):
+        assert kinds(mo.from_array(wavelet() + 1.0, DT)) == {}
+        assert kinds(recorded(np.zeros(100))) == {}
+        assert kinds(mo.KanaiTajimi(duration=10.0).sample(3)) == {}
+
+    def test_few_of_many_are_named(self):
+        every = [recorded(wavelet() + (0.5 if i < 5 else 0.0), label=f"r{i}") for i in range(7)]
+        (offset,) = [one for one in record_doubts(records(every)) if one.kind == "offset"]
+        assert offset.sentence.startswith("5 of 7 records keep an offset (r0: its mean is 20 % of its PGA, r1: ")
+        assert " and 2 more)" in offset.sentence
+
+    def test_the_cures_cure(self):
+        noisy = recorded(wavelet() + 0.3)
+        assert set(kinds(noisy)) >= {"offset", "drift"}
+        assert kinds(mo.baseline(noisy, 1)) == {}
+
+    @needs_shared
+    def test_real_records(self):
+        """No processed record of the suite is doubted; what a slip of units makes of them is."""
+        suite = [mo.read(path) for path in sorted((SHARED / "data/records/suite").glob("*.AT2"))]
+        assert len(suite) > 40
+        assert record_doubts(records(suite)) == []
+        assert "PGA" in kinds(suite[0] * 100.0)
+        raw = mo.read(SHARED / "data/records/formats/AOM0011801241951.EW")
+        assert kinds(raw) == {}
+        found = kinds(raw - 0.07656)
+        assert {"offset", "drift", "displacement"} <= set(found)
+
+
+class TestMarks:
+    def test_who_is_marked(self, tmp_path):
+        """Files are, whatever is done to them later; generators, arrays and buildings are not."""
+        read = mo.read(mo.example_path())
+        assert records(read)[0].recorded
+        assert records(mo.highpass(mo.baseline(read), 0.1))[0].recorded
+        assert records(mo.scale_to(read, 1.0))[0].recorded
+        (tmp_path / "floors.csv").write_text("time,a/1 [g]\n0,0\n0.1,1\n0.2,0\n", encoding="utf-8")
+        assert records(mo.read_floors(tmp_path / "floors.csv"))[0].recorded
+        assert not records(mo.CloughPenzien().sample(1))[0].recorded
+        assert not records(mo.Building.flexural_shear(0.5).floor_motions(read))[0].recorded
+        with pytest.raises(TypeError, match="recorded must be True or False"):
+            mo.from_array([0.0, 1.0], 0.1, recorded=1)

@@ -1,0 +1,229 @@
+"""Doubts in studies: what is noted, accepted and refused, and the corrections of records that cure it."""
+
+import json
+
+import numpy as np
+import pytest
+from shared_cases import SHARED, needs_shared
+
+import toppling as tp
+from toppling import motions as mo
+from toppling.studies import StudyError
+from toppling.studies.command.cli import main
+from toppling.studies.report.validity import CARE, GOOD, checks_of
+
+DT = 0.01
+STUDY = """
+title = "Records"
+{top}
+[[blocks]]
+name = "cabinet"
+width_m = {width}
+height_m = {height}
+[[models]]
+law = "housner"
+e = 0.9
+[motions]
+records = "*.csv"
+{keys}
+[ida]
+levels = {{ from = 0.1, to = {highest}, number = 4, unit = "g" }}
+"""
+LOOKS = "Do sizes, levels and records look like real ones?"
+
+
+def write(folder, top="", keys="", width=0.4, height=1.8, highest=1.0, offset=0.3):
+    """A study of one record of 20 s, with an offset."""
+    t = np.arange(2001) * DT
+    values = 2.0 * np.sin(np.pi * t / t[-1]) ** 2 * np.sin(2.0 * np.pi * t) + offset
+    rows = "".join(f"{i * DT:.2f},{one:.8f}\n" for i, one in enumerate(values))
+    (folder / "shake.csv").write_text(f"time (s),acceleration (m/s2)\n{rows}", encoding="utf-8")
+    path = folder / "study.toml"
+    path.write_text(STUDY.format(top=top, keys=keys, width=width, height=height, highest=highest), encoding="utf-8")
+    return path
+
+
+def looks(results):
+    return next(one for one in checks_of(results) if one.question == LOOKS)
+
+
+class TestNotes:
+    def test_an_offset_is_noted_before_and_after(self, tmp_path):
+        study = tp.Study.from_toml(write(tmp_path))
+        assert "keeps an offset (shake: its mean is 13 % of its PGA)" in study.notes[0]
+        results = study.run()
+        said = results.attrs["notes"].splitlines()
+        assert said[: len(study.notes)] == study.notes
+        check = looks(results)
+        assert check.word == CARE
+        assert "The record keeps an offset (shake" in check.reason
+        assert check.cure == 'Correct them; where they are meant so, accept = ["offset", "drift", "displacement"].'
+
+    def test_a_key_cures_it(self, tmp_path):
+        study = tp.Study.from_toml(write(tmp_path, keys="baseline_order = 1"))
+        assert study.notes == []
+        results = study.run()
+        assert looks(results).word == GOOD
+        assert results.attrs["processing"] == "baseline(order=1)"
+
+    def test_accepted_kinds_are_silent(self, tmp_path):
+        path = write(tmp_path, top='accept = ["offset", "drift", "displacement"]')
+        study = tp.Study.from_toml(path)
+        assert study.notes == []
+        results = study.run()
+        assert "offset" not in results.attrs["notes"]
+        assert looks(results).word == GOOD
+        assert "offset, drift, displacement" in looks(results).reason
+
+    def test_accepting_later_keeps_the_results(self, tmp_path):
+        """The kinds that are accepted are no part of what decides the runs."""
+        before = tp.Study.from_toml(write(tmp_path)).run(tmp_path / "out")
+        study = tp.Study.from_toml(write(tmp_path, top='accept = ["offset"]'))
+        after = study.run(tmp_path / "out")
+        assert after.attrs["identity"] == before.attrs["identity"]
+        assert "keeps an offset" in before.attrs["notes"]
+        assert "keeps an offset" not in after.attrs["notes"]
+        assert json.loads(after.attrs["study"])["accept"] == ["offset"]
+        assert set(after.attrs["notes"].splitlines()) < set(before.attrs["notes"].splitlines())
+        assert tp.Study.from_toml(write(tmp_path)).run(tmp_path / "out").attrs == before.attrs
+
+    def test_an_unknown_kind(self, tmp_path):
+        with pytest.raises(StudyError, match=r"accept.* must be one of block size, .*, got 'ofset'.*did you mean"):
+            tp.Study.from_toml(write(tmp_path, top='accept = ["ofset"]'))
+
+    def test_stripes_and_buildings_see_the_ground(self, tmp_path):
+        path = write(tmp_path)
+        text = path.read_text(encoding="utf-8")
+        building = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nfloors = [2]\n[ida]'
+        path.write_text(text.replace("[ida]", building), encoding="utf-8")
+        assert "keeps an offset (shake:" in tp.Study.from_toml(path).notes[0]
+        ida = text[text.index("[ida]") :]
+        path.write_text(text.replace(ida, '[stripes]\nunit = "g"\nat = [{ level = 0.2 }, { level = 0.4 }]\n'))
+        notes = tp.Study.from_toml(path).notes
+        assert len([one for one in notes if "keeps an offset" in one]) == 1
+
+
+class TestRefused:
+    @pytest.mark.parametrize(
+        ("options", "kind", "said"),
+        [
+            ({"width": 400, "height": 1800}, "block size", r"cabinet: 400 m x 1800 m\): millimetres written as metres"),
+            ({"highest": 98}, "level", "the highest level, 98 g, is beyond any shaking: g written where m/s² is meant"),
+        ],
+    )
+    def test_what_cannot_be_meant(self, tmp_path, options, kind, said):
+        options = {**options, "offset": 0.0}
+        with pytest.raises(StudyError, match=rf"{said}.*accept = \[\"{kind}\"\] takes it as it is"):
+            tp.Study.from_toml(write(tmp_path, **options))
+        assert tp.Study.from_toml(write(tmp_path, top=f'accept = ["{kind}"]', **options)).notes == []
+
+    def test_records_in_another_unit(self, tmp_path):
+        path = write(tmp_path, offset=20.0)
+        shake = tmp_path / "shake.csv"
+        shake.write_text(shake.read_text(encoding="utf-8").replace("(m/s2)", "(g)"), encoding="utf-8")
+        with pytest.raises(StudyError, match=r"reaches more than 3 g .shake: 22 g.*gal headed g"):
+            tp.Study.from_toml(path)
+
+    def test_the_command_says_it_with_exit_code_2(self, tmp_path, capsys):
+        assert main(["run", str(write(tmp_path, width=400, height=1800)), "--out", str(tmp_path / "out")]) == 2
+        assert "millimetres written as metres?" in capsys.readouterr().err
+
+
+class TestCorrections:
+    @pytest.mark.parametrize(
+        ("keys", "expected"),
+        [
+            ("baseline_order = 0", lambda one: mo.baseline(one, 0)),
+            ("window = [0.05, 0.95]", lambda one: mo.trim_husid(one, 0.05, 0.95)),
+            ("taper_s = 1.5", lambda one: mo.taper(one, 1.5)),
+            ("highpass_hz = 0.2", lambda one: mo.highpass(one, 0.2)),
+            ("lowpass_hz = 20", lambda one: mo.lowpass(one, 20.0)),
+            ("highpass_hz = 0.2\nlowpass_hz = 20\norder = 2", lambda one: mo.bandpass(one, 0.2, 20.0, 2)),
+            (
+                "order = 3\nhighpass_hz = 0.1\ntaper_s = 1.0\nbaseline_order = 1\nwindow = [0.0, 0.9]",
+                lambda one: mo.highpass(mo.taper(mo.trim_husid(mo.baseline(one, 1), 0.0, 0.9), 1.0), 0.1, 3),
+            ),
+        ],
+    )
+    def test_as_in_python_in_one_order(self, tmp_path, keys, expected):
+        study = tp.Study.from_toml(write(tmp_path, keys=keys))
+        (found,) = study.arrays
+        wanted = expected(mo.read(tmp_path / "shake.csv"))
+        np.testing.assert_array_equal(found.values, wanted.values)
+        assert list(study.processing) == [wanted.attrs["processing"]]
+
+    @pytest.mark.parametrize(
+        ("keys", "message"),
+        [
+            ("order = 3", "order is of a filter: it needs highpass_hz or lowpass_hz"),
+            ("highpass_hz = 80", "shake.csv: the corner frequency must be .* < 50"),
+            ("highpass_hz = 20\nlowpass_hz = 10", "shake.csv: high must be"),
+            ("window = [0.9, 0.1]", "shake.csv: high must be"),
+            ("window = [0.9]", "window"),
+            ("taper_s = 11", "shake.csv: duration must be"),
+            ("baseline_order = 11", "baseline_order|order must be at most 10"),
+        ],
+    )
+    def test_refused(self, tmp_path, keys, message):
+        with pytest.raises(StudyError, match=message):
+            tp.Study.from_toml(write(tmp_path, keys=keys))
+
+    def test_only_of_records(self, tmp_path):
+        path = write(tmp_path, keys="highpass_hz = 0.1")
+        text = path.read_text(encoding="utf-8").replace('records = "*.csv"', 'generator = "kanai-tajimi"\nnumber = 2')
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(StudyError, match="highpass_hz"):
+            tp.Study.from_toml(path)
+
+
+class TestCommands:
+    def test_motions_names_them(self, tmp_path, capsys):
+        write(tmp_path)
+        assert main(["motions", str(tmp_path / "shake.csv"), "--out", str(tmp_path / "figures")]) == 0
+        assert "note: the record keeps an offset (shake: its mean is 13 %" in capsys.readouterr().out
+        assert main(["motions", str(tmp_path / "shake.csv"), "--json", "--out", str(tmp_path / "figures")]) == 0
+        assert "keeps an offset" in json.loads(capsys.readouterr().out)["notes"][0]
+
+    def test_simulate_takes_the_corrections(self, tmp_path, capsys):
+        write(tmp_path)
+        command = ["simulate", "bookcase-5-shelf", str(tmp_path / "shake.csv"), "--out", str(tmp_path / "one")]
+        assert main(command) == 0
+        assert "keeps an offset" in capsys.readouterr().out
+        assert main([*command, "--set", "baseline_order=1"]) == 0
+        assert "keeps an offset" not in capsys.readouterr().out
+
+    @needs_shared
+    @pytest.mark.parametrize(
+        ("name", "noted"),
+        [
+            ("AOM0011801241951.EW", []),
+            ("AOM0011801241951.NS", []),
+            ("NGNH311106302345.EW2", ["wanders off"]),
+            ("HI.ARS1..HNE.D.20190728.160908.C.ACC.ASC", []),
+            ("Cosmos12TimeSeriesTest.v1", []),
+            ("us1000hyfh_akbmrp_AKBMR--n.1000hyfh.BNZ.--.acc.V2c", []),
+            ("CE58667.V2", []),
+            ("20180212_211557_WPWS_20.V2A", []),
+            ("older_csmip.V2", ["ends in motion"]),
+            ("BadHeader.V2", None),
+        ],
+    )
+    def test_every_format_is_right_or_refused(self, tmp_path, capsys, name, noted):
+        """`toppling motions` and a study on each file: sound figures, a note with its cure, or a refusal."""
+        file = SHARED / "data/records/formats" / name
+        path = write(tmp_path, offset=0.0)
+        path.write_text(path.read_text(encoding="utf-8").replace('"*.csv"', f'"{file}"'), encoding="utf-8")
+        seen = main(["motions", str(file), "--json", "--out", str(tmp_path / "figures")])
+        if noted is None:
+            assert seen == 2
+            with pytest.raises(StudyError, match=r"BadHeader.V2: line 46"):
+                tp.Study.from_toml(path)
+            return
+        said = json.loads(capsys.readouterr().out)["notes"]
+        study = tp.Study.from_toml(path)
+        assert study.notes == said
+        assert len(said) == len(noted)
+        assert all(one in sentence for one, sentence in zip(noted, said, strict=True))
+        results = study.run()
+        assert np.isfinite(results["probability"].values).all()
+        assert looks(results).word == (CARE if noted else GOOD)
