@@ -65,11 +65,12 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
 
     def doubt(kind: str, names: list[str], one: str, more: str, cure: str, grave: bool = False) -> None:
         if names:
-            what = f"the record {one}" if len(read) == 1 else f"{len(names):,} of {len(read):,} records {more}"
+            many = f"{len(names):,} of {len(read):,} records {more if len(names) > 1 else one}"
+            what = f"the record {one}" if len(read) == 1 else many
             found.append(Doubt(kind, f"{what} ({first_names(names)}): {cure}", grave))
 
-    level = "baseline_order = 1 in [motions] (motions.baseline)"
-    filtered = f"{level}, or highpass_hz (motions.highpass) where that is not enough"
+    level = "baseline_order = 1 (in Python motions.baseline)"
+    filtered = "baseline_order = 1 or highpass_hz (in Python motions.baseline, motions.highpass) removes that"
     unit = "another unit than the file says, gal headed g?"
     grave = any(pga > IMPOSSIBLE_PGA for pga, _ in strong)
     doubt("offset", offset, "keeps an offset", "keep an offset", f"{level} removes it")

@@ -42,7 +42,8 @@ def block_doubts(blocks: Iterable[Block]) -> list[Doubt]:
         named = [every[i] for i in np.flatnonzero(odd)]
         if named:
             sizes = first_names([f"{one.label}: {one.width:g} m x {one.height:g} m" for one in named])
-            of = f"{len(named):,} of {len(every):,} blocks have sides" if len(every) > 1 else "the block has sides"
+            have = "has" if len(named) == 1 else "have"
+            of = f"{len(named):,} of {len(every):,} blocks {have} sides" if len(every) > 1 else "the block has sides"
             found.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))
     return found
 

@@ -30,7 +30,7 @@ def measure_named(name: str | Measure, what: str = "intensity measure", also: Se
     name : str or Measure
         A name of `MEASURES`, or one of Sa, Sv, Sd (period, damping), AvgSa (periods, damping) and FIV3 (period, alpha,
         beta) with its parameters; parameters with defaults may be left out.  The periods of AvgSa are separated by
-        blanks or written as first:last:number.  A measure is returned as it is.
+        blanks or written as first:last:number.  Capitals make no difference.  A measure is returned as it is.
     what, also : str, sequence of str
         Words for the message: the quantity that is named, and further names that are allowed.
 
@@ -47,19 +47,26 @@ def measure_named(name: str | Measure, what: str = "intensity measure", also: Se
     if isinstance(name, Measure):
         return name
     if isinstance(name, str):
-        if name in MEASURES:
-            return MEASURES[name]
+        known = as_known(name, MEASURES)
+        if known is not None:
+            return MEASURES[known]
         match = _WRITTEN.fullmatch(name)
-        if match is not None and match.group(1) in PARAMETRIC_MEASURES:
+        kind = None if match is None else as_known(match.group(1), PARAMETRIC_MEASURES)
+        if match is not None and kind is not None:
             try:
-                return PARAMETRIC_MEASURES[match.group(1)].read(match.group(2).split(","))
+                return PARAMETRIC_MEASURES[kind].read(match.group(2).split(","))
             except (TypeError, ValueError) as error:
-                raise ValueError(f"{what} {name!r}: {_plainly(error, match.group(1))}") from None
+                raise ValueError(f"{what} {name!r}: {_plainly(error, kind)}") from None
     allowed = ", ".join(repr(one) for one in (*MEASURES, *also))
     shown = repr(name) if len(repr(name)) <= 60 else f"{name!r:.57}..."
     raise ValueError(
         f"{what} must be one of {allowed}, or {' or '.join(f'{k}(…)' for k in PARAMETRIC_MEASURES)}, got {shown}"
     )
+
+
+def as_known(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that differs from a name by no more than capitals, None if there is none."""
+    return next((one for one in known if one.casefold() == name.casefold()), None)
 
 
 def _plainly(error: Exception, name: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -17,6 +17,7 @@ from ...fragility.fitting.states import state_name
 from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
 from ...fragility.uncertainty.joint import PIECES, Variability
 from ...models.friction import FixedFriction, Friction, LognormalFriction
+from ...motions.intensity.dataset import as_known
 from ...motions.intensity.parametric_measures import PARAMETRIC_MEASURES
 from ...units import DIMENSIONLESS, STANDARD_GRAVITY
 from ..plan.estimates import Fit
@@ -43,15 +44,16 @@ MOST_LEVEL = 1e9
 def named_measure(value: str) -> str:
     """Annotation of the name of an intensity measure; a measure with parameters is written as its label."""
     word, bracket, rest = value.partition("(")
-    if value in INTENSITY_MEASURES or (bracket and word in PARAMETRIC_MEASURES):
-        measure = intensity_measure(value)
-        return value if measure is None else measure.label
+    known = as_known(value, INTENSITY_MEASURES)
+    if known is not None or (bracket and as_known(word, PARAMETRIC_MEASURES)):
+        measure = intensity_measure(known or value)
+        return str(known) if measure is None else measure.label
     near = nearest(word.strip() or value, (*INTENSITY_MEASURES, *PARAMETRIC_MEASURES))
     meant = f"{near}{bracket}{rest}" if near in PARAMETRIC_MEASURES and bracket else near
     meant = f"{near}(1.0)" if near in PARAMETRIC_MEASURES and not bracket else meant
     hint = f"; did you mean {shown(meant)}?" if near else ""
-    known = (*INTENSITY_MEASURES, *(f"{name}(…)" for name in PARAMETRIC_MEASURES))
-    raise ValueError(f"must be one of {', '.join(known)}, got {shown(value)}{hint}")
+    names = (*INTENSITY_MEASURES, *(f"{name}(…)" for name in PARAMETRIC_MEASURES))
+    raise ValueError(f"must be one of {', '.join(names)}, got {shown(value)}{hint}")
 
 
 def refuse_unordered(name: str, values: Sequence[float], unit: str) -> None:
@@ -121,13 +123,22 @@ class LevelsTable(Table):
         return found * factor
 
 
+def _any_capitals(names: Iterable[str]) -> str:
+    """Return a regular expression of the schema, which has no flag for it, that takes names in any capitals."""
+    return "|".join("".join(f"[{c.upper()}{c.lower()}]" if c.isalpha() else c for c in name) for name in names)
+
+
 Named = Annotated[
     str,
     AfterValidator(named_measure),
     WithJsonSchema(
         {
             "type": "string",
-            "anyOf": [{"enum": list(INTENSITY_MEASURES)}, {"pattern": rf"^({'|'.join(PARAMETRIC_MEASURES)})\(.+\)$"}],
+            "anyOf": [
+                {"enum": list(INTENSITY_MEASURES)},
+                {"pattern": f"^({_any_capitals(INTENSITY_MEASURES)})$"},
+                {"pattern": rf"^({_any_capitals(PARAMETRIC_MEASURES)})\(.+\)$"},
+            ],
         }
     ),
 ]

@@ -125,7 +125,12 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     measure = str(axis.attrs.get("long_name", "level"))
     median, low, high = (float(first[f"median{end}"]) / scale for end in ("", "_lower", "_upper"))
     sure = confidence_text(results)
-    known = f"(that level itself is known to {interval_text(low, high)}{unit}, {sure} interval)"
+    if math.isfinite(high):
+        known = f"(that level itself is known to {interval_text(low, high)}{unit}, {sure} interval)"
+    elif low > 0.0:
+        known = f"(that level itself is {interval_text(low, high)}{unit}, {sure} interval)"
+    else:
+        known = "(these motions do not tell how well that level itself is known)"
     rare = _rare(first, results["level"].values, median * scale) if {"probability", "lower"} <= {*first} else None
     if rare is None:
         strong = f"as strong as a {measure} of {three_digits(median)}{unit}"

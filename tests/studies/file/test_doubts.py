@@ -102,6 +102,15 @@ class TestNotes:
         notes = tp.Study.from_toml(path).notes
         assert len([one for one in notes if "keeps an offset" in one]) == 1
 
+    def test_measures_in_any_capitals(self, tmp_path):
+        path = write(tmp_path, offset=0.0)
+        text = path.read_text(encoding="utf-8")
+        for written, im in (("PGA", "pga"), ("SA(1.0)", "Sa(1.0)"), ("Scale", "scale")):
+            unit = '"1"' if im == "scale" else '"g"'
+            path.write_text(text.replace("[ida]", f'[ida]\nim = "{written}"').replace('"g"', unit), encoding="utf-8")
+            assert tp.Study.from_toml(path).design.im == im
+        assert mo.measure_named("AVGSA(0.2:2.0:10)") == mo.measure_named("AvgSa(0.2:2.0:10)")
+
 
 class TestRefused:
     @pytest.mark.parametrize(
