@@ -7,6 +7,7 @@ from .floors.files import read_floors
 from .floors.p58 import p58_floor_demands
 from .generators import GENERATORS
 from .intensity.dataset import measure_named, measures
+from .intensity.directions import GeometricMean, RotD50, RotD100
 from .intensity.measure import MEASURES, Measure
 from .intensity.parametric_measures import FIV3, AvgSa, Sa, Sd, Sv
 from .intensity.spectra import response_spectrum
@@ -15,6 +16,7 @@ from .matching.match import match
 from .matching.misfit import matching_report
 from .matching.spectrum_compatible import SpectrumCompatible
 from .matching.targets import TargetSpectrum
+from .pairs import as_recorded, join, read_pairs, rotate
 from .readers.at2 import read_at2, write_at2
 from .readers.csv import read_csv
 from .readers.lines import RecordError
@@ -54,6 +56,7 @@ __all__ = [
     "EvolutionaryKanaiTajimi",
     "Gamma",
     "Generator",
+    "GeometricMean",
     "HalfSine",
     "KanaiTajimi",
     "MavroeidisPapageorgiou",
@@ -66,6 +69,8 @@ __all__ = [
     "RectangularPulse",
     "Ricker",
     "RiseStrongDecay",
+    "RotD50",
+    "RotD100",
     "Sa",
     "Sd",
     "Seismological",
@@ -76,12 +81,14 @@ __all__ = [
     "Sv",
     "TargetSpectrum",
     "ac156_acceptance",
+    "as_recorded",
     "bandpass",
     "baseline",
     "ensemble",
     "example_path",
     "from_array",
     "highpass",
+    "join",
     "lowpass",
     "match",
     "matching_report",
@@ -95,9 +102,11 @@ __all__ = [
     "read_at2",
     "read_csv",
     "read_floors",
+    "read_pairs",
     "records",
     "resample",
     "response_spectrum",
+    "rotate",
     "scale_to",
     "scale_to_mean",
     "steps_of",

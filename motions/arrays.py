@@ -29,7 +29,7 @@ class Record(NamedTuple):
     `own_amplitude` is True if the amplitude is a property of the motion, as that of a record or a scenario, so that
     scaling changes its meaning; it is False if the amplitude is a parameter, as in filtered noise, pulses and motions
     of a target spectrum.  `recorded` is True for what was read from a file, which may hold offsets, drifts and slips of
-    units (`toppling.motions.plausibility`).
+    units (`toppling.motions.plausibility`).  `companion` (n,) is the other horizontal component, where it is known.
     """
 
     label: str
@@ -39,6 +39,7 @@ class Record(NamedTuple):
     floor: str = ""
     own_amplitude: bool = True
     recorded: bool = False
+    companion: Array | None = None
 
     @property
     def duration(self) -> float:
@@ -50,6 +51,8 @@ def digest(record: Record) -> str:
     """Return a hash of step and samples: two records with equal hashes are the same to the last bit."""
     found = hashlib.sha256(record.dt.hex().encode())
     found.update(np.ascontiguousarray(record.acceleration).tobytes())
+    if record.companion is not None:
+        found.update(np.ascontiguousarray(record.companion).tobytes())
     return found.hexdigest()
 
 
@@ -159,12 +162,15 @@ def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
     return found
 
 
+HORIZONTAL = ("h1", "h2")
 _RECORD_COORDINATES = ("motion", "source", "dt", "own_amplitude", "recorded", "time")
 
 
 def _records_of(array: xr.DataArray) -> list[Record]:
     if array.ndim == 1 and array.dims == ("time",):
         array = array.expand_dims("motion")
+    if "component" in array.dims:
+        return _records_of_pairs(array)
     if "time" not in array.dims or "motion" not in array.dims or not set(array.dims) <= {"motion", "floor", "time"}:
         raise ValueError(f"motions must have dims (motion, time) or (motion, floor, time), got {array.dims}")
     checks.acceleration_units("motions", array.attrs.get("units"))
@@ -192,6 +198,22 @@ def _records_of(array: xr.DataArray) -> list[Record]:
             read = bool(one.get("recorded", False))
             found.append(Record(f"{label} floor {floor}" if floor else label, values, dt, source, floor, own, read))
     return found
+
+
+def _records_of_pairs(array: xr.DataArray) -> list[Record]:
+    """Return the records of joined components: the one that shakes, with the other horizontal one as companion."""
+    shakes = str(array.coords["shakes"].values) if "shakes" in array.coords else ""
+    if shakes not in HORIZONTAL:
+        raise ValueError(
+            "motions with a component dimension must say which component shakes: motions.as_recorded(pair, 'h1'), or "
+            "pair.sel(component='h1') for that one alone"
+        )
+    first, second = (_records_of(array.sel(component=name, drop=True)) for name in _shaking_first(shakes))
+    return [one._replace(companion=two.acceleration) for one, two in zip(first, second, strict=True)]
+
+
+def _shaking_first(shakes: str) -> tuple[str, ...]:
+    return tuple(sorted(HORIZONTAL, key=lambda name: name != shakes))
 
 
 def _values_by_motion(piece: xr.DataArray, name: str, n: int) -> Sequence[Any] | None:

@@ -24,6 +24,14 @@ LONGEST = 900.0
 """Duration, s."""
 
 
+def _components(record: Record) -> list[Record]:
+    """Return a record, and its companion where it has one."""
+    if record.companion is None:
+        return [record]
+    other = record._replace(label=f"{record.label}, other component", acceleration=record.companion)
+    return [record, other]
+
+
 def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     """Return the doubts in records: offsets, drifts, and amplitudes and durations outside of what was ever recorded.
 
@@ -34,7 +42,7 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     Anderson, J. G. (2010). Source and site characteristics of earthquakes that have caused exceptional ground
     accelerations and velocities. Bulletin of the Seismological Society of America 100(1), 1-36.
     """
-    read = [record for record in records if record.recorded]
+    read = [one for record in records if record.recorded for one in _components(record)]
     offset: list[str] = []
     drift: list[str] = []
     wandering: list[str] = []

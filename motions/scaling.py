@@ -89,6 +89,6 @@ def scale_to_mean(motions: xr.DataArray, target: float, im: str | Measure = "pga
 
 def _values(motions: xr.DataArray, im: str | Measure) -> Array:
     plain = records(motions)
-    if set(motions.dims) != {"motion", "time"}:
+    if set(motions.dims) - {"component"} != {"motion", "time"}:
         raise ValueError(f"motions to be scaled must have dims (motion, time), got {motions.dims}")
     return positive_measure(im, plain)

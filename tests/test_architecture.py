@@ -35,7 +35,7 @@ motions/arrays motions/kernels
 
 models/friction models/items models/oscillator motions/corrections motions/intensity motions/readers
 
-models/laws models/runs motions/plausibility motions/scaling
+models/laws models/runs motions/pairs motions/plausibility motions/scaling
 
 fragility/runs models/history motions/floors motions/simulated
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,10 +16,12 @@ import xarray as xr
 from ... import checks
 from ...aliases import Array
 from ...units import provenance
-from ..arrays import Record, motion_coordinates, records
+from ..arrays import HORIZONTAL, Record, motion_coordinates, records
+from .directions import PAIR_MEASURES, PairMeasure
 from .measure import MEASURES, Measure
 from .parametric_measures import PARAMETRIC_MEASURES
 
+_AROUND = re.compile(r"\s*(\w+)\s*\(\s*(\w.{0,200}?)\s*\)\s*", re.DOTALL)
 _WRITTEN = re.compile(r"\s*(\w+)\s*\(([^()]*)\)\s*")
 
 
@@ -30,7 +33,9 @@ def measure_named(name: str | Measure, what: str = "intensity measure", also: Se
     name : str or Measure
         A name of `MEASURES`, or one of Sa, Sv, Sd (period, damping), AvgSa (periods, damping) and FIV3 (period, alpha,
         beta) with its parameters; parameters with defaults may be left out.  The periods of AvgSa are separated by
-        blanks or written as first:last:number.  Capitals make no difference.  A measure is returned as it is.
+        blanks or written as first:last:number.  RotD50, RotD100 and GeometricMean take the measure of one motion, as
+        ``RotD50(Sa(1.0))``: they are of both horizontal components.  Capitals make no difference.  A measure is
+        returned as it is.
     what, also : str, sequence of str
         Words for the message: the quantity that is named, and further names that are allowed.
 
@@ -50,6 +55,13 @@ def measure_named(name: str | Measure, what: str = "intensity measure", also: Se
         known = as_known(name, MEASURES)
         if known is not None:
             return MEASURES[known]
+        around = _AROUND.fullmatch(name)
+        pair = None if around is None else as_known(around.group(1), PAIR_MEASURES)
+        if around is not None and pair is not None:
+            base = measure_named(around.group(2), what, also)
+            if isinstance(base, PairMeasure):
+                raise ValueError(f"{what} {name!r}: {pair} takes a measure of one motion")
+            return PAIR_MEASURES[pair](base)
         match = _WRITTEN.fullmatch(name)
         kind = None if match is None else as_known(match.group(1), PARAMETRIC_MEASURES)
         if match is not None and kind is not None:
@@ -59,9 +71,8 @@ def measure_named(name: str | Measure, what: str = "intensity measure", also: Se
                 raise ValueError(f"{what} {name!r}: {_plainly(error, kind)}") from None
     allowed = ", ".join(repr(one) for one in (*MEASURES, *also))
     shown = repr(name) if len(repr(name)) <= 60 else f"{name!r:.57}..."
-    raise ValueError(
-        f"{what} must be one of {allowed}, or {' or '.join(f'{k}(…)' for k in PARAMETRIC_MEASURES)}, got {shown}"
-    )
+    more = " or ".join(f"{one}(…)" for one in (*PARAMETRIC_MEASURES, *PAIR_MEASURES))
+    raise ValueError(f"{what} must be one of {allowed}, or {more}, got {shown}")
 
 
 def as_known(name: str, known: Iterable[str]) -> str | None:
@@ -83,7 +94,7 @@ def measure(name: str | Measure, motions: Sequence[Record]) -> Array:
     found = np.empty(len(motions))
     for i, record in enumerate(motions):
         try:
-            found[i] = one.of(record.acceleration, record.dt)
+            found[i] = one.of_record(record)
         except ValueError as error:
             raise ValueError(f"motion {record.label!r}: {error}") from None
     return found
@@ -112,9 +123,11 @@ def measures(
     Parameters
     ----------
     motions : xarray.DataArray or a sequence of them
-        Labelled motions (m s-2), each with its own time step and length.
+        Labelled motions (m s-2), each with its own time step and length; joined components (`toppling.motions.join`)
+        for measures of both.
     which : measures or their names, optional
-        Any of `MEASURES` and of ``Sa(1.0)``, ``Sv``, ``Sd``, ``AvgSa``, ``FIV3``; all of `MEASURES` if not given.
+        Any of `MEASURES`, of ``Sa(1.0)``, ``Sv``, ``Sd``, ``AvgSa``, ``FIV3``, and of both components
+        ``RotD50(pga)``, ``RotD100(Sa(1.0))``, ``GeometricMean(pgv)``; all of `MEASURES` if not given.
 
     Returns
     -------
@@ -138,7 +151,6 @@ def measures(
     >>> list(found), float(found.pga[0]), round(float(found.cav[0]), 12)
     (['pga', 'cav', 'Sa(0.5)'], 2.0, 0.2)
     """
-    plain = records(motions)
     if which is None:
         chosen = list(MEASURES.values())
     elif isinstance(which, str | Measure):
@@ -147,12 +159,22 @@ def measures(
         chosen = [measure_named(one) for one in which]
     else:
         raise TypeError(f"which must be measures or their names, got {checks.kind(which)}")
+    both = all(isinstance(one, PairMeasure) for one in chosen)
+    plain = records(_shaken_either_way(motions) if both else motions)
     configuration = {"measures": [one.label for one in chosen]}
     return xr.Dataset(
         measure_variables(plain, chosen),
         coords=motion_coordinates(plain),
         attrs={"title": "Intensity measures", **provenance(configuration)},
     )
+
+
+def _shaken_either_way(motions: Any) -> Any:
+    """Return motions whose pairs may be read though no component is chosen: measures of both do not depend on it."""
+    if isinstance(motions, xr.DataArray):
+        free = "component" in motions.dims and "shakes" not in motions.coords
+        return motions.assign_coords(shakes=HORIZONTAL[0]) if free else motions
+    return [_shaken_either_way(one) for one in motions] if isinstance(motions, Iterable) else motions
 
 
 def measure_variables(plain: Sequence[Record], chosen: Iterable[Measure]) -> dict[str, xr.Variable]:

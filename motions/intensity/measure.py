@@ -14,6 +14,7 @@ import numpy as np
 
 from ...aliases import Array
 from ...units import ACCELERATION, METRE, SECOND, VELOCITY
+from ..arrays import Record
 from .cumulative import (
     arias_intensity,
     cumulative_absolute_velocity,
@@ -51,6 +52,10 @@ class Measure(ABC):
     @abstractmethod
     def of(self, acceleration: Array, dt: float) -> float:
         """Return the value for one record (n,), m/s², of step dt, s."""
+
+    def of_record(self, record: Record) -> float:
+        """Return the value for a record, of both its components where the measure is of both."""
+        return self.of(record.acceleration, record.dt)
 
     def factors(self, ratios: Array) -> Array:
         """Return the scale factors that multiply the measure of a motion by `ratios` (power > 0)."""

@@ -18,6 +18,7 @@ from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
 from ...fragility.uncertainty.joint import PIECES, Variability
 from ...models.friction import FixedFriction, Friction, LognormalFriction
 from ...motions.intensity.dataset import as_known
+from ...motions.intensity.directions import PAIR_MEASURES
 from ...motions.intensity.parametric_measures import PARAMETRIC_MEASURES
 from ...units import DIMENSIONLESS, STANDARD_GRAVITY
 from ..plan.estimates import Fit
@@ -45,14 +46,14 @@ def named_measure(value: str) -> str:
     """Annotation of the name of an intensity measure; a measure with parameters is written as its label."""
     word, bracket, rest = value.partition("(")
     known = as_known(value, INTENSITY_MEASURES)
-    if known is not None or (bracket and as_known(word, PARAMETRIC_MEASURES)):
+    if known is not None or (bracket and as_known(word, (*PARAMETRIC_MEASURES, *PAIR_MEASURES))):
         measure = intensity_measure(known or value)
         return str(known) if measure is None else measure.label
     near = nearest(word.strip() or value, (*INTENSITY_MEASURES, *PARAMETRIC_MEASURES))
     meant = f"{near}{bracket}{rest}" if near in PARAMETRIC_MEASURES and bracket else near
     meant = f"{near}(1.0)" if near in PARAMETRIC_MEASURES and not bracket else meant
     hint = f"; did you mean {shown(meant)}?" if near else ""
-    names = (*INTENSITY_MEASURES, *(f"{name}(…)" for name in PARAMETRIC_MEASURES))
+    names = (*INTENSITY_MEASURES, *(f"{name}(…)" for name in (*PARAMETRIC_MEASURES, *PAIR_MEASURES)))
     raise ValueError(f"must be one of {', '.join(names)}, got {shown(value)}{hint}")
 
 
@@ -137,7 +138,7 @@ Named = Annotated[
             "anyOf": [
                 {"enum": list(INTENSITY_MEASURES)},
                 {"pattern": f"^({_any_capitals(INTENSITY_MEASURES)})$"},
-                {"pattern": rf"^({_any_capitals(PARAMETRIC_MEASURES)})\(.+\)$"},
+                {"pattern": rf"^({_any_capitals((*PARAMETRIC_MEASURES, *PAIR_MEASURES))})\(.+\)$"},
             ],
         }
     ),

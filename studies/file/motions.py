@@ -11,7 +11,9 @@ from pydantic import Field, model_validator
 
 from ... import motions as shaking
 from ...motions import RecordError
+from ...motions.arrays import HORIZONTAL
 from ...motions.matching.targets import EDITIONS
+from ...motions.pairs import pair_up
 from ...motions.simulated.kanai_tajimi import BASELINES
 from ...motions.simulated.near_fault import WITH_PULSE
 from ...motions.simulated.scenario import FAULTINGS
@@ -146,6 +148,10 @@ PROCESSING = ("baseline_order", "window", "taper_s", "highpass_hz", "lowpass_hz"
 RECORD_UNITS = ("g", "m/s2", "cm/s2", "mm/s2", "gal")
 
 
+def _read_one(path: Path, dt: float | None, unit: str | float | None) -> list[xr.DataArray]:
+    return [shaking.read(path, dt, unit)]
+
+
 class MotionsTable(Table):
     """What shakes the blocks: a generator, a pulse, records, or floor histories."""
 
@@ -180,6 +186,15 @@ class MotionsTable(Table):
         one_of(RECORD_UNITS),
         KeyInfo("the file's own"),
         Field(description="Unit of accelerations in records, for tables that state none."),
+    ] = None
+    component: Annotated[
+        str | None,
+        one_of(HORIZONTAL),
+        KeyInfo("every file is a motion"),
+        Field(
+            description="Component that shakes, where records are joined to recordings by the names of their files; "
+            "measures such as RotD50(pga) are of both."
+        ),
     ] = None
     baseline_order: Annotated[
         int | None,
@@ -401,12 +416,18 @@ class MotionsTable(Table):
             return [made.sample(self.number or 1, seed=self.seed or 0, first=first)]
         found: list[xr.DataArray] = []
         if self.records is not None:
-            refuse_foreign(self, {"records", "dt_s", "unit", *PROCESSING}, "motions from records")
+            refuse_foreign(self, {"records", "dt_s", "unit", "component", *PROCESSING}, "motions from records")
             if self.order is not None and self.highpass_hz is None and self.lowpass_hz is None:
                 raise ValueError("motions.order is of a filter: it needs highpass_hz or lowpass_hz")
+            read: dict[Path, list[xr.DataArray]] = {}
             for path in expand(self.records, folder):
-                found.append(self._processed(path, shaking.read(path, self.dt_s, self.unit)))
-                refuse_samples(sum(array.size for array in found), "records")
+                whole = shaking.read_all if self.component else _read_one
+                read[path] = [self._processed(path, one) for one in whole(path, self.dt_s, self.unit)]
+                refuse_samples(sum(array.size for arrays in read.values() for array in arrays), "records")
+            if self.component is None:
+                found = [array for arrays in read.values() for array in arrays]
+            else:
+                found = [shaking.as_recorded(pair, self.component) for pair in pair_up(read)]
         if self.floors_file is not None:
             refuse_foreign(self, {"floors_file"}, "motions from a floors_file")
             for path in expand(self.floors_file, folder, "floors_file"):

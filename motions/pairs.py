@@ -1,0 +1,284 @@
+"""Components of one recording: joined, found by the names of files and channels, rotated, and used as recorded."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from .. import checks
+from ..units import RADIAN
+from .arrays import HORIZONTAL, Record, records
+from .readers.lines import RecordError
+from .readers.read import read_all
+
+AZIMUTH = {"units": RADIAN, "long_name": "azimuth of the component, clockwise from north"}
+PERPENDICULAR = math.radians(2.0)
+"""Greatest deviation from a right angle of two horizontal components."""
+_VERTICAL = re.compile(r"(?:u-?d|up|down|dwn|dn|vert(?:ical)?|ver|v|z|u)(?:\s+(?:surface|borehole))?", re.IGNORECASE)
+_POINTS = {"N": 0.0, "NS": 0.0, "N-S": 0.0, "E": 90.0, "EW": 90.0, "E-W": 90.0, "S": 180.0, "WE": 90.0, "W": 270.0}
+_BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
+_DEGREES = re.compile(r"(\d{1,3})(?:\s*deg(?:rees)?)?", re.IGNORECASE)
+_CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}|\d{1,3}:)\s*", re.IGNORECASE)
+_NAME = re.compile(
+    r"(?P<base>.+?)[-_.]?(?P<direction>\d{3}|up|dwn|dn|vert?|ver|ns|ew|we|ud|h1|h2|[nsewvz])", re.IGNORECASE
+)
+_KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<place>[12]?)", re.IGNORECASE)
+
+
+class _Channel(NamedTuple):
+    """One component that was read: its motion, name, recording, and direction (`azimuth`: NaN where not known)."""
+
+    motion: xr.DataArray
+    name: str
+    recording: str
+    vertical: bool
+    azimuth: float
+
+
+def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = None) -> xr.DataArray:
+    """Join the components of recordings, which begin at the same time.
+
+    Parameters
+    ----------
+    h1, h2 : xarray.DataArray
+        Two perpendicular horizontal components, (motion, time), m s-2; equally many motions, of the same recordings in
+        the same order, with one step and length.
+    vertical : xarray.DataArray, optional
+        The vertical component, likewise.
+
+    Returns
+    -------
+    xarray.DataArray
+        ``acceleration`` (motion, component, time), labelled as `h1`; ``component`` is h1, h2 (and v).  ``azimuth``
+        (rad, on motion and component) is that of the coordinates ``azimuth`` of `h1` and `h2`, otherwise 0 and pi/2,
+        so that directions count from h1 towards h2; NaN for v.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Arguments that are no labelled motions, floor motions, other numbers of motions, steps or lengths; horizontal
+        components that are not perpendicular.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> east, north = (motions.CloughPenzien(duration=5.0).sample(1, seed=i) for i in (1, 2))
+    >>> dict(motions.join(east, north).sizes)
+    {'motion': 1, 'component': 2, 'time': 1001}
+    """
+    given = {"h1": h1, "h2": h2, **({} if vertical is None else {"v": vertical})}
+    first: list[Record] = []
+    for name, array in given.items():
+        if not isinstance(array, xr.DataArray):
+            raise TypeError(f"{name} must be labelled motions (numbers: motions.from_array), got {checks.kind(array)}")
+        if set(array.dims) != {"motion", "time"}:
+            raise ValueError(f"{name} must be motions with dims (motion, time), got {array.dims}")
+        plain = records(array)
+        first = first or plain
+        if len(plain) != len(first):
+            raise ValueError(f"{name} must hold as many motions as h1, {len(first)}, got {len(plain)}")
+        if plain[0].dt != first[0].dt or plain[0].acceleration.size != first[0].acceleration.size:
+            raise ValueError(
+                f"{name} must have the step and length of h1, {first[0].acceleration.size} samples at "
+                f"{first[0].dt:g} s, got {plain[0].acceleration.size} at {plain[0].dt:g} s: resample, trim or pad it "
+                "first"
+            )
+    azimuths = np.full((len(first), len(given)), np.nan)
+    known = [one.coords["azimuth"].values if "azimuth" in one.coords else None for one in (h1, h2)]
+    azimuths[:, 0] = 0.0 if known[0] is None or known[1] is None else known[0]
+    azimuths[:, 1] = 0.5 * math.pi if known[0] is None or known[1] is None else known[1]
+    off = np.abs(np.abs(np.sin(azimuths[:, 1] - azimuths[:, 0])) - 1.0)
+    if not (off <= 1.0 - math.cos(PERPENDICULAR)).all():
+        at = int(np.argmax(off))
+        one, two = np.degrees(azimuths[at, :2])
+        raise ValueError(f"h1 and h2 must be perpendicular, got azimuths of {one:g}° and {two:g}°")
+    apart = {"component", "azimuth"}
+    array = xr.DataArray(
+        np.stack([one.transpose("motion", "time").values for one in given.values()], axis=1),
+        dims=("motion", "component", "time"),
+        coords={name: one.variable for name, one in h1.coords.items() if name not in apart},
+        name=h1.name,
+        attrs=h1.attrs,
+    )
+    names = np.array(list(given), dtype=object)
+    return array.assign_coords(
+        component=("component", names, {"units": "1", "long_name": "component of the recording"}),
+        azimuth=(("motion", "component"), azimuths, AZIMUTH),
+    )
+
+
+def rotate(pair: xr.DataArray, azimuth: float) -> xr.DataArray:
+    """Return joined components turned in the horizontal plane: h1 in the direction `azimuth`, h2 a right angle further.
+
+    Parameters
+    ----------
+    pair : xarray.DataArray
+        As `join` returns it.
+    azimuth : float
+        Direction of the new h1, rad, clockwise from north (from h1 towards h2 where azimuths are not known).
+
+    Raises
+    ------
+    TypeError, ValueError
+        An argument that `join` did not make, an azimuth that is not finite.
+
+    Notes
+    -----
+    With azimuths a1 and a2 of the components, the acceleration in a direction φ is h1 cos(φ - a1) + h2 cos(φ - a2).
+    """
+    _check_pair(pair)
+    angle = checks.number("azimuth", azimuth, unit="rad")
+    a1, a2 = (pair["azimuth"].sel(component=name).values[:, None] for name in HORIZONTAL)
+    h1, h2 = (pair.sel(component=name).transpose("motion", "time").values for name in HORIZONTAL)
+    values = pair.transpose("motion", "component", "time").values.copy()
+    directions = pair["azimuth"].transpose("motion", "component").values.copy()
+    places = [list(pair["component"].values).index(name) for name in HORIZONTAL]
+    for place, direction in zip(places, (angle, angle + 0.5 * math.pi), strict=True):
+        values[:, place] = h1 * np.cos(direction - a1) + h2 * np.cos(direction - a2)
+        directions[:, place] = direction % (2.0 * math.pi)
+    turned = pair.transpose("motion", "component", "time").copy(data=values)
+    return turned.assign_coords(azimuth=(("motion", "component"), directions, AZIMUTH))
+
+
+def as_recorded(pair: xr.DataArray, component: str = "h1") -> xr.DataArray:
+    """Return joined components of which one shakes the blocks; measures such as ``RotD50(pga)`` are of both.
+
+    Parameters
+    ----------
+    pair : xarray.DataArray
+        As `join` returns it.
+    component : str
+        The component that shakes, h1 or h2.
+
+    Returns
+    -------
+    xarray.DataArray
+        The pair with the coordinate ``shakes``, for every analysis and for `toppling.motions.measures`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        An argument that `join` did not make, another component.
+    """
+    _check_pair(pair)
+    name = checks.choice("component", component, HORIZONTAL)
+    return pair.assign_coords(shakes=((), name, {"units": "1", "long_name": "component that shakes"}))
+
+
+def read_pairs(paths: Iterable[str | os.PathLike[str]]) -> list[xr.DataArray]:
+    """Read record files and join the components of each recording.
+
+    Components of one recording are the channels of one file, or files whose names differ in the direction alone:
+    K-NET and KiK-net (``.NS``, ``.EW``, ``.UD``, and a digit for the sensor), or an ending of the name as in the NGA
+    databases (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``).
+
+    Parameters
+    ----------
+    paths : sequence of path
+        Record files, in any order.
+
+    Returns
+    -------
+    list of xarray.DataArray
+        As `join`, one array for each recording, in the order of the first of its files.
+
+    Raises
+    ------
+    RecordError
+        A file that cannot be read; a component without another one, or more than two horizontal components, or two
+        that are not perpendicular; the sentence names the files.
+    """
+    if isinstance(paths, str | os.PathLike):
+        raise TypeError(f"paths must be several record files, got {str(paths)!r:.60}")
+    return pair_up({Path(path): read_all(path) for path in paths})
+
+
+def pair_up(read: Mapping[Path, Sequence[xr.DataArray]]) -> list[xr.DataArray]:
+    """Return the joined components of what was read from files; everything else as `read_pairs`."""
+    recordings: dict[str, list[_Channel]] = {}
+    for path, arrays in read.items():
+        for channel in _channels(path, arrays):
+            recordings.setdefault(channel.recording, []).append(channel)
+    return [_joined(channels) for channels in recordings.values()]
+
+
+def _check_pair(pair: xr.DataArray) -> None:
+    if not isinstance(pair, xr.DataArray):
+        raise TypeError(f"pair must be components as motions.join returns them, got {checks.kind(pair)}")
+    if set(pair.dims) != {"motion", "component", "time"} or "azimuth" not in pair.coords:
+        raise ValueError(f"pair must be components as motions.join returns them, got dims {pair.dims}")
+
+
+def _channels(path: Path, read: Sequence[xr.DataArray]) -> list[_Channel]:
+    """Return the channels of a file, each with the recording that it belongs to."""
+    arrays = [array.isel(motion=[i]) for array in read for i in range(array.sizes["motion"])]
+    found = []
+    for array in arrays:
+        said = str(array["component"].values[0]) if "component" in array.coords else ""
+        if len(arrays) > 1:
+            vertical, azimuth = _direction(_CHANNEL.sub("", said, count=1))
+            found.append(_Channel(array, f"{path.name} {said}".strip(), str(path), vertical, azimuth))
+            continue
+        suffix = _KNET.fullmatch(path.suffix)
+        name = _NAME.fullmatch(path.stem)
+        if suffix is not None:
+            direction, base = suffix["direction"], f"{path.stem}.{suffix['place']}"
+        elif name is not None:
+            direction, base = name["direction"], name["base"]
+        else:
+            raise RecordError(
+                f"{path}: its name gives no direction, such as an ending 090 or -N, to find its other components by"
+            )
+        vertical, azimuth = _direction(direction)
+        found.append(_Channel(array, path.name, str(path.with_name(base)), vertical, azimuth))
+    return found
+
+
+def _direction(text: str) -> tuple[bool, float]:
+    """Return whether a direction as people write it is vertical, and its azimuth, rad (NaN where it is not known)."""
+    word = text.strip()
+    if _VERTICAL.fullmatch(word):
+        return True, math.nan
+    plain = re.sub(r"\s+(?:surface|borehole)$", "", word).upper()
+    if plain in _POINTS:
+        return False, math.radians(_POINTS[plain])
+    bearing = _BEARING.fullmatch(plain)
+    if bearing:
+        along = 0.0 if bearing[1] == "N" else 180.0
+        clockwise = 1.0 if bearing[1] + bearing[3] in ("NE", "SW") else -1.0
+        return False, math.radians((along + clockwise * float(bearing[2])) % 360.0)
+    degrees = _DEGREES.fullmatch(plain)
+    if degrees:
+        return False, math.radians(float(degrees[1]) % 360.0)
+    if re.fullmatch(r"[A-Z]{2}[NEZ]", plain):  # SEED: band, instrument, orientation
+        return plain[-1] == "Z", math.nan if plain[-1] == "Z" else math.radians(_POINTS[plain[-1]])
+    return False, math.nan
+
+
+def _joined(channels: Sequence[_Channel]) -> xr.DataArray:
+    """Return the joined components of one recording; RecordError where they are not two, or two and a vertical."""
+    level = [one for one in channels if not one.vertical]
+    upright = [one for one in channels if one.vertical]
+    for some, most, what in ((level, 2, "horizontal"), (upright, 1, "vertical")):
+        if len(some) > most:
+            raise RecordError(
+                f"{', '.join(one.name for one in some[: most + 1])}: are {len(some)} {what} components of one "
+                "recording, by their names: join them with motions.join"
+            )
+    if len(level) < 2:
+        raise RecordError(f"{channels[0].name}: has no second horizontal component among the files given")
+    known = all(math.isfinite(one.azimuth) for one in level)
+    motions = [
+        one.motion.assign_coords(azimuth=("motion", [one.azimuth], AZIMUTH)) if known else one.motion for one in level
+    ]
+    try:
+        return join(motions[0], motions[1], upright[0].motion if upright else None)
+    except ValueError as error:
+        raise RecordError(f"{level[0].name}, {level[1].name}: {error}") from None

@@ -1,0 +1,356 @@
+"""Joined components: which files belong together, rotation, and measures of both directions."""
+
+import math
+
+import numpy as np
+import pytest
+import record_files as files
+import xarray as xr
+from shared_cases import SHARED, needs_shared
+
+import toppling as tp
+from toppling import motions as mo
+from toppling.motions import RecordError
+from toppling.motions.arrays import digest, records
+from toppling.motions.pairs import _direction
+
+DT = 0.005
+T = np.arange(4001) * DT
+FORMATS = SHARED / "data/records/formats"
+
+
+def wave(values, label="one"):
+    return mo.from_array(values, DT, [label])
+
+
+def circle(amplitude=2.0, frequency=2.0):
+    """A vector that turns, and grows and fades within many turns: the same in every direction."""
+    phase = 2.0 * np.pi * frequency * T
+    length = amplitude * np.sin(np.pi * T / T[-1]) ** 2
+    return mo.join(wave(length * np.cos(phase)), wave(length * np.sin(phase)))
+
+
+def noise(seed=1):
+    rng = np.random.default_rng(seed)
+    fading = np.sin(np.pi * T / T[-1]) ** 2
+    return mo.join(*(wave(fading * rng.normal(size=T.size)) for _ in range(2)))
+
+
+def value(pair, name):
+    return float(mo.measures(pair, [name])[mo.measure_named(name).label][0])
+
+
+class TestMeasures:
+    @pytest.mark.parametrize("base", ["pga", "Sa(0.3)", "Sa(1.0)"])
+    def test_circular_motion_has_its_amplitude_in_every_direction(self, base):
+        pair = circle()
+        one = float(mo.measures(pair.sel(component="h1"), [base])[base][0])
+        assert value(pair, f"RotD50({base})") == pytest.approx(one, rel=2e-3)
+        assert value(pair, f"RotD100({base})") == pytest.approx(one, rel=2e-3)
+        if base == "pga":
+            assert one == pytest.approx(2.0, rel=2e-3)
+
+    @pytest.mark.parametrize("base", ["pga", "pgv", "Sa(0.5)", "pgd"])
+    def test_one_silent_component(self, base):
+        """In the direction φ from the other one, the motion is its |cos φ|: 1 at most, 0.7071 in the median."""
+        loud = noise().sel(component="h1", drop=True).drop_vars("azimuth")
+        own = float(mo.measures(loud, [base])[base][0])
+        for pair in (mo.join(loud, 0.0 * loud), mo.join(0.0 * loud, loud)):
+            assert value(pair, f"RotD100({base})") == pytest.approx(own, rel=1e-12)
+            assert value(pair, f"RotD50({base})") == pytest.approx(own * math.sqrt(0.5), rel=1e-12)
+            assert value(pair, f"GeometricMean({base})") == 0.0
+
+    @pytest.mark.parametrize("name", ["RotD50(pga)", "RotD100(Sa(0.4))", "RotD50(pgv)"])
+    def test_do_not_depend_on_the_instrument(self, name):
+        """Turned by whole degrees the directions are the same 180."""
+        pair = noise()
+        for degrees in (1.0, 37.0, 90.0, 271.0):
+            assert value(mo.rotate(pair, math.radians(degrees)), name) == pytest.approx(value(pair, name), rel=1e-9)
+
+    def test_geometric_mean(self):
+        pair = noise()
+        h1, h2 = (float(mo.measures(pair.sel(component=one), ["pgv"]).pgv[0]) for one in ("h1", "h2"))
+        assert value(pair, "GeometricMean(pgv)") == pytest.approx(math.sqrt(h1 * h2), rel=1e-14)
+
+    def test_arias_intensity_is_a_quadratic_form(self):
+        """Over all directions it is the ellipse of the two principal ones; its median is the mean of the two."""
+        pair = noise()
+        turned = (mo.rotate(pair, math.radians(degrees)).sel(component="h1") for degrees in range(180))
+        along = [float(mo.measures(one, ["arias"]).arias[0]) for one in turned]
+        assert value(pair, "RotD100(arias)") == pytest.approx(max(along), rel=1e-9)
+        both = sum(float(mo.measures(pair.sel(component=one), ["arias"]).arias[0]) for one in ("h1", "h2"))
+        assert value(pair, "RotD50(arias)") == pytest.approx(0.5 * both, rel=1e-3)
+
+    def test_names(self):
+        one = mo.measure_named("rotd50( SA(1.0) )")
+        assert one == mo.RotD50(mo.Sa(1.0))
+        assert one.label == "RotD50(Sa(1.0))"
+        assert (one.units, one.power) == ("m s-2", 1.0)
+        assert mo.measure_named("RotD100(arias)").power == 2.0
+        assert one != mo.RotD100(mo.Sa(1.0))
+        for text, message in (
+            ("RotD50(RotD50(pga))", "takes a measure of one motion"),
+            ("RotD50()", "must be one of"),
+            ("RotD50(Sa(x))", "is no number"),
+            ("RotD51(pga)", "must be one of"),
+        ):
+            with pytest.raises(ValueError, match=message):
+                mo.measure_named(text)
+
+    def test_one_component_has_none(self):
+        with pytest.raises(ValueError, match=r"motion 'one': RotD50\(pga\) needs both horizontal components"):
+            mo.measures(wave(np.sin(T)), ["RotD50(pga)"])
+
+
+class TestJoin:
+    def test_what_it_holds(self):
+        h1, h2, v = (wave(np.sin(k * T)) for k in (1, 2, 3))
+        pair = mo.join(h1, h2, v)
+        assert pair.dims == ("motion", "component", "time")
+        assert pair["component"].values.tolist() == ["h1", "h2", "v"]
+        for name, one in (("h1", h1), ("h2", h2), ("v", v)):
+            np.testing.assert_array_equal(pair.sel(component=name).values, one.values)
+        np.testing.assert_array_equal(pair["azimuth"].values, [[0.0, 0.5 * math.pi, math.nan]])
+        assert pair.attrs["units"] == "m s-2"
+        assert all("units" in pair[name].attrs for name in ("azimuth", "component"))
+
+    @pytest.mark.parametrize(
+        ("h2", "message"),
+        [
+            (
+                mo.from_array(np.sin(T[:-1]), DT),
+                "h2 must have the step and length of h1, 4001 samples at 0.005 s, got 4000",
+            ),
+            (mo.from_array(np.sin(T), 0.01), "got 4001 at 0.01 s: resample, trim or pad it first"),
+            (mo.from_array(np.ones((2, 4001)), DT), "h2 must hold as many motions as h1, 1, got 2"),
+            (circle(), "must be motions with dims .motion, time., got .'motion', 'component', 'time'"),
+        ],
+    )
+    def test_refused(self, h2, message):
+        with pytest.raises(ValueError, match=message):
+            mo.join(wave(np.sin(T)), mo.as_recorded(h2) if "component" in h2.dims else h2)
+        with pytest.raises(TypeError, match="h2 must be labelled motions"):
+            mo.join(wave(np.sin(T)), [1.0])
+
+    def test_horizontal_components_are_perpendicular(self):
+        def along(degrees):
+            return wave(np.sin(T)).assign_coords(azimuth=("motion", [math.radians(degrees)]))
+
+        for one, two in ((0, 90), (9, 279), (350, 80), (180, 271)):
+            mo.join(along(one), along(two))
+        with pytest.raises(ValueError, match="h1 and h2 must be perpendicular, got azimuths of 0° and 80°"):
+            mo.join(along(0), along(80))
+
+
+class TestRotate:
+    def test_a_wave_along_one_direction(self):
+        """What shakes along N 30° E alone is all in h1 of that azimuth, with either handedness of the instrument."""
+        shake = np.sin(3.0 * T)
+        for azimuths in ((0.0, 90.0), (0.0, 270.0), (120.0, 30.0)):
+            a, b = (
+                wave(shake * math.cos(math.radians(30.0 - one))).assign_coords(azimuth=("motion", [math.radians(one)]))
+                for one in azimuths
+            )
+            turned = mo.rotate(mo.join(a, b), math.radians(30.0))
+            np.testing.assert_allclose(turned.sel(component="h1").values[0], shake, atol=1e-15)
+            np.testing.assert_allclose(turned.sel(component="h2").values[0], 0.0, atol=1e-15)
+            np.testing.assert_allclose(turned["azimuth"].values, [[math.radians(30.0), math.radians(120.0)]])
+
+    def test_back_and_forth(self):
+        pair = noise()
+        again = mo.rotate(mo.rotate(pair, 1.234), 0.0)
+        np.testing.assert_allclose(again.values, pair.values, atol=1e-14)
+        np.testing.assert_allclose(again["azimuth"].values % (2.0 * math.pi), pair["azimuth"].values, atol=1e-15)
+
+    def test_the_vertical_stays(self):
+        pair = mo.join(wave(np.sin(T)), wave(np.cos(T)), wave(np.sin(5.0 * T)))
+        turned = mo.rotate(pair, 0.7)
+        np.testing.assert_array_equal(turned.sel(component="v").values, pair.sel(component="v").values)
+        assert math.isnan(turned["azimuth"].values[0, 2])
+
+    def test_refused(self):
+        with pytest.raises(ValueError, match=r"as motions.join returns them, got dims"):
+            mo.rotate(wave(np.sin(T)), 0.1)
+        with pytest.raises(TypeError, match=r"as motions.join returns them, got list"):
+            mo.rotate([1.0], 0.1)
+        with pytest.raises(ValueError, match="azimuth must be finite"):
+            mo.rotate(circle(), math.nan)
+
+
+class TestUse:
+    def test_an_analysis_needs_to_know_which_component_shakes(self):
+        with pytest.raises(ValueError, match=r"must say which component shakes: motions.as_recorded\(pair, 'h1'\)"):
+            records(noise())
+        one, two = (records(mo.as_recorded(noise(), name))[0] for name in ("h1", "h2"))
+        np.testing.assert_array_equal(one.acceleration, two.companion)
+        np.testing.assert_array_equal(two.acceleration, one.companion)
+        assert digest(one) != digest(two) != digest(two._replace(companion=None))
+        with pytest.raises(ValueError, match="component must be one of 'h1', 'h2', got 'v'"):
+            mo.as_recorded(noise(), "v")
+
+    def test_levels_are_of_both_and_runs_of_one(self):
+        block, law = tp.Block(0.4, 1.8, name="cabinet"), tp.HousnerImpact(e=0.9)
+        shakes = mo.as_recorded(4.0 * noise(), "h2")
+        options = {"outputs": ("peak_rotation",), "screen": False}
+        runs = tp.ida(block, law, shakes, [3.0, 6.0], im="RotD50(pga)", **options)
+        assert runs["level"].attrs["im"] == "RotD50(pga)"
+        alone = shakes.sel(component="h2", drop=True).drop_vars(["shakes", "azimuth"]).assign_attrs(shakes.attrs)
+        own = value(shakes, "RotD50(pga)")
+        plain = tp.ida(block, law, alone, [3.0 / own, 6.0 / own], im="scale", **options)
+        np.testing.assert_array_equal(runs["peak_rotation"].values, plain["peak_rotation"].values)
+        assert np.all(runs["peak_rotation"].values[..., 1, :] > 0.0)
+
+    def test_scaling_keeps_both_in_proportion(self):
+        scaled = mo.scale_to(mo.as_recorded(noise()), 3.0, "RotD100(pga)")
+        assert value(scaled, "RotD100(pga)") == pytest.approx(3.0, rel=1e-12)
+        assert value(scaled, "GeometricMean(pga)") / 3.0 == pytest.approx(
+            value(noise(), "GeometricMean(pga)") / value(noise(), "RotD100(pga)"), rel=1e-12
+        )
+
+    def test_both_are_looked_at_for_offsets(self):
+        sound = mo.from_array(np.sin(np.pi * T / T[-1]) ** 2 * np.sin(6.0 * T), DT, ["a"], recorded=True)
+        pair = mo.as_recorded(mo.join(sound, sound + 0.5))
+        with pytest.warns(UserWarning, match="a, other component: its mean is"):
+            tp.ida(tp.Block(0.4, 1.8), tp.HousnerImpact(e=0.9), pair, [1.0], screen=False)
+
+
+class TestDirections:
+    @pytest.mark.parametrize(
+        ("text", "degrees"),
+        [
+            ("N-S", 0.0), ("E-W", 90.0), ("N-S surface", 0.0), ("NS", 0.0), ("E", 90.0), ("W", 270.0), ("009", 9.0),
+            ("90 DEG", 90.0), ("360", 0.0), ("S16W", 196.0), ("S74E", 106.0), ("N30E", 30.0), ("N30W", 330.0),
+            ("HNE", 90.0), ("HNN", 0.0),
+        ],
+    )  # fmt: skip
+    def test_azimuths(self, text, degrees):
+        vertical, azimuth = _direction(text)
+        assert not vertical
+        assert math.degrees(azimuth) == pytest.approx(degrees)
+
+    @pytest.mark.parametrize("text", ["U-D", "UD", "Up", "DWN", "vert", "V", "Z", "HNZ", "U-D surface"])
+    def test_vertical(self, text):
+        assert _direction(text)[0]
+
+    @pytest.mark.parametrize("text", ["H1", "L", "", "HN1", "BNZZ", "anything"])
+    def test_unknown(self, text):
+        vertical, azimuth = _direction(text)
+        assert not vertical
+        assert math.isnan(azimuth)
+
+
+class TestFiles:
+    def written(self, tmp_path, *names, values=None):
+        for i, name in enumerate(names):
+            shake = np.sin((1 + i) * T[:400]) if values is None else values
+            (tmp_path / name).write_text(files.at2(shake, DT), encoding="utf-8")
+        return [tmp_path / name for name in names]
+
+    @pytest.mark.parametrize(
+        ("names", "azimuths"),
+        [
+            (("RSN953_NORTHR_MUL009.AT2", "RSN953_NORTHR_MUL279.AT2", "RSN953_NORTHR_MUL-UP.AT2"), (9.0, 279.0)),
+            (("A-ELC180.AT2", "A-ELC270.AT2"), (180.0, 270.0)),
+            (("HWA002-N.AT2", "HWA002-V.AT2", "HWA002-W.AT2"), (0.0, 270.0)),
+            (("GCN-WE.AT2", "GCN-NS.AT2", "GCN-UD.AT2"), (90.0, 0.0)),
+        ],
+    )
+    def test_names_as_of_the_nga_databases(self, tmp_path, names, azimuths):
+        (pair,) = mo.read_pairs(self.written(tmp_path, *names))
+        assert pair.sizes["component"] == len(names)
+        np.testing.assert_allclose(np.degrees(pair["azimuth"].values[0, :2]), azimuths)
+
+    def test_several_recordings_in_any_order(self, tmp_path):
+        paths = self.written(tmp_path, "A090.AT2", "B-N.AT2", "A000.AT2", "B-E.AT2")
+        first, second = mo.read_pairs(paths)
+        np.testing.assert_array_equal(first.values[0, 0], mo.read(paths[0]).values[0])
+        np.testing.assert_array_equal(second.values[0, 1], mo.read(paths[3]).values[0])
+
+    def test_knet(self, tmp_path):
+        for name, direction, k in (
+            ("X.EW", "E-W", 1),
+            ("X.NS", "N-S", 2),
+            ("X.UD", "U-D", 3),
+            ("X.EW1", "2", 4),
+            ("X.NS1", "1", 5),
+        ):
+            counts = np.round(1000.0 * np.sin(k * np.arange(200) * 0.1)).astype(int)
+            (tmp_path / name).write_text(files.knet(counts, direction=direction), encoding="utf-8")
+        surface, borehole = mo.read_pairs([tmp_path / f"X.{end}" for end in ("EW", "NS", "UD", "EW1", "NS1")])
+        assert surface.sizes["component"] == 3
+        assert borehole.sizes["component"] == 2
+        np.testing.assert_allclose(np.degrees(surface["azimuth"].values[0, :2]), [90.0, 0.0])
+        assert "removed on reading" in surface.attrs["processing"]
+
+    @pytest.mark.parametrize(
+        ("names", "message"),
+        [
+            (("A000.AT2",), "A000.AT2: has no second horizontal component among the files given"),
+            (("A000.AT2", "A-UP.AT2"), "has no second horizontal component"),
+            (("A000.AT2", "A090.AT2", "A180.AT2"), "A000.AT2, A090.AT2, A180.AT2: are 3 horizontal components of one"),
+            (
+                ("A000.AT2", "A045.AT2"),
+                "A000.AT2, A045.AT2: h1 and h2 must be perpendicular, got azimuths of 0° and 45°",
+            ),
+            (("A000.AT2", "A090.AT2", "A-UP.AT2", "A-V.AT2"), "A-UP.AT2, A-V.AT2: are 2 vertical components of one"),
+            (("shaking.AT2", "A090.AT2"), "shaking.AT2: its name gives no direction, such as an ending 090 or -N"),
+        ],
+    )
+    def test_what_does_not_belong_together(self, tmp_path, names, message):
+        with pytest.raises(RecordError, match=message):
+            mo.read_pairs(self.written(tmp_path, *names))
+
+    def test_of_other_lengths(self, tmp_path):
+        paths = self.written(tmp_path, "A000.AT2") + self.written(tmp_path, "A090.AT2", values=np.sin(T[:300]))
+        with pytest.raises(RecordError, match=r"A000.AT2, A090.AT2: h2 must have the step and length of h1"):
+            mo.read_pairs(paths)
+        with pytest.raises(TypeError, match="paths must be several record files"):
+            mo.read_pairs(str(paths[0]))
+
+    @needs_shared
+    def test_real_files(self):
+        east = FORMATS / "AOM0011801241951.EW"
+        (pair,) = mo.read_pairs([east, east.with_suffix(".NS")])
+        np.testing.assert_allclose(np.degrees(pair["azimuth"].values), [[90.0, 0.0]])
+        rotated = value(pair, "RotD50(pga)"), value(pair, "RotD100(pga)")
+        assert 0.0408 <= rotated[0] <= rotated[1] <= math.hypot(0.0408, 0.0496)
+        (three,) = mo.read_pairs([FORMATS / "20180212_211557_WPWS_20.V2A"])
+        assert three["component"].values.tolist() == ["h1", "h2", "v"]
+        np.testing.assert_allclose(np.degrees(three["azimuth"].values[0, :2]), [196.0, 106.0])
+        (channels,) = mo.read_pairs([FORMATS / "CE58667.V2"])
+        assert channels.sizes["component"] >= 2
+
+
+class TestStudy:
+    STUDY = """
+title = "Pairs"
+[[blocks]]
+width_m = 0.4
+height_m = 1.8
+[[models]]
+law = "housner"
+e = 0.9
+[motions]
+records = "*.AT2"
+component = "h2"
+[ida]
+im = "RotD50(pga)"
+levels = { from = 0.1, to = 1.0, number = 4, unit = "g" }
+"""
+
+    def test_levels_of_both_in_a_study(self, tmp_path):
+        for name, k in (("A000.AT2", 5.0), ("A090.AT2", 7.0), ("B-N.AT2", 6.0), ("B-E.AT2", 4.0)):
+            shake = 0.3 * np.sin(np.pi * T / T[-1]) ** 2 * np.sin(k * T)
+            (tmp_path / name).write_text(files.at2(shake, DT), encoding="utf-8")
+        (tmp_path / "study.toml").write_text(self.STUDY, encoding="utf-8")
+        study = tp.Study.from_toml(tmp_path / "study.toml")
+        results = study.run(tmp_path / "out")
+        assert results.sizes["motion"] == 2
+        wanted = [value(pair, "RotD50(pga)") for pair in mo.read_pairs(sorted(tmp_path.glob("*.AT2")))]
+        np.testing.assert_allclose(results["RotD50(pga)"].values, wanted, rtol=1e-13)
+        with xr.open_dataset(tmp_path / "out" / "results.nc") as stored:
+            assert stored["level"].attrs["im"] == "RotD50(pga)"
+        plain = self.STUDY.replace('component = "h2"\n', "")
+        (tmp_path / "plain.toml").write_text(plain, encoding="utf-8")
+        with pytest.raises(tp.studies.StudyError, match="needs both horizontal components"):
+            tp.Study.from_toml(tmp_path / "plain.toml")
