@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: study docs validation drawing gallery film p58 paper sensitivity scaling examples lint test test-slow test-all \
+.PHONY: study docs validation scenarios drawing gallery film p58 paper sensitivity scaling examples lint test test-slow test-all \
         test-exchange benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
@@ -43,6 +43,10 @@ docs: $(VENV)/installed-docs
 # docs/validation.md: every published number beside ours
 validation: $(VENV)/installed
 	$(BIN)/python docs/validation.py
+
+# docs/scenarios.md: simulated earthquakes beside a ground-motion model (some minutes)
+scenarios: $(VENV)/installed
+	$(BIN)/python docs/scenarios.py
 
 # docs/architecture.md's tables and docs/architecture.svg: rooms from the docstrings, floors from the imports
 drawing: $(VENV)/installed

@@ -25,6 +25,7 @@ from .scaling import parabolic_baseline, scale_to, scale_to_mean
 from .simulated.envelopes import ENVELOPES, DoubleExponential, Envelope, Gamma, RiseStrongDecay, Stationary
 from .simulated.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
 from .simulated.generator import Generator, ensemble, steps_of
+from .simulated.ground_motion_models import Scenario, expected_motions, over_model
 from .simulated.kanai_tajimi import CloughPenzien, KanaiTajimi
 from .simulated.near_fault import NearFault
 from .simulated.pulses import (
@@ -72,6 +73,7 @@ __all__ = [
     "RotD50",
     "RotD100",
     "Sa",
+    "Scenario",
     "Sd",
     "Seismological",
     "SiteBased",
@@ -86,6 +88,7 @@ __all__ = [
     "baseline",
     "ensemble",
     "example_path",
+    "expected_motions",
     "from_array",
     "highpass",
     "join",
@@ -94,6 +97,7 @@ __all__ = [
     "matching_report",
     "measure_named",
     "measures",
+    "over_model",
     "p58_floor_demands",
     "pad",
     "parabolic_baseline",

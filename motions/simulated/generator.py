@@ -17,6 +17,7 @@ from ...aliases import Array
 from ...streams import stream
 from ...units import DIMENSIONLESS, METRE
 from ..arrays import from_array
+from .ground_motion_models import Scenario
 
 Streams = list[np.random.Generator]
 
@@ -31,6 +32,16 @@ class Generator(ABC):
 
     own_amplitude: ClassVar[bool] = True
     """True if the motions have the amplitude of an earthquake; False if a parameter sets their amplitude."""
+
+    @property
+    def scenario(self) -> Scenario | None:
+        """The earthquake and the site that the motions claim to be of; None where they claim none."""
+        return None
+
+    @property
+    def outside(self) -> str:
+        """What of the scenario lies outside of the data behind the generator's equations; empty where nothing does."""
+        return ""
 
     @abstractmethod
     def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:

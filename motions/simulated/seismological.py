@@ -13,9 +13,11 @@ import xarray as xr
 from ... import checks
 from ...aliases import Array
 from .generator import Generator, Streams, ensemble, steps_of
+from .ground_motion_models import Scenario
 
 SITES = ("generic-rock", "flat")
 
+ROCK = 760.0  # m/s, V_S30 of this rock
 # Crustal amplification of western generic rock with Vs30 = 760 m/s (Boore 2016), relative to a source at 3.5 km/s: Hz,
 # factor.  The values were read in public code that cites the paper, not in the paper.
 GENERIC_ROCK = (
@@ -125,6 +127,11 @@ class Seismological(Generator):
                     f"{self.duration:g}"
                 )
         steps_of(self.length, self.dt)
+
+    @property
+    def scenario(self) -> Scenario | None:
+        rock = self.site == SITES[0] and self.amplification is None
+        return Scenario(self.magnitude, self.distance, ROCK) if rock else None
 
     @property
     def moment(self) -> float:

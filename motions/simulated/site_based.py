@@ -21,6 +21,7 @@ from ..kernels.drifting_filters import drifting_noise
 from .filters import filtered, high_pass
 from .fitting import fit_site_based
 from .generator import Generator, Streams, counts, ensemble, normals, steps_of
+from .ground_motion_models import Scenario
 from .modulation import Modulation, modulation, ratio_limits
 from .scenario import UNITS, Parameters, SiteBasedEquations, corner_frequency
 
@@ -155,6 +156,9 @@ class ScenarioGenerator(Generator):
     """Generator of motions for an earthquake and a site, whose length follows from the times that are drawn."""
 
     magnitude: float
+    distance: float
+    vs30: float
+    faulting: str
     f_c: float | None
     dt: float
     duration: float | None
@@ -173,6 +177,10 @@ class ScenarioGenerator(Generator):
                     f"{self.duration:g}"
                 )
         steps_of(self.length, self.dt)
+
+    @property
+    def scenario(self) -> Scenario:
+        return Scenario(self.magnitude, self.distance, self.vs30, self.faulting, getattr(self, "depth", 0.0))
 
     @property
     def corner(self) -> float:
@@ -254,6 +262,19 @@ class SiteBasedScenario(ScenarioGenerator):
     def __post_init__(self) -> None:
         _ = self.equations
         super().__post_init__()
+
+    @property
+    def outside(self) -> str:
+        found = [
+            f"{what} {value:g}{unit}, data {data}"
+            for what, value, unit, inside, data in (
+                ("magnitude", self.magnitude, "", 6.1 <= self.magnitude <= 7.7, "6.1 to 7.7"),
+                ("distance", 1e-3 * self.distance, " km", 1e4 <= self.distance <= 1e5, "10 to 100 km"),
+                ("V_S30", self.vs30, " m/s", self.vs30 >= 600.0, "above 600 m/s"),
+            )
+            if not inside
+        ]
+        return "; ".join(found)
 
     @property
     def equations(self) -> SiteBasedEquations:

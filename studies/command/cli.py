@@ -164,20 +164,24 @@ def look_at_motions(
         One study file (TOML), or record files: paths or patterns.
     """
     from ...motions import TargetSpectrum, matching_report  # noqa: PLC0415 - not for every command
-    from ..single.motions import draw_motions, measured, measures_json, measures_table, read_motions  # noqa: PLC0415 - matplotlib
+    from ..single import motions as looked_at  # noqa: PLC0415 - matplotlib
 
-    motions, doubts = read_motions(inputs)
+    shown = looked_at.read_motions(inputs)
+    motions = shown.motions
     try:
-        values = measured(motions, damping)
+        values = looked_at.measured(motions, damping)
         spectrum = None if target is None else TargetSpectrum.from_csv(target, damping)
     except ValueError as error:
         raise StudyError(str(error)) from None
-    figures = draw_motions(motions, out, damping, spectrum)
+    figures = looked_at.draw_motions(motions, out, damping, spectrum)
     if json_:
-        print(measures_json(values, figures, doubts))
+        print(looked_at.measures_json(values, figures, shown))
         return
     console = terminal()
-    console.print(measures_table(values))
+    console.print(looked_at.measures_table(values))
+    if shown.ratios:
+        console.print(looked_at.scenario_table(shown.ratios))
+    say(console, *shown.lines)
     if spectrum is not None:
         misfit = matching_report(motions, spectrum).misfit_mean
         console.print(
@@ -185,7 +189,7 @@ def look_at_motions(
             f"{100 * float(misfit.max()):.1f} % for the worst motion",
             highlight=False,
         )
-    say(console, *(f"note: {one.sentence}" for one in doubts))
+    say(console, *(f"note: {one.sentence}" for one in shown.doubts))
     for figure in figures:
         console.print(f"figure: {figure}", highlight=False, markup=False, soft_wrap=True)
 

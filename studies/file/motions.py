@@ -453,6 +453,11 @@ class MotionsTable(Table):
         except ValueError as error:
             raise ValueError(f"motions: {path}: {error}") from None
 
+    def made_by(self, folder: Path) -> shaking.Generator | None:
+        """Return the generator of the motions; None of pulses and of what is read."""
+        made = self._made(folder)
+        return made if isinstance(made, shaking.Generator) else None
+
     def _made(self, folder: Path) -> Any:
         """Return the generator or pulse that makes the motions, None where they are read."""
         try:

@@ -233,7 +233,7 @@ class StudyFile(Table):
         counts = self._floor_counts()
         refuse_samples(motions.samples(folder) * (1 + sum(counts)), "motions on all floors")
         ground = motions.build(folder)
-        reading = Reading.of(ground)
+        reading = Reading.of(ground, motions.made_by(folder))
         if not self._stand:
             return MotionSet(tuple(ground), (), reading)
         refuse_samples(sum(array.size for array in ground) * (1 + sum(counts)), "motions on all floors")

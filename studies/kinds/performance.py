@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -22,7 +22,7 @@ from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts, level_doubts
 from ...models import Law
 from ...models.oscillator import Oscillator
-from ...motions import Building
+from ...motions import Building, Generator
 from ...wording import counted
 from ..buildings.anchoring import anchoring
 from ..buildings.assessment import assess, described, distinct_runs
@@ -65,6 +65,7 @@ class PerformanceStudy(Study):
     at: float | None
     replicates: int
     seed: int
+    generator: Generator | None = None
     kind: ClassVar[str] = "performance"
 
     @classmethod
@@ -106,6 +107,7 @@ class PerformanceStudy(Study):
             at,
             asked.replicates,
             asked.seed,
+            content.motions.made_by(folder),
         )
         allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
         if study.objective not in allowed:
@@ -183,15 +185,12 @@ class PerformanceStudy(Study):
     def doubts(self) -> list[Doubt]:
         measure = None if self.im == SCALE else intensity_measure(self.im)
         levels = [] if measure is None else level_doubts(self.levels, measure.units)
-        return [*block_doubts([row.block for row in self.inventory.rows]), *self._reading.doubts, *levels]
-
-    @property
-    def processing(self) -> Sequence[str]:
-        return self._reading.processing
+        far = self.reading.far if self.im == SCALE else ()
+        return [*block_doubts([row.block for row in self.inventory.rows]), *self.reading.doubts, *far, *levels]
 
     @cached_property
-    def _reading(self) -> Reading:
-        return Reading.of(self.motions)
+    def reading(self) -> Reading:
+        return Reading.of(self.motions, self.generator)
 
     @property
     def arrays(self) -> Iterable[xr.DataArray]:

@@ -35,6 +35,7 @@ from ..file.blocks import MOST_BLOCKS, read_blocks
 from ..file.schema import StudyFile, read_study_file
 from ..file.table import StudyError
 from ..plan.designs import Design, Incremental
+from ..plan.reading import Reading
 from ..plan.risk import Risk
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.resources import Resources, chunks_of, refuse_shortage
@@ -180,8 +181,8 @@ class Study(ABC):
 
     @property
     @abstractmethod
-    def processing(self) -> Sequence[str]:
-        """What was done to records."""
+    def reading(self) -> Reading:
+        """What was done to records, and what scenario the motions are of."""
 
     @property
     def accepted(self) -> list[str]:
@@ -327,7 +328,8 @@ class Study(ABC):
             found = self._compute(client, progress)
         except ValueError as error:
             raise StudyError(f"{self.title}: {error}") from None
-        read = {"processing": "\n".join(self.processing)} if self.processing else {}
+        lines = {"processing": self.reading.processing, "scenario": self.reading.scenario}
+        read = {name: "\n".join(text) for name, text in lines.items() if text}
         return found.assign_attrs(**self._named(found), **read, kind=self.kind, identity=self.identity)
 
     def _named(self, results: xr.Dataset) -> dict[str, str]:
@@ -379,8 +381,8 @@ class BlockStudy:
         return [*block_doubts(self.blocks), *self.design.doubts]
 
     @property
-    def processing(self) -> Sequence[str]:
-        return self.design.reading.processing
+    def reading(self) -> Reading:
+        return self.design.reading
 
     @property
     def arrays(self) -> Iterable[xr.DataArray]:

@@ -43,7 +43,8 @@ class Design(ABC):
         """The doubts in the records and in the levels."""
         measure = intensity_measure(self.im)
         levels = [] if measure is None else level_doubts(self.levels, measure.units)
-        return [*self.reading.doubts, *levels]
+        far = () if self.levels.size and getattr(self, "scale", True) else self.reading.far
+        return [*self.reading.doubts, *far, *levels]
 
     @property
     def arrays(self) -> Motions:

@@ -194,6 +194,8 @@ def method(results: xr.Dataset) -> list[str]:
         done = str(results.attrs["processing"]).splitlines()
         more = f"; and {len(done) - MOST_LINES:,} more" if len(done) > MOST_LINES else ""
         words.append(f"Records, as they were read and corrected: {'; '.join(done[:MOST_LINES])}{more}.")
+    if "scenario" in results.attrs:
+        words.append(f"Simulated earthquakes: {'; '.join(str(results.attrs['scenario']).splitlines())}.")
     if "fit_method" in results.attrs:
         words.append(f"Curves: {results.attrs['fit_method']}.")
     if "median" in results:

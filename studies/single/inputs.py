@@ -124,7 +124,7 @@ def _read(name: str, keys: Mapping[str, Any]) -> list[xr.DataArray]:
     if foreign:
         raise StudyError(f"--set {foreign[0]}: belongs to generators and pulses, got {name!r}")
     if not keys:
-        return read_motions([name])[0]
+        return read_motions([name]).motions
     content = {"records": name, **keys}
     return built(name, lambda: MotionsTable.model_validate(content).build(Path()), content)
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -28,6 +28,7 @@ from ...motions.intensity.peaks import velocity
 from ...motions.intensity.spectra import damping_of
 from ...motions.matching.targets import TargetSpectrum
 from ...motions.plausibility import record_doubts
+from ...motions.simulated.ground_motion_models import MODELS
 from ...units import STANDARD_GRAVITY
 from ..file.schema import read_study_file
 from ..file.table import StudyError, expand
@@ -55,10 +56,20 @@ COLUMNS = (
 )
 
 
-def read_motions(inputs: Sequence[str]) -> tuple[list[xr.DataArray], list[Doubt]]:
-    """Return the motions of one study file (through its building) or of record files, and the doubts in records.
+class Shown(NamedTuple):
+    """Motions to be looked at, the doubts in them, and the ratios to a ground-motion model where they claim a scenario.
 
-    Record files are given as paths or patterns.
+    ratios: as `toppling.motions.over_model`, by the name of the model; lines: the same of each stripe in words.
+    """
+
+    motions: list[xr.DataArray]
+    doubts: list[Doubt]
+    ratios: dict[str, xr.Dataset]
+    lines: tuple[str, ...] = ()
+
+
+def read_motions(inputs: Sequence[str]) -> Shown:
+    """Return the motions of one study file (through its building) or of record files, paths or patterns.
 
     Raises
     ------
@@ -71,20 +82,26 @@ def read_motions(inputs: Sequence[str]) -> tuple[list[xr.DataArray], list[Doubt]
     try:
         if not studies:
             found = [array for path in expand(list(inputs), Path()) for array in shaking.read_all(path)]
-            doubts = record_doubts(records(found))
-        else:
-            path = Path(studies[0])
-            content = read_study_file(path)
-            sets = content.shaking(path.parent)
-            found = [array for one in sets for array in one.motions]
-            records(found)
-            of_all = Reading.joined([one.reading for one in sets]).doubts
-            doubts = [one for one in of_all if one.kind not in (content.accept or [])]
+            return Shown(found, record_doubts(records(found)), {})
+        path = Path(studies[0])
+        content = read_study_file(path)
+        sets = content.shaking(path.parent)
+        found = [array for one in sets for array in one.motions]
+        records(found)
+        reading = Reading.joined([one.reading for one in sets])
+        doubts = [one for one in (*reading.doubts, *reading.far) if one.kind not in (content.accept or [])]
+        if content.stripes is not None:
+            return Shown(found, doubts, {}, reading.scenario)
+        made = content.motions.made_by(path.parent)
+        at = None if made is None else made.scenario
+        if at is None or content.motions.number == 1:
+            return Shown(found, doubts, {})
+        ground = content.motions.build(path.parent)
+        return Shown(found, doubts, {model: shaking.over_model(ground, at, model) for model in MODELS})
     except StudyError:
         raise
     except (ValueError, ArithmeticError) as error:
         raise StudyError(f"{studies[0]}: {error}" if studies else str(error)) from None
-    return found, doubts
 
 
 def measured(motions: Sequence[xr.DataArray], damping: float = 0.05) -> xr.Dataset:
@@ -114,7 +131,26 @@ def measures_table(values: xr.Dataset, rows: int = MOST_ROWS) -> Table:
     return table
 
 
-def measures_json(values: xr.Dataset, figures: Sequence[Path] = (), doubts: Sequence[Doubt] = ()) -> str:
+def scenario_table(ratios: Mapping[str, xr.Dataset]) -> Table:
+    """Return a table for a terminal: the medians of a scenario's motions over those of ground-motion models."""
+    first = next(iter(ratios.values()))
+    title = f"Medians over those of ground-motion models ({str(first.attrs['title']).partition(': ')[2]})"
+    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
+    table.add_column("measure")
+    for model in ratios:
+        table.add_column(f"over\n{model}", justify="right")
+    table.add_column("dispersion\nhere", justify="right")
+    for model in ratios:
+        table.add_column(f"dispersion\n{model}", justify="right")
+    for i, label in enumerate(first["measure"].values):
+        over = (f"{float(one['ratio'][i]):.2f}" for one in ratios.values())
+        spread = (f"{float(one['model_dispersion'][i]):.2f}" for one in ratios.values())
+        name = {"pga": "PGA", "pgv": "PGV"}.get(str(label), str(label))
+        table.add_row(name, *over, f"{float(first['dispersion'][i]):.2f}", *spread)
+    return table
+
+
+def measures_json(values: xr.Dataset, figures: Sequence[Path], shown: Shown) -> str:
     """Return every measure of every motion as JSON, SI; null where a measure is undefined (durations of zeros)."""
     found = {
         str(name): {
@@ -130,10 +166,19 @@ def measures_json(values: xr.Dataset, figures: Sequence[Path] = (), doubts: Sequ
         "duration": {"units": "s", "values": values["duration"].values.tolist()},
         **({"floor": values["floor"].values.tolist()} if "floor" in values.coords else {}),
         "measures": found,
-        "notes": [one.sentence for one in doubts],
+        "notes": [one.sentence for one in shown.doubts],
+        **({"over_models": {model: _over(one) for model, one in shown.ratios.items()}} if shown.ratios else {}),
         "figures": [str(path) for path in figures],
     }
     return json.dumps(content, ensure_ascii=False, indent=1)
+
+
+def _over(ratios: xr.Dataset) -> dict[str, Any]:
+    labels = [str(one) for one in ratios["measure"].values]
+    return {
+        name: dict(zip(labels, ratios[name].values.tolist(), strict=True))
+        for name in ("ratio", "dispersion", "model_dispersion")
+    }
 
 
 def draw_motions(

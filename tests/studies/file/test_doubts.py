@@ -159,7 +159,7 @@ class TestCorrections:
         (found,) = study.arrays
         wanted = expected(mo.read(tmp_path / "shake.csv"))
         np.testing.assert_array_equal(found.values, wanted.values)
-        assert list(study.processing) == [wanted.attrs["processing"]]
+        assert list(study.reading.processing) == [wanted.attrs["processing"]]
 
     @pytest.mark.parametrize(
         ("keys", "message"),

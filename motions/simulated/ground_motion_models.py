@@ -1,0 +1,172 @@
+"""Ground-motion models: PGA, PGV and spectrum to be expected of an earthquake at a site, beside simulated motions."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...units import ACCELERATION, DIMENSIONLESS, SECOND, STANDARD_GRAVITY, VELOCITY, provenance
+from ..arrays import records
+from ..intensity.dataset import measure
+
+MODELS: dict[str, str] = {"BSSA14": "BooreStewartSeyhanAtkinson2014", "CY14": "ChiouYoungs2014"}
+"""Models by name, with the class of pyGMM that computes each."""
+PERIODS = (0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 3.0, 4.0)
+"""Periods of Sa, s."""
+_MECHANISMS = {"strike-slip": "SS", "reverse": "RS"}
+_SPREAD = {"units": DIMENSIONLESS}
+
+
+class Scenario(NamedTuple):
+    """An earthquake and a site: moment magnitude, rupture distance (m), V_S30 (m/s), and style of faulting.
+
+    `depth` is that of the top of the rupture, m; the fault is vertical.
+    """
+
+    magnitude: float
+    distance: float
+    vs30: float
+    faulting: str = "strike-slip"
+    depth: float = 0.0
+
+    @property
+    def text(self) -> str:
+        """The scenario in words."""
+        return f"M {self.magnitude:g}, {1e-3 * self.distance:g} km, {self.vs30:g} m/s, {self.faulting}"
+
+
+def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequence[float] = PERIODS) -> xr.Dataset:
+    """Return the medians and dispersions that a ground-motion model gives for a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Magnitude, distance (m), V_S30 (m/s), faulting ("strike-slip" or "reverse"), depth of the rupture's top (m).
+    model : {"BSSA14", "CY14"}
+        Boore, Stewart, Seyhan and Atkinson (2014) [1]_ or Chiou and Youngs (2014) [2]_, as pyGMM computes them.
+    periods : sequence of float
+        Periods of Sa, s, 0.01 to 10.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``pga`` (m s-2), ``pgv`` (m s-1) and ``sa`` (period, m s-2), the medians (RotD50, 5 % damping), and
+        ``pga_dispersion``, ``pgv_dispersion``, ``sa_dispersion``, the total standard deviations of their logarithms.
+
+    Raises
+    ------
+    TypeError, ValueError
+        An unknown model or faulting, values out of range.
+
+    Notes
+    -----
+    The fault is vertical and the site beside it: R_jb² = R_rup² - depth².  Basin depths are the models' defaults for
+    V_S30, the region is California.
+
+    References
+    ----------
+    .. [1] Boore, D. M., Stewart, J. P., Seyhan, E. and Atkinson, G. M. (2014). NGA-West2 equations for predicting PGA,
+       PGV, and 5% damped PSA for shallow crustal earthquakes. Earthquake Spectra 30(3), 1057-1085.
+    .. [2] Chiou, B. S.-J. and Youngs, R. R. (2014). Update of the Chiou and Youngs NGA model for the average horizontal
+       component of peak ground motion and response spectra. Earthquake Spectra 30(3), 1117-1153.
+
+    Examples
+    --------
+    >>> found = expected_motions(Scenario(6.5, 20e3, 760.0))
+    >>> round(float(found.pgv), 4)
+    0.0915
+    """
+    name = MODELS[checks.choice("model", model, list(MODELS))]
+    mechanism = _MECHANISMS[checks.choice("faulting", scenario.faulting, list(_MECHANISMS))]
+    depth = checks.number("depth", scenario.depth, at_least=0.0, at_most=3e4, unit="m")
+    distance = checks.number("distance", scenario.distance, at_least=max(depth, 0.0), at_most=4e5, unit="m")
+    at = [checks.number("period", one, at_least=0.01, at_most=10.0, unit="s") for one in periods]
+    aside = 1e-3 * math.sqrt(distance * distance - depth * depth)
+    pygmm = importlib.import_module("pygmm")
+    given = pygmm.Scenario(
+        mag=checks.number("magnitude", scenario.magnitude, at_least=3.0, at_most=8.5),
+        dist_rup=1e-3 * distance,
+        dist_jb=aside,
+        dist_x=aside,
+        v_s30=checks.number("vs30", scenario.vs30, at_least=150.0, at_most=1500.0, unit="m/s"),
+        mechanism=mechanism,
+        region="california",
+        dip=90.0,
+        depth_tor=1e-3 * depth,
+    )
+    computed = getattr(pygmm, name)(given)
+    period = xr.Variable("period", np.array(at), {"units": SECOND, "long_name": "period"})
+    sa = STANDARD_GRAVITY * np.asarray(computed.interp_spec_accels(at))
+    spread = np.asarray(computed.interp_ln_stds(at))
+    return xr.Dataset(
+        {
+            "pga": ((), STANDARD_GRAVITY * float(computed.pga), {"units": ACCELERATION, "long_name": "median PGA"}),
+            "pgv": ((), 0.01 * float(computed.pgv), {"units": VELOCITY, "long_name": "median PGV"}),
+            "sa": ("period", sa, {"units": ACCELERATION, "long_name": "median Sa, 5 % damping"}),
+            "pga_dispersion": ((), float(computed.ln_std_pga), {**_SPREAD, "long_name": "dispersion of PGA"}),
+            "pgv_dispersion": ((), float(computed.ln_std_pgv), {**_SPREAD, "long_name": "dispersion of PGV"}),
+            "sa_dispersion": ("period", spread, {**_SPREAD, "long_name": "dispersion of Sa"}),
+        },
+        coords={"period": period},
+        attrs={"title": f"{model}: {scenario.text}", **provenance({"model": model, "scenario": scenario._asdict()})},
+    )
+
+
+def over_model(
+    motions: xr.DataArray | Iterable[xr.DataArray],
+    scenario: Scenario,
+    model: str = "BSSA14",
+    periods: Sequence[float] = PERIODS,
+) -> xr.Dataset:
+    """Return the medians and dispersions of an ensemble over those of a ground-motion model.
+
+    Parameters
+    ----------
+    motions : xarray.DataArray or a sequence of them
+        Ground motions of the scenario; two at least.
+    scenario, model, periods
+        As `expected_motions`.
+
+    Returns
+    -------
+    xarray.Dataset
+        On ``measure`` (pga, pgv, Sa(0.1) …): ``ratio`` of the medians, ``dispersion`` of the ensemble (standard
+        deviation of the logarithm) and ``model_dispersion``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `expected_motions` and `toppling.motions.records`; fewer than two motions, a motion of zeros.
+    """
+    plain = records(motions)
+    if len(plain) < 2:
+        raise ValueError(f"motions must be at least 2, to have a median and a dispersion, got {len(plain)}")
+    expected = expected_motions(scenario, model, periods)
+    labels = ["pga", "pgv", *(f"Sa({float(one)!r})" for one in periods)]
+    values = np.array([measure(label, plain) for label in labels])
+    if not (values > 0.0).all():
+        raise ValueError("motions must shake, got one that is zero throughout")
+    medians = np.concatenate([[expected["pga"], expected["pgv"]], expected["sa"].values])
+    spreads = np.concatenate(
+        [[expected["pga_dispersion"], expected["pgv_dispersion"]], expected["sa_dispersion"].values]
+    )
+    logs = np.log(values)
+
+    def on_measure(found: Any, long_name: str) -> xr.Variable:
+        return xr.Variable("measure", np.asarray(found, dtype=float), {**_SPREAD, "long_name": long_name})
+
+    return xr.Dataset(
+        {
+            "ratio": on_measure(np.median(values, axis=1) / medians, f"median over that of {model}"),
+            "dispersion": on_measure(logs.std(axis=1, ddof=1), "dispersion of the motions"),
+            "model_dispersion": on_measure(spreads, f"dispersion of {model}"),
+        },
+        coords={"measure": ("measure", np.array(labels, dtype=object), {**_SPREAD, "long_name": "intensity measure"})},
+        attrs=expected.attrs,
+    )

@@ -1,0 +1,170 @@
+"""Ground-motion models: pyGMM held to OpenQuake's hazardlib, and ensembles held to the models."""
+
+import math
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling import motions as mo
+from toppling.units import STANDARD_GRAVITY as G
+
+# openquake.hazardlib 3.26.2, BooreEtAl2014 and ChiouYoungs2014, by magnitude, R_rup = R_jb = R_x (km), V_S30 (m/s) and
+# faulting, at a dip of 90° and Ztor = 0, with Z1.0 by Chiou and Youngs' formula of V_S30: medians of PGA (g),
+# PGV (cm/s) and Sa at PERIODS (g), and dispersions.
+PERIODS = (0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 3.0, 4.0)
+HAZARDLIB = {
+    (6.5, 20, 760, "strike-slip", "BSSA14"): (
+        [
+            0.12179123, 9.15393878, 0.24732599, 0.29729344, 0.24595332, 0.16402172,
+            0.07827805, 0.02922282, 0.01698541, 0.01177533,
+        ],
+        [0.605086, 0.651475, 0.708834, 0.621291, 0.605939, 0.639513, 0.692408, 0.700118, 0.708165, 0.707995],
+    ),
+    (6.5, 20, 760, "strike-slip", "CY14"): (
+        [
+            0.10792573, 7.89129246, 0.24172322, 0.25054151, 0.20563472, 0.13835849,
+            0.0650368, 0.02608847, 0.01439998, 0.00866768,
+        ],
+        [0.553768, 0.538404, 0.603892, 0.628403, 0.64313, 0.660645, 0.682993, 0.69604, 0.690553, 0.687],
+    ),
+    (7.2, 8, 400, "strike-slip", "BSSA14"): (
+        [
+            0.37269335, 45.52044673, 0.6141952, 0.82775932, 0.80603954, 0.66332057,
+            0.39479841, 0.18257366, 0.11933434, 0.08776198,
+        ],
+        [0.605086, 0.651475, 0.708834, 0.621291, 0.605939, 0.639513, 0.692408, 0.700118, 0.708165, 0.707995],
+    ),
+    (7.2, 8, 400, "strike-slip", "CY14"): (
+        [
+            0.39390042, 42.29536177, 0.7239918, 0.91146686, 0.91531363, 0.77242646,
+            0.44068002, 0.19618869, 0.11827442, 0.07588661,
+        ],
+        [0.52667, 0.52452, 0.541379, 0.565923, 0.591142, 0.624241, 0.666794, 0.688069, 0.68792, 0.686696],
+    ),
+    (6.8, 15, 400, "reverse", "BSSA14"): (
+        [
+            0.22203425, 22.14322788, 0.38763877, 0.52632805, 0.51785529, 0.39766776,
+            0.21169454, 0.08424726, 0.04815826, 0.03220774,
+        ],
+        [0.605086, 0.651475, 0.708834, 0.621291, 0.605939, 0.639513, 0.692408, 0.700118, 0.708165, 0.707995],
+    ),
+    (6.8, 15, 400, "reverse", "CY14"): (
+        [
+            0.24061813, 23.17157634, 0.4625913, 0.57054201, 0.55237617, 0.43872107,
+            0.23599508, 0.10177002, 0.05848453, 0.03498067,
+        ],
+        [0.531282, 0.526736, 0.55192, 0.577561, 0.601377, 0.631768, 0.670147, 0.689673, 0.688498, 0.686764],
+    ),
+}  # fmt: skip
+
+
+class TestModels:
+    @pytest.mark.parametrize("case", HAZARDLIB, ids=str)
+    def test_as_hazardlib_computes_them(self, case):
+        """Two programs of the same papers, to 1e-4."""
+        magnitude, km, vs30, faulting, model = case
+        found = mo.expected_motions(mo.Scenario(magnitude, 1e3 * km, vs30, faulting), model, PERIODS)
+        medians, spreads = HAZARDLIB[case]
+        ours = [float(found.pga) / G, 100.0 * float(found.pgv), *(found.sa.values / G)]
+        np.testing.assert_allclose(ours, medians, rtol=1e-4)
+        dispersions = [float(found.pga_dispersion), float(found.pgv_dispersion), *found.sa_dispersion.values]
+        np.testing.assert_allclose(dispersions, spreads, rtol=1e-4)
+        assert all("units" in found[name].attrs for name in found.variables)
+
+    def test_a_buried_rupture_is_nearer_at_the_surface(self):
+        """R_jb² = R_rup² - depth²: at the same rupture distance BSSA14, which knows R_jb alone, shakes more."""
+        deep, same = mo.Scenario(6.5, 20e3, 760.0, depth=12e3), mo.Scenario(6.5, 16e3, 760.0)
+        assert float(mo.expected_motions(deep).pga) == pytest.approx(float(mo.expected_motions(same).pga), rel=1e-12)
+
+    @pytest.mark.parametrize(
+        ("scenario", "model", "message"),
+        [
+            (mo.Scenario(6.5, 20e3, 760.0), "BSSA15", "model must be one of 'BSSA14', 'CY14', got 'BSSA15'"),
+            (mo.Scenario(6.5, 20e3, 760.0, "oblique"), "BSSA14", "faulting must be one of"),
+            (mo.Scenario(9.5, 20e3, 760.0), "BSSA14", "magnitude must be"),
+            (mo.Scenario(6.5, 20e3, 50.0), "BSSA14", "vs30 must be"),
+            (mo.Scenario(6.5, 5e3, 760.0, depth=6e3), "BSSA14", "distance must be finite and >= 6000"),
+        ],
+    )
+    def test_refused(self, scenario, model, message):
+        with pytest.raises(ValueError, match=message):
+            mo.expected_motions(scenario, model)
+
+
+class TestOver:
+    SCENARIO = mo.Scenario(6.5, 20e3, 760.0)
+
+    def test_motions_of_known_strength(self):
+        """Twice and half the model's PGA: a median of 1 in the middle of three, and a dispersion of ln 2."""
+        pga = float(mo.expected_motions(self.SCENARIO).pga)
+        wave = np.sin(np.pi * np.arange(1001) / 1000.0) * np.sin(0.2 * np.arange(1001))
+        wave /= np.abs(wave).max()
+        three = mo.from_array(np.array([0.5, 1.0, 2.0])[:, None] * pga * wave, 0.01)
+        found = mo.over_model(three, self.SCENARIO)
+        assert found["measure"].values.tolist() == ["pga", "pgv", *(f"Sa({one!r})" for one in PERIODS)]
+        assert float(found["ratio"][0]) == pytest.approx(1.0, rel=1e-9)
+        np.testing.assert_allclose(found["dispersion"].values, math.log(2.0), rtol=1e-9)
+        assert float(found["model_dispersion"][0]) == pytest.approx(0.605086, abs=1e-6)
+
+    def test_refused(self):
+        with pytest.raises(ValueError, match="motions must be at least 2, to have a median and a dispersion, got 1"):
+            mo.over_model(mo.from_array([0.0, 1.0], 0.1), self.SCENARIO)
+        with pytest.raises(ValueError, match="motions must shake"):
+            mo.over_model(mo.from_array([[0.0, 1.0], [0.0, 0.0]], 0.1), self.SCENARIO)
+
+    def test_the_notes_of_the_scenario_generator(self):
+        """The figures that its docstring states (1.65 and 1.6, of 100 motions), to what 100 motions tell."""
+        made = mo.SiteBasedScenario(6.5, 20e3, 760.0)
+        found = mo.over_model(made.sample(100, seed=0), made.scenario, periods=())
+        np.testing.assert_allclose(found["ratio"].values, [1.65, 1.6], rtol=0.2)
+
+
+class TestGenerators:
+    def test_what_they_claim(self):
+        assert mo.SiteBasedScenario(6.8, 15e3, 700.0, "reverse").scenario == mo.Scenario(6.8, 15e3, 700.0, "reverse")
+        assert mo.NearFault(7.0, 8e3, 500.0, depth=2e3).scenario == mo.Scenario(7.0, 8e3, 500.0, depth=2e3)
+        assert mo.Seismological(6.0, 30e3).scenario == mo.Scenario(6.0, 30e3, 760.0)
+        assert mo.Seismological(6.0, 30e3, site="flat").scenario is None
+        assert mo.CloughPenzien().scenario is None
+
+    def test_what_lies_outside_of_the_data(self):
+        assert mo.SiteBasedScenario(6.5, 20e3, 700.0).outside == ""
+        assert mo.SiteBasedScenario(6.0, 8e3, 400.0).outside == (
+            "magnitude 6, data 6.1 to 7.7; distance 8 km, data 10 to 100 km; V_S30 400 m/s, data above 600 m/s"
+        )
+        assert mo.CloughPenzien().outside == ""
+
+    STUDY = """
+title = "A scenario"
+[[blocks]]
+width_m = 0.4
+height_m = 1.8
+[[models]]
+law = "housner"
+e = 0.9
+[motions]
+generator = "site-based-scenario"
+number = 12
+seed = 3
+magnitude = 5.5
+distance_m = 20000
+vs30_m_s = {vs30}
+"""
+
+    def study(self, tmp_path, analysis, vs30=700, top=""):
+        path = tmp_path / "study.toml"
+        path.write_text(top + self.STUDY.format(vs30=vs30) + analysis, encoding="utf-8")
+        return tp.Study.from_toml(path)
+
+    def test_studies_note_it(self, tmp_path):
+        """What lies outside of the data always; the strength where motions are not scaled."""
+        ida = '[ida]\nlevels = { from = 0.1, to = 1.0, number = 3, unit = "g" }\n'
+        scaled = self.study(tmp_path, ida)
+        (note,) = scaled.notes
+        assert note.endswith("(magnitude 5.5, data 6.1 to 7.7)")
+        assert scaled.run().attrs["scenario"].startswith("M 5.5, 20 km, 700 m/s, strike-slip: PGA ")
+        cloud = self.study(tmp_path, "[cloud]\n")
+        assert [one.kind for one in cloud.doubts] == ["scenario", "scenario"]
+        assert "the motions are not of the strength to be expected (M 5.5, 20 km" in cloud.notes[1]
+        assert self.study(tmp_path, "[cloud]\n", top='accept = ["scenario"]\n').notes == []
