@@ -9,6 +9,7 @@ import xarray as xr
 
 from ...doubts import Doubt
 from ...motions import records
+from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
 
 
@@ -20,17 +21,18 @@ class Reading(NamedTuple):
 
     @classmethod
     def of(cls, arrays: Sequence[xr.DataArray]) -> Self:
-        """Return the reading of motions; of motions that were generated there is none."""
+        """Return the reading of motions; generated ones have no processing, and a doubt where they miss a target."""
         plain = [record for array in arrays for record in records(array)]
+        missed = tuple(matching_doubts(arrays))
         if not any(record.recorded for record in plain):
-            return cls()
+            return cls(missed)
         done = [(str(array.attrs.get("processing", "")), records(array)) for array in arrays]
         notes = {note for note, _ in done}
         if len(notes) == 1:
             lines = tuple(notes - {""})
         else:
             lines = tuple(f"{record.label}: {note or 'none'}" for note, own in done for record in own)
-        return cls(tuple(record_doubts(plain)), lines)
+        return cls((*record_doubts(plain), *missed), lines)
 
     @classmethod
     def joined(cls, parts: Iterable[Reading]) -> Self:

@@ -29,6 +29,7 @@ records = "*.csv"
 [ida]
 levels = {{ from = 0.1, to = {highest}, number = 4, unit = "g" }}
 """
+HOLE = "period (s), sa (g)\n0.05, 0.8\n0.3, 0.8\n0.31, 0.05\n0.33, 0.05\n0.34, 0.8\n4, 0.1\n"
 LOOKS = "Do sizes, levels and records look like real ones?"
 
 
@@ -86,6 +87,21 @@ class TestNotes:
         assert json.loads(after.attrs["study"])["accept"] == ["offset"]
         assert set(after.attrs["notes"].splitlines()) < set(before.attrs["notes"].splitlines())
         assert tp.Study.from_toml(write(tmp_path)).run(tmp_path / "out").attrs == before.attrs
+
+    def test_a_missed_spectrum(self, tmp_path, recwarn):
+        """A hole that no motion has: a note instead of a warning, and one that can be accepted."""
+        (tmp_path / "target.csv").write_text(HOLE, encoding="utf-8")
+        path = write(tmp_path)
+        keys = 'generator = "spectrum-compatible"\ntarget = "target.csv"\nnumber = 2\nduration_s = 10\ndt_s = 0.02'
+        text = path.read_text(encoding="utf-8").replace('records = "*.csv"', keys)
+        path.write_text(text, encoding="utf-8")
+        study = tp.Study.from_toml(path)
+        (note,) = study.notes
+        assert note.startswith("2 of 2 motions miss the target spectrum (SpectrumCompatible 0-0: mean misfit")
+        assert [one for one in recwarn if issubclass(one.category, mo.TargetMissed)] == []
+        assert looks(study.run()).cure == 'Correct them; where they are meant so, accept = ["misfit"].'
+        path.write_text(f'accept = ["misfit"]\n{text}', encoding="utf-8")
+        assert tp.Study.from_toml(path).notes == []
 
     def test_an_unknown_kind(self, tmp_path):
         with pytest.raises(StudyError, match=r"accept.* must be one of block size, .*, got 'ofset'.*did you mean"):
