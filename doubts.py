@@ -18,6 +18,7 @@ KINDS: dict[str, str] = {
     "PGA": "records with a PGA above 3 g",
     "PGV/PGA": "records whose PGV/PGA lies outside 0.01 to 0.8 s",
     "duration": "records longer than 900 s",
+    "ringing": "floor motions that end while the building sways with more than a fifth of its peak acceleration",
     "misfit": "matched motions whose mean misfit is above what is allowed, or whose PGV or PGD leave their bounds",
 }
 """Kinds of doubts, by the names under which a study accepts them."""
