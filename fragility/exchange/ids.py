@@ -39,10 +39,15 @@ def is_id(text: str, marks: str = "_") -> bool:
     With underscores as the only marks every program accepts it.  A word that a table reads as a missing number is no
     id.
 
+    Notes
+    -----
+    OpenQuake takes any text as the id of a function, which is the taxonomy of assets; its rule is that of its other ids
+    (assets, models), so that a name can serve in both places.
+
     References
     ----------
-    OpenQuake engine, openquake.hazardlib.valid.SimpleId: letters, digits and ``_:-`` (older engines without the colon),
-    at most 60 characters (newer engines 75).
+    OpenQuake engine, openquake.hazardlib.valid.SimpleId: letters, digits, ``_`` and ``-``, at most 60 characters, with
+    the engine of 2017 (read); the colon is that of newer engines (recalled).
     """
     allowed = rf"[A-Za-z][A-Za-z0-9{re.escape(marks)}]{{0,{MAX_ID - 1}}}"
     return re.fullmatch(allowed, text) is not None and text.lower() not in _RESERVED

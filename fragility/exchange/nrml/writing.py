@@ -70,8 +70,8 @@ def write_nrml(
     ids : sequence of str, optional
         Ids of the components, one for each combination of labels other than the limit state (the last dimension of
         the curves changes fastest): a letter, then letters, digits, ``_``, ``:`` and ``-``, at most 60 characters.
-        Where not given, the curves' own (coordinate ``id``), whose points become underscores because OpenQuake takes no
-        points, or ids made of the labels.
+        Where not given, the curves' own (coordinate ``id``), whose points become underscores because OpenQuake's
+        ids have none, or ids made of the labels.
 
     Returns
     -------
