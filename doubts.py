@@ -19,6 +19,8 @@ KINDS: dict[str, str] = {
     "PGA": "records with a PGA above 3 g",
     "PGV/PGA": "records whose PGV/PGA lies outside 0.01 to 0.8 s",
     "duration": "records longer than 900 s",
+    "ringing": "floor motions that end while the building sways with more than a fifth of its peak acceleration",
+    "misfit": "matched motions whose mean misfit is above what is allowed, or whose PGV or PGD leave their bounds",
 }
 """Kinds of doubts, by the names under which a study accepts them."""
 NAMED = 3  # no sentence names more
@@ -43,7 +45,7 @@ def first_names(names: Sequence[str]) -> str:
     return ", ".join(names[:NAMED]) + (f" and {more:,} more" if more > 0 else "")
 
 
-def warn(found: Iterable[Doubt]) -> None:
+def warn(found: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput) -> None:
     """Warn of doubts where the package was called; nothing is said where the caller notes them itself (`noted`)."""
     if _noted.get():
         return
@@ -52,7 +54,7 @@ def warn(found: Iterable[Doubt]) -> None:
     while frame.f_back is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == package:
         level, frame = level + 1, frame.f_back
     for one in found:
-        warnings.warn(one.sentence, ImplausibleInput, stacklevel=level)
+        warnings.warn(one.sentence, category, stacklevel=level)
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from .intensity.measure import MEASURES, Measure
 from .intensity.parametric_measures import FIV3, AvgSa, Sa, Sd, Sv
 from .intensity.spectra import response_spectrum
 from .matching.ac156 import AC156, ac156_acceptance
+from .matching.adjustment import TargetMissed
 from .matching.match import match
 from .matching.misfit import matching_report
 from .matching.spectrum_compatible import SpectrumCompatible
@@ -81,6 +82,7 @@ __all__ = [
     "SpectrumCompatible",
     "Stationary",
     "Sv",
+    "TargetMissed",
     "TargetSpectrum",
     "ac156_acceptance",
     "as_recorded",

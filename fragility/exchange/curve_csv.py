@@ -23,7 +23,7 @@ from ..fitting.links import LOGNORMAL
 from ..fitting.states import INCOMPLETE, OK
 from .datasets import curve_dataset, curve_set
 from .files import ExchangeError, number, read_text, target, write_text
-from .ids import make_ids
+from .ids import TABLE_MARKS, make_ids
 from .rows import (
     CURVE_NUMBERS,
     CURVE_WORDS,
@@ -49,7 +49,7 @@ _TEXTS = ("measure", "measured_at", "state", "status", *CURVE_WORDS)
 _SPELLED = {"m s-2": "m/s2", "m s-1": "m/s", PER_YEAR: "1/year"}
 
 
-def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str]) -> Written:
+def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Sequence[str] | None = None) -> Written:
     """Write curves of any form as a plain table.
 
     Parameters
@@ -58,6 +58,10 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str]) -> Written
         Curves on block, model, floor or any other dimensions.
     path : path
         The CSV.
+    ids : sequence of str, optional
+        Ids of the components, one for each combination of labels other than the limit state (the last dimension of
+        the curves changes fastest): a letter, then letters, digits, ``_`` and ``.``, at most 60 characters.  Where not
+        given, the curves' own (coordinate ``id``) or ids made of the labels.
 
     Returns
     -------
@@ -69,7 +73,7 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str]) -> Written
     ExchangeError
         A file that cannot be written.
     TypeError, ValueError
-        Something other than a dataset of fragility curves.
+        Something other than a dataset of fragility curves; `ids` that are too few, not legal, or not unique.
 
     Notes
     -----
@@ -91,7 +95,7 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str]) -> Written
     E.20.22.102a,bookcase-2-shelf,pgv,floor,0.724,0.5,0.320675,0.7366,0.0,ok
     """
     file = target(path)
-    found = curve_set(curves)
+    found = curve_set(curves, TABLE_MARKS, ids)
     accompanying = [name for name in CURVE_NUMBERS if any(name in curve.numbers for curve in found.curves)]
     words = [name for name in CURVE_WORDS if any(name in curve.words for curve in found.curves)]
     parameters = {LOGNORMAL: CurveParameters._fields[:2], UPLIFT: CurveParameters._fields, ISOTONIC: ()}[found.form]

@@ -20,7 +20,7 @@ from ..fitting.links import LOGNORMAL
 from ..fitting.states import ABSENT, OK
 from ..runs.provenance import levels_of_the_ground
 from .files import ExchangeError
-from .ids import is_id, make_ids
+from .ids import OPENQUAKE_MARKS, TABLE_MARKS, check_ids, is_id, make_ids
 from .rows import (
     CURVE_NUMBERS,
     CURVE_WORDS,
@@ -42,8 +42,14 @@ PARAMETERS = CurveParameters._fields
 OF_THE_BLOCK = ("width", "height", "directional")
 
 
-def curve_set(curves: xr.Dataset) -> CurveSet:
-    """Return the curves of a dataset as rows; TypeError, ValueError if it holds none, or invalid fragility curves."""
+def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = None) -> CurveSet:
+    """Return the curves of a dataset as rows, with ids of letters, digits and `marks`: the `chosen` ones, if any.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No curves, invalid fragility curves, or chosen ids that are not one a component, legal and unique.
+    """
     if not isinstance(curves, xr.Dataset):
         raise TypeError(f"curves must be a dataset of fragility curves, got {type(curves).__name__}")
     form = _form(curves)
@@ -87,7 +93,7 @@ def curve_set(curves: xr.Dataset) -> CurveSet:
             raise ValueError(f"curve {' / '.join(label)!r:.100}: {row.problem}")
         rows.append(row.with_reason())
     title = str(curves.attrs.get("title", "Fragility curves"))
-    ids = _ids(curves, dims, labels)
+    ids = _ids(curves, dims, labels, marks, chosen)
     return CurveSet(
         im,
         units,
@@ -292,14 +298,30 @@ def _text(value: Any) -> str:
     return text
 
 
-def _ids(curves: xr.Dataset, dims: tuple[str, ...], labels: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
-    """Return the dataset's own ids if all are legal and there is one a component, else ids made of the labels."""
-    of_components = [k for k, dim in enumerate(dims) if dim != LIMIT_STATE]
-    keys = [tuple(label[k] for k in of_components) for label in labels]
+def _ids(
+    curves: xr.Dataset,
+    dims: tuple[str, ...],
+    labels: Sequence[tuple[str, ...]],
+    marks: str,
+    chosen: Sequence[str] | None,
+) -> tuple[str, ...]:
+    """Return the chosen ids, else the dataset's own if there is one a component, else ids made of the labels.
+
+    The dataset's own ids are kept where they are legal with `marks`; those of another program are made legal.
+    """
+    at = [k for k, dim in enumerate(dims) if dim != LIMIT_STATE]
+    keys = [tuple(label[k] for k in at) for label in labels]
+    components = list(dict.fromkeys(keys))
+    if chosen is not None:
+        by_key = dict(zip(components, check_ids(chosen, len(components), marks), strict=True))
+        return tuple(by_key[key] for key in keys)
+    of_components = [dims[k] for k in at]
     brought = _texts(curves, "id", dims)
     if brought is not None:
-        by_key = dict(zip(keys, brought, strict=True))
-        if len(set(by_key.values())) == len(by_key) and all(map(is_id, by_key.values())):
-            return tuple(brought)
-    made = make_ids(list(dict.fromkeys(keys)), [dims[k] for k in of_components])
+        own = dict(zip(keys, brought, strict=True)).values()
+        if len(set(own)) == len(components) and all(is_id(one, OPENQUAKE_MARKS + TABLE_MARKS) for one in own):
+            if all(is_id(one, marks) for one in own):
+                return tuple(brought)
+            keys, of_components = [(one,) for one in brought], []
+    made = make_ids(list(dict.fromkeys(keys)), of_components)
     return tuple(made[key] for key in keys)

@@ -23,7 +23,7 @@ from ...units import STANDARD_GRAVITY
 from ..fitting.states import INCOMPLETE
 from .datasets import curve_dataset, curve_set
 from .files import ExchangeError, number, read_text, target, write_text
-from .ids import Component, common_limit_state, component_of, component_record, labelled_curves
+from .ids import TABLE_MARKS, Component, common_limit_state, component_of, component_record, labelled_curves
 from .rows import MAX_CURVES, CurveParameters, CurveRow, CurveSet, Written, select_measure, spectral_period
 
 MAX_LIMIT_STATES = 20
@@ -69,7 +69,9 @@ _UNITS: dict[str, dict[str, float]] = {
 _SI = {"g": "m s-2", "mps": "m s-1", "m": "m"}
 
 
-def write_pelicun(curves: xr.Dataset, path: str | os.PathLike[str], directional: bool | None = None) -> Written:
+def write_pelicun(
+    curves: xr.Dataset, path: str | os.PathLike[str], directional: bool | None = None, ids: Sequence[str] | None = None
+) -> Written:
     """Write lognormal curves as a fragility table for pelicun, with its metadata beside it.
 
     Parameters
@@ -82,6 +84,10 @@ def write_pelicun(curves: xr.Dataset, path: str | os.PathLike[str], directional:
     directional : bool, optional
         True if the demand is that of the component's own direction.  Where not given, as stated by the curves
         (coordinate directional, which `read_pelicun` and `published.fema_p58` give), else True.
+    ids : sequence of str, optional
+        Ids of the components, one for each combination of labels other than the limit state (the last dimension of
+        the curves changes fastest): a letter, then letters, digits, ``_`` and ``.``, at most 60 characters.  Where not
+        given, the curves' own (coordinate ``id``) or ids made of the labels.
 
     Returns
     -------
@@ -94,7 +100,7 @@ def write_pelicun(curves: xr.Dataset, path: str | os.PathLike[str], directional:
         Curves that pelicun cannot hold: not lognormal, of a measure that it has no demand for, two with like ids; a
         file that cannot be written.
     TypeError, ValueError
-        Something other than a dataset of fragility curves.
+        Something other than a dataset of fragility curves; `ids` that are too few, not legal, or not unique.
 
     Notes
     -----
@@ -117,7 +123,7 @@ def write_pelicun(curves: xr.Dataset, path: str | os.PathLike[str], directional:
     E.20.22.102a,0,Peak Floor Velocity,mps,0,0,lognormal,0.724,0.5,
     """
     file = target(path)
-    found = curve_set(curves)
+    found = curve_set(curves, TABLE_MARKS, ids)
     demand = _demand(found)
     components = found.components()
     if any(curve.probability is not None or curve.parameters.uplifting for curve in found.curves):

@@ -29,6 +29,8 @@ FLOOR = "floor"
 HIGHEST_RATE, LOWEST_RATE = 1.0, 1e-8
 # Slopes above minus this value are negative by rounding alone.
 FLAT = 1e-9
+ROUNDING = 1e-3
+"""Greatest relative difference of given rates from the mean of their realisations: files print four digits or more."""
 
 _FACTORS: dict[str, dict[str, float]] = {
     VELOCITY: {"m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "g s": STANDARD_GRAVITY, "g-s": STANDARD_GRAVITY},
@@ -46,8 +48,9 @@ class HazardCurve:
     levels : sequence of float, shape (level,)
         Levels, in the SI unit of the measure, > 0, at least two, strictly increasing.
     rates : sequence of float, shape (level,)
-        Annual rates at which the measure exceeds each level, 1/year, > 0, never rising; with `realisations` their
-        weighted mean where not given (an empty sequence).
+        Annual rates at which the measure exceeds each level, 1/year, > 0, never rising.  With `realisations` they are
+        their weighted mean: computed where not given (an empty sequence), else used as given and refused where they
+        differ from it by more than 0.1 %, the rounding of files.
     im : str or Measure
         The measure, as `toppling.ida` names it: ``pga``, ``pgv``, ``Sa(1.0)``, …
     source : str
@@ -59,7 +62,9 @@ class HazardCurve:
     curvature : float
         k2 >= 0: ln(rate) + k2 ln²(level) is linear between points instead of ln(rate).
     fractile : float, optional
-        Fractile over epistemic uncertainty that the curve is, above 0 to below 1; a mean curve where not given.
+        Fractile over epistemic uncertainty that the curve is, above 0 to below 1; a mean curve where not given.  With
+        `realisations` its rates must be given, and lie between the lowest and the highest of them; they are not
+        compared with the mean, and definitions of a fractile of few realisations differ.
     at : {"ground", "floor"}
         Place of the measure: the ground motion at the site, or the motion of the floor that blocks stand on.
 
@@ -67,7 +72,8 @@ class HazardCurve:
     ------
     TypeError, ValueError
         Levels or rates out of order, not finite or not positive; lengths that differ; a measure that is not known, that
-        depends on the block or does not grow with the motion; weights of another sum.
+        depends on the block or does not grow with the motion; weights of another sum; rates that contradict the
+        realisations.
 
     Notes
     -----
@@ -108,10 +114,16 @@ class HazardCurve:
         rows, weights = _realisations(self.realisations, self.weights, levels.size)
         for row in () if rows is None else rows:
             _check_rates("rates of a realisation", row, levels, curvature)
-        given = np.asarray(self.rates)
-        rates = weights @ rows if rows is not None and weights is not None and given.size == 0 else self.rates
-        rates = checks.finite_array("rates of a hazard curve", rates, unit="1/year")
+        mean = None if rows is None or weights is None else weights @ rows
+        computed = mean is not None and np.asarray(self.rates).size == 0
+        if computed and self.fractile is not None:
+            raise ValueError(
+                f"rates of a fractile curve must be given with its realisations, fractile {self.fractile:g}"
+            )
+        rates = checks.finite_array("rates of a hazard curve", mean if computed else self.rates, unit="1/year")
         _check_rates("rates of a hazard curve", rates, levels, curvature)
+        if rows is not None and mean is not None:
+            _check_agreement(rates, mean, rows, levels, self.fractile)
         values: dict[str, Any] = {
             "levels": tuple(levels.tolist()),
             "rates": tuple(rates.tolist()),
@@ -372,6 +384,24 @@ def _check_rates(what: str, rates: Array, levels: Array, curvature: float) -> No
     if np.any(slopes < -FLAT):
         at = int(np.argmin(slopes))
         raise ValueError(f"{what} would rise from {levels[at]:g} on with a curvature of {curvature:g}")
+
+
+def _check_agreement(rates: Array, mean: Array, rows: Array, levels: Array, fractile: float | None) -> None:
+    """Raise ValueError where rates are not the mean of the realisations, or a fractile lies outside of them."""
+    low, high = (mean, mean) if fractile is None else (rows.min(axis=0), rows.max(axis=0))
+    off = np.maximum(low / rates, rates / high) > 1.0 + ROUNDING
+    if not off.any():
+        return
+    at = int(np.argmax(off))
+    if fractile is not None:
+        raise ValueError(
+            f"rates of a fractile curve must lie between its realisations, {low[at]:g} to {high[at]:g} per year at a "
+            f"level of {levels[at]:g}, got {rates[at]:g}"
+        )
+    raise ValueError(
+        f"rates of a hazard curve must be the weighted mean of its realisations, {mean[at]:g} per year at a level of "
+        f"{levels[at]:g}, got {rates[at]:g}: give () for their mean, or the fractile that they are"
+    )
 
 
 def _realisations(realisations: Any, weights: Sequence[float] | None, levels: int) -> tuple[Array | None, Array | None]:

@@ -17,10 +17,10 @@ import xarray as xr
 from ... import checks
 from ...aliases import Array
 from ...doubts import warn
-from ...units import ACCELERATION, VELOCITY, provenance
+from ...units import ACCELERATION, DIMENSIONLESS, VELOCITY, provenance
 from ..arrays import Record, floor_array, floor_coordinates, motion_coordinates, records
 from ..kernels import oscillators as engine
-from ..plausibility import record_doubts
+from ..plausibility import record_doubts, ringing_doubts
 from .modes import MOST_BEAM_MODES, beam_modes, storey_modes
 
 MIN_PERIOD, MAX_PERIOD = 1e-3, 100.0
@@ -229,7 +229,9 @@ class Building:
         -------
         xarray.DataArray or a list of them
             One array for each array of ground motions: ``acceleration`` (motion, floor, time), m s-2, with ``height``
-            (m) on floor, ready for `toppling.ida` and `toppling.motions.measures`.
+            (m) on floor, ready for `toppling.ida` and `toppling.motions.measures`; on motion ``ringing``: the greatest
+            acceleration of the highest of the floors relative to the ground in the last fundamental period, over its
+            peak.  Floor motions that end with more than a fifth of it are warned of.
 
         Raises
         ------
@@ -246,9 +248,10 @@ class Building:
         """
         chosen = self._chosen(floors)
         cut = _up_to("parts", parts, MOST_PARTS)
-        if isinstance(motions, xr.DataArray):
-            return self._histories(_ground(motions), chosen, cut)
-        return [self._histories(_ground(array), chosen, cut) for array in _several(motions)]
+        arrays = [motions] if isinstance(motions, xr.DataArray) else _several(motions)
+        found = [self._histories(_ground(array), chosen, cut) for array in arrays]
+        warn(ringing_doubts(found))
+        return found[0] if isinstance(motions, xr.DataArray) else found
 
     def peaks(
         self, motions: xr.DataArray | Iterable[xr.DataArray], floors: Sequence[int] | None = None, parts: int = 1
@@ -340,14 +343,24 @@ class Building:
             )
         values = np.empty((len(ground), len(floors), n))
         unused = np.empty((2, len(floors)))
+        highest = int(np.argmax(floors))
+        ringing = np.zeros(len(ground))
+        last = math.ceil(float(self.periods[0]) / ground[0].dt * parts)
         for i, record in enumerate(ground):
             self._respond(record, floors, parts, values[i], unused[0], unused[1])
+            moved = np.interp(np.arange(n) / parts, np.arange(record.acceleration.size), record.acceleration)
+            relative = np.abs(values[i, highest] - moved)
+            if floors[highest] > 0 and relative.max() > 0.0:
+                ringing[i] = relative[-last:].max() / relative.max()
         step = ground[0].dt / parts
         labels = np.array([record.label for record in ground], dtype=object)
         sources = np.array([f"{self.description}, {record.source}" for record in ground], dtype=object)
         own = [record.own_amplitude for record in ground]
-        return floor_array(values, step, labels, sources, floors, self.heights[floors], own).assign_attrs(
-            building=json.dumps(self._described(), ensure_ascii=False)
+        text = "relative acceleration of the highest floor in the last fundamental period, over its peak"
+        return (
+            floor_array(values, step, labels, sources, floors, self.heights[floors], own)
+            .assign_coords(ringing=("motion", ringing, {"units": DIMENSIONLESS, "long_name": text}))
+            .assign_attrs(building=json.dumps(self._described(), ensure_ascii=False))
         )
 
 

@@ -16,6 +16,7 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import noted, warn
 from ...units import DIMENSIONLESS, HERTZ, SECOND, VELOCITY, provenance
 from ..arrays import Record, motion_coordinates, records
 from ..intensity.cumulative import significant_duration_5_95
@@ -23,7 +24,7 @@ from ..intensity.peaks import peak_velocity
 from ..intensity.spectra import peak_displacements
 from ..simulated.envelopes import Envelope
 from ..simulated.generator import Generator
-from .adjustment import PGD_BOUND, PGV_BOUND
+from .adjustment import PGD_BOUND, PGV_BOUND, TargetMissed, matching_doubts
 from .spectrum_compatible import SpectrumCompatible
 from .targets import AC156_FREQUENCIES, TargetSpectrum
 
@@ -109,12 +110,15 @@ class AC156(Generator):
 
     def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
         """Return motions `first` … `first + n - 1` of `seed`, as `SpectrumCompatible.sample`."""
-        made = self._matched().sample(n, seed, first)
+        with noted():  # (the motions are warned of under their own labels)
+            made = self._matched().sample(n, seed, first)
         labels = np.array([f"AC156 {seed}-{first + i}" for i in range(n)], dtype=object)
         sources = np.array([f"{self!r} seed {seed}"] * n, dtype=object)
-        return made.assign_coords(
+        made = made.assign_coords(
             motion=("motion", labels, made["motion"].attrs), source=("motion", sources, made["source"].attrs)
         )
+        warn(matching_doubts([made]), TargetMissed)
+        return made
 
     def _matched(self) -> SpectrumCompatible:
         target = self.target

@@ -8,6 +8,7 @@ origin of motion and target.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +16,9 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import Doubt, first_names
 from ...units import DIMENSIONLESS, METRE, VELOCITY
+from ...wording import two_digit_percent
 from ..arrays import from_array
 from ..intensity.peaks import peak_displacement, peak_velocity
 from ..kernels import matching as engine
@@ -26,6 +29,8 @@ TOLERANCE = 0.03
 GOOD = 0.05  # mean misfit above which another attempt is made
 FIRM = (1e-3, 1e-6)  # two regularisations of bounds: one often succeeds where the other fails
 TAPER = 0.5  # s at both ends, where a motion is not adjusted
+REACHED = ("misfit_mean", "target_met", "bounds_held")
+"""Coordinates of matched motions that tell whether they meet their target."""
 BETWEEN_SAMPLES = 0.997  # factor on upper bounds, because they also hold for peaks between samples
 
 
@@ -54,9 +59,18 @@ class Bounds(NamedTuple):
         return bool(low_v <= pgv <= high_v / BETWEEN_SAMPLES and low_d <= pgd <= high_d / BETWEEN_SAMPLES)
 
 
-class MatchResult(NamedTuple):
-    """Result for one motion: mean and greatest misfit, peak velocity and displacement, and their bounds."""
+class TargetMissed(UserWarning):
+    """Warning of matched motions whose misfit is above what is allowed, or whose PGV or PGD leave their bounds."""
 
+
+class MatchResult(NamedTuple):
+    """Result for one motion: misfits, peak velocity and displacement, and their bounds.
+
+    reached: mean misfit of the spectrum that was matched, the target times 1 + margin; misfit and worst: mean and
+    greatest misfit of the target.
+    """
+
+    reached: float
     misfit: float
     worst: float
     pgv: float
@@ -129,18 +143,22 @@ def match_result(
     acceleration: Array, dt: float, reached: Array, bounds: Bounds, lines: Lines, lifted: float
 ) -> MatchResult:
     """Return the result for the target itself, which is the matched spectrum over `lifted`."""
+    own = float(reached[engine.MISFIT])
     misfit, worst = reached[engine.MISFIT], reached[engine.WORST]
     if lifted != 1.0:
         off = np.abs(lines.spectrum(acceleration, dt) / lines.sa * lifted - 1.0)
         misfit, worst = off.mean(), off.max()
     pgv, pgd = peak_velocity(acceleration, dt), peak_displacement(acceleration, dt)
-    return MatchResult(float(misfit), float(worst), pgv, pgd, bounds)
+    return MatchResult(own, float(misfit), float(worst), pgv, pgd, bounds)
 
 
 def labelled_matches(
-    values: Array, dt: float, labels: list[str], sources: list[str], found: list[MatchResult]
+    values: Array, dt: float, labels: list[str], sources: list[str], found: list[MatchResult], allowed: float
 ) -> xr.DataArray:
-    """Return matched motions (motion, time) as a labelled array, with the results of each as coordinates."""
+    """Return matched motions (motion, time) as a labelled array, with the results of each as coordinates.
+
+    allowed: mean misfit up to which a motion has met its target.
+    """
     of_target = "misfit of the target spectrum over its periods"
     coordinates = {
         "misfit_mean": ([one.misfit for one in found], DIMENSIONLESS, f"mean {of_target}"),
@@ -152,6 +170,11 @@ def labelled_matches(
             DIMENSIONLESS,
             "PGV and PGD lie within their bounds",
         ),
+        "target_met": (
+            [one.reached <= allowed for one in found],
+            DIMENSIONLESS,
+            f"the mean misfit of the matched spectrum is at most {allowed:g}",
+        ),
     }
     return from_array(values, dt, labels, sources, own_amplitude=False).assign_coords(
         {
@@ -159,3 +182,26 @@ def labelled_matches(
             for name, (numbers, units, long_name) in coordinates.items()
         }
     )
+
+
+def matching_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:
+    """Return the doubt in matched motions: a misfit above what is allowed, or PGV or PGD outside of their bounds.
+
+    Motions that were not matched are passed over.
+    """
+    every, missed = 0, []
+    for array in arrays:
+        if "target_met" not in array.coords:
+            continue
+        columns = [np.atleast_1d(array[name].values) for name in ("motion", *REACHED)]
+        every += columns[0].size
+        for label, misfit, near, held in zip(*columns, strict=True):
+            if not (near and held):
+                beyond = "" if held else ", PGV or PGD outside of their bounds"
+                missed.append(f"{label}: mean misfit {two_digit_percent(float(misfit))}{beyond}")
+    if not missed:
+        return []
+    miss = "misses" if len(missed) == 1 else "miss"
+    what = f"{len(missed):,} of {every:,} motions {miss}" if every > 1 else "the motion misses"
+    cure = "wider pgv_bound and pgd_bound help, or other motions"
+    return [Doubt("misfit", f"{what} the target spectrum ({first_names(missed)}): {cure}")]

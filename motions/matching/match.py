@@ -9,6 +9,7 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import warn
 from ..arrays import records
 from ..intensity.peaks import peak_displacement, peak_velocity
 from .adjustment import (
@@ -21,10 +22,12 @@ from .adjustment import (
     Lines,
     MatchResult,
     Plan,
+    TargetMissed,
     check_options,
     end_window,
     labelled_matches,
     match_result,
+    matching_doubts,
 )
 from .targets import TargetSpectrum
 
@@ -76,7 +79,8 @@ def match(
     (weighted by the local strength of the motion) that corrects all peaks at once, makes end velocity and displacement
     zero, and brings excursions of velocity and displacement back within their bounds.  The peaks move, so the step is
     repeated up to 24 times, and the best motion is kept: bounds first, then the misfit.  A spectrum that the motion
-    cannot have with its own PGV and PGD is then not reached: the misfit shows this, and wider bounds help.
+    cannot have with its own PGV and PGD is then not reached: the motion is named in a warning (`TargetMissed`), its
+    coordinate ``target_met`` is false, and wider bounds help.
 
     References
     ----------
@@ -125,7 +129,9 @@ def match(
         found.append(one)
     labels = [record.label for record in plain]
     sources = [f"{record.source}, matched to {target.name}" for record in plain]
-    return labelled_matches(values, plain[0].dt, labels, sources, found)
+    matched = labelled_matches(values, plain[0].dt, labels, sources, found, tolerance)
+    warn(matching_doubts([matched]), TargetMissed)
+    return matched
 
 
 def _strength(acceleration: Array, dt: float) -> Array:

@@ -15,6 +15,7 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import warn
 from ...streams import stream
 from ..intensity.peaks import peak_displacement, peak_velocity
 from ..kernels import matching as engine
@@ -29,10 +30,12 @@ from .adjustment import (
     Lines,
     MatchResult,
     Plan,
+    TargetMissed,
     check_options,
     end_window,
     labelled_matches,
     match_result,
+    matching_doubts,
 )
 from .targets import TargetSpectrum
 
@@ -137,7 +140,9 @@ class SpectrumCompatible(Generator):
         -------
         xarray.DataArray
             ``acceleration`` (motion, time), m s-2; on motion ``misfit_mean`` and ``misfit_max`` (of the target, over
-            its periods), ``pgv_reference`` and ``pgd_reference`` (implied by the target), ``bounds_held``.
+            its periods), ``pgv_reference`` and ``pgd_reference`` (implied by the target), ``bounds_held``, and
+            ``target_met``, false where the mean misfit stayed above 5 % (and the tolerance).  Motions that miss their
+            target or bounds are named in a warning (`TargetMissed`).
         """
         n, seed, first = counts(n, seed, first)
         steps = round(self.duration / self.dt)
@@ -150,7 +155,10 @@ class SpectrumCompatible(Generator):
             values[i], reached = noise.matched(stream(seed, first + i), bounds, self.tolerance)
             found.append(match_result(values[i], self.dt, reached, bounds, noise.lines, 1.0 + self.margin))
         labels = [f"{type(self).__name__} {seed}-{first + i}" for i in range(n)]
-        return labelled_matches(values, self.dt, labels, [f"{self!r} seed {seed}"] * n, found)
+        sources = [f"{self!r} seed {seed}"] * n
+        made = labelled_matches(values, self.dt, labels, sources, found, max(GOOD, self.tolerance))
+        warn(matching_doubts([made]), TargetMissed)
+        return made
 
     def _aim(self) -> TargetSpectrum:
         return self.target.scaled(1.0 + self.margin) if self.margin else self.target

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Literal
@@ -25,7 +26,7 @@ MOST_NAMED, NAMED = 12, 3
 """Most curves without an estimate that are all named, and the number that is named of more curves."""
 
 # Names of files never come from labels: they are fixed, in a folder that the user chooses.
-_WRITERS = {
+_WRITERS: dict[str, tuple[Callable[[xr.Dataset, Path], Written], str]] = {
     "pelicun": (write_pelicun, "fragility.csv"),
     "nrml": (write_nrml, "fragility.xml"),
     "csv": (write_curve_csv, "curves.csv"),

@@ -10,6 +10,7 @@ import xarray as xr
 from pydantic import Field, model_validator
 
 from ... import motions as shaking
+from ...doubts import noted
 from ...motions import RecordError
 from ...motions.arrays import HORIZONTAL
 from ...motions.matching.targets import EDITIONS
@@ -413,7 +414,8 @@ class MotionsTable(Table):
         made = self._made(folder)
         if made is not None:
             refuse_samples(self.samples(folder), "motions")
-            return [made.sample(self.number or 1, seed=self.seed or 0, first=first)]
+            with noted():  # (a study has doubts among its notes)
+                return [made.sample(self.number or 1, seed=self.seed or 0, first=first)]
         found: list[xr.DataArray] = []
         if self.records is not None:
             refuse_foreign(self, {"records", "dt_s", "unit", "component", *PROCESSING}, "motions from records")

@@ -17,6 +17,7 @@ from ...aliases import Array
 from ...doubts import KINDS, noted
 from ...fragility.curves.curve import LINKED
 from ...fragility.runs.request import OUTPUTS
+from ...motions.plausibility import ringing_doubts
 from ..plan.designs import Cloud, Design, Incremental, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
@@ -241,9 +242,12 @@ class StudyFile(Table):
         for i, building in enumerate(self._stand, start=1):
             try:
                 with noted():  # (a study has doubts among its notes)
-                    floors.extend(building.shake(ground))
+                    moved = building.shake(ground)
             except ValueError as error:
                 raise ValueError(f"{self._called(i)}: {error}") from None
+            floors.extend(moved)
+            if building.kind != "ground":
+                reading = reading._replace(doubts=(*reading.doubts, *ringing_doubts(moved)))
         at_ground = self.performance is None and self.analysis.im_at == "ground"
         return MotionSet(tuple(floors), tuple(ground) if at_ground else (), reading)
 

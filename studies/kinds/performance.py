@@ -23,6 +23,7 @@ from ...fragility.validity.plausibility import block_doubts, level_doubts
 from ...models import Law
 from ...models.oscillator import Oscillator
 from ...motions import Building, Generator
+from ...motions.plausibility import ringing_doubts
 from ...wording import counted
 from ..buildings.anchoring import anchoring
 from ..buildings.assessment import assess, described, distinct_runs
@@ -190,7 +191,12 @@ class PerformanceStudy(Study):
 
     @cached_property
     def reading(self) -> Reading:
-        return Reading.of(self.motions, self.generator)
+        found = Reading.of(self.motions, self.generator)
+        if self.building is None:
+            return found
+        with noted():  # (a study has doubts among its notes)
+            roof = self.building.floor_motions(self.motions, [self.building.floors[-1]])
+        return found._replace(doubts=(*found.doubts, *ringing_doubts(roof)))
 
     @property
     def arrays(self) -> Iterable[xr.DataArray]:

@@ -9,6 +9,7 @@ import xarray as xr
 
 from ...doubts import Doubt
 from ...motions import Generator, over_model, records
+from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
 
 MODEL = "BSSA14"
@@ -30,23 +31,24 @@ class Reading(NamedTuple):
 
     @classmethod
     def of(cls, arrays: Sequence[xr.DataArray], generator: Generator | None = None) -> Self:
-        """Return the reading of motions, and of the generator that made them."""
+        """Return the reading of motions, and of the generator that made them, which may miss a target or a scenario."""
         if generator is not None:
             return cls._of_scenario(arrays, generator)
         plain = [record for array in arrays for record in records(array)]
+        missed = tuple(matching_doubts(arrays))
         if not any(record.recorded for record in plain):
-            return cls()
+            return cls(missed)
         done = [(str(array.attrs.get("processing", "")), records(array)) for array in arrays]
         notes = {note for note, _ in done}
         if len(notes) == 1:
             lines = tuple(notes - {""})
         else:
             lines = tuple(f"{record.label}: {note or 'none'}" for note, own in done for record in own)
-        return cls(tuple(record_doubts(plain)), lines)
+        return cls((*record_doubts(plain), *missed), lines)
 
     @classmethod
     def _of_scenario(cls, arrays: Sequence[xr.DataArray], generator: Generator) -> Self:
-        doubts = []
+        doubts = matching_doubts(arrays)
         if generator.outside:
             doubts.append(
                 Doubt("scenario", f"the scenario lies outside of the data behind its equations ({generator.outside})")

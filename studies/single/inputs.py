@@ -15,6 +15,7 @@ from ... import motions as shaking
 from ...models import Block, Law
 from ...motions.arrays import from_array, records
 from ...motions.intensity.dataset import positive_measure
+from ...motions.matching.adjustment import REACHED
 from ...units import ACCELERATION, METRE, SECOND
 from ..file.blocks import BlockTable
 from ..file.models import ModelTable
@@ -109,7 +110,9 @@ def motion_of(
         last = f"0 to {len(plain) - 1}" if len(plain) > 1 else "0 only"
         raise StudyError(f"--index {index}: {name} holds {_count(len(plain), 'motion')} ({last})")
     one = plain[at]
-    return from_array(one.acceleration, one.dt, [one.label], one.source, one.own_amplitude, one.recorded)
+    alone = from_array(one.acceleration, one.dt, [one.label], one.source, one.own_amplitude, one.recorded)
+    reached = {key: found[0][key].variable for key in REACHED if made and key in found[0].coords}
+    return alone.assign_coords(reached)
 
 
 def _read(name: str, keys: Mapping[str, Any]) -> list[xr.DataArray]:

@@ -35,6 +35,7 @@ from ...fragility.validity.screen import FACTORS, screen
 from ...models import Block, Law, simulate
 from ...models.laws import describe_law
 from ...motions.arrays import records
+from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
 from ...units import STANDARD_GRAVITY
 from ..file.table import StudyError
@@ -137,7 +138,8 @@ class Simulation:
     @property
     def notes(self) -> list[str]:
         """The reservations that a user should know before trusting the run, one sentence each."""
-        found = [*block_notes([self.block]), *(one.sentence for one in record_doubts(records(self.motion)))]
+        doubts = [*record_doubts(records(self.motion)), *matching_doubts([self.motion])]
+        found = [*block_notes([self.block]), *(one.sentence for one in doubts)]
         if self.screened is not None:
             verdict = int(self.screened["verdict"].max())
             held = [reason for reason in REASONS if verdict & reason.bit and reason is not SQUAT]

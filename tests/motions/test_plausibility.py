@@ -1,12 +1,14 @@
 """Plausibility of records: what is named, with which figures, and what is not."""
 
+import warnings
+
 import numpy as np
 import pytest
 from shared_cases import SHARED, needs_shared
 
 from toppling import motions as mo
 from toppling.motions.arrays import records
-from toppling.motions.plausibility import record_doubts
+from toppling.motions.plausibility import record_doubts, ringing_doubts
 from toppling.units import STANDARD_GRAVITY as G
 
 DT = 0.01
@@ -75,6 +77,39 @@ class TestRecords:
         assert kinds(mo.from_array(wavelet() + 1.0, DT)) == {}
         assert kinds(recorded(np.zeros(100))) == {}
         assert kinds(mo.KanaiTajimi(duration=10.0).sample(3)) == {}
+
+    @pytest.mark.parametrize(("quiet", "named"), [(2.0, True), (5.0, True), (8.0, False)])
+    def test_a_building_that_sways_at_the_end(self, quiet, named):
+        """Free vibration falls by exp(-2 pi zeta/sqrt(1 - zeta²)) a period: here T = 1 s and zeta = 5 %."""
+        building = mo.Building.from_storeys([1e5], [1e5 * (2.0 * np.pi) ** 2])
+        pulse = mo.OneCycleSine(1.0, 2.0 * np.pi, tail=quiet).sample(1)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            floors = building.floor_motions(pulse)
+        said = [str(one.message) for one in caught if "sways" in str(one.message)]
+        assert bool(said) == named
+        assert (floors.ringing.item() > 0.2) == named
+        before = building.floor_motions(mo.OneCycleSine(1.0, 2.0 * np.pi, tail=1.5).sample(1)).ringing.item()
+        decay = np.exp(-2.0 * np.pi * 0.05 / np.sqrt(1.0 - 0.05**2) * (quiet - 1.5))
+        assert floors.ringing.item() / before == pytest.approx(decay, rel=0.01)
+        if named:
+            assert said[0].startswith("the motion ends while the building sways (OneCycleSine")
+            assert "of its peak on floor 1): zeros after the motions (in Python motions.pad)" in said[0]
+            padded = building.floor_motions(mo.pad(pulse, 0.0, 8.0))
+            assert ringing_doubts([padded]) == []
+
+    def test_what_cannot_sway_is_not_doubted(self):
+        """The ground, silence, and a floor that follows the ground; parts change nothing."""
+        building = mo.Building.flexural_shear(1.0, storeys=2)
+        cut = mo.from_array(np.sin(np.arange(400) * 0.06), DT)
+        whole = building.floor_motions([cut, cut.assign_coords(motion=["other"])])
+        (one,) = ringing_doubts(whole)
+        assert one.kind == "ringing"
+        assert one.sentence.startswith("2 of 2 motions end while the building sways")
+        assert building.floor_motions(cut, [0]).ringing.item() == 0.0
+        assert building.floor_motions(mo.from_array(np.zeros(400), DT)).ringing.item() == 0.0
+        assert building.floor_motions(cut, parts=4).ringing.item() == pytest.approx(whole[0].ringing.item(), rel=1e-2)
+        assert building.floor_motions(cut, [2, 0]).ringing.item() == whole[0].ringing.item()
 
     def test_few_of_many_are_named(self):
         every = [recorded(wavelet() + (0.5 if i < 5 else 0.0), label=f"r{i}") for i in range(7)]

@@ -24,7 +24,7 @@ from ....units import STANDARD_GRAVITY
 from ...fitting.links import LOGNORMAL
 from ..datasets import curve_set
 from ..files import ExchangeError, target, write_text
-from ..ids import component_record
+from ..ids import OPENQUAKE_MARKS, component_record
 from ..rows import CurveParameters, CurveRow, CurveSet, Written, spectral_period
 from .document import NAMESPACE
 
@@ -52,7 +52,9 @@ IMTS = {
 SA = Imt("SA", "m s-2", STANDARD_GRAVITY)
 
 
-def write_nrml(curves: xr.Dataset, path: str | os.PathLike[str], tail: float = 1e-4) -> Written:
+def write_nrml(
+    curves: xr.Dataset, path: str | os.PathLike[str], tail: float = 1e-4, ids: Sequence[str] | None = None
+) -> Written:
     """Write curves as a fragility model of OpenQuake, each a function named by its id.
 
     Parameters
@@ -65,6 +67,11 @@ def write_nrml(curves: xr.Dataset, path: str | os.PathLike[str], tail: float = 1
         Probability below which OpenQuake takes a continuous function as 0, and distance from 1 above which it takes the
         function as constant, 1e-9 to 0.01: minIML (and noDamageLimit) and maxIML lie where the curve is that far from 0
         and 1, unless the curves have their own (`read_nrml`).
+    ids : sequence of str, optional
+        Ids of the components, one for each combination of labels other than the limit state (the last dimension of
+        the curves changes fastest): a letter, then letters, digits, ``_``, ``:`` and ``-``, at most 60 characters.
+        Where not given, the curves' own (coordinate ``id``), whose points become underscores because OpenQuake's
+        ids have none, or ids made of the labels.
 
     Returns
     -------
@@ -77,7 +84,8 @@ def write_nrml(curves: xr.Dataset, path: str | os.PathLike[str], tail: float = 1
         Measures that OpenQuake does not know, floors other than the ground where the measure is the floor's own, no
         estimate at all, a file that cannot be written.
     TypeError, ValueError
-        Something other than a dataset of fragility curves; `tail` out of range.
+        Something other than a dataset of fragility curves; `tail` out of range; `ids` that are too few, not legal, or
+        not unique.
 
     Notes
     -----
@@ -98,7 +106,7 @@ def write_nrml(curves: xr.Dataset, path: str | os.PathLike[str], tail: float = 1
     """
     file = target(path)
     share = checks.number("tail", tail, at_least=1e-9, at_most=0.01)
-    found = curve_set(curves)
+    found = curve_set(curves, OPENQUAKE_MARKS, ids)
     imt = _imt(found)
     _refuse_floors(found)
     states = _limit_states(found)

@@ -133,6 +133,41 @@ class TestPoints:
         with pytest.raises(ValueError, match="must have one im, got 'pga' and 'pgv'"):
             HazardCurve.from_realisations([low, HazardCurve([1.0, 2.0], [2e-2, 1e-2], "pgv")])
 
+    @pytest.mark.parametrize("weights", [None, [0.25, 0.75]])
+    def test_given_rates_are_the_mean_of_their_realisations(self, weights):
+        """Within the rounding of files, 0.1 %; what is given is what is used."""
+        rows = np.array([[1e-2, 1e-3, 1e-4], [4e-2, 4e-3, 2e-4]])
+        mean = (np.array([0.5, 0.5]) if weights is None else np.array(weights)) @ rows
+        for factor in (1.0, 1.0009, 0.9991):
+            given = (mean * factor).tolist()
+            assert HazardCurve([1.0, 2.0, 4.0], given, "pga", "", rows, weights).rates == tuple(given)
+        printed = [float(f"{rate:.4e}") for rate in mean]
+        assert HazardCurve([1.0, 2.0, 4.0], printed, "pga", "", rows, weights).rates == tuple(printed)
+        for factor in (1.002, 0.998):
+            given = [*mean[:2], mean[2] * factor]
+            with pytest.raises(
+                ValueError, match=r"the weighted mean of its realisations, 0.0001.* at a level of 4, got"
+            ):
+                HazardCurve([1.0, 2.0, 4.0], given, "pga", "", rows, weights)
+
+    def test_a_fractile_lies_among_its_realisations(self):
+        """Its rates are not the mean, and are never made of it."""
+        rows = [[1e-2, 1e-3], [2e-2, 2e-3], [9e-2, 9e-3]]
+        median = HazardCurve([1.0, 2.0], rows[1], "pga", "", rows, fractile=0.5)
+        assert median.rates == tuple(rows[1])
+        with pytest.raises(
+            ValueError, match=r"weighted mean of its realisations, 0.04 per year at a level of 1, got 0.02"
+        ):
+            HazardCurve([1.0, 2.0], rows[1], "pga", "", rows)
+        with pytest.raises(
+            ValueError, match=r"between its realisations, 0.001 to 0.009 per year at a level of 2, got 0.01"
+        ):
+            HazardCurve([1.0, 2.0], [9e-2, 1e-2], "pga", "", rows, fractile=0.9)
+        with pytest.raises(
+            ValueError, match=r"rates of a fractile curve must be given with its realisations, fractile 0.5"
+        ):
+            HazardCurve([1.0, 2.0], (), "pga", "", rows, fractile=0.5)
+
     def test_is_a_value(self):
         first, second = (HazardCurve(np.array([1.0, 2.0]), [2e-3, 1e-3], tp.motions.Sa(1.0)) for _ in range(2))
         assert first == second

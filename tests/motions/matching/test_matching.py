@@ -1,15 +1,18 @@
 """Target spectra, motions matched to them with velocity in bounds, and the acceptance rules of AC156."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
 
 from toppling import motions as mo
+from toppling.doubts import noted
 from toppling.motions.intensity.peaks import displacement, velocity
 from toppling.motions.intensity.spectra import peak_displacements
 from toppling.motions.kernels import matching as engine
 from toppling.motions.matching.ac156 import checked_frequencies
+from toppling.motions.matching.adjustment import matching_doubts
 from toppling.units import STANDARD_GRAVITY as G
 
 PLATEAU = mo.TargetSpectrum((0.05, 0.12, 0.5, 4.0), (6.0, 10.0, 10.0, 1.2), name="plateau")
@@ -252,7 +255,11 @@ class TestSpectrumCompatible:
 class TestMatch:
     def test_records_keep_their_velocity(self):
         records = mo.CloughPenzien(duration=20.0, dt=0.01).sample(8, seed=4)
-        matched = mo.match(records, PLATEAU)
+        with pytest.warns(
+            mo.TargetMissed, match=r"^1 of 8 motions misses the target spectrum \(Clou.* mean misfit 1\d %\)"
+        ):
+            matched = mo.match(records, PLATEAU)
+        np.testing.assert_array_equal(matched.target_met, matched.misfit_mean <= 0.03)
         report = mo.matching_report(matched, PLATEAU)
         # one of the eight cannot have this spectrum with its own PGV and PGD, and its misfit shows this
         assert int((report.misfit_mean < 0.03).sum()) == 7
@@ -276,6 +283,40 @@ class TestMatch:
         assert "matched to plateau" in str(one.source.values[0])
         # motions are scaled first, so that their original amplitude has no effect
         np.testing.assert_allclose(mo.match(3.0 * record, target).values, one.values, rtol=1e-6, atol=1e-6)
+
+    def test_what_is_met_is_silent(self):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            matched = mo.match(mo.CloughPenzien(duration=20.0, dt=0.01).sample(2, seed=4), PLATEAU, tolerance=0.2)
+        assert bool(matched.target_met.all())
+        assert bool(matched.bounds_held.all())
+
+    def test_generators_name_what_misses(self):
+        """A spectrum with a hole that no motion has; AC156 names its own motions."""
+        hole = mo.TargetSpectrum((0.05, 0.3, 0.31, 0.33, 0.34, 4.0), (8.0, 8.0, 0.5, 0.5, 8.0, 1.0))
+        generator = mo.SpectrumCompatible(hole, duration=10.0, dt=0.02)
+        with pytest.warns(
+            mo.TargetMissed, match=r"^2 of 2 motions miss the target spectrum \(SpectrumCompatible 0-0: mean"
+        ):
+            made = generator.sample(2)
+        assert not made.target_met.any()
+        with noted(), warnings.catch_warnings():
+            warnings.simplefilter("error")
+            generator.sample(1)
+        with pytest.warns(mo.TargetMissed, match=r"\(AC156 0-1: mean misfit") as caught:
+            mo.AC156(1.0, duration=10.0, dt=0.015, pgv_bound=0.02, pgd_bound=0.02).sample(2)
+        assert len(caught) == 1
+        beyond = made.assign_coords(target_met=("motion", [True, True]), bounds_held=("motion", [True, False]))
+        (one,) = matching_doubts([beyond, mo.HalfSine(3.0, 8.0).sample(1)])
+        assert "1 of 2 motions misses the target spectrum (SpectrumCompatible 0-1" in one.sentence
+        assert "PGV or PGD outside of their bounds): wider pgv_bound and pgd_bound help" in one.sentence
+
+    def test_a_margin_is_no_misfit(self):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            made = mo.SpectrumCompatible(PLATEAU, duration=20.0, dt=0.01, margin=0.2).sample(2)
+        assert made.misfit_mean.min() > 0.1
+        assert bool(made.target_met.all())
 
     def test_zeros_are_refused(self):
         with pytest.raises(ValueError, match="cannot be matched"):

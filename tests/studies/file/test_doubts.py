@@ -29,6 +29,7 @@ records = "*.csv"
 [ida]
 levels = {{ from = 0.1, to = {highest}, number = 4, unit = "g" }}
 """
+HOLE = "period (s), sa (g)\n0.05, 0.8\n0.3, 0.8\n0.31, 0.05\n0.33, 0.05\n0.34, 0.8\n4, 0.1\n"
 LOOKS = "Do sizes, levels and records look like real ones?"
 
 
@@ -86,6 +87,43 @@ class TestNotes:
         assert json.loads(after.attrs["study"])["accept"] == ["offset"]
         assert set(after.attrs["notes"].splitlines()) < set(before.attrs["notes"].splitlines())
         assert tp.Study.from_toml(write(tmp_path)).run(tmp_path / "out").attrs == before.attrs
+
+    def test_a_missed_spectrum(self, tmp_path, recwarn):
+        """A hole that no motion has: a note instead of a warning, and one that can be accepted."""
+        (tmp_path / "target.csv").write_text(HOLE, encoding="utf-8")
+        path = write(tmp_path)
+        keys = 'generator = "spectrum-compatible"\ntarget = "target.csv"\nnumber = 2\nduration_s = 10\ndt_s = 0.02'
+        text = path.read_text(encoding="utf-8").replace('records = "*.csv"', keys)
+        path.write_text(text, encoding="utf-8")
+        study = tp.Study.from_toml(path)
+        (note,) = study.notes
+        assert note.startswith("2 of 2 motions miss the target spectrum (SpectrumCompatible 0-0: mean misfit")
+        assert [one for one in recwarn if issubclass(one.category, mo.TargetMissed)] == []
+        assert looks(study.run()).cure == 'Correct them; where they are meant so, accept = ["misfit"].'
+        path.write_text(f'accept = ["misfit"]\n{text}', encoding="utf-8")
+        assert tp.Study.from_toml(path).notes == []
+
+    def test_a_building_that_sways_at_the_end(self, tmp_path, recwarn):
+        """In the studies of blocks and of inventories; a longer motion cures it."""
+        short = 'pulse = "one-cycle-sine"\nomega_rad_s = 6.28\ndt_s = 0.01\ntail_s = 0.5'
+        tower = '[building]\nkind = "flexural-shear"\nperiod_s = 1.0\nstoreys = 2\nfloors = [2]\n'
+        path = write(tmp_path)
+        text = path.read_text(encoding="utf-8").replace('records = "*.csv"', short).replace("[ida]", f"{tower}[ida]")
+        path.write_text(text, encoding="utf-8")
+        (note,) = tp.Study.from_toml(path).notes
+        assert note.startswith("the motion ends while the building sways (OneCycleSine")
+        assert [one for one in recwarn if "sways" in str(one.message)] == []
+        path.write_text(text.replace("tail_s = 0.5", "tail_s = 12"), encoding="utf-8")
+        assert tp.Study.from_toml(path).notes == []
+        (tmp_path / "items.csv").write_text(
+            "item,catalogue,floor,count\nshelf,bookcase-5-shelf,1,2\n", encoding="utf-8"
+        )
+        blocks = text[text.index("[[blocks]]") : text.index("[[models]]")]
+        inventory = text[: text.index("[ida]")].replace(blocks, "").replace("floors = [2]\n", "")
+        asked = '[performance]\ninventory = "items.csv"\nlevels = { values = [0.2], unit = "g" }\n'
+        path.write_text(f"{inventory}{asked}", encoding="utf-8")
+        (note,) = tp.Study.from_toml(path).notes
+        assert "of its peak on floor 2): zeros after" in note
 
     def test_an_unknown_kind(self, tmp_path):
         with pytest.raises(StudyError, match=r"accept.* must be one of block size, .*, got 'ofset'.*did you mean"):

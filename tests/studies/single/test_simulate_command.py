@@ -198,6 +198,14 @@ class TestCommand:
         assert "note: the motion is scaled by 7: less than 0.2 or more than 5 times a record is no such" in said
         assert "note: the law's elastic mode lies inside the motion's band: blocks uplift that should not" in said
 
+    def test_a_missed_spectrum_is_noted(self, tmp_path, capsys):
+        target = tmp_path / "target.csv"
+        target.write_text("period (s), sa (g)\n0.05, 0.8\n0.3, 0.8\n0.31, 0.05\n0.33, 0.05\n0.34, 0.8\n4, 0.1\n")
+        settings = [f"target={target}", "duration_s=10", "dt_s=0.02"]
+        chosen = [word for one in settings for word in ("--set", one)]
+        said = run(capsys, "bookcase-5-shelf", "spectrum-compatible", *chosen, "--out", tmp_path / "out")
+        assert "note: the motion misses the target spectrum (SpectrumCompatible 0-0: mean misfit" in said
+
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
