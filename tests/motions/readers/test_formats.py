@@ -359,7 +359,11 @@ class TestObspy:
         with pytest.raises(RecordError, match=f"{kind} states no unit, so unit must be given"):
             mo.read(path)
         motion = mo.read(path, unit=0.001)
-        np.testing.assert_allclose(motion.values[0], 0.001 * data, rtol=1e-6)
+        np.testing.assert_allclose(motion.values[0], 0.001 * (data - np.mean(data)), rtol=0, atol=1e-6)
+        assert "removed on reading" in motion.attrs["processing"]
+        kept = mo.read(path, unit="mm/s2")
+        np.testing.assert_allclose(kept.values[0], 0.001 * data, rtol=1e-6)
+        assert "processing" not in kept.attrs
         assert motion.sizes["motion"] == (1 if kind.startswith("SAC") else 3)
         assert motion.motion.values[0].startswith("ABC HNE 1970-01-01")
         assert float(motion.dt[0]) == pytest.approx(0.01)

@@ -371,7 +371,9 @@ class TestPlainWords:
         said = plain_answer(results)
         assert "about 50 would overturn “shelf”" in said[1]
         results["median_upper"][:] = np.inf
-        assert re.search(r"known to above [\d.]+ g", plain_answer(results)[1])
+        assert re.search(r"that level itself is above [\d.]+ g", plain_answer(results)[1])
+        results["median_lower"][:] = 0.0
+        assert "(these motions do not tell how well that level itself is known)" in plain_answer(results)[1]
         results["median"][:] = np.nan
         results["status"] = results["status"].astype(object)
         results["status"][:] = "no overturning"
