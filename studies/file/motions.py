@@ -302,6 +302,13 @@ class MotionsTable(Table):
         KeyInfo("0.15 for `site-based`; else from the magnitude", above=0.0),
         Field(description="Corner of the high-pass, Hz: it rules the peak velocity."),
     ] = None
+    arias_constant: Annotated[
+        float | None,
+        KeyInfo(-1.844, at_least=-5.0, at_most=0.0),
+        Field(
+            description="Constant of the equation of the Arias intensity: -1.844 as published, -2.2962 in later code."
+        ),
+    ] = None
     arias_m_s: Annotated[float | None, KeyInfo(0.5, above=0.0), Field(description="Expected Arias intensity, m/s.")] = (
         None
     )
