@@ -73,8 +73,9 @@ class KeptCompiler(CompilerBase):
 
     def define_pipelines(self) -> list[PassManager]:
         state = self.state
-        state.library = ClosedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
-        state.library.enable_object_caching()
+        closed = ClosedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
+        closed.enable_object_caching()  # type: ignore[no-untyped-call]
+        state["library"] = closed
         return [DefaultPassBuilder.define_nopython_pipeline(state)]  # type: ignore[no-untyped-call]
 
 
@@ -85,7 +86,7 @@ class CalleeCompiler(CompilerBase):
         state = self.state
         state.flags = state.flags.copy()
         state.flags.no_compile = state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
-        state.library = LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
+        state["library"] = LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
         passes = DefaultPassBuilder.define_nopython_pipeline(state)  # type: ignore[no-untyped-call]
         passes.add_pass_after(CalleeDeclaration, NativeLowering)
         passes.finalize()
@@ -105,7 +106,7 @@ class CalleeDeclaration(AnalysisPass):
         """Register the function in place of its missing entry point by an object of its own."""
         entry = object()
         state["cr"] = state["cr"]._replace(cfunc=entry)
-        state.targetctx.insert_user_function(entry, state["cr"].fndesc, [state.library])
+        state.targetctx.insert_user_function(entry, state["cr"].fndesc, [state["library"]])
         return False
 
 

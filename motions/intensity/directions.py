@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,9 +47,9 @@ class PairMeasure(Measure):
             return self.of(record.acceleration, record.dt)
         return self.of_pair(record.acceleration, record.companion, record.dt)
 
+    @abstractmethod
     def of_pair(self, first: Array, second: Array, dt: float) -> float:
         """Return the value for two perpendicular components (n,), m/s²."""
-        raise NotImplementedError
 
 
 class _Rotated(PairMeasure):

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ... import checks
+from ...aliases import Array
 from ...units import ACCELERATION, DIMENSIONLESS, SECOND, STANDARD_GRAVITY, VELOCITY, provenance
 from ..arrays import records
 from ..intensity.dataset import measure
@@ -144,29 +145,44 @@ def over_model(
     TypeError, ValueError
         As `expected_motions` and `toppling.motions.records`; fewer than two motions, a motion of zeros.
     """
+    return over_models(motions, scenario, [model], periods)[model]
+
+
+def over_models(
+    motions: xr.DataArray | Iterable[xr.DataArray],
+    scenario: Scenario,
+    models: Iterable[str] = tuple(MODELS),
+    periods: Sequence[float] = PERIODS,
+) -> dict[str, xr.Dataset]:
+    """Return `over_model` of several models by name; the motions are measured once."""
     plain = records(motions)
     if len(plain) < 2:
         raise ValueError(f"motions must be at least 2, to have a median and a dispersion, got {len(plain)}")
-    expected = expected_motions(scenario, model, periods)
+    expected = {model: expected_motions(scenario, model, periods) for model in models}
     labels = ["pga", "pgv", *(f"Sa({float(one)!r})" for one in periods)]
     values = np.array([measure(label, plain) for label in labels])
     if not (values > 0.0).all():
         raise ValueError("motions must shake, got one that is zero throughout")
+    return {model: _ratios(values, labels, one, model) for model, one in expected.items()}
+
+
+def _ratios(values: Array, labels: Sequence[str], expected: xr.Dataset, model: str) -> xr.Dataset:
+    """Return the result of `over_model` for measures (measure, motion) and what the model expects of them."""
     medians = np.concatenate([[expected["pga"], expected["pgv"]], expected["sa"].values])
     spreads = np.concatenate(
         [[expected["pga_dispersion"], expected["pgv_dispersion"]], expected["sa_dispersion"].values]
     )
-    logs = np.log(values)
 
     def on_measure(found: Any, long_name: str) -> xr.Variable:
         return xr.Variable("measure", np.asarray(found, dtype=float), {**_SPREAD, "long_name": long_name})
 
+    names = np.array(labels, dtype=object)
     return xr.Dataset(
         {
             "ratio": on_measure(np.median(values, axis=1) / medians, f"median over that of {model}"),
-            "dispersion": on_measure(logs.std(axis=1, ddof=1), "dispersion of the motions"),
+            "dispersion": on_measure(np.log(values).std(axis=1, ddof=1), "dispersion of the motions"),
             "model_dispersion": on_measure(spreads, f"dispersion of {model}"),
         },
-        coords={"measure": ("measure", np.array(labels, dtype=object), {**_SPREAD, "long_name": "intensity measure"})},
+        coords={"measure": ("measure", names, {**_SPREAD, "long_name": "intensity measure"})},
         attrs=expected.attrs,
     )

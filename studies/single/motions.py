@@ -28,7 +28,7 @@ from ...motions.intensity.peaks import velocity
 from ...motions.intensity.spectra import damping_of
 from ...motions.matching.targets import TargetSpectrum
 from ...motions.plausibility import record_doubts
-from ...motions.simulated.ground_motion_models import MODELS
+from ...motions.simulated.ground_motion_models import over_models
 from ...units import STANDARD_GRAVITY
 from ..file.schema import read_study_file
 from ..file.table import StudyError, expand
@@ -96,12 +96,21 @@ def read_motions(inputs: Sequence[str]) -> Shown:
         at = None if made is None else made.scenario
         if at is None or content.motions.number == 1:
             return Shown(found, doubts, {})
-        ground = content.motions.build(path.parent)
-        return Shown(found, doubts, {model: shaking.over_model(ground, at, model) for model in MODELS})
+        on_floors = any("floor" in array.dims for array in found)
+        ground = content.motions.build(path.parent) if on_floors else found
+        return Shown(found, doubts, *_over_models(ground, at))
     except StudyError:
         raise
     except (ValueError, ArithmeticError) as error:
         raise StudyError(f"{studies[0]}: {error}" if studies else str(error)) from None
+
+
+def _over_models(ground: Sequence[xr.DataArray], at: shaking.Scenario) -> tuple[dict[str, xr.Dataset], tuple[str, ...]]:
+    """Return the ratios to ground-motion models; a line in their place where a scenario is beyond the models."""
+    try:
+        return over_models(list(ground), at), ()
+    except ValueError as error:
+        return {}, (f"no ground-motion model is of {at.text}: {error}",)
 
 
 def measured(motions: Sequence[xr.DataArray], damping: float = 0.05) -> xr.Dataset:

@@ -337,6 +337,31 @@ class TestLook:
         found = read_motions([str(tmp_path / "a.AT2"), str(tmp_path / "b.AT2")]).motions
         assert [one.sizes["time"] for one in found] == [801, 601]
 
+    @pytest.mark.parametrize(
+        ("distance", "said"),
+        [(30_000, "Medians over those of ground-motion models"), (900_000, "no ground-motion model is of M 6, 900 km")],
+    )
+    def test_a_scenario_stands_beside_models_where_there_are_any(self, tmp_path, capsys, distance, said):
+        study = tmp_path / "study.toml"
+        study.write_text(
+            'title = "One"\n[motions]\ngenerator = "seismological"\nnumber = 3\nmagnitude = 6.0\n'
+            f"distance_m = {distance}\ndt_s = 0.02\n" + REST,
+            encoding="utf-8",
+        )
+        assert main(["motions", str(study), "--out", str(tmp_path / "figures")]) == 0
+        assert said in " ".join(capsys.readouterr().out.split())
+
+
+REST = """
+[[blocks]]
+width_m = 0.4
+height_m = 1.8
+[[models]]
+law = "housner"
+e = 0.9
+[cloud]
+"""
+
 
 @pytest.fixture(scope="module")
 def gallery():
