@@ -98,7 +98,7 @@ class Stack(NamedTuple):
 
 
 def stack(oscillators: Sequence[Oscillator]) -> Stack:
-    """Return region tables (o, r, 6), links (o, r, 9) and parameters (o, 10) of oscillators, padded to one size."""
+    """Return region tables (o, r, 7), links (o, r, 9) and parameters (o, 10) of oscillators, padded to one size."""
     rows = max(len(oscillator.regions) for oscillator in oscillators)
     tables = np.zeros((len(oscillators), rows, engine.REGION_COLUMNS))
     links = np.full((len(oscillators), rows, engine.LINK_COLUMNS), engine.NO_REGION, dtype=np.int64)
@@ -106,7 +106,7 @@ def stack(oscillators: Sequence[Oscillator]) -> Stack:
     for o, oscillator in enumerate(oscillators):
         _check_table(oscillator)
         for r, region in enumerate(oscillator.regions):
-            tables[o, r] = region[: engine.REGION_COLUMNS]
+            tables[o, r] = (*region[: engine.REGION_CENTRE], region.offset / region.stiffness)
             links[o, r] = (*region.lower_edge, *region.upper_edge, region.held, region.turn_left, region.turn_right)
         parameters[o] = (
             oscillator.gain,

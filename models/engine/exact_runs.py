@@ -19,8 +19,8 @@ from .tables import (
     PAR_START,
     PAR_UPLIFT_LEFT,
     PAR_UPLIFT_RIGHT,
+    REGION_CENTRE,
     REGION_LOWER,
-    REGION_OFFSET,
     REGION_STIFFNESS,
     REGION_UPPER,
     REST,
@@ -50,7 +50,7 @@ def glide(x, k, model, o, force, slope, h):
     p2 = -model.tables[o, region, REGION_STIFFNESS]
     if w0 == 0.0 or 4.0 * p2 * h * h > 1.0:
         return False
-    sine, cosine = sine_and_cosine(-model.tables[o, region, REGION_OFFSET] / p2 - theta)
+    sine, cosine = sine_and_cosine(model.tables[o, region, REGION_CENTRE] - theta)
     force *= model.parameters[o, PAR_EXACT]
     slope *= model.parameters[o, PAR_EXACT]
     a0 = force * cosine - p2 * sine

@@ -19,9 +19,9 @@ from .tables import (
     PAR_EXACT,
     PAR_GAIN,
     PEAK,
+    REGION_CENTRE,
     REGION_DAMPING,
     REGION_LOWER,
-    REGION_OFFSET,
     REGION_STIFFNESS,
     REGION_UPPER,
     REST,
@@ -46,7 +46,7 @@ def _saddle_passed(x, k, model, o):
     stiffness = model.tables[o, region, REGION_STIFFNESS]
     if stiffness >= 0.0:
         return False
-    saddle = model.tables[o, region, REGION_OFFSET] / stiffness
+    saddle = model.tables[o, region, REGION_CENTRE]
     side = 1.0 if saddle > 0.0 else -1.0
     beyond = side * (x[THETA] - saddle)
     if model.parameters[o, PAR_EXACT] != 0.0:
@@ -73,7 +73,7 @@ def find_barrier(model, o, barriers):
         stiffness = model.tables[o, r, REGION_STIFFNESS]
         if not lower < upper:
             continue  # a row that only pads the table
-        centre = model.tables[o, r, REGION_OFFSET] / stiffness
+        centre = model.tables[o, r, REGION_CENTRE]
         if stiffness > 0.0:
             lowest = min(lowest, potential_energy(model, o, r, min(max(centre, lower), upper)))
             continue
@@ -100,7 +100,7 @@ def is_safe(x, k, model, o, push, barriers):
     if k[NOW] != REST:
         energy = 0.5 * x[OMEGA] * x[OMEGA] + potential_energy(model, o, k[NOW], x[THETA]) - barriers[o, 1]
         stiffness = model.tables[o, k[NOW], REGION_STIFFNESS]
-        if stiffness < 0.0 and abs(x[THETA]) >= abs(model.tables[o, k[NOW], REGION_OFFSET] / stiffness):
+        if stiffness < 0.0 and abs(x[THETA]) >= abs(model.tables[o, k[NOW], REGION_CENTRE]):
             return False  # beyond the saddle
     return math.sqrt(2.0 * max(energy, 0.0)) + push * barriers[o, 2] < (1.0 - 1e-9) * barriers[o, 0]
 
@@ -151,12 +151,12 @@ def follow_free(x, k, model, o, time, work, trig):
             if not passed and _is_bound(x, k, model, o):
                 break
         if stiffness > 0.0:
-            centre = model.tables[o, region, REGION_OFFSET] / stiffness
+            centre = model.tables[o, region, REGION_CENTRE]
             reach = math.sqrt((x[THETA] - centre) ** 2 + x[OMEGA] ** 2 / stiffness)
             inside = min(model.tables[o, region, REGION_UPPER] - centre, centre - model.tables[o, region, REGION_LOWER])
             if reach < inside and reach + abs(centre) <= x[PEAK]:
                 break
-        if x[OMEGA] == 0.0 and x[THETA] == model.tables[o, region, REGION_OFFSET] / stiffness:
+        if x[OMEGA] == 0.0 and x[THETA] == model.tables[o, region, REGION_CENTRE]:
             break
         before = k[TURNS]
         time += solve_piece(x, k, model, o, 0.0, 0.0, FREE_STEP, time, work, trig)

@@ -36,6 +36,7 @@ from .tables import (
     PAR_EXACT,
     PAR_RESTITUTION,
     PEAK,
+    REGION_CENTRE,
     REGION_DAMPING,
     REGION_LOWER,
     REGION_OFFSET,
@@ -132,14 +133,15 @@ def solve_piece(x, k, model, o, force, slope, left, time, work, trig):
     theta = x[THETA]
     omega = x[OMEGA]
     stiffness = model.tables[o, region, REGION_STIFFNESS]
-    offset = model.tables[o, region, REGION_OFFSET]
     poly = work.poly
     if trig is not None:
+        centre = model.tables[o, region, REGION_CENTRE]
         h = min(left, 0.5 / math.sqrt(-stiffness))
         n, h = exact_series(
-            poly, trig, theta, omega, -stiffness, offset / stiffness, model.parameters[o, PAR_EXACT], force, slope, h
+            poly, trig, theta, omega, -stiffness, centre, model.parameters[o, PAR_EXACT], force, slope, h
         )
     else:
+        offset = model.tables[o, region, REGION_OFFSET]
         c = x[HELD] if model.links[o, region, LINK_HELD] else model.tables[o, region, REGION_DAMPING]
         rate = rate_bound(stiffness, c)
         h = left if rate * left <= 0.5 else 0.5 / rate

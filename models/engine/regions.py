@@ -21,6 +21,7 @@ from .tables import (
     PAR_EXACT,
     PAR_RESTITUTION,
     PAR_RULE,
+    REGION_CENTRE,
     REGION_DAMPING,
     REGION_LOWER,
     REGION_OFFSET,
@@ -42,10 +43,10 @@ def captures(model, o, region):
 def potential_energy(model, o, region, theta):
     """Return the potential energy per unit inertia at theta, as continued from `region`."""
     stiffness = model.tables[o, region, REGION_STIFFNESS]
-    offset = model.tables[o, region, REGION_OFFSET]
     if model.parameters[o, PAR_EXACT] != 0.0:
-        tilt = offset / stiffness
+        tilt = model.tables[o, region, REGION_CENTRE]
         return -stiffness * (math.cos(tilt - theta) - math.cos(tilt)) + model.tables[o, region, REGION_POTENTIAL]
+    offset = model.tables[o, region, REGION_OFFSET]
     return (0.5 * stiffness * theta - offset) * theta + model.tables[o, region, REGION_POTENTIAL]
 
 
@@ -63,11 +64,10 @@ def bounces_to(model, o, region):
 def near_zero(model, o, region):
     """Return offset, stiffness, gain, lean at 0: theta'' = offset + gain forcing - (stiffness - lean forcing) theta."""
     stiffness = model.tables[o, region, REGION_STIFFNESS]
-    offset = model.tables[o, region, REGION_OFFSET]
     scale = model.parameters[o, PAR_EXACT]
     if scale == 0.0:
-        return offset, stiffness, 1.0, 0.0
-    tilt = offset / stiffness
+        return model.tables[o, region, REGION_OFFSET], stiffness, 1.0, 0.0
+    tilt = model.tables[o, region, REGION_CENTRE]
     return stiffness * math.sin(tilt), stiffness * math.cos(tilt), scale * math.cos(tilt), scale * math.sin(tilt)
 
 

@@ -11,9 +11,18 @@ import numpy as np
 BARE: dict[str, Any] = {"_nrt": False}
 FUSED: dict[str, Any] = {**BARE, "fastmath": {"contract"}}
 
-# Columns of the region table: x'' = -stiffness x - damping x' + offset + forcing for lower <= x <= upper.
-REGION_LOWER, REGION_UPPER, REGION_STIFFNESS, REGION_OFFSET, REGION_DAMPING, REGION_POTENTIAL = range(6)
-REGION_COLUMNS = 6
+# Columns of the region table: x'' = -stiffness x - damping x' + offset + forcing for lower <= x <= upper, in balance at
+# the centre offset / stiffness.
+(
+    REGION_LOWER,
+    REGION_UPPER,
+    REGION_STIFFNESS,
+    REGION_OFFSET,
+    REGION_DAMPING,
+    REGION_POTENTIAL,
+    REGION_CENTRE,
+) = range(7)
+REGION_COLUMNS = 7
 
 # Columns of the link table.  *_OTHER: the region taken instead where the entry rule says so; TURN_*: the region that
 # takes over where the velocity vanishes inside this one, left and right of zero.
@@ -156,7 +165,7 @@ MANY_IMPACTS = 4_000_000
 
 
 class Model(NamedTuple):
-    """All oscillators of a batch: region tables (o, r, 6), links (o, r, 9) and parameters (o, 10)."""
+    """All oscillators of a batch: region tables (o, r, 7), links (o, r, 9) and parameters (o, 10)."""
 
     tables: Any
     links: Any
