@@ -26,7 +26,7 @@ from .scaling import parabolic_baseline, scale_to, scale_to_mean
 from .simulated.envelopes import ENVELOPES, DoubleExponential, Envelope, Gamma, RiseStrongDecay, Stationary
 from .simulated.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
 from .simulated.generator import Generator, ensemble, steps_of
-from .simulated.ground_motion_models import Scenario, expected_motions, over_model
+from .simulated.ground_motion_models import Scenario, expected_motions, over_model, scale_to_model
 from .simulated.kanai_tajimi import CloughPenzien, KanaiTajimi
 from .simulated.near_fault import NearFault
 from .simulated.pulses import (
@@ -115,6 +115,7 @@ __all__ = [
     "rotate",
     "scale_to",
     "scale_to_mean",
+    "scale_to_model",
     "steps_of",
     "taper",
     "trim",

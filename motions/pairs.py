@@ -237,7 +237,7 @@ def _channels(path: Path, read: Sequence[xr.DataArray]) -> list[_Channel]:
                 f"{path}: its name gives no direction, such as an ending 090 or -N, to find its other components by"
             )
         vertical, azimuth = _direction(direction)
-        found.append(_Channel(array, path.name, str(path.with_name(base)), vertical, azimuth))
+        found.append(_Channel(array, path.name, f"{path.parent}/{base}", vertical, azimuth))
     return found
 
 

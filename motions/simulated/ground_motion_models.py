@@ -12,9 +12,12 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
+from ...streams import stream
 from ...units import ACCELERATION, DIMENSIONLESS, SECOND, STANDARD_GRAVITY, VELOCITY, provenance
 from ..arrays import records
-from ..intensity.dataset import measure
+from ..intensity.dataset import measure, measure_named
+from ..intensity.parametric_measures import Sa
+from ..scaling import scale_to
 
 MODELS: dict[str, str] = {"BSSA14": "BooreStewartSeyhanAtkinson2014", "CY14": "ChiouYoungs2014"}
 """Models by name, with the class of pyGMM that computes each."""
@@ -164,6 +167,63 @@ def over_models(
     if not (values > 0.0).all():
         raise ValueError("motions must shake, got one that is zero throughout")
     return {model: _ratios(values, labels, one, model) for model, one in expected.items()}
+
+
+def scale_to_model(
+    motions: xr.DataArray, scenario: Scenario, model: str = "BSSA14", im: str = "pgv", seed: int = 0, first: int = 0
+) -> xr.DataArray:
+    """Scale every motion so that an intensity measure has the distribution of a ground-motion model.
+
+    Parameters
+    ----------
+    motions : xarray.DataArray
+        Ground motions of the scenario (motion, time), m s-2.
+    scenario, model
+        As `expected_motions`.
+    im : {"pgv", "pga"} or str
+        The measure, or an Sa such as "Sa(1.0)" with 5 % damping.  Only one can be matched by a factor; the others keep
+        their ratio to it in each motion.
+    seed, first : int
+        Seed of the random terms and index of the first motion, >= 0: a term depends on (seed, index) alone, and is
+        independent of motion `index` of a generator under the same seed.
+
+    Returns
+    -------
+    xarray.DataArray
+        The scaled motions.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `expected_motions` and `toppling.motions.scale_to`; a measure that the model does not give.
+
+    Notes
+    -----
+    ln im = ln median + tau b + phi w with standard normal b and w.  Each motion is of an earthquake of its own, so that
+    event term and record term are drawn together, N(0, tau² + phi²).
+
+    Examples
+    --------
+    >>> from toppling.motions import Scenario, SiteBasedScenario, measures
+    >>> at = Scenario(7.0, 20e3, 760.0)
+    >>> shaking = scale_to_model(SiteBasedScenario(7.0, 20e3, 760.0, dt=0.02).sample(3), at)
+    >>> [round(float(one), 3) for one in measures(shaking, ["pgv"])["pgv"]]
+    [0.044, 0.208, 0.159]
+    """
+    wanted = measure_named(im)
+    period = wanted.period if isinstance(wanted, Sa) else 1.0
+    expected = expected_motions(scenario, model, [period])
+    if wanted.label in ("pga", "pgv"):
+        median, spread = float(expected[wanted.label]), float(expected[f"{wanted.label}_dispersion"])
+    elif wanted == Sa(period):
+        median, spread = float(expected["sa"][0]), float(expected["sa_dispersion"][0])
+    else:
+        raise ValueError(f"im must be 'pga', 'pgv' or an Sa with 5 % damping, which {model} gives, got {im!r}")
+    seed, first = checks.count("seed", seed), checks.count("first", first)
+    terms = np.array([stream(seed, first + i, 1).standard_normal() for i in range(motions.sizes.get("motion", 1))])
+    factors = median * np.exp(spread * terms)
+    scaled = scale_to(motions, 1.0, wanted) * xr.DataArray(factors, dims="motion")
+    return scaled.transpose(*motions.dims).assign_attrs(motions.attrs).rename(motions.name)
 
 
 def _ratios(values: Array, labels: Sequence[str], expected: xr.Dataset, model: str) -> xr.Dataset:

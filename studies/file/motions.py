@@ -236,6 +236,18 @@ class MotionsTable(Table):
     xi_g: Annotated[float | None, KeyInfo(0.6, above=0.0), Field(description="Damping ratio of the ground filter.")] = (
         None
     )
+    omega_g_dispersion: Annotated[
+        float | None,
+        KeyInfo(0.0, at_least=0.0, at_most=2.0),
+        Field(
+            description="Dispersion of that frequency from motion to motion (0.5 in records); 0 gives all one spectrum."
+        ),
+    ] = None
+    xi_g_dispersion: Annotated[
+        float | None,
+        KeyInfo(0.0, at_least=0.0, at_most=2.0),
+        Field(description="Dispersion of that damping ratio from motion to motion (0.6 in records)."),
+    ] = None
     omega_f_rad_s: Annotated[
         float | None, KeyInfo("π/4", above=0.0), Field(description="Circular frequency of the high-pass, rad/s.")
     ] = None
@@ -296,6 +308,14 @@ class MotionsTable(Table):
     ] = None
     faulting: Annotated[
         str | None, one_of(FAULTINGS), KeyInfo("strike-slip"), Field(description="Style of faulting.")
+    ] = None
+    match_gmm: Annotated[
+        bool | None,
+        KeyInfo(False),
+        Field(
+            description="Whether each motion of a scenario is scaled to a PGV drawn from the ground-motion model of "
+            "Boore et al. (2014): its median, event and record terms."
+        ),
     ] = None
     f_c_hz: Annotated[
         float | None,
@@ -421,8 +441,14 @@ class MotionsTable(Table):
         made = self._made(folder)
         if made is not None:
             refuse_samples(self.samples(folder), "motions")
+            seed = self.seed or 0
             with noted():  # (a study has doubts among its notes)
-                return [made.sample(self.number or 1, seed=self.seed or 0, first=first)]
+                array = made.sample(self.number or 1, seed=seed, first=first)
+            if not self.match_gmm:
+                return [array]
+            if not isinstance(made, shaking.Generator) or made.scenario is None:
+                raise ValueError(f"motions.match_gmm needs motions of a scenario, got {self.generator or self.pulse!r}")
+            return [shaking.scale_to_model(array, made.scenario, seed=seed, first=first)]
         found: list[xr.DataArray] = []
         if self.records is not None:
             refuse_foreign(self, {"records", "dt_s", "unit", "component", *PROCESSING}, "motions from records")
@@ -485,7 +511,7 @@ class MotionsTable(Table):
             return construct(shaking.PULSES[self.pulse], values, {"pulse"}, f"pulse {self.pulse!r}")
         if self.generator is None:
             return None
-        apart = {"generator", "number", "seed"}
+        apart = {"generator", "number", "seed", "match_gmm"}
         kind, what = shaking.GENERATORS[self.generator], f"generator {self.generator!r}"
         for need in ("s_ds", "target"):
             if need in getattr(kind, "__dataclass_fields__", {}) and getattr(self, need) is None:

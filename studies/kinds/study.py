@@ -330,6 +330,9 @@ class Study(ABC):
             raise StudyError(f"{self.title}: {error}") from None
         lines = {"processing": self.reading.processing, "scenario": self.reading.scenario}
         read = {name: "\n".join(text) for name, text in lines.items() if text}
+        varied = self.reading.variability
+        if varied is not None and varied.freedom:
+            read["spectral_variability"] = json.dumps(varied)
         return found.assign_attrs(**self._named(found), **read, kind=self.kind, identity=self.identity)
 
     def _named(self, results: xr.Dataset) -> dict[str, str]:

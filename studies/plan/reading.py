@@ -1,4 +1,4 @@
-"""What making or reading the motions of a study brought to light: doubts, processing, and their scenario."""
+"""What making or reading the motions of a study brought to light: doubts, processing, scenario, and variability."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import xarray as xr
 
 from ...doubts import Doubt
 from ...motions import Generator, over_model, records
+from ...motions.arrays import Record
+from ...motions.intensity.variability import NATURAL, SPECTRA, Variability, pooled, variability
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
 
@@ -20,21 +22,23 @@ FAR = 1.5
 class Reading(NamedTuple):
     """Doubts in records as they are used, their processing (a line for each record, or one for all), and scenarios.
 
-    scenario: a line for each simulated earthquake, with its motions' PGA and PGV over those of a ground-motion model.
+    scenario: a line for each simulated earthquake, with the medians of its motions over those of a ground-motion model.
     far: the doubts in these amplitudes, which matter where motions are not scaled.
+    variability: how much the spectra differ; None of pulses and floor motions.
     """
 
     doubts: tuple[Doubt, ...] = ()
     processing: tuple[str, ...] = ()
     scenario: tuple[str, ...] = ()
     far: tuple[Doubt, ...] = ()
+    variability: Variability | None = None
 
     @classmethod
     def of(cls, arrays: Sequence[xr.DataArray], generator: Generator | None = None) -> Self:
         """Return the reading of motions, and of the generator that made them, which may miss a target or a scenario."""
-        if generator is not None:
-            return cls._of_scenario(arrays, generator)
         plain = [record for array in arrays for record in records(array)]
+        if generator is not None:
+            return cls._of_scenario(arrays, generator)._varied(plain)
         missed = tuple(matching_doubts(arrays))
         if not any(record.recorded for record in plain):
             return cls(missed)
@@ -44,7 +48,13 @@ class Reading(NamedTuple):
             lines = tuple(notes - {""})
         else:
             lines = tuple(f"{record.label}: {note or 'none'}" for note, own in done for record in own)
-        return cls((*record_doubts(plain), *missed), lines)
+        found = cls((*record_doubts(plain), *missed), lines)
+        return found if any("floor" in array.dims for array in arrays) else found._varied(plain)
+
+    def _varied(self, plain: Sequence[Record]) -> Self:
+        """Return the reading with the variability of its motions, and the doubt in it."""
+        found = variability(plain)
+        return self._replace(variability=found, doubts=(*self.doubts, *_alike(found)))
 
     @classmethod
     def _of_scenario(cls, arrays: Sequence[xr.DataArray], generator: Generator) -> Self:
@@ -57,23 +67,35 @@ class Reading(NamedTuple):
         if at is None or sum(array.sizes["motion"] for array in arrays) < 2:
             return cls(tuple(doubts))
         try:
-            ratios = over_model(list(arrays), at, periods=())["ratio"].values
+            ratios = over_model(list(arrays), at)["ratio"].values
         except ValueError:  # (a scenario beyond the range of the model has nothing to be held against)
             return cls(tuple(doubts))
-        line = f"{at.text}: PGA {ratios[0]:.2f}, PGV {ratios[1]:.2f} times the median of {MODEL}"
+        spectrum = f"Sa(0.1–4 s) {min(ratios[2:]):.2f}–{max(ratios[2:]):.2f}"
+        line = f"{at.text}: PGA {ratios[0]:.2f}, PGV {ratios[1]:.2f}, {spectrum} times the median of {MODEL}"
         far = [Doubt("scenario", f"the motions are not of the strength to be expected ({line})")]
-        odd = not 1.0 / FAR <= min(ratios) <= max(ratios) <= FAR
+        odd = not 1.0 / FAR <= min(ratios[:2]) <= max(ratios[:2]) <= FAR
         return cls(tuple(doubts), (), (line,), tuple(far if odd else ()))
 
     @classmethod
     def joined(cls, parts: Iterable[Reading]) -> Self:
         """Return the reading of several sets of motions, with each doubt and line once."""
         every = list(parts)
-        doubts = dict.fromkeys(one for part in every for one in part.doubts)
+        varied = [one.variability for one in every if one.variability is not None]
+        joint = pooled(varied) if varied else None
+        doubts = dict.fromkeys(one for part in every for one in part.doubts if one.kind != SPECTRA)
         lines = dict.fromkeys(line for part in every for line in part.processing)
         scenarios = dict.fromkeys(line for part in every for line in part.scenario)
         far = dict.fromkeys(one for part in every for one in part.far)
-        return cls(tuple(doubts), tuple(lines), tuple(scenarios), tuple(far))
+        alike = () if joint is None else _alike(joint)
+        return cls((*doubts, *alike), tuple(lines), tuple(scenarios), tuple(far), joint)
+
+
+def _alike(found: Variability) -> tuple[Doubt, ...]:
+    if not found.narrow:
+        return ()
+    cure = "take motions of a scenario or records, or let the ground filter vary (omega_g_dispersion, xi_g_dispersion)"
+    what = f"the motions have nearly one spectrum ({found.text}, {NATURAL})"
+    return (Doubt(SPECTRA, f"{what}: curves come out steeper and rates more certain than they are; {cure}"),)
 
 
 UNREAD = Reading()

@@ -24,6 +24,7 @@ from ...fragility.validity.reasons import (
     SLIDES_WHILE_ROCKING,
 )
 from ...fragility.validity.screen import HALF_WIDTH, SQUAT_RATIO
+from ...motions.intensity.variability import NATURAL, SPECTRA, Variability
 from ...wording import two_digit_percent
 from ..text.curve_notes import NOTABLE
 
@@ -40,6 +41,8 @@ NO_BETTER_THAN = 0.3
 UNSTABLE = 0.05
 """Share of outcomes that a change of a millionth reverses, from which outcomes need care."""
 MOST_NAMES = 4
+RATES = ("rate", "any_rate")
+"""Variables of studies that give annual rates."""
 
 
 class Check(NamedTuple):
@@ -95,6 +98,7 @@ def _model(results: xr.Dataset) -> Iterator[Check]:
 def _numbers(results: xr.Dataset) -> Iterator[Check]:
     yield _motions(results)
     yield _inputs(results)
+    yield _spectra(results)
     if "median" in results:
         yield _curves(results)
         yield _intervals(results)
@@ -206,7 +210,7 @@ def _inputs(results: xr.Dataset) -> Check:
     question = "Do sizes, levels and records look like real ones?"
     if "doubts" not in results.attrs:
         return Check(question, UNKNOWN, "The results hold no such check.", "Run the study with this version.")
-    doubts = json.loads(str(results.attrs["doubts"]))
+    doubts = [one for one in json.loads(str(results.attrs["doubts"])) if one[0] != SPECTRA]
     kinds = dict.fromkeys(str(kind) for kind, _, accepted in doubts if not accepted)
     if kinds:
         said = (str(sentence).rstrip(".?") for _, sentence, accepted in doubts if not accepted)
@@ -221,6 +225,29 @@ def _inputs(results: xr.Dataset) -> Check:
         names = ", ".join(dict.fromkeys(str(kind) for kind, *_ in doubts))
         return Check(question, GOOD, f"What looks odd is accepted by the study: {names}.")
     return Check(question, GOOD, "Nothing is outside of what exists, and no record keeps an offset or drifts.")
+
+
+def _spectra(results: xr.Dataset) -> Check:
+    question = "Do the motions’ spectra differ as those of earthquakes do?"
+    if "spectral_variability" not in results.attrs:
+        return Check(question, UNKNOWN, "Pulses, single motions and floor motions are not compared.")
+    found = Variability(*json.loads(str(results.attrs["spectral_variability"])))
+    reason = f"{found.text}, {NATURAL}."
+    if not found.low:
+        return Check(question, GOOD, reason)
+    accepted = any(kind == SPECTRA and yes for kind, _, yes in json.loads(str(results.attrs.get("doubts", "[]"))))
+    rates = any(name in results for name in RATES)
+    cure = (
+        "Take motions of a scenario (as site-based-scenario) or records, or let the ground filter vary "
+        "(omega_g_dispersion, xi_g_dispersion)."
+    )
+    if not found.narrow:
+        why = "That is little, but may be chance: there are few motions."
+        return Check(question, CARE, f"{reason} {why}", cure)
+    so = "Curves are too steep" + (", and annual rates far more certain than they are." if rates else ".")
+    if accepted:
+        return Check(question, CARE if rates else GOOD, f"{reason} {so} The study accepts it.", cure if rates else "")
+    return Check(question, INVALID if rates else CARE, f"{reason} {so}", cure)
 
 
 def _curves(results: xr.Dataset) -> Check:

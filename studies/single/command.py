@@ -57,7 +57,7 @@ def simulate_one(
 ) -> None:
     """Simulate one block under one motion: what it does, history.csv, history.png and, with --animate, a film.
 
-    toppling simulate bookcase-5-shelf clough-penzien --seed 1 --pga 0.4g --animate
+    toppling simulate bookcase-5-shelf site-based-scenario --seed 1 --pga 0.4g --animate
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def simulate_one(
     if motion is None and any(sizes.values()):
         block, motion = None, block  # the only word given is the motion
     if motion is None:
-        raise StudyError("which MOTION? A record file, or the name of a generator such as clough-penzien")
+        raise StudyError("which MOTION? A record file, or the name of a generator such as site-based-scenario")
     options = {
         "e": e,
         "restitution_factor": restitution_factor,

@@ -1,6 +1,7 @@
 """Joined components: which files belong together, rotation, and measures of both directions."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import toppling as tp
 from toppling import motions as mo
 from toppling.motions import RecordError
 from toppling.motions.arrays import digest, records
-from toppling.motions.pairs import _direction
+from toppling.motions.pairs import _direction, pair_up
 
 DT = 0.005
 T = np.arange(4001) * DT
@@ -319,6 +320,35 @@ class TestFiles:
         np.testing.assert_allclose(np.degrees(three["azimuth"].values[0, :2]), [196.0, 106.0])
         (channels,) = mo.read_pairs([FORMATS / "CE58667.V2"])
         assert channels.sizes["component"] >= 2
+
+    @pytest.mark.slow
+    def test_hostile_names(self):
+        """10⁴ sets of names: each file is in exactly one recording, or one sentence names some of them."""
+        rng = np.random.default_rng(7)
+        parts = [*"aé -_.[ne0\n", "RSN1", "AOM001", "..", "%s", "000", "090", "360"]
+        directions = ["000", "090", "-N", "e", "up", "z", ""]
+        shaking = [wave(np.sin(2.0 * np.pi * f * T[:400]), f"wave {f}") for f in range(1, 8)]
+        joined = refused = 0
+        for _ in range(10_000):
+            stems = ["".join(rng.choice(parts, rng.integers(1, 5))) for _ in range(rng.integers(1, 3))]
+            ends = rng.choice(["NS", "EW", "UD", "NS1", "EW2", "AT2", "csv", "", "ns", "E", "090"], 2)
+            names = {f"{stem}{one}.{ends[0]}" for stem in stems for one in ("000", "090")}
+            for _ in range(rng.integers(0, 3)):
+                names.add(f"{rng.choice(stems)}{rng.choice(['', '-', '_'])}{rng.choice(directions)}.{rng.choice(ends)}")
+            read = {Path("folder") / name: [shaking[i]] for i, name in enumerate(sorted(names))}
+            try:
+                pairs = pair_up(read)
+            except RecordError as error:
+                refused += 1
+                assert any(path.name in str(error) for path in read)
+                continue
+            joined += 1
+            assert sum(one.sizes["component"] for one in pairs) == len(read)
+            assert all(list(one["component"].values[:2]) == ["h1", "h2"] for one in pairs)
+            sources = [row.tobytes() for one in pairs for row in one.values[0]]
+            assert len(set(sources)) == len(read)
+        assert joined > 100
+        assert refused > 1000
 
 
 class TestStudy:

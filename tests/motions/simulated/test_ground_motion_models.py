@@ -4,9 +4,12 @@ import math
 
 import numpy as np
 import pytest
+import scipy
+import xarray as xr
 
 import toppling as tp
 from toppling import motions as mo
+from toppling.studies import StudyError
 from toppling.units import STANDARD_GRAVITY as G
 
 # openquake.hazardlib 3.26.2, BooreEtAl2014 and ChiouYoungs2014, by magnitude, R_rup = R_jb = R_x (km), V_S30 (m/s) and
@@ -169,3 +172,45 @@ vs30_m_s = {vs30}
         assert [one.kind for one in cloud.doubts] == ["scenario", "scenario"]
         assert "the motions are not of the strength to be expected (M 5.5, 20 km" in cloud.notes[1]
         assert self.study(tmp_path, "[cloud]\n", top='accept = ["scenario"]\n').notes == []
+
+    def test_matched_motions(self, tmp_path):
+        """A note of the strength goes away, PGV has the model's distribution, and the key is of scenarios alone."""
+        path = tmp_path / "study.toml"
+        text = self.STUDY.format(vs30=700).replace("number = 12", "number = 60\nmatch_gmm = true")
+        path.write_text(text + "[cloud]\n", encoding="utf-8")
+        study = tp.Study.from_toml(path)
+        assert [one.sentence.rpartition("(")[2] for one in study.doubts] == ["magnitude 5.5, data 6.1 to 7.7)"]
+        pgv = mo.measures(study.design.motions[0], ["pgv"])["pgv"]
+        plain = mo.SiteBasedScenario(5.5, 20e3, 700.0).sample(60, seed=3)
+        scaled = mo.scale_to_model(plain, mo.Scenario(5.5, 20e3, 700.0), seed=3)
+        np.testing.assert_array_equal(pgv, mo.measures(scaled, ["pgv"])["pgv"])
+        path.write_text(text.replace("site-based-scenario", "clough-penzien").partition("magnitude")[0] + "[cloud]\n")
+        with pytest.raises(StudyError, match="match_gmm needs motions of a scenario, got 'clough-penzien'"):
+            tp.Study.from_toml(path)
+
+
+class TestScaleToModel:
+    AT = mo.Scenario(7.0, 20e3, 760.0)
+
+    @pytest.mark.parametrize("im", ["pgv", "pga", "Sa(1.0)"])
+    def test_distribution(self, im):
+        """The logarithms are normal with the model's mean and dispersion."""
+        plain = mo.Seismological(7.0, 20e3, dt=0.02).sample(300, seed=4)
+        found = np.log(mo.measures(mo.scale_to_model(plain, self.AT, im=im, seed=4), [im])[im].values)
+        expected = mo.expected_motions(self.AT, periods=[1.0])
+        name = im if im != "Sa(1.0)" else "sa"
+        median, spread = float(np.ravel(expected[name])[0]), float(np.ravel(expected[f"{name}_dispersion"])[0])
+        assert scipy.stats.kstest(found, "norm", (np.log(median), spread)).pvalue > 0.01
+
+    def test_parts_and_labels(self):
+        generator = mo.Seismological(7.0, 20e3, dt=0.02)
+        whole = mo.scale_to_model(generator.sample(4, seed=2), self.AT, seed=2)
+        part = mo.scale_to_model(generator.sample(2, seed=2, first=1), self.AT, seed=2, first=1)
+        xr.testing.assert_identical(whole.isel(motion=slice(1, 3)), part)
+        assert whole.name == generator.sample(1).name
+        assert whole.dims == ("motion", "time")
+
+    @pytest.mark.parametrize("im", ["pgd", "Sa(1.0, 0.02)", "AvgSa(0.2:2.0:10)"])
+    def test_other_measures_are_refused(self, im):
+        with pytest.raises(ValueError, match="im must be 'pga', 'pgv' or an Sa with 5 % damping, which BSSA14 gives"):
+            mo.scale_to_model(mo.Seismological(dt=0.02).sample(2), self.AT, im=im)

@@ -10,7 +10,7 @@ import toppling as tp
 from toppling import motions as mo
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
-from toppling.studies.report.validity import CARE, GOOD, checks_of
+from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, checks_of
 
 DT = 0.01
 STUDY = """
@@ -274,3 +274,65 @@ class TestCommands:
         results = study.run()
         assert np.isfinite(results["probability"].values).all()
         assert looks(results).word == (CARE if noted else GOOD)
+
+
+SPECTRA = "Do the motions’ spectra differ as those of earthquakes do?"
+NARROW = """
+title = "One spectrum"
+{top}
+[[blocks]]
+catalogue = "bookcase-5-shelf"
+[[models]]
+law = "housner"
+[motions]
+generator = "clough-penzien"
+number = 50
+duration_s = 20
+dt_s = 0.02
+{keys}
+[ida]
+levels = {{ from = 1.0, to = 8.0, number = 4, unit = "m/s2" }}
+{hazard}
+"""
+HAZARD = '[hazard]\nk0 = 1e-4\nk = 2.5\nunit = "g"'
+
+
+class TestSpectra:
+    def study(self, folder, top="", keys="", hazard=""):
+        path = folder / "study.toml"
+        path.write_text(NARROW.format(top=top, keys=keys, hazard=hazard), encoding="utf-8")
+        return tp.Study.from_toml(path)
+
+    def check(self, study):
+        return next(one for one in checks_of(study.run()) if one.question == SPECTRA)
+
+    def test_one_spectrum_is_noted_and_decides_about_rates(self, tmp_path):
+        study = self.study(tmp_path)
+        (note,) = study.notes
+        assert note.startswith("the motions have nearly one spectrum (ln(PGV/PGA) varies by 0.")
+        assert "omega_g_dispersion" in note
+        assert self.check(study).word == CARE
+        rated = self.check(self.study(tmp_path, hazard=HAZARD))
+        assert rated.word == INVALID
+        assert "annual rates far more certain than they are" in rated.reason
+
+    def test_it_is_no_doubt_in_sizes_and_records(self, tmp_path):
+        assert looks(self.study(tmp_path).run()).word == GOOD
+
+    @pytest.mark.parametrize(("hazard", "word"), [("", GOOD), (HAZARD, CARE)])
+    def test_accepted(self, tmp_path, hazard, word):
+        study = self.study(tmp_path, top='accept = ["spectra"]', hazard=hazard)
+        assert study.notes == []
+        check = self.check(study)
+        assert check.word == word
+        assert "The study accepts it." in check.reason
+
+    def test_a_ground_that_varies_cures_it(self, tmp_path):
+        study = self.study(tmp_path, keys="omega_g_dispersion = 0.5\nxi_g_dispersion = 0.6", hazard=HAZARD)
+        assert study.notes == []
+        check = self.check(study)
+        assert check.word == GOOD
+        assert "of earthquakes alike in magnitude, distance and site by 0.52 and 0.73" in check.reason
+
+    def test_single_motions_are_not_compared(self, tmp_path):
+        assert self.check(tp.Study.from_toml(write(tmp_path))).word == UNKNOWN

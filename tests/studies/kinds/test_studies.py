@@ -159,7 +159,7 @@ class TestStudy:
 
     def test_the_example_is_the_issues_study(self):
         study = tp.Study.from_toml(EXAMPLES / "office.toml")
-        assert study.runs == 3 * 6 * 200 * 20
+        assert study.runs == 3 * 6 * 100 * 20
         assert [b.name for b in study.blocks] == ["bookcase-5-shelf", "file-vertical-4-drawer", "server-rack-42u"]
         assert len({m.law for m in study.models}) == 6
 

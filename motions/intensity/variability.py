@@ -1,0 +1,95 @@
+"""Spectral variability of an ensemble: how much its motions differ from each other in the shape of their spectra."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from ...aliases import Array
+from ..arrays import Record
+from .peaks import peak_acceleration, peak_velocity
+from .spectra import DAMPING, peak_displacements
+
+SHORT, LONG = 0.2, 1.0
+"""Periods of the ratio of spectral accelerations, s."""
+NATURAL_VELOCITY, NATURAL_SHAPE = 0.52, 0.73
+"""Dispersions of PGV/PGA and of Sa(1 s)/Sa(0.2 s) for one magnitude, distance and site.
+
+From the total dispersions of Boore et al. (2014), a and b, and the correlations r of Baker and Bradley (2017), 0.65 and
+0.38: sqrt(a² + b² - 2 r a b).
+"""
+LEAST_VELOCITY, LEAST_SHAPE = 0.3, 0.45
+"""Dispersions below which motions have nearly one spectrum: generators with one spectrum have some 0.2 and 0.2 to 0.3,
+scenarios 0.32 to 0.53 and 0.54 to 0.8."""
+CONFIDENCE = 0.95
+SPECTRA = "spectra"
+"""The kind of doubt in ensembles with nearly one spectrum."""
+
+
+class Variability(NamedTuple):
+    """Standard deviations of ln(PGV/PGA) and of ln(Sa(1 s)/Sa(0.2 s)), with their degrees of freedom.
+
+    References
+    ----------
+    Boore, D. M., Stewart, J. P., Seyhan, E. and Atkinson, G. M. (2014). NGA-West2 equations for predicting PGA, PGV,
+    and 5% damped PSA for shallow crustal earthquakes. Earthquake Spectra 30(3), 1057-1085.
+    Baker, J. W. and Bradley, B. A. (2017). Intensity measure correlations observed in the NGA-West2 database, and
+    dependence of correlations on rupture and site parameters. Earthquake Spectra 33(1), 145-156.
+    """
+
+    freedom: int
+    velocity: float
+    shape: float
+
+    @property
+    def low(self) -> bool:
+        """True if one of the two is below its least value, be it by chance."""
+        return self.velocity < LEAST_VELOCITY or self.shape < LEAST_SHAPE
+
+    @property
+    def narrow(self) -> bool:
+        """True if one of the two is below its least value, with a confidence of 95 %."""
+        if self.freedom < 1:
+            return False
+        # (freedom s²/sigma² has the distribution chi²)
+        over = math.sqrt(self.freedom / float(scipy.stats.chi2.ppf(1.0 - CONFIDENCE, self.freedom)))
+        return over * self.velocity < LEAST_VELOCITY or over * self.shape < LEAST_SHAPE
+
+    @property
+    def text(self) -> str:
+        """The standard deviations in words."""
+        return f"ln(PGV/PGA) varies by {self.velocity:.2f} and ln(Sa(1 s)/Sa(0.2 s)) by {self.shape:.2f}"
+
+
+NATURAL = f"of earthquakes alike in magnitude, distance and site by {NATURAL_VELOCITY:g} and {NATURAL_SHAPE:g}"
+
+
+def variability(motions: Sequence[Record]) -> Variability:
+    """Return the spectral variability of motions of the ground; motions that are zero throughout are passed over."""
+    logs = [_logarithms(one) for one in motions if one.acceleration.any()]
+    if len(logs) < 2:
+        return Variability(0, math.nan, math.nan)
+    spread = np.array(logs).std(axis=0, ddof=1)
+    return Variability(len(logs) - 1, float(spread[0]), float(spread[1]))
+
+
+def pooled(parts: Iterable[Variability]) -> Variability:
+    """Return the variability within several ensembles, which may differ from each other."""
+    every = [one for one in parts if one.freedom]
+    freedom = sum(one.freedom for one in every)
+    if freedom == 0:
+        return Variability(0, math.nan, math.nan)
+    squares = (sum(one.freedom * getattr(one, name) ** 2 for one in every) for name in ("velocity", "shape"))
+    velocity, shape = (math.sqrt(one / freedom) for one in squares)
+    return Variability(freedom, velocity, shape)
+
+
+def _logarithms(record: Record) -> Array:
+    pga = peak_acceleration(record.acceleration, record.dt)
+    pgv = peak_velocity(record.acceleration, record.dt)
+    long, short = peak_displacements(record.acceleration, record.dt, np.array([LONG, SHORT]), DAMPING)
+    return np.array([math.log(pgv / pga), math.log(long / short) - 2.0 * math.log(LONG / SHORT)])
