@@ -209,7 +209,7 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
-            ([], "which MOTION? A record file, or the name of a generator such as clough-penzien"),
+            ([], "which MOTION? A record file, or the name of a generator such as site-based-scenario"),
             (["bookcase-5-shelf"], "which MOTION?"),
             (["clough-penzien", "--width", "0.4"], "which block? A name of `toppling catalogue`, or --width"),
             (["bookcase-5-shelve", "clough-penzien"], "nearest: bookcase-5-shelf"),
