@@ -4,7 +4,7 @@ import os
 import signal
 import sys
 
-INTERRUPTED = 130
+INTERRUPTED, TERMINATED = 130, 143
 
 
 def main() -> int:
@@ -15,21 +15,23 @@ def main() -> int:
         signal.signal(signal.SIGINT, _leave)
     try:
         from .studies.command.cli import main as command  # noqa: PLC0415 - what takes long
+        from .studies.command.cli import prepare_streams  # noqa: PLC0415
 
         if interruptible:
             signal.signal(signal.SIGINT, signal.default_int_handler)
+        prepare_streams()
         code = command()
     except (KeyboardInterrupt, RuntimeError) as error:
         if not is_interrupt(error):
             raise
         print("toppling: interrupted", file=sys.stderr)
         code = INTERRUPTED
-    if code == INTERRUPTED:
+    if code in (INTERRUPTED, TERMINATED):
         # Where an interrupt has passed through code that was made from text, as that of dataclasses is, CPython would
         # end by the signal although the interrupt was caught.
         sys.stdout.flush()
         sys.stderr.flush()
-        os._exit(INTERRUPTED)
+        os._exit(code)
     return code
 
 

@@ -1,149 +1,85 @@
-"""Compiled functions: numba's decorator, with a disk cache that watches a whole folder, and closed machine code.
+"""Compiled functions: the decorator of kernels, which become machine code when the first of their folder is called.
 
 A folder of kernels holds functions that call each other across its files, take and return plain numbers and arrays, and
-import nothing of the package but this module and themselves.  numba stamps a cached function by the one file that holds
-it, so a change in a callee of another file would go unnoticed (numba issue 1833); here the stamp covers all sources of
-the folder, and this module.
-
-Where multiplications and additions are fused depends on what a function is inlined into, so the last bits of a result
-depend on which copy of a callee runs.  numba exports every callee under one name, and the linker takes the copy that
-was loaded first: the process that compiles would have other bits than those that load from disk.  So each function that
-Python calls carries its callees as its own, and what only other kernels call never becomes machine code by itself.
+import nothing of the package but this module and themselves.  Nothing of numba is loaded before the first call, so that
+commands without an analysis neither wait for it nor need a place where it may keep its files.
 """
 
 from __future__ import annotations
 
-import hashlib
+import functools
+import os
+import sys
+import threading
 from collections.abc import Callable
-from functools import cache, cached_property
-from pathlib import Path
 from typing import Any
 
-from numba import config, jit, njit
-from numba.core.caching import FunctionCache, IndexDataCacheFile
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import AnalysisPass, PassManager, register_pass
-from numba.core.registry import CPUDispatcher
-from numba.core.typed_passes import NativeLowering
+_lock = threading.RLock()
+_waiting: dict[str, list[Kernel]] = {}
+_loaded: set[str] = set()
 
 
-@cache
-def folder_stamp(folder: Path) -> str:
-    """Return a digest of all sources of a folder, by name and contents, and of this module, which sets the options."""
-    digest = hashlib.sha256(Path(__file__).read_bytes())
-    for file in sorted(folder.glob("*.py")):
-        source = file.read_bytes()
-        digest.update(f"{file.name} {len(source)}\n".encode() + source)
-    return digest.hexdigest()
+class Kernel:
+    """A function that is compiled when it is called; `dispatcher` is what numba makes of it."""
 
-
-class FolderCache(FunctionCache):
-    """numba's disk cache of a function, stamped by its folder; numba chooses where the files lie."""
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)  # type: ignore[no-untyped-call]
-        stamp = folder_stamp(Path(function.__code__.co_filename).parent)
-        self._cache_file = IndexDataCacheFile(  # type: ignore[no-untyped-call]
-            self.cache_path, self._impl.filename_base, stamp
-        )
-
-
-class ClosedLibrary(JITCodeLibrary):
-    """Machine code of a kernel with its callees, none of which other code can use, or be used for."""
-
-    def _finalize_final_module(self) -> None:
-        for function in self._final_module.functions:
-            if not function.is_declaration and function.linkage.name.startswith("linkonce"):
-                function.linkage = "internal"
-        super()._finalize_final_module()  # type: ignore[no-untyped-call]
-
-
-class LinkedLibrary(JITCodeLibrary):
-    """Intermediate code of a kernel, to be linked into its callers; no machine code is made of it alone."""
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
-        self._verify_declare_only_symbols()  # type: ignore[no-untyped-call]
-        self._finalized = True
-
-
-class KeptCompiler(CompilerBase):
-    """Compiler of the kernels that Python calls."""
-
-    def define_pipelines(self) -> list[PassManager]:
-        state = self.state
-        closed = ClosedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
-        closed.enable_object_caching()  # type: ignore[no-untyped-call]
-        state["library"] = closed
-        return [DefaultPassBuilder.define_nopython_pipeline(state)]  # type: ignore[no-untyped-call]
-
-
-class CalleeCompiler(CompilerBase):
-    """Compiler of the kernels that other kernels call: neither machine code nor wrappers for Python."""
-
-    def define_pipelines(self) -> list[PassManager]:
-        state = self.state
-        state.flags = state.flags.copy()
-        state.flags.no_compile = state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
-        state["library"] = LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
-        passes = DefaultPassBuilder.define_nopython_pipeline(state)  # type: ignore[no-untyped-call]
-        passes.add_pass_after(CalleeDeclaration, NativeLowering)
-        passes.finalize()
-        return [passes]
-
-
-@register_pass(mutates_CFG=False, analysis_only=True)  # type: ignore[no-untyped-call]
-class CalleeDeclaration(AnalysisPass):
-    """Make a callee known to its callers, which numba does only with functions that have machine code."""
-
-    _name = "callee_declaration"
-
-    def __init__(self) -> None:
-        super().__init__()  # type: ignore[no-untyped-call]
-
-    def run_pass(self, state: Any) -> bool:
-        """Register the function in place of its missing entry point by an object of its own."""
-        entry = object()
-        state["cr"] = state["cr"]._replace(cfunc=entry)
-        state.targetctx.insert_user_function(entry, state["cr"].fndesc, [state["library"]])
-        return False
-
-
-class Callee(CPUDispatcher):
-    """A kernel that only other kernels call; called from Python, it is compiled once more for that."""
-
-    def add_overload(self, result: Any) -> None:
-        """Keep a specialisation for the callers."""
-        self.overloads[tuple(result.signature.args)] = result
+    def __init__(self, function: Callable[..., Any], keep: bool, options: dict[str, Any]) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func = function
+        self._keep = keep
+        self._options = options
+        self._made: Any = None
 
     def __call__(self, *arguments: Any) -> Any:
-        """Run it by itself, as tests do."""
-        return self.alone(*arguments)
+        """Call it, compiled."""
+        return self.dispatcher(*arguments)
 
-    @cached_property
-    def alone(self) -> Any:
-        """The same function with machine code of its own."""
-        return jit(**self.targetoptions)(self.py_func)
+    @property
+    def dispatcher(self) -> Any:
+        """The compiled function; the first use makes all kernels of the folder known to each other."""
+        if self._made is None:
+            with _lock:
+                make_folder(folder_of(self.py_func))
+        return self._made
+
+    def make(self) -> Any:
+        """Make the dispatcher."""
+        from .machine_code import dispatcher  # noqa: PLC0415 - numba, which takes a second
+
+        self._made = dispatcher(self.py_func, self._keep, self._options)
+        return self._made
+
+
+def folder_of(function: Callable[..., Any]) -> str:
+    """Return the package that holds a kernel's module."""
+    return function.__module__.rpartition(".")[0]
+
+
+def make_folder(folder: str) -> None:
+    """Make the dispatchers of a folder, and put them where its modules name the kernels: numba knows no others."""
+    for one in _waiting.pop(folder, []):
+        one.make()
+    _loaded.add(folder)
+    for name, module in list(sys.modules.items()):
+        if name.rpartition(".")[0] == folder:
+            named = {key: value for key, value in vars(module).items() if isinstance(value, Kernel)}
+            vars(module).update({key: value.dispatcher for key, value in named.items()})
 
 
 def kernel(*, keep: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """`numba.njit` without the global interpreter lock and with numpy's rules of division.
+    """`numba.njit` without the global interpreter lock and with numpy's rules of division, when it is first called.
 
     `keep` is for the kernels that Python calls, and stores them on disk.  What only other kernels call is compiled into
     those.  The other options are numba's.
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
             return function
-        used = {"nogil": True, "error_model": "numpy", **options}
-        if keep:
-            dispatcher = njit(pipeline_class=KeptCompiler, **used)(function)
-            dispatcher._cache = FolderCache(function)
-            return dispatcher
-        return Callee(
-            function, targetoptions={"nopython": True, "boundscheck": None, **used}, pipeline_class=CalleeCompiler
-        )
+        found = Kernel(function, keep, options)
+        with _lock:
+            if folder_of(function) in _loaded:
+                return found.make()
+            _waiting.setdefault(folder_of(function), []).append(found)
+        return found
 
     return compiled

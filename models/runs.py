@@ -137,13 +137,15 @@ def _batch(
 
 @lru_cache(maxsize=1)
 def engine_identity() -> dict[str, str]:
-    """Return the versions and the source hash that, with the inputs, determine a run to the last bit."""
+    """Return the versions, the source hash and the processor that, with the inputs, determine a run to the last bit."""
+    from ..machine_code import processor  # noqa: PLC0415 - numba, which takes a second
+
     source = hashlib.sha256()
     here = Path(__file__).parent
-    for file in (here.parent / "compiled.py", *sorted(here.rglob("*.py"))):
+    for file in (here.parent / "compiled.py", here.parent / "machine_code.py", *sorted(here.rglob("*.py"))):
         source.update(file.read_bytes())
     versions = {name: metadata.version(name) for name in ("toppling", "numpy", "numba")}
-    return {**versions, "engine": source.hexdigest()[:12]}
+    return {**versions, "engine": source.hexdigest()[:12], "processor": processor()}
 
 
 def prepare(oscillators: Sequence[Oscillator]) -> None:

@@ -64,8 +64,8 @@ studies/report studies/single
 studies/command
 """
 KERNEL_FOLDERS = {"models/engine", "motions/kernels", "fragility/kernels", "benchmarks/kernels"}
-NUMBA = {"compiled.py", "benchmarks/peers.py"}
-"""Files that import numba: the decorator of kernels, and the integrators of others, which take numba's C callbacks."""
+NUMBA = {"machine_code.py", "benchmarks/peers.py"}
+"""Files that import numba: what compiles kernels, and the integrators of others, which take numba's C callbacks."""
 ONE_MODULE = {"benchmarks/kernels": "the rivals are one module, and a kernel folder of their own stamps their cache"}
 """Rooms of a single module, with the reason."""
 SAME_PREFIX: dict[tuple[str, str], str] = {}
@@ -156,7 +156,17 @@ class TestImports:
         used = {
             name: {place[0] for place, _ in drawing.imported(ROOT / f"{name}.py")} - {name} for name in drawing.BELOW
         }
-        assert set(used) == {"aliases", "checks", "compiled", "distributions", "doubts", "streams", "units", "wording"}
+        assert set(used) == {
+            "aliases",
+            "checks",
+            "compiled",
+            "distributions",
+            "doubts",
+            "machine_code",
+            "streams",
+            "units",
+            "wording",
+        }
         assert set().union(*used.values()) <= set(drawing.BELOW)
         drawing.floors(used)  # no circle
 
@@ -211,19 +221,20 @@ class TestKernels:
         assert {room for room, used in USES.items() if "compiled" in used} == KERNEL_FOLDERS
         assert {folder for folder in FOLDERS if folder.endswith("/kernels")} <= KERNEL_FOLDERS
 
-    def test_numba_is_imported_by_the_decorator_alone(self):
+    def test_numba_is_imported_by_what_compiles_alone(self):
         found = {str(path.relative_to(ROOT)) for path in CODE.values() if "numba" in from_elsewhere(path)}
         assert found == NUMBA
 
     def test_the_identity_of_the_engine_covers_its_folder(self, tmp_path, monkeypatch):
         """Shards and workers of clusters are compared by it: a changed kernel or compiler option is another engine."""
         shutil.copytree(ROOT / "models", tmp_path / "models", ignore=shutil.ignore_patterns("__pycache__"))
-        shutil.copy(ROOT / "compiled.py", tmp_path)
+        for name in ("compiled.py", "machine_code.py"):
+            shutil.copy(ROOT / name, tmp_path)
         now = runs.engine_identity()
         monkeypatch.setattr(runs, "__file__", str(tmp_path / "models/runs.py"))
         assert runs.engine_identity.__wrapped__() == now
         seen = {now["engine"]}
-        files = [tmp_path / "compiled.py", *sorted((tmp_path / "models/engine").glob("*.py"))]
+        files = [*tmp_path.glob("*.py"), *sorted((tmp_path / "models/engine").glob("*.py"))]
         for path in files:
             with path.open("a", encoding="utf-8") as file:
                 file.write("# another line\n")

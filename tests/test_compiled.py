@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 import toppling
-from toppling.compiled import Callee, FolderCache, folder_stamp
+from toppling.compiled import Kernel
+from toppling.machine_code import Callee, FolderCache, folder_stamp
 from toppling.models.engine.exact_runs import run_exact
 from toppling.models.engine.linear_runs import run_lanes
 from toppling.models.engine.pieces import solve_sample
@@ -38,7 +39,8 @@ USE = """
 import json
 from folder.caller import twice
 value = twice(1.0)
-print(json.dumps([value, sum(twice.stats.cache_hits.values()), sum(twice.stats.cache_misses.values())]))
+stats = twice.dispatcher.stats
+print(json.dumps([value, sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))
 """
 PREPARE = """
 import json
@@ -50,7 +52,7 @@ block = tp.Block(0.4, 1.8)
 compiled = []
 for law in (tp.DiscreteDamping(), tp.HousnerImpact()):
     prepare([law.oscillator(block)])
-    compiled.append([len(run_lanes.signatures), len(run_exact.signatures)])
+    compiled.append([len(run_lanes.dispatcher.signatures), len(run_exact.dispatcher.signatures)])
 print(json.dumps(compiled))
 """
 BITS = """
@@ -167,9 +169,11 @@ def works(*before):
 def test_what_the_engine_keeps():
     """Its entry points, stamped by the engine's folder; what only kernels call has no file of its own."""
     for entry in (begin_runs, run_lanes, run_exact, energy_consistent_zeta):
-        assert isinstance(entry._cache, FolderCache)
-        assert entry._cache._cache_file._source_stamp == folder_stamp(Path(toppling.__file__).parent / "models/engine")
-    assert not isinstance(solve_sample._cache, FolderCache)
+        assert isinstance(entry.dispatcher._cache, FolderCache)
+        assert entry.dispatcher._cache._cache_file._source_stamp == folder_stamp(
+            Path(toppling.__file__).parent / "models/engine"
+        )
+    assert not isinstance(solve_sample.dispatcher._cache, FolderCache)
 
 
 @pytest.mark.slow
@@ -183,7 +187,8 @@ def test_bits_do_not_depend_on_who_compiled(tmp_path):
 
 def test_a_callee_runs_by_itself():
     """Called from Python, with machine code of its own; its callers have theirs."""
-    assert isinstance(step_grade, Callee)
+    assert isinstance(step_grade, Kernel)
+    assert isinstance(step_grade.dispatcher, Callee)
     assert step_grade(0.1) == step_grade.py_func(0.1)
 
 

@@ -1,13 +1,14 @@
 """The `toppling` command: arguments in, exit codes out.
 
-0 done, 1 out of memory or a cluster that is gone, 2 wrong input, 130 interrupted; one sentence on standard error.
-Never a traceback for a user's mistake.
+0 done, 1 out of memory or a cluster that is gone, 2 wrong input, 130 interrupted, 143 terminated (SIGTERM); one
+sentence on standard error.  Never a traceback for a user's mistake.
 """
 
 from __future__ import annotations
 
 import logging
 import sys
+import warnings
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -29,6 +30,8 @@ from ..kinds.study import Study
 from ..single.command import simulate_one
 from ..store.folder import RESULT_NAME
 from ..store.progress import show_progress
+from ..store.watch import Stop
+from ..text.encoding import json_text, write_anything
 from ..text.rows import plain_table
 from ..text.terminal import fitted, say, terminal
 from .export import ExportFormat, guessed_lines, missing_lines, read_curves, write_curves
@@ -40,7 +43,7 @@ if TYPE_CHECKING:
 
 EXIT_FAILED = 1
 EXIT_INPUT = 2
-EXIT_INTERRUPTED = 130
+EXIT_SIGNAL = 128  # and the number of the signal that ended it
 COMMANDS = ("run", "status", "simulate", "motions", "catalogue", "bench", "export", "report", "schema")
 
 app = App(
@@ -134,7 +137,7 @@ def status(
     """
     found = status_of(folder)
     if json:
-        sys.stdout.write(dumps(found._asdict(), ensure_ascii=False) + "\n")
+        sys.stdout.write(json_text(found._asdict()) + "\n")
     else:
         say(terminal(), *found.lines(folder))
 
@@ -241,7 +244,7 @@ def bench(
         results = suite.run(chosen, full, lambda part: tell(f"measuring: {part}"))
     written = page.write(results, out)
     if json:
-        sys.stdout.write(dumps(results, ensure_ascii=False, allow_nan=False) + "\n")
+        sys.stdout.write(json_text(results, allow_nan=False) + "\n")
         return
     console = terminal(least=120)
     for table in page.summary(results):
@@ -314,12 +317,11 @@ def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed w
     """Print the JSON schema of study files (draft 2020-12): every key with its unit, default and meaning."""
     from ..file.json_schema import study_schema  # noqa: PLC0415 - not for every command
 
-    text = dumps(study_schema(), ensure_ascii=False, indent=2) + "\n"
     if out is None:
-        sys.stdout.write(text)
+        sys.stdout.write(json_text(study_schema(), indent=2) + "\n")
         return
     try:
-        out.write_text(text, encoding="utf-8")
+        out.write_text(dumps(study_schema(), ensure_ascii=False, indent=2) + "\n", encoding="utf-8")
     except OSError as error:
         raise StudyError(f"{out}: cannot be written ({system_reason(error)})") from None
 
@@ -341,6 +343,17 @@ def _connect(address: str) -> Client:
         return Client(address, timeout="10s", set_as_default=False)
     except (OSError, TimeoutError, ValueError, TypeError, ImportError) as error:
         raise StudyError(f"--scheduler {address}: cannot be reached ({error})") from None
+
+
+def _show_warning(message: Warning | str, *_: object) -> None:
+    """Show a warning as a line of the command, without the place in the code that it came from."""
+    print(f"toppling: {message}", file=sys.stderr)
+
+
+def prepare_streams() -> None:
+    """Prepare this process for the command: output that takes every text, and warnings as lines of the command."""
+    write_anything()
+    warnings.showwarning = _show_warning
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -367,5 +380,5 @@ def main(arguments: list[str] | None = None) -> int:
         return EXIT_FAILED
     except KeyboardInterrupt as error:
         print(f"toppling: {str(error) or 'interrupted, no results written'}", file=sys.stderr)
-        return EXIT_INTERRUPTED
+        return EXIT_SIGNAL + Stop.number
     return 0

@@ -5,7 +5,6 @@ The command `toppling motions` and the gallery of generators use them.  Nothing 
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -34,6 +33,7 @@ from ..file.schema import read_study_file
 from ..file.table import StudyError, expand
 from ..plan.reading import Reading
 from ..plots import axes
+from ..text.encoding import json_text
 from ..text.words import floor_name
 
 PERIODS = np.geomspace(0.02, 5.0, 90)
@@ -179,7 +179,7 @@ def measures_json(values: xr.Dataset, figures: Sequence[Path], shown: Shown) -> 
         **({"over_models": {model: _over(one) for model, one in shown.ratios.items()}} if shown.ratios else {}),
         "figures": [str(path) for path in figures],
     }
-    return json.dumps(content, ensure_ascii=False, indent=1)
+    return json_text(content, indent=1)
 
 
 def _over(ratios: xr.Dataset) -> dict[str, Any]:

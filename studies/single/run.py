@@ -6,7 +6,6 @@ command line.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -39,6 +38,7 @@ from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
 from ...units import STANDARD_GRAVITY
 from ..file.table import StudyError
+from ..text.encoding import json_text
 from ..text.histories import last_balance
 from .inputs import built
 
@@ -306,4 +306,4 @@ def _g(acceleration: float) -> str:
 
 def as_json(content: dict[str, Any]) -> str:
     """Return the content as one JSON object without NaN."""
-    return json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)
+    return json_text(content, indent=1, allow_nan=False)

@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
+from typing import ClassVar
 
 import numpy as np
 
@@ -29,8 +30,11 @@ LOG_SECONDS = 10.0
 class Stop:
     """A request to stop the work: after the first one chunks in flight are finished, after the second they are left.
 
-    Within `graceful`, SIGINT and SIGTERM are requests (in the main thread, where signals can be caught).
+    Within `graceful`, SIGINT and SIGTERM are requests (in the main thread, where signals can be caught); `number` is
+    the last of them in this process.
     """
+
+    number: ClassVar[int] = signal.SIGINT
 
     def __init__(self) -> None:
         self.asked = False
@@ -40,6 +44,7 @@ class Stop:
         return self.asked
 
     def _ask(self, number: int, frame: FrameType | None) -> None:
+        Stop.number = number
         if self.asked or not self.waiting:
             raise KeyboardInterrupt
         self.asked = True
