@@ -14,6 +14,7 @@ KINDS: dict[str, str] = {
     "level": "levels above 5 g or 10 m/s",
     "scenario": "earthquakes and sites outside of a generator's data, or motions unlike a ground-motion model's",
     "spectra": "ensembles whose motions have nearly one spectrum: PGV/PGA or Sa(1 s)/Sa(0.2 s) hardly varies",
+    "vertical": "vertical components of records, which shake blocks as horizontal ones where components are not joined",
     "offset": "records whose mean is above 1 % of their PGA",
     "drift": "records whose velocity at the end is above 10 % of their PGV",
     "displacement": "records whose PGD is above a quarter of their duration times their PGV",

@@ -24,6 +24,7 @@ from .arrays import records
 _CROSSINGS, _KAISER = 48, 12.0
 _LARGEST_RATIO = 10_000
 _MAX_SAMPLES = 50_000_000
+_ROUNDING = 1e-12  # of a motion's peak
 
 Kind = Literal["bandpass", "highpass", "lowpass"]
 
@@ -61,7 +62,13 @@ def baseline(motions: xr.DataArray, order: int = 1) -> xr.DataArray:
         raise ValueError(f"order must be below the number of samples, got {degree} for {n}")
     # with orthonormal columns the fit is one product, which is well conditioned at any order
     basis = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), degree))[0]
-    return _corrected(motions, f"baseline(order={degree})", lambda a: a - basis @ (basis.T @ a))
+
+    def without(a: Array) -> Array:
+        found = a - basis @ (basis.T @ a)
+        # What is left of a motion that is nothing but such a polynomial is rounding, and no shaking.
+        return found if np.abs(found).max() > _ROUNDING * np.abs(a).max() else np.zeros_like(a)
+
+    return _corrected(motions, f"baseline(order={degree})", without)
 
 
 def bandpass(motions: xr.DataArray, low: float, high: float, order: int = 4, zero_phase: bool = True) -> xr.DataArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ import xarray as xr
 
 from .. import checks
 from ..units import RADIAN
-from .arrays import HORIZONTAL, Record, records
+from .arrays import HORIZONTAL, Record, from_array, records
 from .readers.lines import RecordError
 from .readers.read import read_all
 
@@ -25,6 +25,7 @@ _VERTICAL = re.compile(r"(?:u-?d|up|down|dwn|dn|vert(?:ical)?|ver|v|z|u)(?:\s+(?
 _POINTS = {"N": 0.0, "NS": 0.0, "N-S": 0.0, "E": 90.0, "EW": 90.0, "E-W": 90.0, "S": 180.0, "WE": 90.0, "W": 270.0}
 _BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
 _DEGREES = re.compile(r"(\d{1,3})(?:\s*deg(?:rees)?)?", re.IGNORECASE)
+_UNIT = re.compile(r"\s*\([^()]*\)\s*$")  # as in a table's heading
 _CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}|\d{1,3}:)\s*", re.IGNORECASE)
 _NAME = re.compile(
     r"(?P<base>.+?)[-_.]?(?P<direction>\d{3}|up|dwn|dn|vert?|ver|ns|ew|we|ud|h1|h2|[nsewvz])", re.IGNORECASE
@@ -200,6 +201,45 @@ def read_pairs(paths: Iterable[str | os.PathLike[str]]) -> list[xr.DataArray]:
     return pair_up({Path(path): read_all(path) for path in paths})
 
 
+def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr.DataArray]) -> xr.DataArray:
+    """Return joined components after a correction of `toppling.motions`, which keeps them simultaneous.
+
+    Parameters
+    ----------
+    pair : xarray.DataArray
+        As `join` returns it, of one recording.
+    correction : callable
+        Function of motions (motion, time): its motions are the components of the recording.
+
+    Raises
+    ------
+    TypeError, ValueError
+        An argument that `join` did not make, and what the correction raises.
+    """
+    _check_pair(pair)
+    rows = from_array(pair.values[0], float(pair["dt"].values[0]), [str(one) for one in pair["component"].values])
+    done = correction(rows.assign_attrs(pair.attrs))
+    coordinates = {name: one.variable for name, one in pair.coords.items() if "time" not in one.dims}
+    return xr.DataArray(
+        done.values[None],
+        dims=("motion", "component", "time"),
+        coords={**coordinates, "time": done["time"].variable},
+        name=pair.name,
+        attrs=done.attrs,
+    )
+
+
+def vertical_components(arrays: Iterable[xr.DataArray]) -> list[str]:
+    """Return the labels of the motions that are vertical components of recordings, by what their files say."""
+    return [
+        str(label)
+        for array in arrays
+        if "component" in array.coords and array["component"].dims == ("motion",)
+        for label, said in zip(array["motion"].values, array["component"].values, strict=True)
+        if _direction(_CHANNEL.sub("", str(said), count=1))[0]
+    ]
+
+
 def pair_up(read: Mapping[Path, Sequence[xr.DataArray]]) -> list[xr.DataArray]:
     """Return the joined components of what was read from files; everything else as `read_pairs`."""
     recordings: dict[str, list[_Channel]] = {}
@@ -243,7 +283,7 @@ def _channels(path: Path, read: Sequence[xr.DataArray]) -> list[_Channel]:
 
 def _direction(text: str) -> tuple[bool, float]:
     """Return whether a direction as people write it is vertical, and its azimuth, rad (NaN where it is not known)."""
-    word = text.strip()
+    word = _UNIT.sub("", text).strip()
     if _VERTICAL.fullmatch(word):
         return True, math.nan
     plain = re.sub(r"\s+(?:surface|borehole)$", "", word).upper()
@@ -255,7 +295,7 @@ def _direction(text: str) -> tuple[bool, float]:
         clockwise = 1.0 if bearing[1] + bearing[3] in ("NE", "SW") else -1.0
         return False, math.radians((along + clockwise * float(bearing[2])) % 360.0)
     degrees = _DEGREES.fullmatch(plain)
-    if degrees:
+    if degrees and float(degrees[1]) <= 360.0:
         return False, math.radians(float(degrees[1]) % 360.0)
     if re.fullmatch(r"[A-Z]{2}[NEZ]", plain):  # SEED: band, instrument, orientation
         return plain[-1] == "Z", math.nan if plain[-1] == "Z" else math.radians(_POINTS[plain[-1]])

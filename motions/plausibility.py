@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import xarray as xr
@@ -40,10 +40,21 @@ def _components(record: Record) -> list[Record]:
     return [record, other]
 
 
-def record_doubts(records: Iterable[Record]) -> list[Doubt]:
+def vertical_doubts(labels: Sequence[str]) -> list[Doubt]:
+    """Return the doubt in vertical components that are used as horizontal motions, by their labels."""
+    if not labels:
+        return []
+    many = f"{len(labels):,} motions are vertical components and shake"
+    what = many if len(labels) > 1 else "a motion is a vertical component and shakes"
+    cure = "component = 'h1' joins the components of each recording and shakes blocks by one of them, or leave it out"
+    return [Doubt("vertical", f"{what} as if horizontal ({first_names(labels)}): {cure}")]
+
+
+def record_doubts(records: Iterable[Record], corrected: bool = False) -> list[Doubt]:
     """Return the doubts in records: offsets, drifts, and amplitudes and durations outside of what was ever recorded.
 
     Motions that were generated are passed over.  A zero motion, and one that is all offset, has no drift of its own.
+    `corrected`: baseline or filters were asked for already, and are no cure.
 
     References
     ----------
@@ -85,11 +96,13 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
             what = f"the record {one}" if len(read) == 1 else many
             found.append(Doubt(kind, f"{what} ({first_names(names)}): {cure}", grave))
 
-    level = "baseline_order = 1 (in Python motions.baseline)"
+    level = "baseline_order = 1 (in Python motions.baseline) removes it"
     filtered = "baseline_order = 1 or highpass_hz (in Python motions.baseline, motions.highpass) removes that"
+    if corrected:
+        level = filtered = "after the corrections that were asked for; a window and filters can leave that"
     unit = "another unit than the file says, gal headed g?"
     grave = any(pga > IMPOSSIBLE_PGA for pga, _ in strong)
-    doubt("offset", offset, "keeps an offset", "keep an offset", f"{level} removes it")
+    doubt("offset", offset, "keeps an offset", "keep an offset", level)
     doubt("drift", drift, "ends in motion", "end in motion", filtered)
     doubt("displacement", wandering, "wanders off", "wander off", filtered)
     doubt("PGA", [name for _, name in strong], "reaches more than 3 g", "reach more than 3 g", unit, grave)

@@ -40,7 +40,9 @@ class PairMeasure(Measure):
 
     def of(self, acceleration: Array, dt: float) -> float:
         """Raise ValueError: one component has no such measure."""
-        raise ValueError(f"{self.label} needs both horizontal components of a recording (motions.join)")
+        raise ValueError(
+            f"{self.label} needs both horizontal components of a recording (motions.join; in a study motions.component)"
+        )
 
     def of_record(self, record: Record) -> float:
         if record.companion is None:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import importlib
+import logging
 import math
-from collections.abc import Iterable, Sequence
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -104,7 +107,8 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
         dip=90.0,
         depth_tor=1e-3 * depth,
     )
-    computed = getattr(pygmm, name)(given)
+    with _quiet():
+        computed = getattr(pygmm, name)(given)
     period = xr.Variable("period", np.array(at), {"units": SECOND, "long_name": "period"})
     sa = STANDARD_GRAVITY * np.asarray(computed.interp_spec_accels(at))
     spread = np.asarray(computed.interp_ln_stds(at))
@@ -120,6 +124,19 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
         coords={"period": period},
         attrs={"title": f"{model}: {scenario.text}", **provenance({"model": model, "scenario": scenario._asdict()})},
     )
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep pyGMM's own warnings silent: the ranges are those that are checked and documented here."""
+    before = logging.root.manager.disable
+    logging.disable(logging.WARNING)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logging.disable(before)
 
 
 def over_model(
@@ -220,9 +237,9 @@ def scale_to_model(
     else:
         raise ValueError(f"im must be 'pga', 'pgv' or an Sa with 5 % damping, which {model} gives, got {im!r}")
     seed, first = checks.count("seed", seed), checks.count("first", first)
-    terms = np.array([stream(seed, first + i, 1).standard_normal() for i in range(motions.sizes.get("motion", 1))])
-    factors = median * np.exp(spread * terms)
-    scaled = scale_to(motions, 1.0, wanted) * xr.DataArray(factors, dims="motion")
+    unit = scale_to(motions, 1.0, wanted)
+    terms = np.array([stream(seed, first + i, 1).standard_normal() for i in range(unit.sizes["motion"])])
+    scaled = unit * xr.DataArray(median * np.exp(spread * terms), dims="motion")
     return scaled.transpose(*motions.dims).assign_attrs(motions.attrs).rename(motions.name)
 
 

@@ -121,8 +121,8 @@ class KanaiTajimi(Generator):
         ground, damping = random.standard_normal(2)
         return replace(
             self,
-            omega_g=self.omega_g * math.exp(self.omega_g_dispersion * ground),
-            xi_g=self.xi_g * math.exp(self.xi_g_dispersion * damping),
+            omega_g=min(LARGEST, self.omega_g * math.exp(self.omega_g_dispersion * ground)),
+            xi_g=min(LARGEST, self.xi_g * math.exp(self.xi_g_dispersion * damping)),
         )
 
     def _filtered(self, noise: Array) -> Array:

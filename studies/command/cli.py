@@ -11,7 +11,7 @@ import sys
 import warnings
 from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 from cyclopts.exceptions import CycloptsError
@@ -345,7 +345,7 @@ def _connect(address: str) -> Client:
         raise StudyError(f"--scheduler {address}: cannot be reached ({error})") from None
 
 
-def _show_warning(message: Warning | str, *_: object) -> None:
+def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     """Show a warning as a line of the command, without the place in the code that it came from."""
     print(f"toppling: {message}", file=sys.stderr)
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -14,7 +16,7 @@ from ...doubts import noted
 from ...motions import RecordError
 from ...motions.arrays import HORIZONTAL
 from ...motions.matching.targets import EDITIONS
-from ...motions.pairs import pair_up
+from ...motions.pairs import correct_together, pair_up
 from ...motions.simulated.kanai_tajimi import BASELINES
 from ...motions.simulated.near_fault import WITH_PULSE
 from ...motions.simulated.scenario import FAULTINGS
@@ -444,10 +446,8 @@ class MotionsTable(Table):
             seed = self.seed or 0
             with noted():  # (a study has doubts among its notes)
                 array = made.sample(self.number or 1, seed=seed, first=first)
-            if not self.match_gmm:
+            if not self.match_gmm or made.scenario is None:
                 return [array]
-            if not isinstance(made, shaking.Generator) or made.scenario is None:
-                raise ValueError(f"motions.match_gmm needs motions of a scenario, got {self.generator or self.pulse!r}")
             return [shaking.scale_to_model(array, made.scenario, seed=seed, first=first)]
         found: list[xr.DataArray] = []
         if self.records is not None:
@@ -456,13 +456,14 @@ class MotionsTable(Table):
                 raise ValueError("motions.order is of a filter: it needs highpass_hz or lowpass_hz")
             read: dict[Path, list[xr.DataArray]] = {}
             for path in expand(self.records, folder):
-                whole = shaking.read_all if self.component else _read_one
-                read[path] = [self._processed(path, one) for one in whole(path, self.dt_s, self.unit)]
+                read[path] = (shaking.read_all if self.component else _read_one)(path, self.dt_s, self.unit)
                 refuse_samples(sum(array.size for arrays in read.values() for array in arrays), "records")
             if self.component is None:
-                found = [array for arrays in read.values() for array in arrays]
-            else:
-                found = [shaking.as_recorded(pair, self.component) for pair in pair_up(read)]
+                return [self._processed(array, str(path)) for path, arrays in read.items() for array in arrays]
+            for pair in pair_up(read):
+                # (a window is common to the components, which stay simultaneous)
+                done = correct_together(pair, partial(self._processed, what=str(pair["motion"].values[0])))
+                found.append(shaking.as_recorded(done, self.component))
         if self.floors_file is not None:
             refuse_foreign(self, {"floors_file"}, "motions from a floors_file")
             for path in expand(self.floors_file, folder, "floors_file"):
@@ -470,23 +471,29 @@ class MotionsTable(Table):
                 refuse_samples(sum(array.size for array in found), "floors_file")
         return found
 
-    def _processed(self, path: Path, record: xr.DataArray) -> xr.DataArray:
+    def _processed(self, record: xr.DataArray, what: str) -> xr.DataArray:
         """Return a record after the corrections that are asked for, in the order of `PROCESSING`."""
         order = 4 if self.order is None else self.order
-        try:
-            if self.baseline_order is not None:
-                record = shaking.baseline(record, self.baseline_order)
-            if self.window is not None:
-                record = shaking.trim_husid(record, *self.window)
-            if self.taper_s is not None:
-                record = shaking.taper(record, self.taper_s)
-            if self.highpass_hz is not None and self.lowpass_hz is not None:
-                return shaking.bandpass(record, self.highpass_hz, self.lowpass_hz, order)
-            if self.highpass_hz is not None:
-                return shaking.highpass(record, self.highpass_hz, order)
-            return record if self.lowpass_hz is None else shaking.lowpass(record, self.lowpass_hz, order)
-        except ValueError as error:
-            raise ValueError(f"motions: {path}: {error}") from None
+        low, high = self.highpass_hz, self.lowpass_hz
+        steps: dict[str, Callable[[xr.DataArray], xr.DataArray]] = {}
+        if self.baseline_order is not None:
+            steps["baseline_order"] = partial(shaking.baseline, order=self.baseline_order)
+        if self.window is not None:
+            steps["window"] = partial(shaking.trim_husid, low=self.window[0], high=self.window[1])
+        if self.taper_s is not None:
+            steps["taper_s"] = partial(shaking.taper, duration=self.taper_s)
+        if low is not None and high is not None:
+            steps["highpass_hz and lowpass_hz"] = partial(shaking.bandpass, low=low, high=high, order=order)
+        elif low is not None:
+            steps["highpass_hz"] = partial(shaking.highpass, low=low, order=order)
+        elif high is not None:
+            steps["lowpass_hz"] = partial(shaking.lowpass, high=high, order=order)
+        for keys, correction in steps.items():
+            try:
+                record = correction(record)
+            except ValueError as error:
+                raise ValueError(f"motions.{keys}: {what}: {error}") from None
+        return record
 
     def made_by(self, folder: Path) -> shaking.Generator | None:
         """Return the generator of the motions; None of pulses and of what is read."""
@@ -511,8 +518,10 @@ class MotionsTable(Table):
             return construct(shaking.PULSES[self.pulse], values, {"pulse"}, f"pulse {self.pulse!r}")
         if self.generator is None:
             return None
-        apart = {"generator", "number", "seed", "match_gmm"}
         kind, what = shaking.GENERATORS[self.generator], f"generator {self.generator!r}"
+        apart = {"generator", "number", "seed"}
+        if kind.scenario is not shaking.Generator.scenario:
+            apart.add("match_gmm")
         for need in ("s_ds", "target"):
             if need in getattr(kind, "__dataclass_fields__", {}) and getattr(self, need) is None:
                 raise ValueError(f"{what} needs {need}")
@@ -520,4 +529,12 @@ class MotionsTable(Table):
         if self.target is not None:
             spectrum = shaking.TargetSpectrum.from_csv(folder / self.target)
             values = self.model_copy(update={"target": spectrum})
-        return construct(kind, values, apart, what)
+        made = construct(kind, values, apart, what)
+        if self.match_gmm:
+            if made.scenario is None:
+                raise ValueError("match_gmm needs a scenario, which these motions have not on this site")
+            try:
+                shaking.expected_motions(made.scenario)
+            except ValueError as error:
+                raise ValueError(f"match_gmm: the ground-motion model is not of this scenario: {error}") from None
+        return made

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple, Self
 
+import numpy as np
 import xarray as xr
 
 from ...doubts import Doubt
@@ -12,7 +14,8 @@ from ...motions import Generator, over_model, records
 from ...motions.arrays import Record
 from ...motions.intensity.variability import NATURAL, SPECTRA, Variability, pooled, variability
 from ...motions.matching.adjustment import matching_doubts
-from ...motions.plausibility import record_doubts
+from ...motions.pairs import vertical_components
+from ...motions.plausibility import record_doubts, vertical_doubts
 
 MODEL = "BSSA14"
 FAR = 1.5
@@ -48,7 +51,9 @@ class Reading(NamedTuple):
             lines = tuple(notes - {""})
         else:
             lines = tuple(f"{record.label}: {note or 'none'}" for note, own in done for record in own)
-        found = cls((*record_doubts(plain), *missed), lines)
+        corrected = any("baseline(" in note or "pass(" in note for note in notes)
+        doubts = (*vertical_doubts(vertical_components(arrays)), *record_doubts(plain, corrected), *missed)
+        found = cls(doubts, lines)
         return found if any("floor" in array.dims for array in arrays) else found._varied(plain)
 
     def _varied(self, plain: Sequence[Record]) -> Self:
@@ -67,13 +72,17 @@ class Reading(NamedTuple):
         if at is None or sum(array.sizes["motion"] for array in arrays) < 2:
             return cls(tuple(doubts))
         try:
-            ratios = over_model(list(arrays), at)["ratio"].values
+            found = over_model(list(arrays), at)
         except ValueError:  # (a scenario beyond the range of the model has nothing to be held against)
             return cls(tuple(doubts))
+        ratios = found["ratio"].values
         spectrum = f"Sa(0.1–4 s) {min(ratios[2:]):.2f}–{max(ratios[2:]):.2f}"
         line = f"{at.text}: PGA {ratios[0]:.2f}, PGV {ratios[1]:.2f}, {spectrum} times the median of {MODEL}"
         far = [Doubt("scenario", f"the motions are not of the strength to be expected ({line})")]
-        odd = not 1.0 / FAR <= min(ratios[:2]) <= max(ratios[:2]) <= FAR
+        # A median of n motions varies by 1.25 times the dispersion over the root of n: few motions are far by chance.
+        spread = np.maximum(found["dispersion"].values, found["model_dispersion"].values)[:2]
+        chance = 2.58 * 1.2533 * spread / math.sqrt(sum(one.sizes["motion"] for one in arrays))
+        odd = bool((np.abs(np.log(ratios[:2])) > np.maximum(math.log(FAR), chance)).any())
         return cls(tuple(doubts), (), (line,), tuple(far if odd else ()))
 
     @classmethod
@@ -93,7 +102,10 @@ class Reading(NamedTuple):
 def _alike(found: Variability) -> tuple[Doubt, ...]:
     if not found.narrow:
         return ()
-    cure = "take motions of a scenario or records, or let the ground filter vary (omega_g_dispersion, xi_g_dispersion)"
+    cure = (
+        "take records, or a generator that draws its spectra (site-based-scenario, near-fault, kanai-tajimi and "
+        "clough-penzien with omega_g_dispersion)"
+    )
     what = f"the motions have nearly one spectrum ({found.text}, {NATURAL})"
     return (Doubt(SPECTRA, f"{what}: curves come out steeper and rates more certain than they are; {cure}"),)
 

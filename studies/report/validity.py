@@ -238,15 +238,17 @@ def _spectra(results: xr.Dataset) -> Check:
     accepted = any(kind == SPECTRA and yes for kind, _, yes in json.loads(str(results.attrs.get("doubts", "[]"))))
     rates = any(name in results for name in RATES)
     cure = (
-        "Take motions of a scenario (as site-based-scenario) or records, or let the ground filter vary "
-        "(omega_g_dispersion, xi_g_dispersion)."
+        "Take records, or a generator that draws its spectra: site-based-scenario, near-fault, kanai-tajimi and "
+        "clough-penzien with omega_g_dispersion."
     )
     if not found.narrow:
         why = "That is little, but may be chance: there are few motions."
         return Check(question, CARE, f"{reason} {why}", cure)
     so = "Curves are too steep" + (", and annual rates far more certain than they are." if rates else ".")
     if accepted:
-        return Check(question, CARE if rates else GOOD, f"{reason} {so} The study accepts it.", cure if rates else "")
+        if rates:
+            return Check(question, CARE, f"{reason} {so} The study accepts it.", cure)
+        return Check(question, GOOD, f"{reason} That is little, which the study accepts.")
     return Check(question, INVALID if rates else CARE, f"{reason} {so}", cure)
 
 

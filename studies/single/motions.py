@@ -5,6 +5,7 @@ The command `toppling motions` and the gallery of generators use them.  Nothing 
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -26,7 +27,8 @@ from ...motions.intensity.cumulative import husid
 from ...motions.intensity.peaks import velocity
 from ...motions.intensity.spectra import damping_of
 from ...motions.matching.targets import TargetSpectrum
-from ...motions.plausibility import record_doubts
+from ...motions.pairs import vertical_components
+from ...motions.plausibility import record_doubts, vertical_doubts
 from ...motions.simulated.ground_motion_models import over_models
 from ...units import STANDARD_GRAVITY
 from ..file.schema import read_study_file
@@ -82,11 +84,12 @@ def read_motions(inputs: Sequence[str]) -> Shown:
     try:
         if not studies:
             found = [array for path in expand(list(inputs), Path()) for array in shaking.read_all(path)]
-            return Shown(found, record_doubts(records(found)), {})
+            doubts = [*vertical_doubts(vertical_components(found)), *record_doubts(records(found))]
+            return Shown(found, doubts, {})
         path = Path(studies[0])
         content = read_study_file(path)
         sets = content.shaking(path.parent)
-        found = [array for one in sets for array in one.motions]
+        found = _labelled_once([one.motions for one in sets])
         records(found)
         reading = Reading.joined([one.reading for one in sets])
         doubts = [one for one in (*reading.doubts, *reading.far) if one.kind not in (content.accept or [])]
@@ -103,6 +106,23 @@ def read_motions(inputs: Sequence[str]) -> Shown:
         raise
     except (ValueError, ArithmeticError) as error:
         raise StudyError(f"{studies[0]}: {error}" if studies else str(error)) from None
+
+
+def _labelled_once(sets: Sequence[Sequence[xr.DataArray]]) -> list[xr.DataArray]:
+    """Return the motions of all stripes: one that several have only once, other ones of the same label renamed."""
+    found: list[xr.DataArray] = []
+    seen: dict[str, set[bytes]] = {}
+    for number, arrays in enumerate(sets, start=1):
+        for array in arrays:
+            labels = [str(one) for one in array["motion"].values]
+            samples = [hashlib.sha256(array.isel(motion=i).values.tobytes()).digest() for i in range(len(labels))]
+            new = [i for i, name in enumerate(labels) if samples[i] not in seen.get(name, set())]
+            names = [f"{labels[i]} (stripe {number})" if labels[i] in seen else labels[i] for i in new]
+            for i in new:
+                seen.setdefault(labels[i], set()).add(samples[i])
+            if new:
+                found.append(array.isel(motion=new).assign_coords(motion=("motion", names, array["motion"].attrs)))
+    return found
 
 
 def _over_models(ground: Sequence[xr.DataArray], at: shaking.Scenario) -> tuple[dict[str, xr.Dataset], tuple[str, ...]]:

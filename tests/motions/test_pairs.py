@@ -384,3 +384,39 @@ levels = { from = 0.1, to = 1.0, number = 4, unit = "g" }
         (tmp_path / "plain.toml").write_text(plain, encoding="utf-8")
         with pytest.raises(tp.studies.StudyError, match="needs both horizontal components"):
             tp.Study.from_toml(tmp_path / "plain.toml")
+
+    def test_corrections_keep_components_simultaneous(self, tmp_path):
+        """A component that comes two seconds later still does after a window, which is that of both."""
+        still = np.zeros(round(2.0 / DT))
+        shaking = np.sin(np.pi * T / T[-1]) ** 2 * np.sin(2.0 * np.pi * T)
+        for name, values in (("A000", np.r_[shaking, still]), ("A090", np.r_[still, shaking])):
+            rows = "".join(f"{i * DT:.3f},{one:.9f}\n" for i, one in enumerate(values))
+            (tmp_path / f"{name}.csv").write_text(f"time (s),acceleration (m/s2)\n{rows}", encoding="utf-8")
+        path = tmp_path / "study.toml"
+        path.write_text(
+            """
+            title = "A window"
+            [[blocks]]
+            width_m = 0.4
+            height_m = 1.8
+            [[models]]
+            law = "housner"
+            [motions]
+            records = "A*.csv"
+            component = "h1"
+            baseline_order = 0
+            window = [0.05, 0.95]
+            [cloud]
+            im = "RotD50(pgv)"
+            """,
+            encoding="utf-8",
+        )
+        (pair,) = tp.Study.from_toml(path).design.motions
+        assert pair.attrs["processing"] == "baseline(order=0); trim_husid(low=0.05, high=0.95)"
+        one, two = (pair.sel(component=name).values[0] for name in ("h1", "h2"))
+        later = round(2.0 / DT)
+        np.testing.assert_allclose(two[later:], one[:-later], atol=1e-5)
+        both = mo.from_array([np.r_[shaking, still], np.r_[still, shaking]], DT)
+        cut = mo.trim_husid(mo.baseline(both, 0))
+        whole = mo.join(cut.isel(motion=[0]), cut.isel(motion=[1]))
+        assert value(pair, "RotD100(pgv)") == pytest.approx(value(whole, "RotD100(pgv)"), rel=1e-6)

@@ -185,7 +185,7 @@ vs30_m_s = {vs30}
         scaled = mo.scale_to_model(plain, mo.Scenario(5.5, 20e3, 700.0), seed=3)
         np.testing.assert_array_equal(pgv, mo.measures(scaled, ["pgv"])["pgv"])
         path.write_text(text.replace("site-based-scenario", "clough-penzien").partition("magnitude")[0] + "[cloud]\n")
-        with pytest.raises(StudyError, match="match_gmm needs motions of a scenario, got 'clough-penzien'"):
+        with pytest.raises(StudyError, match="generator 'clough-penzien' has no key 'match_gmm'"):
             tp.Study.from_toml(path)
 
 
@@ -214,3 +214,12 @@ class TestScaleToModel:
     def test_other_measures_are_refused(self, im):
         with pytest.raises(ValueError, match="im must be 'pga', 'pgv' or an Sa with 5 % damping, which BSSA14 gives"):
             mo.scale_to_model(mo.Seismological(dt=0.02).sample(2), self.AT, im=im)
+
+    def test_what_is_no_motion(self):
+        with pytest.raises(TypeError, match="motions must be labelled arrays"):
+            mo.scale_to_model([1.0, 2.0], self.AT)
+
+    def test_the_library_says_nothing_of_its_own(self, caplog, recwarn):
+        mo.expected_motions(mo.Scenario(3.0, 20e3, 760.0), "CY14")
+        assert not caplog.records
+        assert not [one for one in recwarn if "mag" in str(one.message)]
