@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from ..writing import whole_file
 from .measure import ENGINE, Row
 from .precision import SHOWN
 
@@ -149,4 +150,5 @@ def cost_curve(points: Sequence[Row]) -> Figure:
 
 def save(figure: Figure, path: Path) -> None:
     """Write a figure as PNG."""
-    figure.savefig(path, dpi=150)
+    with whole_file(path) as temporary:
+        figure.savefig(temporary, format="png", dpi=150)

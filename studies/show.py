@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from ..writing import whole_file
 from .file.table import StudyError
-from .store.folder import without_link
 from .text.block_order import MOST_DRAWN, RATE, chosen_of, shown
 from .text.names import drawable
 from .text.rows import plain_table
@@ -74,8 +74,8 @@ def draw(results: xr.Dataset, folder: Path) -> list[Path]:
             engine.execute(figure)
             figure.set_layout_engine("none")
         try:
-            without_link(path)
-            figure.savefig(path, dpi=150)
+            with whole_file(path) as temporary:
+                figure.savefig(temporary, format="png", dpi=150)
         except OSError as error:
             raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None
         written.append(path)

@@ -166,6 +166,7 @@ class TestImports:
             "streams",
             "units",
             "wording",
+            "writing",
         }
         assert set().union(*used.values()) <= set(drawing.BELOW)
         drawing.floors(used)  # no circle

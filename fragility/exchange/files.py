@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from contextlib import suppress
 from pathlib import Path
 
 from ...wording import system_reason
+from ...writing import write_bytes
 
 MAX_BYTES = 32 * 2**20
 
@@ -51,15 +51,10 @@ def read_bytes(path: str | os.PathLike[str]) -> tuple[Path, bytes]:
 
 def write_text(path: Path, text: str) -> Path:
     """Write a file completely or not at all; ExchangeError where it cannot be written."""
-    temporary = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
-        temporary.write_text(text, encoding="utf-8", newline="")
-        temporary.replace(path)
+        write_bytes(path, text.encode("utf-8"))
     except OSError as error:
         raise ExchangeError(f"{path}: cannot be written ({system_reason(error)})") from None
-    finally:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
     return path
 
 

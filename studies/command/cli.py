@@ -24,6 +24,7 @@ from ...models import catalogue
 from ...models.items import QUALITIES
 from ...models.runs import prepare
 from ...wording import counted, system_reason
+from ...writing import write_bytes
 from .. import show
 from ..file.table import StudyError
 from ..kinds.study import Study
@@ -321,7 +322,7 @@ def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed w
         sys.stdout.write(json_text(study_schema(), indent=2) + "\n")
         return
     try:
-        out.write_text(dumps(study_schema(), ensure_ascii=False, indent=2) + "\n", encoding="utf-8")
+        write_bytes(out, (dumps(study_schema(), ensure_ascii=False, indent=2) + "\n").encode())
     except OSError as error:
         raise StudyError(f"{out}: cannot be written ({system_reason(error)})") from None
 

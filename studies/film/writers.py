@@ -7,7 +7,6 @@ the film is.
 from __future__ import annotations
 
 import io
-import os
 import shutil
 import struct
 import subprocess
@@ -22,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ..store.folder import sync_folder
+from ...writing import whole_file
 
 Pixels = NDArray[np.uint8]
 FRAME_RATES = (5, 10, 20, 25, 50)
@@ -75,21 +74,13 @@ def film(path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) ->
     OSError
         The file cannot be written, or ffmpeg fails or is missing.
     """
-    temporary = path.with_name(f"{path.name}.part")
-    made: Film | None = None
-    try:
+    with whole_file(path) as temporary:
         made = _Gif(temporary, fps, size, colours) if path.suffix == ".gif" else _Mp4(temporary, fps, size)
-        yield made
-        made.close()
-        with temporary.open("rb") as file:
-            os.fsync(file.fileno())
-        temporary.replace(path)
-        sync_folder(path.parent)
-    finally:
-        if made is not None:
+        try:
+            yield made
+            made.close()
+        finally:
             made.abandon()
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
 
 
 class _Gif(Film):

@@ -11,7 +11,6 @@ import re
 import shutil
 import subprocess
 import tempfile
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,6 +18,7 @@ import xarray as xr
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from ...writing import write_bytes
 from .. import show
 from ..file.table import StudyError
 from ..text.block_order import shown
@@ -176,14 +176,10 @@ def _write_markdown(results: xr.Dataset, result: Path, target: Path) -> list[Pat
 
 def _write(path: Path, text: bytes) -> None:
     """Write a file completely or not at all; StudyError where it cannot be written."""
-    temporary = path.with_name(f"{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_bytes(text)
-        temporary.replace(path)
+        write_bytes(path, text)
     except OSError as error:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
         raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None
 
 

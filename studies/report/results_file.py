@@ -43,6 +43,8 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
             yield whole
         except StudyError:
             raise
+        except RecursionError:
+            raise StudyError(f"{path}: its attributes are nested too deeply: run its study again") from None
         except RuntimeError as error:
             if "NetCDF" in str(error):
                 raise damaged(path) from None

@@ -31,6 +31,7 @@ from ...motions.pairs import vertical_components
 from ...motions.plausibility import record_doubts, vertical_doubts
 from ...motions.simulated.ground_motion_models import over_models
 from ...units import STANDARD_GRAVITY
+from ...writing import whole_file
 from ..file.schema import read_study_file
 from ..file.table import StudyError, expand
 from ..plan.reading import Reading
@@ -223,7 +224,8 @@ def draw_motions(
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, figure in figures.items():
-            figure.savefig(folder / name, dpi=150)
+            with whole_file(folder / name) as temporary:
+                figure.savefig(temporary, format="png", dpi=150)
     except OSError as error:
         raise StudyError(f"{folder}: cannot be written ({error.strerror or error})") from None
     return [folder / name for name in figures]

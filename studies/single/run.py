@@ -37,6 +37,7 @@ from ...motions.arrays import records
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
 from ...units import STANDARD_GRAVITY
+from ...writing import whole_file, write_bytes
 from ..file.table import StudyError
 from ..text.encoding import json_text
 from ..text.histories import last_balance
@@ -278,7 +279,8 @@ class Simulation:
                 (folder / name).unlink(missing_ok=True)
             table, figure = folder / HISTORY, folder / FIGURE
             write_history(self.shown, table)
-            drawn.savefig(figure, dpi=150)
+            with whole_file(figure) as temporary:
+                drawn.savefig(temporary, format="png", dpi=150)
         except OSError as error:
             raise StudyError(f"{folder}: cannot be written ({error.strerror or error})") from None
         return [table, figure]
@@ -294,10 +296,8 @@ def write_history(response: xr.Dataset, path: Path) -> None:
         "floor acceleration (m/s2)": "floor_acceleration",
     }
     values = np.column_stack([response[name].values for name in columns.values()])
-    with path.open("w", encoding="utf-8", newline="\n") as file:
-        file.write(",".join(columns) + "\n")
-        for row in values.tolist():
-            file.write(",".join(map(repr, row)) + "\n")
+    lines = [",".join(columns), *(",".join(map(repr, row)) for row in values.tolist())]
+    write_bytes(path, ("\n".join(lines) + "\n").encode())
 
 
 def _g(acceleration: float) -> str:

@@ -15,6 +15,7 @@ import xarray as xr
 from filelock import FileLock, Timeout
 
 from ...wording import system_reason
+from ...writing import whole_file, write_bytes
 from ..file.table import StudyError
 from .differences import differences
 from .netcdf import WHOLE_BYTES, load_small, look_through, write
@@ -23,6 +24,8 @@ RESULT_NAME = "results.nc"
 LOCK_NAME = ".lock"
 LOCK_SECONDS = 0.5
 """Time to wait for a lock, since a process that only checks the lock holds it for a moment too."""
+LOCK_ATTEMPTS = 20
+"""Attempts to lock a folder that another process removes as it leaves."""
 
 
 @contextmanager
@@ -39,19 +42,7 @@ def folder_of_one(folder: Path) -> Iterator[None]:
     """
     _refuse_name(folder)
     made = not folder.exists()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StudyError(f"{folder}: cannot be made a folder ({error.strerror})") from None
-    if not os.access(folder, os.W_OK):
-        raise StudyError(f"{folder}: no permission to write")
-    lock = FileLock(folder / LOCK_NAME)
-    try:
-        lock.acquire(timeout=LOCK_SECONDS)
-    except Timeout:
-        raise StudyError(f"{folder}: another process runs a study there; wait for it, or use another folder") from None
-    except OSError as error:
-        raise StudyError(f"{folder}: cannot be locked ({error.strerror})") from None
+    lock = _locked(folder)
     try:
         yield
     finally:
@@ -61,6 +52,30 @@ def folder_of_one(folder: Path) -> Iterator[None]:
         if made:
             with suppress(OSError):  # not empty, or another run's by now
                 folder.rmdir()
+
+
+def _locked(folder: Path) -> FileLock:
+    """Return the lock of a folder, made where missing; StudyError as `folder_of_one`."""
+    lock = FileLock(folder / LOCK_NAME)
+    for attempt in range(LOCK_ATTEMPTS):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise StudyError(f"{folder}: cannot be made a folder ({error.strerror})") from None
+        try:
+            lock.acquire(timeout=LOCK_SECONDS)
+            return lock
+        except Timeout:
+            raise StudyError(
+                f"{folder}: another process runs a study there; wait for it, or use another folder"
+            ) from None
+        except OSError as error:
+            # (a process that made the folder, and leaves it empty, removes it at this moment)
+            if not isinstance(error, FileNotFoundError) or attempt == LOCK_ATTEMPTS - 1:
+                if folder.exists() and not os.access(folder, os.W_OK):
+                    raise StudyError(f"{folder}: no permission to write") from None
+                raise StudyError(f"{folder}: cannot be locked ({error.strerror})") from None
+    raise AssertionError  # (the last attempt returns or raises)
 
 
 def is_locked(folder: Path) -> bool:
@@ -155,23 +170,15 @@ def _other(about: Mapping[str, Any], study: Mapping[str, Any]) -> str:
 
 
 def save(results: xr.Dataset, target: Path) -> None:
-    """Write a dataset whole or not at all: temporary file beside the target, fsync, rename."""
-    temporary = target.with_name(f"{target.name}.part")
+    """Write a dataset whole or not at all."""
     try:
-        temporary.unlink(missing_ok=True)  # (a link would be written through)
-        write(results, temporary)
-        with temporary.open("rb") as file:
-            os.fsync(file.fileno())
-        temporary.replace(target)
-        sync_folder(target.parent)
+        with whole_file(target) as temporary:
+            write(results, temporary)
     except (OSError, RuntimeError) as error:  # (the HDF5 library reports a full disk as a RuntimeError)
         raise StudyError(
             f"{target}: cannot be written ({system_reason(error)}; is the disk full?); what is finished is kept: run "
             "the same command again"
         ) from None
-    finally:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
 
 
 def without_link(path: Path) -> None:
@@ -181,28 +188,10 @@ def without_link(path: Path) -> None:
 
 
 def write_whole(path: Path, content: bytes | memoryview) -> None:
-    """Write a file whole or not at all: temporary name beside it, fsync, rename; StudyError where this fails."""
-    temporary = path.with_name(f"{path.name}.part")
+    """Write a file whole or not at all; StudyError where this fails."""
     try:
-        with temporary.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-        sync_folder(path.parent)
+        write_bytes(path, content)
     except OSError as error:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
         raise StudyError(
             f"{path}: cannot be written ({error.strerror}); what is finished is kept: run the same command again"
         ) from None
-
-
-def sync_folder(folder: Path) -> None:
-    """Make a rename durable (where folders can be opened: not on Windows)."""
-    with suppress(OSError):
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)

@@ -1,0 +1,131 @@
+"""Whole files: what lies in their place, or under their temporary name, is never written through."""
+
+import os
+import threading
+from pathlib import Path
+
+import netCDF4
+import pytest
+from study_texts import crate_study
+
+import toppling as tp
+from toppling.studies.command.cli import main
+from toppling.studies.store.folder import folder_of_one
+from toppling.writing import whole_file, write_bytes
+
+
+class TestWholeFile:
+    def test_all_or_nothing(self, tmp_path):
+        path = tmp_path / "one.txt"
+        write_bytes(path, b"before")
+        with pytest.raises(ValueError, match="halfway"):
+            self.fail_halfway(path)
+        assert path.read_bytes() == b"before"
+        assert os.listdir(tmp_path) == ["one.txt"]
+        write_bytes(path, b"after")
+        assert path.read_bytes() == b"after"
+
+    def fail_halfway(self, path):
+        with whole_file(path) as temporary:
+            temporary.write_bytes(b"half")
+            raise ValueError("halfway")
+
+    @pytest.mark.parametrize("name", ["one.txt", "one.txt.part"])
+    def test_planted_links(self, tmp_path, name):
+        precious = tmp_path / "precious"
+        precious.write_text("mine")
+        (tmp_path / name).symlink_to(precious)
+        write_bytes(tmp_path / "one.txt", b"new")
+        assert precious.read_text() == "mine"
+        assert (tmp_path / "one.txt").read_bytes() == b"new"
+        assert not (tmp_path / "one.txt").is_symlink()
+
+    def test_a_folder_in_its_place(self, tmp_path):
+        (tmp_path / "one.txt.part").mkdir()
+        with pytest.raises(OSError):  # noqa: PT011 - which one depends on the system
+            write_bytes(tmp_path / "one.txt", b"new")
+
+    def test_what_is_left_of_a_crash_is_replaced(self, tmp_path):
+        (tmp_path / "one.txt.part").write_bytes(b"half of something")
+        write_bytes(tmp_path / "one.txt", b"new")
+        assert os.listdir(tmp_path) == ["one.txt"]
+
+
+STUDY = crate_study("Planted", 3, 6, 0.02, 3)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("planted")
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    tp.Study.from_toml(folder / "study.toml").run(folder / "out")
+    return folder / "out/results.nc"
+
+
+# What a command writes, with the names that a link may have been planted under.
+COMMANDS = {
+    "report": (["report", "results.nc"], ["report.html"]),
+    "report md": (["report", "results.nc", "--format", "md"], ["report.md", "report_fragility.png"]),
+    "export": (["export", "results.nc", "--format", "csv", "--out", "."], ["curves.csv"]),
+    "schema": (["schema", "--out", "schema.json"], ["schema.json"]),
+    "run": (["run", "study.toml", "--out", "."], ["results.nc", "fragility.png", "run.log"]),
+    "motions": (["motions", "study.toml", "--out", "."], ["histories.png", "spectra.png", "husid.png"]),
+    "simulate": (
+        ["simulate", "bookcase-5-shelf", "clough-penzien", "--set", "duration_s=5", "--pga", "0.4g", "--out", "."],
+        ["history.csv", "history.png"],
+    ),
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_no_command_writes_through_a_link(results, tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    Path("study.toml").write_text(STUDY, encoding="utf-8")
+    if command != "run":
+        Path("results.nc").write_bytes(results.read_bytes())
+    precious = tmp_path / "precious"
+    precious.write_text("mine")
+    arguments, names = COMMANDS[command]
+    for name in names:
+        for planted in (name, f"{name}.part"):
+            Path(planted).symlink_to(precious)
+    assert main(arguments) == 0
+    assert precious.read_text() == "mine"
+    for name in names:
+        assert Path(name).stat().st_size > 0
+        assert not Path(name).is_symlink()
+
+
+@pytest.mark.parametrize("name", ["study", "doubts", "screen", "package_versions"])
+def test_attributes_nested_deeply(results, tmp_path, capsys, name):
+    """A crafted file gets one sentence, not the recursion's end."""
+    path = tmp_path / "results.nc"
+    path.write_bytes(results.read_bytes())
+    with netCDF4.Dataset(path, "a") as file:
+        file.setncattr(name, "[" * 100_000 + "]" * 100_000)
+    assert main(["report", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"toppling: {path}: ")
+    assert len(said.splitlines()) == 1
+    assert main(["export", str(path), "--format", "csv", "--out", str(tmp_path / "out")]) in (0, 2)
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_folder_that_another_process_just_leaves(tmp_path):
+    """Two that make and leave a folder in turn: either has it or waits for it, and neither fails."""
+    folder, failures = tmp_path / "out", []
+
+    def use():
+        for _ in range(60):
+            try:
+                with folder_of_one(folder):
+                    pass
+            except tp.studies.StudyError as error:
+                failures.append(str(error))
+
+    threads = [threading.Thread(target=use) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not [one for one in failures if "another process runs" not in one]

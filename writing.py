@@ -1,0 +1,53 @@
+"""Files that are written whole or not at all, and never through a link that lies in their place."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Give the name of an empty file beside `path` that takes its place when the block ends without an error.
+
+    The file is new: what lay under its name is removed, and a link is never followed.  It is on the disk before it
+    takes the place, so that after a crash `path` is the old file or the new one.
+
+    Raises
+    ------
+    OSError
+        The file cannot be made or moved; nothing is left of it.
+    """
+    temporary = path.with_name(f"{path.name}.part")
+    temporary.unlink(missing_ok=True)
+    os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0), 0o666))
+    try:
+        yield temporary
+        descriptor = os.open(temporary, os.O_RDWR)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+        temporary.replace(path)
+        sync_folder(path.parent)
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def write_bytes(path: Path, content: bytes | memoryview) -> None:
+    """Write a file whole or not at all; OSError as `whole_file`."""
+    with whole_file(path) as temporary, temporary.open("wb") as file:
+        file.write(content)
+
+
+def sync_folder(folder: Path) -> None:
+    """Make a rename durable (where folders can be opened: not on Windows)."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
