@@ -68,7 +68,7 @@ COMMANDS = {
     "report md": (["report", "results.nc", "--format", "md"], ["report.md", "report_fragility.png"]),
     "export": (["export", "results.nc", "--format", "csv", "--out", "."], ["curves.csv"]),
     "schema": (["schema", "--out", "schema.json"], ["schema.json"]),
-    "run": (["run", "study.toml", "--out", "."], ["results.nc", "fragility.png", "run.log"]),
+    "run": (["run", "study.toml", "--out", "."], ["fragility.png", "run.log"]),
     "motions": (["motions", "study.toml", "--out", "."], ["histories.png", "spectra.png", "husid.png"]),
     "simulate": (
         ["simulate", "bookcase-5-shelf", "clough-penzien", "--set", "duration_s=5", "--pga", "0.4g", "--out", "."],
@@ -89,6 +89,8 @@ def test_no_command_writes_through_a_link(results, tmp_path, monkeypatch, comman
     for name in names:
         for planted in (name, f"{name}.part"):
             Path(planted).symlink_to(precious)
+    if command == "run":  # (what lies in place of the results themselves is refused)
+        Path("results.nc.part").symlink_to(precious)
     assert main(arguments) == 0
     assert precious.read_text() == "mine"
     for name in names:

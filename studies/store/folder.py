@@ -71,7 +71,7 @@ def _locked(folder: Path) -> FileLock:
             ) from None
         except OSError as error:
             # (a process that made the folder, and leaves it empty, removes it at this moment)
-            if not isinstance(error, FileNotFoundError) or attempt == LOCK_ATTEMPTS - 1:
+            if not isinstance(error, FileNotFoundError | FileExistsError) or attempt == LOCK_ATTEMPTS - 1:
                 if folder.exists() and not os.access(folder, os.W_OK):
                     raise StudyError(f"{folder}: no permission to write") from None
                 raise StudyError(f"{folder}: cannot be locked ({error.strerror})") from None
