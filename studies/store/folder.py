@@ -61,6 +61,8 @@ def _locked(folder: Path) -> FileLock:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
+            if isinstance(error, FileExistsError) and not folder.exists() and attempt < LOCK_ATTEMPTS - 1:
+                continue  # (it was removed between two questions)
             raise StudyError(f"{folder}: cannot be made a folder ({error.strerror})") from None
         try:
             lock.acquire(timeout=LOCK_SECONDS)
