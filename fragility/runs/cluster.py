@@ -234,7 +234,12 @@ def _loaded(content: bytes) -> Any:
 def _same_engine(who: str, theirs: dict[str, str], ours: dict[str, str]) -> None:
     for name, version in ours.items():
         if theirs.get(name) != version:
-            raise ClusterError(f"{who} has {name} {theirs.get(name)}, this process {version}: install the same")
+            same = (
+                "compile for the same (NUMBA_CPU_NAME=generic everywhere)"
+                if name == "processor"
+                else "install the same"
+            )
+            raise ClusterError(f"{who} has {name} {theirs.get(name)}, this process {version}: {same}")
 
 
 class _ThreadCount:

@@ -63,6 +63,10 @@ def run(
     out: Annotated[Path | None, Parameter(help="Folder for the results; results/NAME where not given.")] = None,
     scheduler: Annotated[str | None, Parameter(help="Address of a dask scheduler, tcp://host:port.")] = None,
     fresh: Annotated[bool, Parameter(negative="", help="Compute again, and replace what that folder holds.")] = False,
+    accept_other_machine: Annotated[
+        bool,
+        Parameter(negative="", help="Go on with parts from another kind of processor, whose last digits differ."),
+    ] = False,
     dry_run: Annotated[
         bool, Parameter(negative="", help="Say what it takes (runs, chunks, time, memory, disk); run nothing.")
     ] = False,
@@ -96,7 +100,14 @@ def run(
             prepare(plan.of_each_law)
     try:
         with show_progress(console, "runs", plan.work) as display:
-            results = plan.run(folder, client, resume=not fresh, progress=display.update, watching=display.watching)
+            results = plan.run(
+                folder,
+                client,
+                resume=not fresh,
+                other_machine=accept_other_machine,
+                progress=display.update,
+                watching=display.watching,
+            )
     finally:
         if client is not None:
             client.close()

@@ -39,7 +39,7 @@ from ..plan.reading import Reading
 from ..plan.risk import Risk
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.resources import Resources, chunks_of, refuse_shortage
-from ..store.shards import Shards, belongs, open_shards, refuse_other, remove_shards
+from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_shards
 from ..store.watch import Stop, Watch, run_log
 from ..store.worker_motions import cluster
 
@@ -214,6 +214,7 @@ class Study(ABC):
         client: Client | None = None,
         resume: bool = True,
         *,
+        other_machine: bool = False,
         progress: Callable[[int, int], None] | None = None,
         watching: Callable[[Watch], None] | None = None,
     ) -> xr.Dataset:
@@ -231,6 +232,9 @@ class Study(ABC):
         resume : bool
             Keep the parts of this study in `out` instead of computing them again, and refuse a folder of another study.
             With False, compute everything and replace the content of the folder.
+        other_machine : bool
+            Go on with parts from another kind of processor, or another set of libraries, which differ in last digits;
+            the attribute ``machines`` of the results names both.
         progress : callable, optional
             Called with (runs done, runs in all).
         watching : callable, optional
@@ -253,20 +257,22 @@ class Study(ABC):
             Interrupted (SIGINT or SIGTERM): chunks in flight were finished and kept; a second signal leaves them.
         """
         if out is None:
-            return self._labelled(self._runner(client, never), progress)
+            found = self._labelled(self._runner(client, never), progress)
+            return found.assign_attrs(machines=json.dumps([engine_identity()["processor"]]))
         folder = Path(out)
         with folder_of_one(folder):
             refuse_folder(folder / RESULT_NAME)
             # (shards of this study are newer than results beside them: begun with resume=False, or just finished)
             whole = resume and not belongs(folder, self.identity)
-            before = finished(folder / RESULT_NAME, self.identity, self.configuration) if whole else None
+            target = folder / RESULT_NAME
+            before = finished(target, self.identity, self.configuration, other_machine) if whole else None
             if before is not None:
                 results = before.assign_attrs(self._named(before))
                 if results.attrs == before.attrs:
                     return before
             else:
                 refuse_shortage(folder, self.room, resume)
-                results = self._kept(folder, client, not resume, progress, watching)
+                results = self._kept(folder, client, not resume, other_machine, progress, watching)
             try:
                 save(results, folder / RESULT_NAME)
             except KeyboardInterrupt:
@@ -295,11 +301,12 @@ class Study(ABC):
         folder: Path,
         client: Client | None,
         fresh: bool,
+        other_machine: bool,
         progress: Progress | None,
         watching: Callable[[Watch], None] | None,
     ) -> xr.Dataset:
         """Compute the results of the study, and keep every chunk in the folder as it is finished."""
-        shards, resumed = open_shards(folder, self._pinned, fresh)
+        shards, resumed = open_shards(folder, self._pinned, fresh, other_machine)
         stop = Stop()
         with run_log(folder) as log, stop.graceful():
             watch = Watch(self.work, log)
@@ -308,6 +315,7 @@ class Study(ABC):
                 watching(watch)
             try:
                 results = self._labelled(Shards(shards, self._runner(client, stop), watch, stop), progress)
+                results = results.assign_attrs(machines=json.dumps(machines_of(folder)))
             except KeyboardInterrupt:
                 log.warning("interrupted: %s", watch.words)
                 kept = f"{watch.runs:,} of {watch.total:,} runs kept in {folder}"
@@ -348,13 +356,14 @@ class Study(ABC):
 
     @cached_property
     def identity(self) -> str:
-        """A hash of all that decides the results: the study's tables, the motions' samples, the version."""
+        """Hashes of all that decides the results: of the tables and the version, and of the motions' samples."""
         content = {key: value for key, value in self.configuration.items() if key not in ("title", "accept")}
-        found = hashlib.sha256(json.dumps([__version__, content, self._read], sort_keys=True).encode())
+        inputs = hashlib.sha256(json.dumps([__version__, content, self._read], sort_keys=True).encode())
+        found = hashlib.sha256()
         plain = (record for array in self.arrays for record in records(array))
         for record, samples in zip(plain, self._digests, strict=True):
             found.update(json.dumps([record.label, record.source, samples]).encode())
-        return found.hexdigest()
+        return f"{inputs.hexdigest()[:32]}-{found.hexdigest()[:32]}"
 
     @cached_property
     def _digests(self) -> list[str]:

@@ -225,6 +225,15 @@ def assumptions(results: xr.Dataset) -> list[str]:
     return [*ASSUMPTIONS, *building]
 
 
+def _machines(results: xr.Dataset) -> str:
+    """Return the processors on which results were computed, in words."""
+    try:
+        found = json.loads(str(results.attrs.get("machines", "[]")))
+    except (ValueError, RecursionError):
+        found = []
+    return "; ".join(str(one) for one in found) if isinstance(found, list) else ""
+
+
 def provenance_rows(results: xr.Dataset, path: Path) -> Rows:
     """Return the table of the program and its versions, the study's identity, and the result file with its checksum."""
     try:
@@ -237,6 +246,7 @@ def provenance_rows(results: xr.Dataset, path: Path) -> Rows:
     rows = [
         ("toppling", str(results.attrs.get("toppling_version", ""))),
         ("packages", packages),
+        ("processor", _machines(results)),
         ("layout of the results (schema)", str(results.attrs.get("schema", ""))),
         ("identity of the study", str(results.attrs.get("identity", ""))),
         ("result file", path.name),

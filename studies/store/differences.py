@@ -10,13 +10,29 @@ MOST_SAID = 3
 """Most keys that are named; of more keys only their number is given."""
 
 
-def differences(before: Any, now: Any) -> str:
-    """Return the keys of a study file whose values differ; where none differs, files that it reads have changed.
+OTHER_MOTIONS = "this processor or its libraries make other motions"
+
+
+def same_inputs(before: str, now: str) -> bool:
+    """Return True if two identities are of one study and the tables that it reads, whatever its motions' samples."""
+    return before.partition("-")[0] == now.partition("-")[0]
+
+
+def makes_motions(study: Any) -> bool:
+    """Return True if the motions of a study are generated, so that no file can have changed them."""
+    motions = study.get("motions") if isinstance(study, dict) else None
+    return isinstance(motions, dict) and ("generator" in motions or "pulse" in motions) and "target" not in motions
+
+
+def differences(before: Any, now: Any, same: bool = False) -> str:
+    """Return the keys of a study file whose values differ; where none differs, what else has changed.
 
     Parameters
     ----------
     before, now : dict
         The content of the study files as plain values.  The title does not affect the results and is not compared.
+    same : bool
+        True where the inputs are the same, and the motions alone differ (`same_inputs`).
 
     Returns
     -------
@@ -29,6 +45,8 @@ def differences(before: Any, now: Any) -> str:
     """
     changed = [*_changes(before, now, "")]
     if not changed:
+        if same:
+            return OTHER_MOTIONS if makes_motions(now) else "the records that it reads have changed"
         return "the records or tables that it reads have changed"
     more = f" and {len(changed) - MOST_SAID} more" if len(changed) > MOST_SAID else ""
     return "; ".join(changed[:MOST_SAID]) + more

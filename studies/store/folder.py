@@ -17,7 +17,7 @@ from filelock import FileLock, Timeout
 from ...wording import system_reason
 from ...writing import whole_file, write_bytes
 from ..file.table import StudyError
-from .differences import differences
+from .differences import differences, makes_motions, same_inputs
 from .netcdf import WHOLE_BYTES, load_small, look_through, write
 
 RESULT_NAME = "results.nc"
@@ -110,10 +110,11 @@ def refuse_folder(target: Path) -> None:
         raise StudyError(f"{target}: is a folder; move it away")
 
 
-def finished(target: Path, identity: str, study: Mapping[str, Any]) -> xr.Dataset | None:
+def finished(target: Path, identity: str, study: Mapping[str, Any], other_machine: bool = False) -> xr.Dataset | None:
     """Return the finished results of the study of this identity, or None where there are none.
 
-    `study`: the content of the study file, to name its differences from the study of the results.
+    `study`: the content of the study file, to name its differences from the study of the results.  `other_machine`:
+    results of motions with other last digits are of the same study.
 
     Raises
     ------
@@ -125,12 +126,13 @@ def finished(target: Path, identity: str, study: Mapping[str, Any]) -> xr.Datase
             return None
         with ExitStack() as closing:
             stored = closing.enter_context(xr.open_dataset(target, engine="netcdf4"))
-            if stored.attrs.get("identity") == identity:
+            about = dict(stored.attrs)
+            theirs = str(about.get("identity"))
+            if theirs == identity or (other_machine and same_inputs(theirs, identity) and makes_motions(study)):
                 found = _sound(stored, target)
                 if any(one.nbytes > WHOLE_BYTES for one in found.variables.values()):
                     closing.pop_all()  # (large variables are read when they are used)
                 return found
-            about = dict(stored.attrs)
     except StudyError:
         raise
     except RuntimeError:
@@ -140,7 +142,7 @@ def finished(target: Path, identity: str, study: Mapping[str, Any]) -> xr.Datase
             raise StudyError(f"{target}: the name is too long") from None
         raise StudyError(f"{target}: exists and is no result file; move it away or use --fresh") from None
     raise StudyError(
-        f"{target}: holds the results of another study{_other(about, study)}; use another folder or --fresh"
+        f"{target}: holds the results of another study{_other(about, study, identity)}; use another folder or --fresh"
     )
 
 
@@ -159,7 +161,7 @@ def _sound(stored: xr.Dataset, target: Path) -> xr.Dataset:
         raise damaged(target) from None
 
 
-def _other(about: Mapping[str, Any], study: Mapping[str, Any]) -> str:
+def _other(about: Mapping[str, Any], study: Mapping[str, Any], identity: str) -> str:
     """Return the differences of the study of the results, by their attributes; empty where these do not tell."""
     made, here = about.get("toppling_version"), metadata.version("toppling")
     if made is not None and made != here:
@@ -168,7 +170,9 @@ def _other(about: Mapping[str, Any], study: Mapping[str, Any]) -> str:
         before = json.loads(str(about["study"]))
     except (KeyError, ValueError, RecursionError):
         return ""
-    return f" ({differences(before, study)})" if isinstance(before, dict) else ""
+    if not isinstance(before, dict):
+        return ""
+    return f" ({differences(before, study, same_inputs(str(about.get('identity')), identity))})"
 
 
 def save(results: xr.Dataset, target: Path) -> None:

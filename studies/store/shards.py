@@ -31,13 +31,13 @@ from ...models.runs import TALLY, engine_identity
 from ...motions.arrays import digest
 from ...wording import system_reason
 from ..file.table import StudyError
-from .differences import differences
+from .differences import OTHER_MOTIONS, differences, makes_motions, same_inputs
 from .folder import write_whole
 from .watch import Stop, Watch
 
 FOLDER = "shards"
 MANIFEST = "manifest.json"
-LAYOUT = 2
+LAYOUT = 3
 """Number of the layout of manifest and shards."""
 MOST = 10**18
 """Most runs that a manifest can count."""
@@ -52,6 +52,7 @@ class Shards(Runner):
     """A runner that runs chunks by another runner, keeps each of them, and returns the chunks kept before."""
 
     def __init__(self, folder: Path, inner: Runner, watch: Watch, stop: Stop) -> None:
+        self._lenient = len(machines_of(folder.parent)) > 1
         self._folder = folder
         self._inner = inner
         self._watch = watch
@@ -122,7 +123,7 @@ class Shards(Runner):
         """Return the results of a chunk if there is an intact shard of it; damaged shards are removed."""
         for path in self._known.get((call, number), []):
             try:
-                return _read(path, key, work, chunk)
+                return _read(path, key, work, chunk, self._lenient)
             except (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as error:  # (netCDF4's)
                 self._watch.log.warning("%s is damaged (%s): its chunk is computed again", path.name, error)
                 with suppress(OSError):
@@ -137,10 +138,11 @@ class Shards(Runner):
         self._watch.storing += perf_counter() - started
 
 
-def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[Path, bool]:
+def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool, other_machine: bool = False) -> tuple[Path, bool]:
     """Return the folder for the shards of a study, and True if it holds shards of this study already.
 
-    `pinned`: identity, study (its file's content) and work (its runs), as the manifest keeps them.
+    `pinned`: identity, study (its file's content) and work (its runs), as the manifest keeps them.  `other_machine`:
+    take the shards of another kind of processor, too; the manifest then names both.
 
     Raises
     ------
@@ -150,6 +152,8 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[P
     shards = folder / FOLDER
     _refuse_link(shards)
     if shards.exists() and not fresh:
+        if other_machine:
+            _take_over(folder, pinned)
         if refuse_other(folder, pinned):
             return shards, True
         if any(_NAME.fullmatch(path.name) for path in shards.iterdir()):
@@ -168,7 +172,14 @@ def refuse_other(folder: Path, pinned: Mapping[str, Any]) -> bool:
     before = read_manifest(folder)
     if before is None:
         return False
-    differs = _difference(before, _manifest(pinned))
+    now = _manifest(pinned)
+    machine = _other_machine(before, now)
+    if machine:
+        raise StudyError(
+            f"{folder / FOLDER}: holds parts of this study from another machine ({machine}), whose last digits are "
+            "others: go on there, or here with --accept-other-machine, or --fresh to start over"
+        )
+    differs = _difference(before, now)
     if differs:
         raise StudyError(
             f"{folder / FOLDER}: holds parts of another study ({differs}); use another folder, or --fresh to start over"
@@ -177,7 +188,42 @@ def refuse_other(folder: Path, pinned: Mapping[str, Any]) -> bool:
 
 
 def _manifest(pinned: Mapping[str, Any]) -> dict[str, Any]:
-    return {"layout": LAYOUT, "engine": engine_identity(), **pinned, "calls": []}
+    engine = engine_identity()
+    return {"layout": LAYOUT, "engine": engine, "machines": [engine["processor"]], **pinned, "calls": []}
+
+
+def _other_machine(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """Return how the machine of a manifest differs from this one, where nothing else differs; else an empty text."""
+    if {**before["engine"], "processor": ""} != {**now["engine"], "processor": ""}:
+        return ""
+    if before["study"] != now["study"] or not same_inputs(before["identity"], now["identity"]):
+        return ""
+    found = []
+    if before["engine"].get("processor") != now["engine"]["processor"]:
+        found.append(f"its processor was {before['engine'].get('processor')}, this is {now['engine']['processor']}")
+    if before["identity"] != now["identity"] and makes_motions(now["study"]):
+        found.append(OTHER_MOTIONS)
+    return "; ".join(found)
+
+
+def _take_over(folder: Path, pinned: Mapping[str, Any]) -> None:
+    """Write this machine into the manifest of parts that another one has begun; nothing where it is this one's."""
+    before = read_manifest(folder)
+    if before is None:
+        return
+    now = _manifest(pinned)
+    if _other_machine(before, now):
+        machines = list(dict.fromkeys([*before["machines"], *now["machines"]]))
+        if len(machines) == 1:  # (the same processor with other libraries)
+            machines.append(f"{machines[0]}, other libraries")
+        kept = {**now, "machines": machines, "calls": before["calls"]}
+        write_whole(folder / FOLDER / MANIFEST, _json(kept))
+
+
+def machines_of(folder: Path) -> list[str]:
+    """Return the processors on which the parts in a study's folder were computed, in their order."""
+    found = read_manifest(folder)
+    return [] if found is None else [str(one) for one in found["machines"]]
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:
@@ -190,7 +236,15 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
         return None
     except (OSError, ValueError, RecursionError) as error:
         raise StudyError(f"{path}: cannot be read ({type(error).__name__}); use --fresh to start over") from None
-    kinds = {"layout": int, "engine": dict, "identity": str, "study": dict, "work": int, "calls": list}
+    kinds = {
+        "layout": int,
+        "engine": dict,
+        "machines": list,
+        "identity": str,
+        "study": dict,
+        "work": int,
+        "calls": list,
+    }
     if not isinstance(found, dict) or not all(isinstance(found.get(name), kind) for name, kind in kinds.items()):
         raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
     if found["layout"] != LAYOUT:
@@ -282,7 +336,9 @@ def _difference(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
         names = sorted({*before["engine"], *now["engine"]})
         found = [(name, before["engine"].get(name), now["engine"].get(name)) for name in names]
         return ", ".join(f"{name} was {old}, is {new}" for name, old, new in found if old != new)
-    return "" if before["identity"] == now["identity"] else differences(before["study"], now["study"])
+    if before["identity"] == now["identity"]:
+        return ""
+    return differences(before["study"], now["study"], same_inputs(before["identity"], now["identity"]))
 
 
 def _digest_of(work: Work) -> str:
@@ -320,14 +376,18 @@ def _packed(work: Work, done: ChunkResult, key: str) -> memoryview:
     return content
 
 
-def _read(path: Path, key: str, work: Work, chunk: Chunk) -> ChunkResult:
-    """Read a chunk's results from its shard; ValueError (or an error of the libraries) where it is damaged."""
+def _read(path: Path, key: str, work: Work, chunk: Chunk, lenient: bool) -> ChunkResult:
+    """Read a chunk's results from its shard; ValueError (or an error of the libraries) where it is damaged.
+
+    `lenient`: the motions of another machine may differ in their last digits, and so the digest in the key.
+    """
     content = path.read_bytes()
     name = _NAME.fullmatch(path.name)
     if name is None or hashlib.sha256(content).hexdigest()[:16] != name[3]:
         raise ValueError("its bytes have changed")
     with netCDF4.Dataset(path.name, memory=content) as file:
-        if file.getncattr("key") != key:
+        stored = str(file.getncattr("key"))
+        if stored != key and not (lenient and stored.partition(" ")[2] == key.partition(" ")[2]):
             raise ValueError("it is of another chunk")
         file.set_auto_mask(False)
         shape = (chunk.row_stop - chunk.row, work.levels, chunk.stop - chunk.first)
