@@ -10,11 +10,12 @@ import numpy as np
 import xarray as xr
 
 from ... import checks
-from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY, provenance
+from ...units import ACCELERATION, DIMENSIONLESS, STANDARD_GRAVITY, VELOCITY, provenance
 from ..arrays import floor_coordinates
 from .building import MAX_PERIOD, MIN_PERIOD, storey_heights
 
 LOW_RISE, MID_RISE = (2, 9), (10, 15)
+LARGEST_DISPERSION = 2.0
 
 # a0 … a5 of ln H = a0 + a1 T1 + a2 S + a3 x + a4 x² + a5 x³, for 2-9 and for 10-15 storeys.
 VELOCITY_COEFFICIENTS = {
@@ -43,8 +44,9 @@ def p58_floor_demands(
     modal_weight: float = 0.8,
     shape: Sequence[float] | None = None,
     storey_height: float | Sequence[float] = 3.0,
+    dispersions: tuple[float, float, float] | None = None,
 ) -> xr.Dataset:
-    """Return median peak floor acceleration and velocity by the simplified procedure of FEMA P-58.
+    """Return median peak floor acceleration and velocity by the simplified procedure of FEMA P-58, with dispersions.
 
     Parameters
     ----------
@@ -68,12 +70,16 @@ def p58_floor_demands(
         First-mode shape at floors 1 … storeys, over its value at the roof; proportional to the height if not given.
     storey_height : float or sequence of float
         Height of every storey, or of each, m.
+    dispersions : (float, float, float), optional
+        Dispersions of floor acceleration and floor velocity from record to record, beta_aa and beta_av, and that of the
+        model, beta_m, each 0 to 2: table 5-6 of FEMA P-58-1 has them by T1 and S.  The table itself is not held here.
 
     Returns
     -------
     xarray.Dataset
         ``pfa`` (m s-2) and ``pfv`` (m s-1), medians on ``floor`` (0 is the ground, where they are PGA and PGV), with
-        ``height`` (m).
+        ``height`` (m).  Where `dispersions` are given, ``pfa_dispersion`` and ``pfv_dispersion`` (1), of the floors
+        above the ground.
 
     Raises
     ------
@@ -84,7 +90,7 @@ def p58_floor_demands(
     -----
     PFA = H_a PGA and PFV = H_v v_s with ln H = a0 + a1 T1 + a2 S + a3 x + a4 x² + a5 x³, x the relative height, S = Sa
     W/V_y >= 1, v_s = PGV + 0.3 (T1/2 pi) (V_y Gamma_1/(W_1/g)) (delta_i/delta_roof), and PGV = Sa(1 s) 1 s/(2 pi)/1.65
-    if PGV is not given.  The dispersions of the procedure are not included.
+    if PGV is not given.  Dispersions sqrt(beta_a² + beta_m²), with those of the table.
 
     References
     ----------
@@ -125,9 +131,9 @@ def p58_floor_demands(
         name: np.exp(np.array(table[kind][band]) @ terms)
         for name, table in (("pfa", ACCELERATION_COEFFICIENTS), ("pfv", VELOCITY_COEFFICIENTS))
     }
-    own = 0.3 * first / (2.0 * math.pi) * strength * gamma / (weight / STANDARD_GRAVITY) * deflection
+    sway = 0.3 * first / (2.0 * math.pi) * strength * gamma / (weight / STANDARD_GRAVITY) * deflection
     pfa = np.concatenate([[ground], amplify["pfa"] * ground])
-    pfv = np.concatenate([[velocity], amplify["pfv"] * (velocity + own)])
+    pfv = np.concatenate([[velocity], amplify["pfv"] * (velocity + sway)])
     configuration: dict[str, Any] = {
         "system": kind,
         "storeys": number,
@@ -137,11 +143,20 @@ def p58_floor_demands(
         "pgv": velocity,
         "strength_ratio": ratio,
     }
+    found: dict[str, Any] = {
+        "pfa": ("floor", pfa, {"units": ACCELERATION, "long_name": "median peak floor acceleration"}),
+        "pfv": ("floor", pfv, {"units": VELOCITY, "long_name": "median peak floor velocity"}),
+    }
+    if dispersions is not None:
+        beta = checks.finite_array("dispersions", dispersions)
+        if beta.size != 3 or beta.min() < 0.0 or beta.max() > LARGEST_DISPERSION:
+            raise ValueError(f"dispersions must be beta_aa, beta_av and beta_m, each 0 to 2, got {dispersions!r:.80}")
+        configuration["dispersions"] = beta.tolist()
+        for name, own, what in (("pfa", beta[0], "acceleration"), ("pfv", beta[1], "velocity")):
+            text = f"dispersion of peak floor {what} above the ground"
+            found[f"{name}_dispersion"] = ((), math.hypot(own, beta[2]), {"units": DIMENSIONLESS, "long_name": text})
     return xr.Dataset(
-        {
-            "pfa": ("floor", pfa, {"units": ACCELERATION, "long_name": "median peak floor acceleration"}),
-            "pfv": ("floor", pfv, {"units": VELOCITY, "long_name": "median peak floor velocity"}),
-        },
+        found,
         coords=floor_coordinates(range(number + 1), heights),
         attrs={"title": "FEMA P-58 floor demands", **provenance(configuration)},
     )

@@ -232,6 +232,16 @@ class TestP58:
         assert low == pytest.approx(3.0 * math.exp(0.66 - 0.15 - 0.084 - 0.26 + 0.57), rel=1e-13)
         assert tall == pytest.approx(3.0 * math.exp(-0.13 - 0.15 - 0.10 + 7.79 - 17.52 + 11.04), rel=1e-13)
 
+    def test_dispersions(self):
+        """Those from record to record and of the model are independent; without them nothing is said of any."""
+        given = {"pga": 3.0, "sa": 7.0, "pgv": 0.4}
+        found = mo.p58_floor_demands("braced", 3, 0.5, **given, dispersions=(0.3, 0.5, 0.4))
+        assert found.pfa_dispersion.item() == pytest.approx(0.5)
+        assert found.pfv_dispersion.item() == pytest.approx(math.sqrt(0.41))
+        plain = mo.p58_floor_demands("braced", 3, 0.5, **given)
+        assert set(plain) == {"pfa", "pfv"}
+        xr.testing.assert_equal(plain, found[["pfa", "pfv"]])
+
     def test_ground_velocity_from_the_spectrum(self):
         found = mo.p58_floor_demands("braced", 3, 0.5, pga=3.0, sa=7.0, sa_1s=9.80665)
         assert float(found.pfv[0]) == pytest.approx(9.80665 / (2.0 * math.pi) / 1.65, rel=1e-13)
@@ -356,6 +366,11 @@ FLOORS = FRAME.floor_motions(ground(60))
         (lambda: FRAME.peaks(ground(60), floors=2), TypeError, "sequence of floors, got int"),
         (lambda: FRAME.peaks(ground(60), parts=0), ValueError, "parts must be at least 1"),
         (lambda: FRAME.floor_motions(mo.from_array(np.zeros((400, 2000)), 0.01), parts=1000), ValueError, "5e.08"),
+        (
+            lambda: mo.p58_floor_demands("wall", 4, 1.0, 3.0, 5.0, pgv=0.3, dispersions=(0.2, 0.3)),
+            ValueError,
+            "dispersions must be beta_aa, beta_av and beta_m",
+        ),
         (lambda: mo.p58_floor_demands("tent", 4, 1.0, 3.0, 5.0, pgv=0.3), ValueError, "system must be one of"),
         (lambda: mo.p58_floor_demands("wall", 16, 1.0, 3.0, 5.0, pgv=0.3), ValueError, "storeys must be 2 to 15"),
         (lambda: mo.p58_floor_demands("wall", 1, 1.0, 3.0, 5.0, pgv=0.3), ValueError, "storeys must be at least 2"),
