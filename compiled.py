@@ -33,6 +33,10 @@ class Kernel:
         """Call it, compiled."""
         return self.dispatcher(*arguments)
 
+    def set(self, dispatcher: Any) -> None:
+        """Take a dispatcher as this kernel's."""
+        self._made = dispatcher
+
     @property
     def dispatcher(self) -> Any:
         """The compiled function; the first use makes all kernels of the folder known to each other."""
@@ -42,11 +46,10 @@ class Kernel:
         return self._made
 
     def make(self) -> Any:
-        """Make the dispatcher."""
+        """Return a dispatcher, which is not yet this kernel's."""
         from .machine_code import dispatcher  # noqa: PLC0415 - numba, which takes a second
 
-        self._made = dispatcher(self.py_func, self._keep, self._options)
-        return self._made
+        return dispatcher(self.py_func, self._keep, self._options)
 
 
 def folder_of(function: Callable[..., Any]) -> str:
@@ -55,14 +58,18 @@ def folder_of(function: Callable[..., Any]) -> str:
 
 
 def make_folder(folder: str) -> None:
-    """Make the dispatchers of a folder, and put them where its modules name the kernels: numba knows no others."""
-    for one in _waiting.pop(folder, []):
-        one.make()
+    """Make the dispatchers of a folder, and put them where its modules name the kernels: numba knows no others.
+
+    A kernel gets its dispatcher last, because another thread may call it as soon as it has one.
+    """
+    made = {one: one.make() for one in _waiting.pop(folder, [])}
     _loaded.add(folder)
     for name, module in list(sys.modules.items()):
         if name.rpartition(".")[0] == folder:
             named = {key: value for key, value in vars(module).items() if isinstance(value, Kernel)}
-            vars(module).update({key: value.dispatcher for key, value in named.items()})
+            vars(module).update({key: made[value] for key, value in named.items() if value in made})
+    for one, dispatcher in made.items():
+        one.set(dispatcher)
 
 
 def kernel(*, keep: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:

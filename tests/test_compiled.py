@@ -71,6 +71,30 @@ for oscillator in oscillators:
     results += trace(oscillator, record, 0.02)
 print(hashlib.sha256(b"".join(one.tobytes() for one in results)).hexdigest())
 """
+THREADS = """
+import sys
+import threading
+import numpy as np
+import toppling as tp
+from toppling.models.runs import run_many
+sys.setswitchinterval(1e-6)
+laws = [tp.HousnerImpact(), tp.DiscreteDamping(), tp.EnergyConsistent(), tp.HousnerImpact(geometry="linear")]
+barrier, failures = threading.Barrier(len(laws)), []
+
+def use(law):
+    barrier.wait()
+    try:
+        run_many([law.oscillator(tp.Block(0.4, 1.8))], np.ones((1, 1)), np.sin(np.arange(50.0)), 0.02)
+    except BaseException as error:
+        failures.append(error)
+
+threads = [threading.Thread(target=use, args=(law,)) for law in laws]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+assert not failures, failures
+"""
 NOBODY = 65534
 
 
@@ -183,6 +207,12 @@ def test_bits_do_not_depend_on_who_compiled(tmp_path):
     command = [sys.executable, "-c", BITS]
     done = [subprocess.run(command, env=environment, capture_output=True, text=True, check=True) for _ in range(2)]
     assert done[0].stdout == done[1].stdout
+
+
+def test_first_calls_in_several_threads():
+    """The kernels of a folder are made known to each other before any thread compiles one of them."""
+    done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_callee_runs_by_itself():
