@@ -1,4 +1,4 @@
-"""Compiled functions: the decorator of kernels, which become machine code when the first of their folder is called.
+"""Compiled functions: the decorator of kernels; numba is loaded when the first kernel of a folder is called.
 
 A folder of kernels holds functions that call each other across its files, take and return plain numbers and arrays, and
 import nothing of the package but this module and themselves.  Nothing of numba is loaded before the first call, so that
@@ -8,7 +8,9 @@ commands without an analysis neither wait for it nor need a place where it may k
 from __future__ import annotations
 
 import functools
+import importlib
 import os
+import pkgutil
 import sys
 import threading
 from collections.abc import Callable
@@ -41,9 +43,17 @@ class Kernel:
     def dispatcher(self) -> Any:
         """The compiled function; the first use makes all kernels of the folder known to each other."""
         if self._made is None:
+            folder = folder_of(self.py_func)
+            # (outside of the lock, which the decorator takes while a module is imported)
+            for module in pkgutil.iter_modules(getattr(sys.modules[folder], "__path__", [])):
+                importlib.import_module(f"{folder}.{module.name}")
             with _lock:
-                make_folder(folder_of(self.py_func))
+                make_folder(folder)
         return self._made
+
+    def __reduce__(self) -> Any:
+        """Pickle it by its name, as functions are."""
+        return _named, (self.py_func.__module__, self.py_func.__qualname__)
 
     def make(self) -> Any:
         """Return a dispatcher, which is not yet this kernel's."""
@@ -60,16 +70,23 @@ def folder_of(function: Callable[..., Any]) -> str:
 def make_folder(folder: str) -> None:
     """Make the dispatchers of a folder, and put them where its modules name the kernels: numba knows no others.
 
-    A kernel gets its dispatcher last, because another thread may call it as soon as it has one.
+    A kernel gets its dispatcher last, because another thread may call it as soon as it has one; where this is
+    interrupted, nothing is changed.
     """
-    made = {one: one.make() for one in _waiting.pop(folder, [])}
-    _loaded.add(folder)
+    made = {one: one.make() for one in _waiting.get(folder, [])}
     for name, module in list(sys.modules.items()):
         if name.rpartition(".")[0] == folder:
-            named = {key: value for key, value in vars(module).items() if isinstance(value, Kernel)}
+            named = {key: value for key, value in list(vars(module).items()) if isinstance(value, Kernel)}
             vars(module).update({key: made[value] for key, value in named.items() if value in made})
     for one, dispatcher in made.items():
         one.set(dispatcher)
+    _loaded.add(folder)
+    _waiting.pop(folder, None)
+
+
+def _named(module: str, name: str) -> Any:
+    """Return the kernel of a name, for unpickling."""
+    return getattr(importlib.import_module(module), name)
 
 
 def kernel(*, keep: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:

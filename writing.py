@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -12,15 +14,18 @@ from pathlib import Path
 def whole_file(path: Path) -> Iterator[Path]:
     """Give the name of an empty file beside `path` that takes its place when the block ends without an error.
 
-    The file is new: what lay under its name is removed, and a link is never followed.  It is on the disk before it
-    takes the place, so that after a crash `path` is the old file or the new one.
+    The file is new, with a name of its own, and a link is never followed.  It is on the disk before it takes the place,
+    so that after a crash `path` is the old file or the new one.
 
     Raises
     ------
     OSError
         The file cannot be made or moved; nothing is left of it.
     """
-    temporary = path.with_name(f"{path.name}.part")
+    if path.exists() and not path.is_symlink() and not path.is_file() and not path.is_dir():
+        raise OSError(errno.EINVAL, "is a device or a pipe, no file", str(path))
+    # (a name of its own: two processes may write one file, and the last of them wins)
+    temporary = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}.part")
     temporary.unlink(missing_ok=True)
     os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0), 0o666))
     try:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..writing import write_bytes
 from . import figures
 from .measure import ENGINE, Row
 from .precision import SHOWN, TIMED
@@ -54,7 +55,7 @@ def write(results: Row, folder: Path) -> list[Path]:
         written.append(folder / COST)
         figures.save(figures.cost_curve(results["scale"]["points"]), written[-1])
     names = {path.name for path in written}
-    written[0].write_text(text(results, names), encoding="utf-8")
+    write_bytes(written[0], text(results, names).encode())
     return written
 
 

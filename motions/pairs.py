@@ -202,7 +202,7 @@ def read_pairs(paths: Iterable[str | os.PathLike[str]]) -> list[xr.DataArray]:
 
 
 def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr.DataArray]) -> xr.DataArray:
-    """Return joined components after a correction of `toppling.motions`, which keeps them simultaneous.
+    """Return joined components, the vertical too, after a correction that keeps them simultaneous.
 
     Parameters
     ----------
@@ -217,6 +217,9 @@ def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr
         An argument that `join` did not make, and what the correction raises.
     """
     _check_pair(pair)
+    if pair.sizes["motion"] != 1:
+        raise ValueError(f"pair must be of one recording, got {pair.sizes['motion']}")
+    pair = pair.transpose("motion", "component", "time")
     rows = from_array(pair.values[0], float(pair["dt"].values[0]), [str(one) for one in pair["component"].values])
     done = correction(rows.assign_attrs(pair.attrs))
     coordinates = {name: one.variable for name, one in pair.coords.items() if "time" not in one.dims}

@@ -220,6 +220,41 @@ def test_first_calls_in_several_threads(folder):
     assert done.returncode == 0, done.stderr
 
 
+INTERRUPTED = """
+import pickle
+import toppling.machine_code
+from folder.caller import twice
+from toppling.compiled import Kernel
+assert pickle.loads(pickle.dumps(twice)) is twice
+make, calls = Kernel.make, []
+
+def interrupted(kernel):
+    calls.append(kernel)
+    if len(calls) == 2:
+        raise KeyboardInterrupt
+    return make(kernel)
+
+Kernel.make = interrupted
+try:
+    twice(1.0)
+except KeyboardInterrupt:
+    assert twice(1.0) == 3.0
+    assert pickle.loads(pickle.dumps(twice)) is not None
+else:
+    raise AssertionError("it was not interrupted")
+"""
+
+
+def test_an_interrupted_first_call_can_be_made_again(folder):
+    """Nothing is lost where making the kernels of a folder is interrupted; and a kernel is pickled by its name."""
+    paths = os.pathsep.join([str(folder.parent), str(Path(toppling.__file__).parents[1])])
+    environment = {**os.environ, "PYTHONPATH": paths}
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_callee_runs_by_itself():
     """Called from Python, with machine code of its own; its callers have theirs."""
     assert isinstance(step_grade, Kernel)

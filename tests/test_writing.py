@@ -41,13 +41,28 @@ class TestWholeFile:
         assert not (tmp_path / "one.txt").is_symlink()
 
     def test_a_folder_in_its_place(self, tmp_path):
-        (tmp_path / "one.txt.part").mkdir()
+        (tmp_path / "one.txt").mkdir()
         with pytest.raises(OSError):  # noqa: PT011 - which one depends on the system
             write_bytes(tmp_path / "one.txt", b"new")
+        assert os.listdir(tmp_path) == ["one.txt"]
 
-    def test_what_is_left_of_a_crash_is_replaced(self, tmp_path):
-        (tmp_path / "one.txt.part").write_bytes(b"half of something")
-        write_bytes(tmp_path / "one.txt", b"new")
+    def test_a_device_stays_one(self, tmp_path):
+        """`--out /dev/null` as root must not make a file of it; a pipe stands for it."""
+        os.mkfifo(tmp_path / "pipe")
+        with pytest.raises(OSError, match="is a device or a pipe, no file"):
+            write_bytes(tmp_path / "pipe", b"new")
+        assert (tmp_path / "pipe").is_fifo()
+
+    def test_two_writers_of_one_file(self, tmp_path):
+        """Each has a file of its own until it is done, and the last one wins."""
+        with whole_file(tmp_path / "one.txt") as temporary:
+            temporary.write_bytes(b"first")
+            thread = threading.Thread(target=write_bytes, args=(tmp_path / "one.txt", b"second"))
+            thread.start()
+            thread.join()
+            assert (tmp_path / "one.txt").read_bytes() == b"second"
+            assert temporary.read_bytes() == b"first"
+        assert (tmp_path / "one.txt").read_bytes() == b"first"
         assert os.listdir(tmp_path) == ["one.txt"]
 
 

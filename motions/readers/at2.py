@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...units import STANDARD_GRAVITY
+from ...writing import write_bytes
 from ..arrays import from_array, records
 from .lines import Lines, RecordError, unit_factor
 
@@ -110,6 +111,6 @@ def write_at2(motion: xr.DataArray, path: str | os.PathLike[str], title: str = "
         f"ACCELERATION TIME HISTORY IN UNITS OF G\nNPTS= {values.size:6d}, DT= {step} SEC"
     )
     try:
-        Path(path).write_text(f"{header}\n{body}\n", encoding="ascii", errors="replace")
+        write_bytes(Path(path), f"{header}\n{body}\n".encode("ascii", "replace"))
     except OSError as error:
         raise RecordError(f"{path}: cannot be written ({error.strerror})") from None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import logging
 import math
+import threading
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -28,6 +29,7 @@ PERIODS = (0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 3.0, 4.0)
 """Periods of Sa, s."""
 _MECHANISMS = {"strike-slip": "SS", "reverse": "RS"}
 _SPREAD = {"units": DIMENSIONLESS}
+_one_at_a_time = threading.Lock()
 
 
 class Scenario(NamedTuple):
@@ -129,14 +131,15 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Keep pyGMM's own warnings silent: the ranges are those that are checked and documented here."""
-    before = logging.root.manager.disable
-    logging.disable(logging.WARNING)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        logging.disable(before)
+    with _one_at_a_time:  # (both settings are of the whole process)
+        before = logging.root.manager.disable
+        logging.disable(max(before, logging.WARNING))
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                yield
+        finally:
+            logging.disable(before)
 
 
 def over_model(

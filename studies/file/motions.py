@@ -532,9 +532,9 @@ class MotionsTable(Table):
         made = construct(kind, values, apart, what)
         if self.match_gmm:
             if made.scenario is None:
-                raise ValueError("match_gmm needs a scenario, which these motions have not on this site")
+                raise ValueError("match_gmm needs motions of a scenario, which these are not on this site")
             try:
                 shaking.expected_motions(made.scenario)
             except ValueError as error:
-                raise ValueError(f"match_gmm: the ground-motion model is not of this scenario: {error}") from None
+                raise ValueError(f"match_gmm: the ground-motion model does not cover this scenario: {error}") from None
         return made

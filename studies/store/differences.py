@@ -10,6 +10,8 @@ MOST_SAID = 3
 """Most keys that are named; of more keys only their number is given."""
 
 
+FILES = ("records", "floors_file", "target")
+"""Keys of motions that name files."""
 OTHER_MOTIONS = "this processor or its libraries make other motions"
 
 
@@ -20,8 +22,11 @@ def same_inputs(before: str, now: str) -> bool:
 
 def makes_motions(study: Any) -> bool:
     """Return True if the motions of a study are generated, so that no file can have changed them."""
-    motions = study.get("motions") if isinstance(study, dict) else None
-    return isinstance(motions, dict) and ("generator" in motions or "pulse" in motions) and "target" not in motions
+    if not isinstance(study, dict):
+        return False
+    tables = [study.get("motions")]
+    tables += [one.get("motions") or {} for one in (study.get("stripes") or {}).get("at", [])]
+    return all(isinstance(one, dict) and not any(name in one for name in FILES) for one in tables)
 
 
 def differences(before: Any, now: Any, same: bool = False) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import glob
 import json
 import os
 from collections.abc import Iterator, Mapping
@@ -17,7 +18,7 @@ from filelock import FileLock, Timeout
 from ...wording import system_reason
 from ...writing import whole_file, write_bytes
 from ..file.table import StudyError
-from .differences import differences, makes_motions, same_inputs
+from .differences import OTHER_MOTIONS, differences, makes_motions, same_inputs
 from .netcdf import WHOLE_BYTES, load_small, look_through, write
 
 RESULT_NAME = "results.nc"
@@ -141,6 +142,11 @@ def finished(target: Path, identity: str, study: Mapping[str, Any], other_machin
         if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
             raise StudyError(f"{target}: the name is too long") from None
         raise StudyError(f"{target}: exists and is no result file; move it away or use --fresh") from None
+    if same_inputs(str(about.get("identity")), identity) and makes_motions(study):
+        raise StudyError(
+            f"{target}: holds the results of this study from another machine ({OTHER_MOTIONS}): "
+            "--accept-other-machine takes them, --fresh computes them here"
+        )
     raise StudyError(
         f"{target}: holds the results of another study{_other(about, study, identity)}; use another folder or --fresh"
     )
@@ -178,6 +184,8 @@ def _other(about: Mapping[str, Any], study: Mapping[str, Any], identity: str) ->
 def save(results: xr.Dataset, target: Path) -> None:
     """Write a dataset whole or not at all."""
     try:
+        for left in target.parent.glob(f"{glob.escape(target.name)}.*.part"):  # (of a process that was killed)
+            left.unlink()
         with whole_file(target) as temporary:
             write(results, temporary)
     except (OSError, RuntimeError) as error:  # (the HDF5 library reports a full disk as a RuntimeError)

@@ -45,7 +45,7 @@ IN_MEMORY = 2**25
 """Largest array of all runs, in bytes, that is held in memory; a larger one is a file without a name."""
 DIMS = ("oscillator", "level", "motion")
 _NAME = re.compile(r"([0-9]{3,})-([0-9]{6,})-([0-9a-f]{16})\.nc")
-_PART = re.compile(rf"({_NAME.pattern}|{re.escape(MANIFEST)})\.part")
+_PART = re.compile(rf"({_NAME.pattern}|{re.escape(MANIFEST)})\.[0-9]+-[0-9]+\.part")
 
 
 class Shards(Runner):
@@ -176,8 +176,8 @@ def refuse_other(folder: Path, pinned: Mapping[str, Any]) -> bool:
     machine = _other_machine(before, now)
     if machine:
         raise StudyError(
-            f"{folder / FOLDER}: holds parts of this study from another machine ({machine}), whose last digits are "
-            "others: go on there, or here with --accept-other-machine, or --fresh to start over"
+            f"{folder / FOLDER}: holds parts of this study from another machine ({machine}), whose results "
+            "differ in their last digits: go on there, or here with --accept-other-machine, or --fresh to start over"
         )
     differs = _difference(before, now)
     if differs:
@@ -196,7 +196,7 @@ def _other_machine(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     """Return how the machine of a manifest differs from this one, where nothing else differs; else an empty text."""
     if {**before["engine"], "processor": ""} != {**now["engine"], "processor": ""}:
         return ""
-    if before["study"] != now["study"] or not same_inputs(before["identity"], now["identity"]):
+    if not same_inputs(before["identity"], now["identity"]):
         return ""
     found = []
     if before["engine"].get("processor") != now["engine"]["processor"]:

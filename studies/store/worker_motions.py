@@ -11,19 +11,15 @@ from typing import TYPE_CHECKING, Any
 from ...fragility.runs.cluster import Cluster, Remake
 from ...motions.arrays import Record, records
 from ..file.schema import StudyFile
+from .differences import makes_motions
 
 if TYPE_CHECKING:
     from distributed import Client
 
-FILES = ("records", "floors_file", "target")
-"""Keys of motions that name files, which the workers may lack."""
-
 
 def cluster(client: Client, configuration: dict[str, Any], digests: Iterable[str], stop: Callable[[], bool]) -> Cluster:
     """Return the workers of a client, with the function that generates a study's motions (of these digests) there."""
-    tables = [configuration["motions"]]
-    tables += [one.get("motions", {}) for one in (configuration.get("stripes") or {}).get("at", [])]
-    if any(name in table for table in tables for name in FILES):
+    if not makes_motions(configuration):  # (the workers may lack the files)
         return Cluster(client, None, stop)
     make = partial(motions_again, json.dumps(configuration))
     return Cluster(client, Remake(make, frozenset(digests)), stop)

@@ -398,8 +398,8 @@ class TestUses:
         ("keys", "said"),
         [
             ('generator = "kanai-tajimi"', "generator 'kanai-tajimi' has no key 'match_gmm'"),
-            ('generator = "seismological"\ndistance_m = 500000', "match_gmm: the ground-motion model is not of this"),
-            ('generator = "seismological"\nsite = "flat"', "match_gmm needs a scenario"),
+            ('generator = "seismological"\ndistance_m = 500000', "match_gmm: the ground-motion model does not cover"),
+            ('generator = "seismological"\nsite = "flat"', "match_gmm needs motions of a scenario"),
         ],
     )
     def test_match_gmm_is_of_scenarios(self, tmp_path, keys, said):
