@@ -30,6 +30,7 @@ class Record(NamedTuple):
     scaling changes its meaning; it is False if the amplitude is a parameter, as in filtered noise, pulses and motions
     of a target spectrum.  `recorded` is True for what was read from a file, which may hold offsets, drifts and slips of
     units (`toppling.motions.plausibility`).  `companion` (n,) is the other horizontal component, where it is known.
+    `corrected` is True where a baseline was subtracted or a high-pass filter applied.
     """
 
     label: str
@@ -40,6 +41,7 @@ class Record(NamedTuple):
     own_amplitude: bool = True
     recorded: bool = False
     companion: Array | None = None
+    corrected: bool = False
 
     @property
     def duration(self) -> float:
@@ -163,6 +165,8 @@ def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
 
 
 HORIZONTAL = ("h1", "h2")
+BASELINES = ("baseline(", "highpass(", "bandpass(")
+"""Corrections, as the attribute `processing` lists them, that remove offsets and drifts."""
 _RECORD_COORDINATES = ("motion", "source", "dt", "own_amplitude", "recorded", "time")
 
 
@@ -181,6 +185,7 @@ def _records_of(array: xr.DataArray) -> list[Record]:
     else:
         pieces = [(array.transpose("motion", "time"), "")]
     n = array.sizes["motion"]
+    corrected = any(name in str(array.attrs.get("processing", "")) for name in BASELINES)
     columns = [{name: _values_by_motion(piece, name, n) for name in _RECORD_COORDINATES} for piece, _ in pieces]
     waves = [piece.values for piece, _ in pieces]
     found = []
@@ -196,7 +201,8 @@ def _records_of(array: xr.DataArray) -> list[Record]:
             own = bool(one.get("own_amplitude", True))
             source = str(one.get("source", "array"))
             read = bool(one.get("recorded", False))
-            found.append(Record(f"{label} floor {floor}" if floor else label, values, dt, source, floor, own, read))
+            name = f"{label} floor {floor}" if floor else label
+            found.append(Record(name, values, dt, source, floor, own, read, corrected=corrected))
     return found
 
 

@@ -50,11 +50,11 @@ def vertical_doubts(labels: Sequence[str]) -> list[Doubt]:
     return [Doubt("vertical", f"{what} as if horizontal ({first_names(labels)}): {cure}")]
 
 
-def record_doubts(records: Iterable[Record], corrected: bool = False) -> list[Doubt]:
+def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     """Return the doubts in records: offsets, drifts, and amplitudes and durations outside of what was ever recorded.
 
     Motions that were generated are passed over.  A zero motion, and one that is all offset, has no drift of its own.
-    `corrected`: baseline or filters were asked for already, and are no cure.
+    Baseline and filters are no cure where all that is doubted has them already.
 
     References
     ----------
@@ -62,12 +62,19 @@ def record_doubts(records: Iterable[Record], corrected: bool = False) -> list[Do
     accelerations and velocities. Bulletin of the Seismological Society of America 100(1), 1-36.
     """
     read = [one for record in records if record.recorded for one in _components(record)]
+    uncorrected: set[str] = set()
     offset: list[str] = []
     drift: list[str] = []
     wandering: list[str] = []
     strong: list[tuple[float, str]] = []
     ratio: list[str] = []
     long: list[str] = []
+
+    def keep(names: list[str], record: Record, what: str) -> None:
+        names.append(f"{record.label}: {what}")
+        if not record.corrected:
+            uncorrected.add(names[-1])
+
     for record in read:
         pga = peak_acceleration(record.acceleration, record.dt)
         if pga == 0.0:
@@ -75,13 +82,13 @@ def record_doubts(records: Iterable[Record], corrected: bool = False) -> list[Do
         pgv = peak_velocity(record.acceleration, record.dt)
         mean = abs(float(record.acceleration.mean())) / pga
         if mean > OFFSET:
-            offset.append(f"{record.label}: its mean is {two_digit_percent(mean)} of its PGA")
+            keep(offset, record, f"its mean is {two_digit_percent(mean)} of its PGA")
         left = abs(float(velocity(record.acceleration, record.dt)[-1])) / pgv
         if left > DRIFT:
-            drift.append(f"{record.label}: {two_digit_percent(left)} of its PGV is left at its end")
+            keep(drift, record, f"{two_digit_percent(left)} of its PGV is left at its end")
         pgd = peak_displacement(record.acceleration, record.dt)
         if pgd > WANDERING * record.duration * pgv:
-            wandering.append(f"{record.label}: PGD {short_digits(pgd)} m with PGV {short_digits(pgv)} m/s")
+            keep(wandering, record, f"PGD {short_digits(pgd)} m with PGV {short_digits(pgv)} m/s")
         if pga > HIGHEST_PGA:
             strong.append((pga, f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g"))
         if max(mean / OFFSET, left / DRIFT) <= 1.0 and not SHORTEST_PGV_PGA <= pgv / pga <= LONGEST_PGV_PGA:
@@ -90,21 +97,25 @@ def record_doubts(records: Iterable[Record], corrected: bool = False) -> list[Do
             long.append(f"{record.label}: {short_digits(record.duration)} s")
     found: list[Doubt] = []
 
-    def doubt(kind: str, names: list[str], one: str, more: str, cure: str, grave: bool = False) -> None:
+    def doubt(kind: str, names: list[str], one: str, more: str, remedy: str, grave: bool = False) -> None:
         if names:
             many = f"{len(names):,} of {len(read):,} records {more if len(names) > 1 else one}"
             what = f"the record {one}" if len(read) == 1 else many
-            found.append(Doubt(kind, f"{what} ({first_names(names)}): {cure}", grave))
+            found.append(Doubt(kind, f"{what} ({first_names(names)}): {remedy}", grave))
 
     level = "baseline_order = 1 (in Python motions.baseline) removes it"
     filtered = "baseline_order = 1 or highpass_hz (in Python motions.baseline, motions.highpass) removes that"
-    if corrected:
-        level = filtered = "after the corrections that were asked for; a window and filters can leave that"
+
+    def cure(names: list[str], what: str) -> str:
+        if uncorrected & set(names):
+            return what
+        return "after the corrections that were asked for; a window and filters can leave that"
+
     unit = "another unit than the file says, gal headed g?"
     grave = any(pga > IMPOSSIBLE_PGA for pga, _ in strong)
-    doubt("offset", offset, "keeps an offset", "keep an offset", level)
-    doubt("drift", drift, "ends in motion", "end in motion", filtered)
-    doubt("displacement", wandering, "wanders off", "wander off", filtered)
+    doubt("offset", offset, "keeps an offset", "keep an offset", cure(offset, level))
+    doubt("drift", drift, "ends in motion", "end in motion", cure(drift, filtered))
+    doubt("displacement", wandering, "wanders off", "wander off", cure(wandering, filtered))
     doubt("PGA", [name for _, name in strong], "reaches more than 3 g", "reach more than 3 g", unit, grave)
     outside = f"PGV/PGA outside {SHORTEST_PGV_PGA:g} to {LONGEST_PGV_PGA:g} s"
     slow = "another time step than the file says, a drift, or no acceleration?"

@@ -28,7 +28,7 @@ sys.exit(code)
 def works():
     if os.geteuid() != 0 or shutil.which("unshare") is None:
         return False
-    test = "if touch /mnt/root/.x 2>/dev/null; then rm /mnt/root/.x; exit 1; fi; touch /mnt/media/x"
+    test = "if touch /mnt/usr/.x 2>/dev/null; then rm /mnt/usr/.x; exit 1; fi; touch /mnt/media/x"
     done = subprocess.run(
         ["unshare", "--mount", "sh", "-c", READ_ONLY.partition("&&\ncp")[0] + "&& sh -c " + repr(test)],
         capture_output=True,
@@ -59,7 +59,7 @@ def test_every_command_runs(tmp_path):
     done = restricted(
         tmp_path,
         """
-        if touch /root/.x 2>/dev/null; then rm /root/.x; echo "not read-only"; exit 9; fi
+        if touch /usr/.x 2>/dev/null; then rm /usr/.x; echo "not read-only"; exit 9; fi
         "$PYTHON" -m toppling --version
         "$PYTHON" -m toppling --help >/dev/null
         "$PYTHON" -m toppling catalogue >/dev/null

@@ -26,6 +26,10 @@ LEAST_VELOCITY, LEAST_SHAPE = 0.3, 0.45
 """Dispersions below which motions have nearly one spectrum: generators with one spectrum have some 0.2 and 0.2 to 0.3,
 scenarios 0.32 to 0.53 and 0.54 to 0.8."""
 CONFIDENCE = 0.95
+CURE = (
+    "take records, or a generator that draws its spectra (site-based-scenario, near-fault, kanai-tajimi and "
+    "clough-penzien with omega_g_dispersion)"
+)
 SPECTRA = "spectra"
 """The kind of doubt in ensembles with nearly one spectrum."""
 

@@ -18,6 +18,7 @@ from .generator import LARGEST, Generator, Streams, ensemble, normals, steps_of
 
 BASELINES = ("parabolic", "none")
 WIDEST = 2.0  # dispersion of a parameter, beyond which most motions are of no ground
+FARTHEST = 5.0  # standard deviations above the median for which a parameter must be in its range
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,12 @@ class KanaiTajimi(Generator):
             checks.number(name, getattr(self, name), above=0.0, at_most=LARGEST)
         for name in ("omega_g_dispersion", "xi_g_dispersion"):
             checks.number(name, getattr(self, name), at_least=0.0, at_most=WIDEST)
+        for name in ("omega_g", "xi_g"):
+            most = LARGEST * math.exp(-FARTHEST * getattr(self, f"{name}_dispersion"))
+            if getattr(self, name) > most:
+                raise ValueError(
+                    f"{name} must be at most {most:.3g} with this {name}_dispersion, got {getattr(self, name)}"
+                )
         steps_of(self.duration, self.dt)
         if not isinstance(self.envelope, Envelope):
             raise TypeError(f"envelope must be a toppling.motions envelope, got {type(self.envelope).__name__}")
@@ -121,8 +128,8 @@ class KanaiTajimi(Generator):
         ground, damping = random.standard_normal(2)
         return replace(
             self,
-            omega_g=min(LARGEST, self.omega_g * math.exp(self.omega_g_dispersion * ground)),
-            xi_g=min(LARGEST, self.xi_g * math.exp(self.xi_g_dispersion * damping)),
+            omega_g=self.omega_g * math.exp(self.omega_g_dispersion * ground),
+            xi_g=self.xi_g * math.exp(self.xi_g_dispersion * damping),
         )
 
     def _filtered(self, noise: Array) -> Array:

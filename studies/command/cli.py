@@ -7,6 +7,7 @@ sentence on standard error.  Never a traceback for a user's mistake.
 from __future__ import annotations
 
 import logging
+import signal
 import sys
 import warnings
 from json import dumps
@@ -31,7 +32,7 @@ from ..kinds.study import Study
 from ..single.command import simulate_one
 from ..store.folder import RESULT_NAME
 from ..store.progress import show_progress
-from ..store.watch import Stop
+from ..store.watch import Interrupted
 from ..text.encoding import json_text, write_anything
 from ..text.rows import plain_table
 from ..text.terminal import fitted, say, terminal
@@ -45,6 +46,9 @@ if TYPE_CHECKING:
 EXIT_FAILED = 1
 EXIT_INPUT = 2
 EXIT_SIGNAL = 128  # and the number of the signal that ended it
+Verify = Annotated[
+    bool, Parameter(negative="", help="Refuse results that were edited after they were written (exit code 2).")
+]
 COMMANDS = ("run", "status", "simulate", "motions", "catalogue", "bench", "export", "report", "schema")
 
 app = App(
@@ -89,7 +93,7 @@ def run(
         say(console, *forecast(plan, folder).lines())
         if folder.is_dir() and any(folder.iterdir()) and not fresh:
             try:
-                plan.refuse_occupied(folder)
+                plan.refuse_occupied(folder, accept_other_machine)
                 say(console, f"in {folder}: {status_of(folder).lines(folder)[0]}")
             except StudyError as error:
                 say(console, f"in {folder}: {error}")
@@ -139,6 +143,7 @@ def status(
     folder: Path,
     *,
     json: Annotated[bool, Parameter(negative="", help="Print it as JSON.")] = False,
+    verify: Verify = False,
 ) -> None:
     """Say where a study stands: finished, running, or interrupted with so many runs kept.
 
@@ -147,7 +152,7 @@ def status(
     folder
         The folder that `toppling run` was given with --out.
     """
-    found = status_of(folder)
+    found = status_of(folder, verify)
     if json:
         sys.stdout.write(json_text(found._asdict()) + "\n")
     else:
@@ -278,6 +283,7 @@ def export(
     model: Annotated[
         str | None, Parameter(help="Label of one law, or its short name for all of its kind; all where not given.")
     ] = None,
+    verify: Verify = False,
 ) -> None:
     """Write the fragility curves of a study's results for another program.
 
@@ -288,7 +294,7 @@ def export(
     """
     result = _result_file(result)
     folder = result.parent / "export" if out is None else out
-    curves = read_curves(result, model)
+    curves = read_curves(result, model, verify)
     written = write_curves(curves, folder, format_)
     console = terminal()
     lines = [f"{counted(len(written.ids) - len(set(written.missing) & set(written.ids)), 'curve')} for {format_}"]
@@ -308,6 +314,7 @@ def report(
     out: Annotated[
         Path | None, Parameter(help="The file, or a folder for it; report.html beside the results where not given.")
     ] = None,
+    verify: Verify = False,
 ) -> None:
     """Write a report of a study's results: the answer, figures, tables, method, assumptions, validity, provenance.
 
@@ -320,7 +327,7 @@ def report(
 
     console = terminal()
     with console.status("drawing the figures"):
-        written = write_report(_result_file(result), out, format_)
+        written = write_report(_result_file(result), out, format_, verify)
     say(console, *(f"written: {path}" for path in written))
 
 
@@ -392,5 +399,5 @@ def main(arguments: list[str] | None = None) -> int:
         return EXIT_FAILED
     except KeyboardInterrupt as error:
         print(f"toppling: {str(error) or 'interrupted, no results written'}", file=sys.stderr)
-        return EXIT_SIGNAL + Stop.number
+        return EXIT_SIGNAL + (error.number if isinstance(error, Interrupted) else signal.SIGINT)
     return 0

@@ -15,6 +15,7 @@ from ...fragility import ExchangeError, Written, write_curve_csv, write_nrml, wr
 from ...fragility.curves.curve import TABULATED
 from ...fragility.fitting.states import SEPARATED
 from ..file.table import StudyError
+from ..store.content import check_content
 from ..store.folder import damaged
 
 ExportFormat = Literal["pelicun", "nrml", "csv"]
@@ -33,8 +34,10 @@ _WRITERS: dict[str, tuple[Callable[[xr.Dataset, Path], Written], str]] = {
 }
 
 
-def read_curves(path: Path, model: str | None = None) -> xr.Dataset:
+def read_curves(path: Path, model: str | None = None, verify: bool = False) -> xr.Dataset:
     """Read the curves of a result file, of every law or of the laws that `model` names by label or short name.
+
+    Results that were edited after they were written are warned of, and with `verify` refused.
 
     Raises
     ------
@@ -43,6 +46,7 @@ def read_curves(path: Path, model: str | None = None) -> xr.Dataset:
     """
     try:
         with xr.open_dataset(path) as whole:
+            check_content(path, whole, verify)
             kind = str(whole.attrs.get("kind", ""))
             stored = _of_all_samples(whole) if kind == UNCERTAINTY else whole
             parts = [name for name, array in stored.data_vars.items() if "motion" not in array.dims]
@@ -54,6 +58,8 @@ def read_curves(path: Path, model: str | None = None) -> xr.Dataset:
                 curves = curves.rename(curve_probability="probability")
             im = stored["level"].attrs.get("im", "") if "level" in stored.coords else ""
             floors = _floors(stored)
+    except StudyError:
+        raise
     except FileNotFoundError:
         raise StudyError(f"{path}: no such file") from None
     except RuntimeError:

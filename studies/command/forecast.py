@@ -10,6 +10,7 @@ from dask.system import CPU_COUNT
 from ...wording import part_text, size_text, time_text
 from ..file.table import StudyError
 from ..kinds.study import Study
+from ..store.content import check_content
 from ..store.folder import RESULT_NAME, damaged, is_locked
 from ..store.netcdf import load_small
 from ..store.resources import free_bytes
@@ -96,21 +97,23 @@ class StudyStatus(NamedTuple):
         return [said, "the same command goes on where it stopped (without --fresh, which starts over)"]
 
 
-def status_of(folder: Path) -> StudyStatus:
+def status_of(folder: Path, verify: bool = False) -> StudyStatus:
     """Return the status of the study in a folder.
 
     Raises
     ------
     StudyError
-        No such folder, or no study in it.
+        No such folder, or no study in it; with `verify` also results that are not finished, or were edited.
     """
     if not folder.is_dir():
         raise StudyError(f"{folder}: no such folder")
     running = is_locked(folder)
     manifest = read_manifest(folder)
+    if verify and (running or manifest is not None):
+        raise StudyError(f"{folder}: is not finished, there are no results to verify")
     if manifest is None:
         if (folder / RESULT_NAME).exists() and not running:
-            return StudyStatus("finished", _title(folder / RESULT_NAME), 0, 0, 0, 0)
+            return StudyStatus("finished", _title(folder / RESULT_NAME, verify), 0, 0, 0, 0)
         if running:
             return StudyStatus("running", "a study that is being read", 0, 0, 0, 0)
         raise StudyError(f"{folder}: holds no study")
@@ -135,13 +138,17 @@ def status_of(folder: Path) -> StudyStatus:
     )
 
 
-def _title(path: Path) -> str:
+def _title(path: Path, verify: bool) -> str:
     import xarray as xr  # noqa: PLC0415 - where there is a result
 
     try:
         with xr.open_dataset(path, engine="netcdf4") as stored:
             load_small(stored)
+            if verify:
+                check_content(path, stored, verify)
             return _printable(stored.attrs["title"])
+    except StudyError:
+        raise
     except RuntimeError:
         raise damaged(path) from None
     except (OSError, ValueError, KeyError):

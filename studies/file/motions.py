@@ -446,7 +446,7 @@ class MotionsTable(Table):
             seed = self.seed or 0
             with noted():  # (a study has doubts among its notes)
                 array = made.sample(self.number or 1, seed=seed, first=first)
-            if not self.match_gmm or made.scenario is None:
+            if not self.match_gmm:
                 return [array]
             return [shaking.scale_to_model(array, made.scenario, seed=seed, first=first)]
         found: list[xr.DataArray] = []

@@ -37,10 +37,11 @@ from ..file.table import StudyError
 from ..plan.designs import Design, Incremental
 from ..plan.reading import Reading
 from ..plan.risk import Risk
+from ..store.content import sealed
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.resources import Resources, chunks_of, refuse_shortage
 from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_shards
-from ..store.watch import Stop, Watch, run_log
+from ..store.watch import Interrupted, Stop, Watch, run_log
 from ..store.worker_motions import cluster
 
 if TYPE_CHECKING:
@@ -258,7 +259,7 @@ class Study(ABC):
         """
         if out is None:
             found = self._labelled(self._runner(client, never), progress)
-            return found.assign_attrs(machines=json.dumps([engine_identity()["processor"]]))
+            return sealed(found.assign_attrs(machines=json.dumps([engine_identity()["processor"]])))
         folder = Path(out)
         with folder_of_one(folder):
             refuse_folder(folder / RESULT_NAME)
@@ -273,6 +274,7 @@ class Study(ABC):
             else:
                 refuse_shortage(folder, self.room, resume)
                 results = self._kept(folder, client, not resume, other_machine, progress, watching)
+            results = sealed(results)
             try:
                 save(results, folder / RESULT_NAME)
             except KeyboardInterrupt:
@@ -286,11 +288,11 @@ class Study(ABC):
                 raise StudyError(f"{folder / RESULT_NAME}: is written, but {error}; remove it yourself") from None
         return results
 
-    def refuse_occupied(self, folder: Path) -> None:
-        """Raise a StudyError where a folder holds the results or parts of another study."""
+    def refuse_occupied(self, folder: Path, other_machine: bool = False) -> None:
+        """Raise a StudyError where a folder holds the results or parts of another study, or of another machine."""
         if not belongs(folder, self.identity):
-            finished(folder / RESULT_NAME, self.identity, self.configuration)
-        refuse_other(folder, self._pinned)
+            finished(folder / RESULT_NAME, self.identity, self.configuration, other_machine)
+        refuse_other(folder, self._pinned, other_machine)
 
     @property
     def _pinned(self) -> dict[str, Any]:
@@ -320,7 +322,7 @@ class Study(ABC):
                 log.warning("interrupted: %s", watch.words)
                 kept = f"{watch.runs:,} of {watch.total:,} runs kept in {folder}"
                 how = " without --fresh" if fresh else ""
-                raise KeyboardInterrupt(f"interrupted with {kept}; the same command{how} goes on") from None
+                raise Interrupted(stop.number, f"interrupted with {kept}; the same command{how} goes on") from None
             except BaseException as error:
                 log.error("ended by %s (%s): %s", type(error).__name__, error, watch.words)
                 raise

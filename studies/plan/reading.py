@@ -12,7 +12,7 @@ import xarray as xr
 from ...doubts import Doubt
 from ...motions import Generator, over_model, records
 from ...motions.arrays import Record
-from ...motions.intensity.variability import NATURAL, SPECTRA, Variability, pooled, variability
+from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability, pooled, variability
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.pairs import vertical_components
 from ...motions.plausibility import record_doubts, vertical_doubts
@@ -51,8 +51,7 @@ class Reading(NamedTuple):
             lines = tuple(notes - {""})
         else:
             lines = tuple(f"{record.label}: {note or 'none'}" for note, own in done for record in own)
-        corrected = any("baseline(" in note or "pass(" in note for note in notes)
-        doubts = (*vertical_doubts(vertical_components(arrays)), *record_doubts(plain, corrected), *missed)
+        doubts = (*vertical_doubts(vertical_components(arrays)), *record_doubts(plain), *missed)
         found = cls(doubts, lines)
         return found if any("floor" in array.dims for array in arrays) else found._varied(plain)
 
@@ -102,12 +101,8 @@ class Reading(NamedTuple):
 def _alike(found: Variability) -> tuple[Doubt, ...]:
     if not found.narrow:
         return ()
-    cure = (
-        "take records, or a generator that draws its spectra (site-based-scenario, near-fault, kanai-tajimi and "
-        "clough-penzien with omega_g_dispersion)"
-    )
     what = f"the motions have nearly one spectrum ({found.text}, {NATURAL})"
-    return (Doubt(SPECTRA, f"{what}: curves come out steeper and rates more certain than they are; {cure}"),)
+    return (Doubt(SPECTRA, f"{what}: curves come out steeper and rates more certain than they are; {CURE}"),)
 
 
 UNREAD = Reading()

@@ -227,22 +227,16 @@ def assumptions(results: xr.Dataset) -> list[str]:
 
 def _machines(results: xr.Dataset) -> str:
     """Return the processors on which results were computed, in words."""
-    try:
-        found = json.loads(str(results.attrs.get("machines", "[]")))
-    except (ValueError, RecursionError):
-        found = []
-    return "; ".join(str(one) for one in found) if isinstance(found, list) else ""
+    return "; ".join(str(one) for one in json.loads(str(results.attrs.get("machines", "[]"))))
 
 
-def provenance_rows(results: xr.Dataset, path: Path) -> Rows:
-    """Return the table of the program and its versions, the study's identity, and the result file with its checksum."""
-    try:
-        versions = json.loads(str(results.attrs.get("package_versions", "{}")))
-    except ValueError:
-        versions = {}
-    packages = (
-        ", ".join(f"{name} {version}" for name, version in versions.items()) if isinstance(versions, dict) else ""
-    )
+def provenance_rows(results: xr.Dataset, path: Path, state: str) -> Rows:
+    """Return the table of the program and its versions, the study's identity, and the result file with its checksum.
+
+    `state`: whether the file's contents are as they were written.
+    """
+    versions = json.loads(str(results.attrs.get("package_versions", "{}")))
+    packages = ", ".join(f"{name} {version}" for name, version in versions.items())
     rows = [
         ("toppling", str(results.attrs.get("toppling_version", ""))),
         ("packages", packages),
@@ -250,6 +244,7 @@ def provenance_rows(results: xr.Dataset, path: Path) -> Rows:
         ("layout of the results (schema)", str(results.attrs.get("schema", ""))),
         ("identity of the study", str(results.attrs.get("identity", ""))),
         ("result file", path.name),
+        ("its contents", state),
         ("its SHA-256", _digest(path)),
     ]
     return Rows("Provenance", ("", ""), rows)

@@ -21,6 +21,7 @@ from markupsafe import Markup
 from ...writing import write_bytes
 from .. import show
 from ..file.table import StudyError
+from ..store.content import check_content
 from ..text.block_order import shown
 from ..text.names import clean
 from ..text.rows import Rows, plain_table
@@ -46,7 +47,9 @@ NUMBERS = 600
 """Largest length of the answer at the end of a figure's description."""
 
 
-def write_report(result: Path, out: Path | None = None, format_: ReportFormat = "html") -> list[Path]:
+def write_report(
+    result: Path, out: Path | None = None, format_: ReportFormat = "html", verify: bool = False
+) -> list[Path]:
     """Write the report of a study's results.
 
     Parameters
@@ -59,6 +62,8 @@ def write_report(result: Path, out: Path | None = None, format_: ReportFormat = 
     format_ : {"html", "pdf", "md"}
         One self-contained page; the same page printed by a browser of this machine; Markdown with its figures as PNG
         files in the same folder.
+    verify : bool
+        Refuse results that were edited after they were written, which are otherwise named on the page and warned of.
 
     Returns
     -------
@@ -68,7 +73,8 @@ def write_report(result: Path, out: Path | None = None, format_: ReportFormat = 
     Raises
     ------
     StudyError
-        One sentence: a result file that `read_results` refuses, no browser for a PDF, a file that cannot be written.
+        One sentence: a result file that `read_results` or `verify` refuses, no browser for a PDF, a file that cannot
+        be written.
     """
     target = result.parent if out is None else out
     if target.is_dir() or not target.suffix:
@@ -77,9 +83,10 @@ def write_report(result: Path, out: Path | None = None, format_: ReportFormat = 
         raise StudyError(f"{target}: are the results themselves; give the report another name")
     browser = _browser() if format_ == "pdf" else None
     with read_results(result) as results:
+        state = check_content(result, results, verify)
         if format_ == "md":
-            return _write_markdown(results, result, target)
-        page = html_page(results, result, opened=format_ == "pdf")
+            return _write_markdown(results, result, state, target)
+        page = html_page(results, result, state, opened=format_ == "pdf")
     if browser is None:
         _write(target, page.encode("utf-8"))
     else:
@@ -87,21 +94,21 @@ def write_report(result: Path, out: Path | None = None, format_: ReportFormat = 
     return [target]
 
 
-def html_page(results: xr.Dataset, path: Path, *, opened: bool = False) -> str:
-    """Return the page of a study's results, which were read from `path`.
+def html_page(results: xr.Dataset, path: Path, state: str, *, opened: bool = False) -> str:
+    """Return the page of a study's results, which were read from `path`, and are in a state as `check_content` says.
 
     With `opened` nothing on the page is folded, as a printed page needs.  The same results give the same text.
     """
-    found = content(results, path)
+    found = content(results, path, state)
     drawn = [(one, Markup(one.svg)) for one in pictures(results, found["numbers"])]
     template = _environment(escaping=True).get_template("report.html.j2")
     return template.render(**found, figures=drawn, opened=opened)
 
 
-def content(results: xr.Dataset, path: Path) -> dict[str, Any]:
+def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     """Return the contents of a report without its figures: text, tables and checks, as the templates need them."""
     said = answer(results)
-    found = checks_of(results)
+    found = checks_of(results, state)
     tables = [page_table(table) for table in show.tables(results)]
     notes = [line for line in str(results.attrs.get("notes", "")).splitlines() if line]
     return {
@@ -124,7 +131,7 @@ def content(results: xr.Dataset, path: Path) -> dict[str, Any]:
         "verdict": worst_word(found),
         "not_checked": not_checked(results),
         "notes": notes,
-        "provenance": _tables_of([provenance_rows(results, path)], words=True),
+        "provenance": _tables_of([provenance_rows(results, path, state)], words=True),
         "study": _study_text(results),
     }
 
@@ -160,8 +167,8 @@ def _environment(*, escaping: bool) -> Environment:
     return made
 
 
-def _write_markdown(results: xr.Dataset, result: Path, target: Path) -> list[Path]:
-    found = content(results, result)
+def _write_markdown(results: xr.Dataset, result: Path, state: str, target: Path) -> list[Path]:
+    found = content(results, result, state)
     written: list[Path] = []
     figures: list[tuple[Picture, str]] = []
     for one in pictures(results, found["numbers"], png=True):

@@ -24,8 +24,9 @@ from ...fragility.validity.reasons import (
     SLIDES_WHILE_ROCKING,
 )
 from ...fragility.validity.screen import HALF_WIDTH, SQUAT_RATIO
-from ...motions.intensity.variability import NATURAL, SPECTRA, Variability
+from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability
 from ...wording import two_digit_percent
+from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import NOTABLE
 
 GOOD, CARE, INVALID, UNKNOWN = "good", "with care", "not valid", "not checked"
@@ -54,19 +55,21 @@ class Check(NamedTuple):
     cure: str = ""
 
 
-def checks_of(results: xr.Dataset) -> list[Check]:
+def checks_of(results: xr.Dataset, state: str = AS_WRITTEN) -> list[Check]:
     """Return every check of a study's results.
 
     Parameters
     ----------
     results : xarray.Dataset
         A study's results, of any kind.
+    state : str
+        Whether they are as they were written (`check_content`).
 
     Returns
     -------
     list of Check
     """
-    return [*_model(results), *_numbers(results)]
+    return [*_edited(state), *_model(results), *_numbers(results)]
 
 
 def worst_word(found: list[Check]) -> str:
@@ -87,6 +90,12 @@ def not_checked(results: xr.Dataset) -> list[str]:
             "Sliding, the law’s elastic mode and scale factors run by run: this kind of study is not screened."
         )
     return found
+
+
+def _edited(state: str) -> Iterator[Check]:
+    if state == EDITED:
+        reason = "Values or attributes of the result file were edited after the study had written it."
+        yield Check("Are these the results of the study?", INVALID, reason, "Run the study again with --fresh.")
 
 
 def _model(results: xr.Dataset) -> Iterator[Check]:
@@ -230,6 +239,8 @@ def _inputs(results: xr.Dataset) -> Check:
 def _spectra(results: xr.Dataset) -> Check:
     question = "Do the motions’ spectra differ as those of earthquakes do?"
     if "spectral_variability" not in results.attrs:
+        if "machines" not in results.attrs:
+            return Check(question, UNKNOWN, "The results hold no such check.", "Run the study with this version.")
         return Check(question, UNKNOWN, "Pulses, single motions and floor motions are not compared.")
     found = Variability(*json.loads(str(results.attrs["spectral_variability"])))
     reason = f"{found.text}, {NATURAL}."
@@ -237,10 +248,7 @@ def _spectra(results: xr.Dataset) -> Check:
         return Check(question, GOOD, reason)
     accepted = any(kind == SPECTRA and yes for kind, _, yes in json.loads(str(results.attrs.get("doubts", "[]"))))
     rates = any(name in results for name in RATES)
-    cure = (
-        "Take records, or a generator that draws its spectra: site-based-scenario, near-fault, kanai-tajimi and "
-        "clough-penzien with omega_g_dispersion."
-    )
+    cure = f"{CURE[:1].upper()}{CURE[1:]}."
     if not found.narrow:
         why = "That is little, but may be chance: there are few motions."
         return Check(question, CARE, f"{reason} {why}", cure)

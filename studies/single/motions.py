@@ -5,7 +5,6 @@ The command `toppling motions` and the gallery of generators use them.  Nothing 
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,7 +21,7 @@ from rich.table import Table
 
 from ... import motions as shaking
 from ...doubts import Doubt
-from ...motions.arrays import Record, records
+from ...motions.arrays import Record, digest, records
 from ...motions.intensity.cumulative import husid
 from ...motions.intensity.peaks import velocity
 from ...motions.intensity.spectra import damping_of
@@ -112,11 +111,12 @@ def read_motions(inputs: Sequence[str]) -> Shown:
 def _labelled_once(sets: Sequence[Sequence[xr.DataArray]]) -> list[xr.DataArray]:
     """Return the motions of all stripes: one that several have only once, other ones of the same label renamed."""
     found: list[xr.DataArray] = []
-    seen: dict[str, set[bytes]] = {}
+    seen: dict[str, set[str]] = {}
     for number, arrays in enumerate(sets, start=1):
         for array in arrays:
             labels = [str(one) for one in array["motion"].values]
-            samples = [hashlib.sha256(array.isel(motion=i).values.tobytes()).digest() for i in range(len(labels))]
+            each = (records(array.isel(motion=[i])) for i in range(len(labels)))
+            samples = [" ".join(digest(one) for one in record) for record in each]
             new = [i for i, name in enumerate(labels) if samples[i] not in seen.get(name, set())]
             names = [f"{labels[i]} (stripe {number})" if labels[i] in seen else labels[i] for i in new]
             for i in new:

@@ -6,6 +6,8 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
+from ..file.motions import PROCESSING
+
 MOST_SAID = 3
 """Most keys that are named; of more keys only their number is given."""
 
@@ -22,11 +24,24 @@ def same_inputs(before: str, now: str) -> bool:
 
 def makes_motions(study: Any) -> bool:
     """Return True if the motions of a study are generated, so that no file can have changed them."""
+    tables = _motions_of(study)
+    return bool(tables) and not any(name in one for one in tables for name in FILES)
+
+
+def corrects(study: Any) -> bool:
+    """Return True if a study computes its motions from what it reads: corrections, or floors of a building."""
+    tables = _motions_of(study)
+    return any(name in one for one in tables for name in PROCESSING) or "building" in study
+
+
+def _motions_of(study: Any) -> list[dict[str, Any]]:
+    """Return the tables of motions of a study; none where it is not one."""
     if not isinstance(study, dict):
-        return False
+        return []
     tables = [study.get("motions")]
     tables += [one.get("motions") or {} for one in (study.get("stripes") or {}).get("at", [])]
-    return all(isinstance(one, dict) and not any(name in one for name in FILES) for one in tables)
+    found = [one for one in tables if isinstance(one, dict)]
+    return found if len(found) == len(tables) else []
 
 
 def differences(before: Any, now: Any, same: bool = False) -> str:
@@ -50,8 +65,11 @@ def differences(before: Any, now: Any, same: bool = False) -> str:
     """
     changed = [*_changes(before, now, "")]
     if not changed:
+        if same and makes_motions(now):
+            return OTHER_MOTIONS
         if same:
-            return OTHER_MOTIONS if makes_motions(now) else "the records that it reads have changed"
+            how = ", or this machine corrects them in other last digits" if corrects(now) else ""
+            return f"the records that it reads have changed{how}"
         return "the records or tables that it reads have changed"
     more = f" and {len(changed) - MOST_SAID} more" if len(changed) > MOST_SAID else ""
     return "; ".join(changed[:MOST_SAID]) + more

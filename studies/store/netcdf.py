@@ -109,7 +109,17 @@ def _pieces(shape: tuple[int, ...], itemsize: int, most: int) -> tuple[int, ...]
 
 
 def _slabs_of(shape: tuple[int, ...], itemsize: int) -> Iterator[tuple[slice, ...]]:
-    steps = _steps(shape, itemsize)
+    """Yield the slabs of a variable, in whole chunks of the file."""
+    yield from _cut(shape, _steps(shape, itemsize))
+
+
+def rows_of(shape: tuple[int, ...], itemsize: int) -> Iterator[tuple[slice, ...]]:
+    """Yield slabs of a variable that are one after the other in C order, whatever their size."""
+    if math.prod(shape):
+        yield from _cut(shape, _pieces(shape, itemsize, SLAB_BYTES))
+
+
+def _cut(shape: tuple[int, ...], steps: tuple[int, ...]) -> Iterator[tuple[slice, ...]]:
     along = [
         [slice(first, first + step) for first in range(0, size, step)] for size, step in zip(shape, steps, strict=True)
     ]

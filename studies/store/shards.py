@@ -167,13 +167,18 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool, other_mach
     return shards, False
 
 
-def refuse_other(folder: Path, pinned: Mapping[str, Any]) -> bool:
-    """Return True if a folder holds parts of the study `pinned`; StudyError where they are of another study."""
+def refuse_other(folder: Path, pinned: Mapping[str, Any], other_machine: bool = False) -> bool:
+    """Return True if a folder holds parts of the study `pinned`; StudyError where they are of another study.
+
+    `other_machine`: parts of the same study from another machine are no other study's.
+    """
     before = read_manifest(folder)
     if before is None:
         return False
     now = _manifest(pinned)
     machine = _other_machine(before, now)
+    if machine and other_machine:
+        return True
     if machine:
         raise StudyError(
             f"{folder / FOLDER}: holds parts of this study from another machine ({machine}), whose results "

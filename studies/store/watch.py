@@ -12,7 +12,6 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import ClassVar
 
 import numpy as np
 
@@ -27,16 +26,23 @@ LOG_SECONDS = 10.0
 """Time between two lines of progress in the log."""
 
 
+class Interrupted(KeyboardInterrupt):
+    """An interrupt that knows the number of its signal."""
+
+    def __init__(self, number: int, sentence: str = "") -> None:
+        super().__init__(sentence)
+        self.number = number
+
+
 class Stop:
     """A request to stop the work: after the first one chunks in flight are finished, after the second they are left.
 
     Within `graceful`, SIGINT and SIGTERM are requests (in the main thread, where signals can be caught); `number` is
-    the last of them in this process.
+    the last of them.
     """
 
-    number: ClassVar[int] = signal.SIGINT
-
     def __init__(self) -> None:
+        self.number: int = signal.SIGINT
         self.asked = False
         self.waiting = False
 
@@ -44,9 +50,9 @@ class Stop:
         return self.asked
 
     def _ask(self, number: int, frame: FrameType | None) -> None:
-        Stop.number = number
+        self.number = number
         if self.asked or not self.waiting:
-            raise KeyboardInterrupt
+            raise Interrupted(number)
         self.asked = True
         # (not with print, which the signal may have interrupted)
         os.write(2, b"toppling: finishing the chunks in flight (once more leaves them)\n")

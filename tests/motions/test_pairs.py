@@ -8,6 +8,7 @@ import pytest
 import record_files as files
 import xarray as xr
 from shared_cases import SHARED, needs_shared
+from study_texts import CABINET
 
 import toppling as tp
 from toppling import motions as mo
@@ -352,20 +353,15 @@ class TestFiles:
 
 
 class TestStudy:
-    STUDY = """
+    STUDY = f"""
 title = "Pairs"
-[[blocks]]
-width_m = 0.4
-height_m = 1.8
-[[models]]
-law = "housner"
-e = 0.9
+{CABINET}
 [motions]
 records = "*.AT2"
 component = "h2"
 [ida]
 im = "RotD50(pga)"
-levels = { from = 0.1, to = 1.0, number = 4, unit = "g" }
+levels = {{ from = 0.1, to = 1.0, number = 4, unit = "g" }}
 """
 
     def test_levels_of_both_in_a_study(self, tmp_path):

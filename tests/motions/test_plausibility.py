@@ -117,6 +117,17 @@ class TestRecords:
         assert offset.sentence.startswith("5 of 7 records keep an offset (r0: its mean is 20 % of its PGA, r1: ")
         assert " and 2 more)" in offset.sentence
 
+    def test_a_cure_for_those_without_it(self):
+        """Filtered records that keep an offset have no baseline to take any more; one that has none beside them has."""
+        cut, plain = (recorded(wavelet() + 0.5, label=label) for label in ("cut", "plain"))
+        low = plain.assign_coords(motion=["low"]).assign_attrs(processing="lowpass(10 Hz, order=4)")
+        cut = cut.assign_attrs(processing="baseline(order=1); window(0.3, 0.6)")
+        said = {}
+        for name, some in {"cut": [cut], "plain": [plain], "low": [low], "both": [cut, plain]}.items():
+            (said[name],) = [one.sentence for one in record_doubts(records(some)) if one.kind == "offset"]
+        assert "after the corrections that were asked for" in said["cut"]
+        assert all("baseline_order = 1" in said[name] for name in ("plain", "low", "both"))
+
     def test_the_cures_cure(self):
         noisy = recorded(wavelet() + 0.3)
         assert set(kinds(noisy)) >= {"offset", "drift"}

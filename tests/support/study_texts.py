@@ -11,6 +11,15 @@ name = "wide"
 width_m = 0.6
 height_m = 1.6
 """
+CABINET = """
+[[blocks]]
+width_m = 0.4
+height_m = 1.8
+[[models]]
+law = "housner"
+e = 0.9
+"""
+"""One block under one law."""
 IDA = """
 [ida]
 im = "pga"

@@ -86,6 +86,12 @@ class TestGenerators:
     def test_many_spectra(self, generator):
         assert not of(generator).narrow
 
+    @pytest.mark.parametrize("kind", [mo.KanaiTajimi, mo.CloughPenzien])
+    def test_random_ground(self, kind):
+        """The dispersion that the docstring names."""
+        found = of(kind(omega_g_dispersion=0.5, xi_g_dispersion=0.6))
+        assert found.velocity == pytest.approx(0.35, abs=0.05)
+
 
 class TestStatistics:
     def test_definition(self):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy
 import xarray as xr
+from study_texts import CABINET
 
 import toppling as tp
 from toppling import motions as mo
@@ -139,21 +140,16 @@ class TestGenerators:
         )
         assert mo.CloughPenzien().outside == ""
 
-    STUDY = """
+    STUDY = f"""
 title = "A scenario"
-[[blocks]]
-width_m = 0.4
-height_m = 1.8
-[[models]]
-law = "housner"
-e = 0.9
+{CABINET}
 [motions]
 generator = "site-based-scenario"
 number = 12
 seed = 3
 magnitude = 5.5
 distance_m = 20000
-vs30_m_s = {vs30}
+vs30_m_s = {{vs30}}
 """
 
     def study(self, tmp_path, analysis, vs30=700, top=""):

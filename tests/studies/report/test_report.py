@@ -22,6 +22,7 @@ from toppling.studies.report.cells import markdown, page_table
 from toppling.studies.report.page import write_report
 from toppling.studies.report.summary import next_steps, plain_answer
 from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, Check, checks_of, worst_word
+from toppling.studies.store.content import sealed
 from toppling.studies.text.names import clean, drawable
 from toppling.studies.text.rows import plain_table
 from toppling.studies.text.words import reference_law
@@ -169,7 +170,7 @@ def write_hostile(folder, blocks):
     many["status"][:, 1] = "<i>none</i>"
     study = json.loads(many.attrs["study"]) | {"title": HOSTILE[0], "motions": {"records": HOSTILE}}
     many = many.assign_attrs(title=" ".join(laws[:2]), notes="\n".join(laws), study=json.dumps(study))
-    path = written(many, folder, f"hostile{blocks}")
+    path = written(sealed(many), folder, f"hostile{blocks}")
     write_report(path, path.with_suffix(".html"))
     return path.with_suffix(".html")
 
@@ -537,7 +538,7 @@ class TestHostile:
         inline = [one for one in tokens if one.type == "inline"]
         plain = ["".join(part.content for part in one.children) for one in inline]
         assert sum(name in one for one in plain) > 5
-        said = module.content(results, tmp_path / "changed.nc")
+        said = module.content(results, tmp_path / "changed.nc", "as written")
         every = [*said["tables"], *said["made_of"], *said["provenance"]]
         assert sum(one.type == "table_open" for one in tokens) == len(every)
 
@@ -572,6 +573,7 @@ class TestRefused:
         foreign = xr.Dataset({"t": ("x", [1.0, 2.0])})
         assert "not one of toppling's" in self.said(capsys, written(foreign, tmp_path))
 
+    @pytest.mark.filterwarnings("ignore:.* is edited since it was written")
     def test_layouts(self, capsys, folder, tmp_path):
         results = loaded(folder, "cloud")
         for layout, word in ((99, "newer"), (0, "older"), ("x", "must be a number")):

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from study_texts import CABINET
 
 import toppling as tp
 from toppling.motions.arrays import records
@@ -352,15 +353,7 @@ class TestLook:
         assert said in " ".join(capsys.readouterr().out.split())
 
 
-REST = """
-[[blocks]]
-width_m = 0.4
-height_m = 1.8
-[[models]]
-law = "housner"
-e = 0.9
-[cloud]
-"""
+REST = CABINET + "[cloud]\n"
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ from study_texts import crate_study
 import toppling as tp
 from toppling.models import runs
 from toppling.studies import StudyError
+from toppling.studies.command.cli import main
 from toppling.studies.kinds import study as running
 from toppling.studies.store import shards
 
@@ -70,13 +71,17 @@ def on_another_machine(monkeypatch):
     monkeypatch.setattr(shards, "engine_identity", lambda: identity)
 
 
-def test_another_processor_is_named_and_taken_on_request(folder, monkeypatch, small_chunks):
+def test_another_processor_is_named_and_taken_on_request(folder, monkeypatch, small_chunks, capsys):
     here = runs.engine_identity()["processor"]
     half(folder)
     on_another_machine(monkeypatch)
     study = tp.Study.from_toml("study.toml")
     with pytest.raises(StudyError, match=f"from another machine .its processor was {here}, this is other 01234567."):
         study.run("out")
+    assert main(["run", "study.toml", "--out", "out", "--dry-run"]) == 0
+    assert "from another machine" in capsys.readouterr().out
+    assert main(["run", "study.toml", "--out", "out", "--dry-run", "--accept-other-machine"]) == 0
+    assert "interrupted, about" in capsys.readouterr().out
     results = study.run("out", other_machine=True)
     assert json.loads(results.attrs["machines"]) == [here, "other 01234567"]
     assert study.run("out").attrs == results.attrs

@@ -1,0 +1,84 @@
+"""The checksum of what results hold, which tells values and attributes that were edited after they were written.
+
+It is of the contents and not of the file: a copy by another program, with other compression or another order, keeps it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..file.table import StudyError
+from .netcdf import rows_of
+
+ATTRIBUTE = "content_sha256"
+AS_WRITTEN = "as written"
+EDITED = "edited since it was written"
+UNSEALED = "of a version without a checksum of contents"
+
+
+class EditedResults(UserWarning):
+    """Warning that a result file was edited after it was written."""
+
+
+def content_digest(results: xr.Dataset) -> str:
+    """Return the SHA-256 of all variables and attributes, whatever the file's format.
+
+    For each variable and coordinate, by name: a line of JSON with its name, dimensions, shape, type and attributes, and
+    its values in C order, numbers as little-endian bytes and texts as a line of JSON each; then the attributes of the
+    dataset but this one.
+    """
+    found = hashlib.sha256()
+    for name, one in sorted(results.variables.items(), key=lambda pair: str(pair[0])):
+        text = one.dtype.kind not in "biuf"
+        kind = "text" if text else one.dtype.newbyteorder("<").str
+        head = {"name": str(name), "dims": [str(dim) for dim in one.dims], "shape": one.shape, "type": kind}
+        found.update(_line({**head, "attributes": _plain(one.attrs)}))
+        for where in rows_of(one.shape, one.dtype.itemsize):
+            values = one[where].values
+            if text:
+                found.update(b"".join(_line(str(value)) for value in np.ravel(values)))
+            else:
+                found.update(np.ascontiguousarray(values, values.dtype.newbyteorder("<")).tobytes())
+    found.update(_line(_plain({name: value for name, value in results.attrs.items() if name != ATTRIBUTE})))
+    return found.hexdigest()
+
+
+def sealed(results: xr.Dataset) -> xr.Dataset:
+    """Return results with the checksum of their contents as an attribute."""
+    return results.assign_attrs({ATTRIBUTE: content_digest(results)})
+
+
+def check_content(path: Path, results: xr.Dataset, verify: bool = False) -> str:
+    """Return whether results are as they were written, and warn where they are not.
+
+    Raises
+    ------
+    StudyError
+        With `verify`: they were edited, or have no checksum.
+    """
+    if ATTRIBUTE not in results.attrs:
+        state = UNSEALED
+    else:
+        state = AS_WRITTEN if str(results.attrs[ATTRIBUTE]) == content_digest(results) else EDITED
+    if verify and state != AS_WRITTEN:
+        raise StudyError(f"{path}: is {state}: run its study again with --fresh")
+    if state == EDITED:
+        warnings.warn(f"{path}: is {state}: its numbers are not those of its study", EditedResults, stacklevel=3)
+    return state
+
+
+def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return attributes as plain values: what netCDF gives back of a number, a text or a list of them."""
+    return {str(name): np.asarray(value).tolist() for name, value in attributes.items()}
+
+
+def _line(value: Any) -> bytes:
+    return json.dumps(value, ensure_ascii=True, sort_keys=True, separators=(",", ":")).encode() + b"\n"

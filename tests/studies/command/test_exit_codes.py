@@ -1,0 +1,33 @@
+"""Exit codes of signals: that of the signal that ended this run, whatever ended one before."""
+
+import signal
+
+import pytest
+from study_texts import crate_study
+
+from toppling.studies.command import cli
+from toppling.studies.store.watch import Stop
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_the_signal_that_was_sent(tmp_path, monkeypatch, capsys, number):
+    """The first signal is asked for while chunks are in flight, and what is kept is told."""
+    (tmp_path / "study.toml").write_text(crate_study("Signals", 3, 6, 0.02, 3), encoding="utf-8")
+    asked = Stop.__call__
+
+    def call(self):
+        if not self.asked:
+            signal.raise_signal(number)
+        return asked(self)
+
+    monkeypatch.setattr(Stop, "__call__", call)
+    out = str(tmp_path / "out")
+    assert cli.main(["run", str(tmp_path / "study.toml"), "--out", out]) == 128 + number
+    assert "interrupted with" in capsys.readouterr().err
+    monkeypatch.undo()
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "status_of", interrupted)
+    assert cli.main(["status", out]) == 130

@@ -1,0 +1,164 @@
+"""The checksum of contents: equal however a file is stored, and another one after every edit."""
+
+import gzip
+import json
+import re
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from study_texts import BLOCKS, HAZARD, IDA, motions
+
+import toppling as tp
+from toppling.studies.command.cli import main
+from toppling.studies.report.validity import checks_of
+from toppling.studies.store.content import ATTRIBUTE, content_digest
+
+ROOT = Path(__file__).resolve().parents[3]
+STUDY = f'title = "Contents"\n{BLOCKS}\n[[models]]\nlaw = "housner"\n{motions(5)}{IDA}{HAZARD}'
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("contents")
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    results = tp.Study.from_toml(folder / "study.toml").run(folder / "out")
+    return results, folder / "out/results.nc"
+
+
+@pytest.fixture
+def copied(finished, tmp_path):
+    path = tmp_path / "out/results.nc"
+    path.parent.mkdir()
+    path.write_bytes(finished[1].read_bytes())
+    return path
+
+
+class TestDigest:
+    def test_the_same_in_memory_and_on_the_disk(self, finished):
+        results, path = finished
+        with xr.open_dataset(path) as stored:
+            assert stored.attrs[ATTRIBUTE] == results.attrs[ATTRIBUTE] == content_digest(results)
+            assert content_digest(stored) == content_digest(stored.load()) == stored.attrs[ATTRIBUTE]
+
+    def test_however_it_is_stored(self, finished, tmp_path):
+        """Without checksums, compressed, and as Zarr's and scipy's older layouts would be: a copy keeps it."""
+        results, path = finished
+        with xr.open_dataset(path) as stored:
+            plain = stored.load().drop_encoding()
+        plain.to_netcdf(tmp_path / "plain.nc", encoding={"median": {"zlib": True}})
+        with xr.open_dataset(tmp_path / "plain.nc") as copy:
+            assert content_digest(copy) == results.attrs[ATTRIBUTE]
+
+    def test_in_slabs(self, monkeypatch):
+        """Slabs are read in C order, so that their size does not matter."""
+        values = np.arange(3 * 700 * 1100, dtype=float).reshape(3, 700, 1100)
+        whole = content_digest(xr.Dataset({"one": (("a", "b", "c"), values)}))
+        monkeypatch.setattr("toppling.studies.store.netcdf.SLAB_BYTES", 2**20)
+        assert content_digest(xr.Dataset({"one": (("a", "b", "c"), values)})) == whole
+        assert content_digest(xr.Dataset({"one": (("a", "b", "c"), values[::-1])})) != whole
+
+    def test_of_what(self):
+        """Values, types, names, dimensions and attributes all count; the order of variables does not."""
+        base = xr.Dataset({"a": ("x", [1.0, 2.0]), "b": ("x", ["one", "two"])}, attrs={"title": "T", "n": 3})
+        other = [
+            base.assign(a=("x", [1.0, 2.5])),
+            base.assign(a=("x", np.array([1.0, 2.0], np.float32))),
+            base.assign(b=("x", ["on", "etwo"])),
+            base.rename(a="c"),
+            base.assign_attrs(title="U"),
+            base.assign_attrs(more=""),
+            base.assign(a=("x", [1.0, 2.0], {"units": "m"})),
+        ]
+        assert len({content_digest(one) for one in [base, *other]}) == len(other) + 1
+        assert content_digest(base[["b", "a"]]) == content_digest(base)
+
+    def test_nothing_in_it(self):
+        empty = xr.Dataset({"a": ("x", np.empty(0)), "b": ((), True)})
+        assert content_digest(empty) != content_digest(empty.drop_vars("a"))
+
+
+def edit_value(path):
+    with netCDF4.Dataset(path, "a") as file:
+        file["rate"][0, 0] *= 0.5
+
+
+def edit_attribute(path):
+    with netCDF4.Dataset(path, "a") as file:
+        file.setncattr("notes", "nothing to note")
+
+
+def edit_a_variable(path):
+    with netCDF4.Dataset(path, "a") as file:
+        file["median"].setncattr("long_name", "median of all")
+
+
+@pytest.mark.parametrize("edit", [edit_value, edit_attribute, edit_a_variable])
+def test_edited_results(copied, capsys, edit):
+    """A warning and a badge in the report, a warning of exports; refused with --verify."""
+    for arguments in (["report", str(copied)], ["export", str(copied), "--format", "csv"]):
+        assert main([*arguments, "--verify"]) == 0
+    assert main(["status", str(copied.parent), "--verify"]) == 0
+    edit(copied)
+    capsys.readouterr()
+    for arguments in (["report", str(copied)], ["export", str(copied), "--format", "csv"]):
+        with pytest.warns(UserWarning, match="is edited since it was written"):
+            assert main(arguments) == 0
+        assert main([*arguments, "--verify"]) == 2
+        said = capsys.readouterr().err
+        assert f"toppling: {copied}: is edited since it was written" in said
+    page = re.sub(r"<[^>]*>|\s+", " ", copied.with_name("report.html").read_text(encoding="utf-8"))
+    assert "were edited after the study had written it" in page
+    assert "edited since it was written" in page
+    assert main(["status", str(copied.parent)]) == 0
+    assert main(["status", str(copied.parent), "--verify"]) == 2
+
+
+def test_a_file_without_it(tmp_path, capsys):
+    """A file of before is opened without a word, but cannot be verified."""
+    path = tmp_path / "results.nc"
+    path.write_bytes(gzip.decompress((ROOT / "tests/data/results_layout_1.nc.gz").read_bytes()))
+    assert main(["report", str(path)]) == 0
+    assert "edited" not in capsys.readouterr().err
+    assert main(["report", str(path), "--verify"]) == 2
+    assert "without a checksum of contents" in capsys.readouterr().err
+
+
+def test_results_of_before_are_not_called_pulses(finished):
+    """Results without the variability of spectra: floor motions and pulses, or of a version that did not look."""
+    results = (
+        finished[0]
+        .drop_attrs(deep=False)
+        .assign_attrs({name: value for name, value in finished[0].attrs.items() if name != "spectral_variability"})
+    )
+    said = {one.question: one.reason for one in checks_of(results)}[
+        "Do the motions’ spectra differ as those of earthquakes do?"
+    ]
+    assert said.startswith("Pulses, single motions and floor motions")
+    del results.attrs["machines"]
+    assert "The results hold no such check." in [one.reason for one in checks_of(results)]
+
+
+def test_a_study_that_is_not_finished(finished, tmp_path, capsys):
+    shards = tmp_path / "shards"
+    shards.mkdir()
+    manifest = {"layout": 3, "engine": {}, "machines": [], "identity": "", "study": {}, "work": 1, "calls": []}
+    (shards / "manifest.json").write_text(json.dumps(manifest))
+    assert main(["status", str(tmp_path), "--verify"]) == 2
+    assert "is not finished, there are no results to verify" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "studies/examples").glob("*.toml")))
+def test_every_kind_of_study(name, tmp_path):
+    """The examples' results have the same digest in memory and on the disk."""
+    text = (ROOT / f"studies/examples/{name}.toml").read_text(encoding="utf-8")
+    few = re.sub(r"(?m)^number = \d+", "number = 4", text)
+    for file in (ROOT / "studies/examples").glob("*.csv"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    (tmp_path / "study.toml").write_text(few, encoding="utf-8")
+    results = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+    with xr.open_dataset(tmp_path / "out/results.nc") as stored:
+        assert content_digest(stored) == content_digest(results) == results.attrs[ATTRIBUTE]
