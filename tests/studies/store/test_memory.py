@@ -21,6 +21,7 @@ from toppling.studies.command.cli import main
 from toppling.studies.kinds.fragility import STORED_BYTES
 from toppling.studies.store import folder as store
 from toppling.studies.store import netcdf, resources, shards
+from toppling.studies.store.content import sealed
 
 DRIVER = Path(study_texts.__file__).with_name("large_study.py")
 EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
@@ -277,6 +278,7 @@ class TestSlabs:
             for one in ("flag_share", "flag_total_share"):
                 np.testing.assert_allclose(found[one], whole[one], rtol=1e-12, atol=1e-13)
                 found[one] = whole[one]
+            found = sealed(found)
         xr.testing.assert_identical(found, whole)
 
     def test_arrays_on_the_disk(self, finished, tmp_path, monkeypatch):
