@@ -6,6 +6,7 @@ An analysis is a design (which motions are run at which scale) for specimens (wh
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -18,9 +19,11 @@ from ...motions.arrays import Record, motion_coordinates
 from ...motions.plausibility import record_doubts
 from ...units import provenance
 from ..runs.factors import Factors, ScaleFactors
-from ..runs.labels import block_coordinates, model_coordinates, output_variables
+from ..runs.graph import output_arrays
+from ..runs.labels import block_coordinates, lazy_outputs, model_coordinates, output_variables
 from ..runs.provenance import DESCRIBED, STRIPES
-from ..runs.request import Request, execute
+from ..runs.request import Request, collect, work_of
+from ..validity.lazy_screen import with_lazy_screen
 from ..validity.plausibility import block_doubts, level_doubts
 from ..validity.screen import ScreenInput, with_screen
 from .measuring import MeasuringThread
@@ -86,13 +89,22 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     """Run every specimen under the motions of a design, label the runs, and screen them where the request says so.
 
     Where specimens and design give the same coordinate or the same entry of the configuration, it stands where the
-    specimens have it, so that the order in a result can be chosen.
+    specimens have it, so that the order in a result can be chosen.  Where the request is not to compute, what is of
+    every run is an array of dask.
     """
     warn(doubts_of(request.blocks, design))
-    thread = MeasuringThread(design.motions, request.screen)
-    runs = execute(specimens.oscillators, design.motions, design.factors, request)
-    measures, characteristics = thread.result()
     sizes = {**specimens.sizes, **design.sizes}
+    each = math.prod(list(specimens.sizes.values())[1:])
+    work = work_of(specimens.oscillators, design.motions, design.factors, request, each)
+    thread = MeasuringThread(design.motions, request.screen)
+    if request.compute:
+        runs = collect(work, request.runner, request.progress)
+        outputs = output_variables(request, runs, specimens.blocks, sizes)
+        known = {"skipped": json.dumps(runs.skipped)}
+    else:
+        outputs = lazy_outputs(request, output_arrays(work, list(sizes.values())), specimens.blocks, sizes)
+        known = {}
+    measures, characteristics = thread.result()
     coordinates = {
         **specimens.coordinates,
         **motion_coordinates(list(design.motions)),
@@ -105,16 +117,18 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
         **design.configuration,
     }
     labelled = xr.Dataset(
-        output_variables(request, runs, specimens.blocks, sizes),
+        outputs,
         coords=coordinates,
         attrs={
             "title": design.title,
             "design": design.name,
             **provenance(configuration),
-            "skipped": json.dumps(runs.skipped),
+            **known,
         },
     )
     if characteristics is None:
         return labelled
     given = ScreenInput(sizes, coordinates, design.scale)
-    return with_screen(labelled, given, characteristics, request.runner.array)
+    if request.compute:
+        return with_screen(labelled, given, characteristics, request.runner.array)
+    return with_lazy_screen(labelled, given, characteristics)

@@ -37,6 +37,7 @@ def cloud(
     screen: bool = True,
     ground: Motions | None = None,
     progress: Progress | None = None,
+    compute: bool = True,
 ) -> xr.Dataset:
     """Cloud analysis: every motion is run once, unscaled.
 
@@ -48,7 +49,7 @@ def cloud(
         Labelled motions (m s-2); nothing is scaled.
     im : str or Measure
         The intensity measure of the runs: any but ``scale``.
-    outputs, client, skip, screen, progress
+    outputs, client, skip, screen, progress, compute
         As for `toppling.ida`.
     ground : xarray.DataArray or a sequence of them, optional
         The ground motions of which `motions` are floor motions: the measure is then that of the ground motions.
@@ -77,7 +78,7 @@ def cloud(
     >>> runs["intensity"].dims
     ('motion',)
     """
-    request = check_request(blocks, models, outputs, skip, client, progress, screen)
+    request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
     plain = records(motions)
     at = plain if ground is None else ground_of(plain, records(ground))
     measure = intensity_measure(im)

@@ -36,6 +36,7 @@ def ida(
     screen: bool = True,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     progress: Progress | None = None,
+    compute: bool = True,
 ) -> xr.Dataset:
     """Incremental dynamic analysis.
 
@@ -57,7 +58,8 @@ def ida(
         the sign of the rotation in which it fell; 0 if it stands), top_displacement (the way of the upper corner it
         leans to, height x sin(peak_rotation): to be compared with the gap to a wall).
     client : distributed.Client, optional
-        The cluster that computes the runs; threads of this process where not given.
+        The cluster that computes the runs; where not given, what dask is configured to use (a scheduler, or a default
+        client), else threads of this process.
     skip : bool
         Skip samples that cannot change the outcome: those before the first uplift, and, where ``outputs`` is overturned
         alone, those after which the rest of the record cannot overturn a block.  Flags do not change, peaks only by
@@ -72,13 +74,18 @@ def ida(
         measure of the ground motions, and each floor motion is scaled like its ground motion (the building is elastic).
     progress : callable, optional
         Called with (runs done, runs in all) after every chunk.
+    compute : bool
+        With False, what is of every run (and the shares over runs) are arrays of dask, in chunks along block and
+        motion, which are computed when they are asked for: ``.compute()``, ``.persist()``, ``.to_netcdf()``,
+        ``.to_zarr()``, ``.mean("motion")``, by any scheduler of dask.  `client` and `progress` have no effect then, and
+        the attribute ``skipped``, which is known after the runs, is missing.
 
     Returns
     -------
     xarray.Dataset
-        The outputs on (block, model, level, motion), computed, with the properties of blocks, laws and motions as
-        coordinates, and the variables of the validity screen.
-        Bit-identical for any chunking and any number of workers.
+        The outputs on (block, model, level, motion), with the properties of blocks, laws and motions as coordinates,
+        and the variables of the validity screen.
+        Bit-identical for any chunking, any scheduler and any number of workers.
 
     Raises
     ------
@@ -99,7 +106,7 @@ def ida(
     >>> dict(result.sizes)
     {'block': 1, 'model': 1, 'level': 2, 'motion': 4, 'reason': 8}
     """
-    request = check_request(blocks, models, outputs, skip, client, progress, screen)
+    request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
     design = incremental(levels, motions, im, request.blocks, ground)
     return analyse(request, specimens_of(request), design)
 

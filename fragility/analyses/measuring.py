@@ -1,4 +1,7 @@
-"""Measures and characteristics of motions, computed on a thread of their own while other threads run the engine."""
+"""Measures and characteristics of motions, computed on a thread of their own while other threads run the engine.
+
+Where dask is told to use one thread alone, they are computed when they are asked for.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ import xarray as xr
 from ...motions.arrays import Record
 from ...motions.intensity.dataset import measure_variables
 from ...motions.intensity.measure import RESULT_MEASURES
+from ..runs.runners import thread_count
 from ..validity.characteristics import Characteristics
 
 
@@ -37,7 +41,9 @@ class MeasuringThread:
         self._found: MotionProperties | None = None
         self._error: Exception | None = None
         self._thread = threading.Thread(target=self._work, name="toppling-motions", daemon=True)
-        self._thread.start()
+        self._started = thread_count() > 1
+        if self._started:
+            self._thread.start()
 
     def _work(self) -> None:
         try:
@@ -48,7 +54,10 @@ class MeasuringThread:
 
     def result(self) -> MotionProperties:
         """Wait for the thread and return what it computed, or raise its error."""
-        self._thread.join()
+        if self._started:
+            self._thread.join()
+        else:
+            self._work()
         if self._error is not None:
             raise self._error
         assert self._found is not None

@@ -43,6 +43,7 @@ def stripes(
     scale: bool = True,
     ground: Sequence[Motions] | None = None,
     progress: Progress | None = None,
+    compute: bool = True,
 ) -> xr.Dataset:
     """Multiple-stripe analysis: motions that differ from level to level, as selected consistently with the hazard.
 
@@ -56,7 +57,7 @@ def stripes(
         Level of each stripe, SI, > 0, strictly increasing.
     im : str or Measure
         The intensity measure of the levels, as for `toppling.ida`.
-    outputs, client, skip, screen, progress
+    outputs, client, skip, screen, progress, compute
         As for `toppling.ida`.
     scale : bool
         True (default) scales every motion of a stripe to its level; False runs the motions as they are, because they
@@ -96,7 +97,7 @@ def stripes(
     >>> runs["intensity"].values.tolist()
     [2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0, 4.0]
     """
-    request = check_request(blocks, models, outputs, skip, client, progress, screen)
+    request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
     if not isinstance(scale, bool):
         raise TypeError(f"scale must be True or False, got {scale!r:.40}")
     values = increasing(levels)

@@ -8,7 +8,9 @@ number.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from itertools import pairwise
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -69,7 +71,8 @@ class Work(NamedTuple):
     """The runs of all oscillators under factors times all motions.
 
     factors (block, level, motion): of one block where they are the same for all blocks; otherwise the oscillators are
-    ordered block by block, equally many for each.  outputs: names of the outputs of a run.
+    ordered block by block, equally many for each.  outputs: names of the outputs of a run.  each: number of consecutive
+    oscillators that chunks keep together, or divide in the same places (the laws of a block).
     """
 
     oscillators: Sequence[Oscillator]
@@ -77,6 +80,7 @@ class Work(NamedTuple):
     factors: Factors
     skip: bool = True
     outputs: tuple[str, ...] = tuple(OUTPUTS)
+    each: int = 1
 
     @property
     def levels(self) -> int:
@@ -123,43 +127,92 @@ def number_of_chunks(total: float) -> float:
     return equal + 2.0 * min(FALLING_SHARE * equal, MOST_FALLING)
 
 
+Bounds = list[tuple[int, int]]
+"""First and last + 1 of consecutive parts."""
+
+
+class Grid(NamedTuple):
+    """Division of work into parts of its oscillators x parts of its motions, and these cells into chunks.
+
+    rows, motions: bounds; chunks: of every cell (row by row), those that follow each other.
+    """
+
+    rows: Bounds
+    motions: Bounds
+    chunks: list[list[Chunk]]
+
+
 def plan_chunks(work: Work, seconds: float | None = None) -> list[Chunk]:
     """Divide work into chunks of about `seconds` each (None: `seconds_of_a_chunk`), the last ones shorter.
 
     There are never many more than 100,000 chunks.
     """
+    return [chunk for cell in plan_grid(work, seconds).chunks for chunk in cell]
+
+
+def plan_grid(work: Work, seconds: float | None = None) -> Grid:
+    """Divide work as `plan_chunks` does, into the cells of a grid; only the last cells hold more than one chunk."""
     oscillators = work.oscillators
     exact = oscillators.exact if isinstance(oscillators, OscillatorGrid) else [one.exact for one in oscillators]
-    per_row = [work.levels * (SECONDS_PER_EXACT_SAMPLE if one else SECONDS_PER_SAMPLE) for one in exact]
-    samples = [motion.acceleration.size for motion in work.motions]
-    left = total = sum(per_row) * sum(samples)
+    per_row = work.levels * np.where(exact, SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE)
+    samples = np.array([motion.acceleration.size for motion in work.motions], float)
+    left = total = float(per_row.sum() * samples.sum())
     full = seconds_of_a_chunk(total) if seconds is None else max(seconds, total / MOST_CHUNKS)
     falling = min(FALLING_SHARE * total, MOST_FALLING * full)
-    chunks = []
-    for row, row_stop in _groups(per_row, work.levels, max(samples), full):
-        cost = sum(per_row[row:row_stop])
-        first, spent = 0, 0.0
-        for i, size in enumerate(samples, start=1):
-            spent += cost * size
-            if spent >= full * max(min(1.0, left / falling), LEAST_PART) or i == len(samples):
-                chunks.append(Chunk(row, row_stop, first, i))
-                left -= spent
-                first, spent = i, 0.0
-    return chunks
+
+    def part_of(left: float) -> float:
+        return max(min(1.0, left / falling), LEAST_PART)
+
+    rows = _rows(work, per_row, float(samples.max()), full)
+    costs = [float(per_row[first:stop].sum()) for first, stop in rows]
+    motions: Bounds = []
+    first, spent = 0, 0.0
+    for i, cost in enumerate((max(costs) * samples).tolist(), start=1):
+        spent += cost
+        if spent >= full * (part_of(left) if len(rows) == 1 else 1.0) or i == samples.size:
+            motions.append((first, i))
+            left -= spent
+            first, spent = i, 0.0
+    if len(rows) == 1:
+        return Grid(rows, motions, [[Chunk(*rows[0], *bounds)] for bounds in motions])
+    chunks, left = [], total
+    for cost, bounds in zip(costs, rows, strict=True):
+        for begin, end in motions:
+            parts = min(end - begin, math.ceil(1.0 / part_of(left)))
+            cuts = [begin + (end - begin) * k // parts for k in range(parts + 1)]
+            chunks.append([Chunk(*bounds, *cut) for cut in pairwise(cuts)])
+            left -= cost * float(samples[begin:end].sum())
+    return Grid(rows, motions, chunks)
 
 
-def _groups(per_row: Sequence[float], levels: int, longest: int, target: float) -> list[tuple[int, int]]:
-    """Bounds of groups of oscillators that share a motion's samples: at most about a chunk under the longest motion."""
+def _rows(work: Work, per_row: Array, longest: float, target: float) -> Bounds:
+    """Bounds of groups of oscillators that share a motion's samples: at most about a chunk under the longest motion.
+
+    Groups hold the same oscillators of each entry of `Work.each`: several whole entries, or a part of one.
+    """
+    each = work.each
+    entries = per_row.reshape(-1, each)
+    runs, cost = each * work.levels, float(entries[0].sum()) * longest
+    if each == 1 or not _enough(runs, cost, target):
+        return [(first * each, stop * each) for first, stop in _groups(entries.sum(axis=1), runs, longest, target)]
+    parts = _groups(entries[0], work.levels, longest, target)
+    return [(i * each + first, i * each + stop) for i in range(len(entries)) for first, stop in parts]
+
+
+def _groups(costs: Array, runs: int, longest: float, target: float) -> Bounds:
+    """Bounds of groups of entries, of so many runs each under one motion."""
     found = []
     row, spent = 0, 0.0
-    for i, cost in enumerate(per_row, start=1):
-        together = (i - row) * levels
-        spent += cost * longest
-        full = together >= MOST_TOGETHER or (spent >= target and together >= FEWEST_TOGETHER)
-        if full or i == len(per_row):
+    for i, cost in enumerate((costs * longest).tolist(), start=1):
+        spent += cost
+        if _enough((i - row) * runs, spent, target) or i == len(costs):
             found.append((row, i))
             row, spent = i, 0.0
     return found
+
+
+def _enough(together: int, spent: float, target: float) -> bool:
+    return together >= MOST_TOGETHER or (spent >= target and together >= FEWEST_TOGETHER)
 
 
 class ChunkResult(NamedTuple):

@@ -18,7 +18,7 @@ from ...motions.arrays import Record
 from .factors import Factors
 from .oscillators import OscillatorGrid
 from .plan import OUTPUT_TYPES, Work, plan_chunks
-from .runners import Runner, Threads
+from .runners import Local, Runner, default_client
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -41,6 +41,7 @@ class Request(NamedTuple):
     runner: Runner
     progress: Progress | None
     screen: bool
+    compute: bool = True
 
     @property
     def oscillators(self) -> OscillatorGrid:
@@ -77,13 +78,14 @@ def check_request(
     client: Client | Runner | None,
     progress: Progress | None,
     screen: bool = False,
+    compute: bool = True,
 ) -> Request:
     """Check the arguments that all analyses share; TypeError or ValueError where one is wrong."""
     names = [outputs] if isinstance(outputs, str) else list(outputs)
     if not names:
         raise ValueError(f"outputs must name at least one of {', '.join(OUTPUTS)}, got none")
     wanted = list(dict.fromkeys(checks.choice("outputs", name, OUTPUTS) for name in names))
-    for name, value in (("skip", skip), ("screen", screen)):
+    for name, value in (("skip", skip), ("screen", screen), ("compute", compute)):
         if not isinstance(value, bool):
             raise TypeError(f"{name} must be True or False, got {value!r:.40}")
     return Request(
@@ -94,13 +96,16 @@ def check_request(
         runner_of(client),
         progress,
         screen,
+        compute,
     )
 
 
-def execute(oscillators: Sequence[Oscillator], motions: Sequence[Record], factors: Factors, request: Request) -> Runs:
-    """Run every oscillator under factors (block, level, motion; see `Work`) times the motions."""
+def work_of(
+    oscillators: Sequence[Oscillator], motions: Sequence[Record], factors: Factors, request: Request, each: int = 1
+) -> Work:
+    """Return the work of a request: every oscillator under factors (block, level, motion; see `Work`) times motions."""
     names = tuple(dict.fromkeys(DERIVED.get(name, name) for name in request.outputs))
-    return collect(Work(oscillators, tuple(motions), factors, request.skip, names), request.runner, request.progress)
+    return Work(oscillators, tuple(motions), factors, request.skip, names, each)
 
 
 def collect(work: Work, runner: Runner, progress: Progress | None) -> Runs:
@@ -136,9 +141,11 @@ def labelled_sequence(name: str, values: Any, kind: type[Labelled]) -> list[Labe
 
 
 def runner_of(client: Client | Runner | None) -> Runner:
-    """Return the runner of a client: threads where there is no client; TypeError for other types."""
+    """Return the runner of a client: where there is none, what dask is configured to use; TypeError for other types."""
     if client is None:
-        return Threads()
+        client = default_client()
+    if client is None:
+        return Local()
     if isinstance(client, Runner):
         return client
     if not hasattr(client, "submit") or not hasattr(client, "scheduler"):

@@ -1,28 +1,76 @@
-"""Runners, which compute chunks of runs: on threads of this process, or wherever a `Runner` sends them."""
+"""Runners, which compute chunks of runs: by dask's scheduler of this process, or wherever a `Runner` sends them."""
 
 from __future__ import annotations
 
+import signal
+import sys
+import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-from itertools import islice
-from typing import Any, TypeVar
+from functools import partial
+from queue import Queue
+from typing import TYPE_CHECKING, Any, TypeVar
 
+import dask.multiprocessing
+import dask.threaded
 from dask import config
+from dask.base import get_scheduler
+from dask.callbacks import Callback
+from dask.local import get_async, get_sync
 from dask.system import CPU_COUNT
 from numpy.typing import NDArray
 
 from ..numerics.slabs import in_memory
-from .plan import Chunk, ChunkResult, Work, run_chunk
+from .graph import chunk_graph
+from .plan import Chunk, ChunkResult, Work
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
 def thread_count() -> int:
-    """Return the number of threads: dask's `num_workers`, or the processors that this process may use."""
+    """Return the number of threads: dask's `num_workers`, or the processors that this process may use.
+
+    1 where dask is configured to compute in one thread (``scheduler="synchronous"``).
+    """
+    if scheduler() is get_sync:
+        return 1
     return int(config.get("num_workers", None) or CPU_COUNT)
+
+
+def scheduler() -> Callable[..., Any]:
+    """Return dask's function that computes a graph: of its configuration, of a default client, else of its threads.
+
+    Within a task of a cluster's worker there is no default client, because that worker would wait for itself.
+    """
+    if config.get("scheduler", None) is None and (_in_worker() or "distributed" not in sys.modules):
+        # (dask would load its distributed part to look for a client, which takes a second, although none can be there)
+        return dask.threaded.get
+    return get_scheduler() or dask.threaded.get
+
+
+def _in_worker() -> bool:
+    if "distributed" not in sys.modules:
+        return False
+    from distributed import get_worker  # noqa: PLC0415 - loaded already
+
+    try:
+        get_worker()
+    except ValueError:
+        return False
+    return True
+
+
+def default_client() -> Client | None:
+    """Return the client that dask is configured to compute with, or its default client; None where there is none."""
+    client = getattr(scheduler(), "__self__", None)
+    return client if hasattr(client, "submit") and hasattr(client, "scheduler") else None
 
 
 def shared(of: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Result]:
@@ -37,6 +85,10 @@ def shared(of: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Resu
 
 AHEAD = 2
 """Chunks begun or waiting for each thread: enough that no thread is idle, few enough that memory stays bounded."""
+WINDOW = 10_000
+"""Chunks of a graph: some 2 kB each are held of it, and dask orders it in some 2 s."""
+WINDOW_ELSEWHERE = 8
+"""Chunks of a graph for each worker that is not of this process, which cannot be told to begin no further chunk."""
 
 
 class Runner(ABC):
@@ -60,8 +112,9 @@ def never() -> bool:
 
 
 @dataclass(frozen=True)
-class Threads(Runner):
-    """Threads of this process (dask's `num_workers`, or the processors): the engine does not hold the interpreter lock.
+class Local(Runner):
+    """The scheduler that dask is configured with: threads of this process (the engine does not hold the interpreter
+    lock), one thread (``synchronous``), processes, or an executor.
 
     Once `stop` returns True no chunk is begun; chunks in flight are returned, then KeyboardInterrupt is raised.
     """
@@ -70,30 +123,102 @@ class Threads(Runner):
 
     def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, ChunkResult]]:
         """Yield every chunk with its results."""
-        threads = thread_count()
-        waiting = iter(chunks)
-        running: dict[Future[ChunkResult], Chunk] = {}
-        left = len(chunks)
-        with ThreadPoolExecutor(threads, "toppling") as pool:
+        with _executor(scheduler()) as (compute, workers, here):
+            window = WINDOW if here else WINDOW_ELSEWHERE * workers
+            for first in range(0, len(chunks), window):
+                if self.stop():
+                    raise KeyboardInterrupt
+                yield from _Window(work, chunks[first : first + window], self.stop, compute, workers).results()
 
-            def begin(n: int) -> None:
-                running.update({pool.submit(run_chunk, work, chunk): chunk for chunk in islice(waiting, n)})
 
-            try:
-                begin(0 if self.stop() else AHEAD * threads)
-                while running:
-                    finished, _ = wait(running, return_when=FIRST_COMPLETED)
-                    for future in finished:
-                        chunk = running.pop(future)
-                        if not self.stop():
-                            begin(1)
-                        left -= 1
-                        yield chunk, future.result()
-                    if self.stop():
-                        for future in [one for one in running if one.cancel()]:
-                            del running[future]
-            finally:
-                for future in running:
-                    future.cancel()
-        if left:
+class _Window:
+    """The graph of some chunks, computed on a thread of its own while the caller takes what is finished."""
+
+    def __init__(
+        self,
+        work: Work,
+        chunks: Sequence[Chunk],
+        stop: Callable[[], bool],
+        compute: Callable[..., Any],
+        workers: int,
+    ) -> None:
+        self._left = False
+        self._chunks = chunks
+        self._compute = compute
+        self._finished: Queue[tuple[int, ChunkResult | None] | BaseException | None] = Queue(AHEAD * workers)
+        self._graph = chunk_graph(work, chunks, "chunk", lambda: self._left or stop())
+        self._thread = threading.Thread(target=self._work, name="toppling-graph", daemon=True)
+
+    def results(self) -> Iterator[tuple[Chunk, ChunkResult]]:
+        """Yield every chunk with its results; KeyboardInterrupt where not all were begun."""
+        self._thread.start()
+        stopped = False
+        one: tuple[int, ChunkResult | None] | BaseException | None = (0, None)
+        try:
+            while (one := self._finished.get()) is not None:
+                if isinstance(one, BaseException):
+                    raise one
+                number, done = one
+                if done is None:
+                    stopped = True
+                else:
+                    yield self._chunks[number], done
+        finally:
+            self._left = True
+            while one is not None and not isinstance(one, BaseException):  # (the caller takes no more)
+                one = self._finished.get()
+            self._thread.join()
+        if stopped:
             raise KeyboardInterrupt
+
+    def _work(self) -> None:
+        def begin(graph: Any, state: Any) -> None:
+            # (dask would begin them in the order of their names; the last chunks of a plan are the shortest)
+            state["ready"].sort(key=lambda key: key[1], reverse=True)
+
+        told: set[int] = set()
+
+        def finished(key: Any, done: ChunkResult | None, graph: Any, state: Any, worker: Any) -> None:
+            state["cache"][key] = None  # (or dask would hold all results until the end)
+            told.add(key[1])
+            self._finished.put((key[1], done))
+
+        try:
+            # (what a user looks on with, such as dask's progress bar, is called as well)
+            looking_on = [*Callback.active, Callback(start_state=begin, posttask=finished)._callback]
+            found = self._compute(self._graph, list(self._graph), callbacks=looking_on)
+            if len(found) != len(self._chunks):
+                raise RuntimeError(f"the scheduler returned {len(found)} of {len(self._chunks)} results")
+            for number, done in enumerate(found):
+                if number not in told:  # (by a scheduler of the user's that knows no callbacks)
+                    self._finished.put((number, done))
+            self._finished.put(None)
+        except BaseException as error:
+            self._finished.put(error)
+
+
+@contextmanager
+def _executor(compute: Callable[..., Any]) -> Iterator[tuple[Callable[..., Any], int, bool]]:
+    """Give dask's function with the workers that it needs, their number, and whether they are threads of this process.
+
+    The workers of dask's own choice would be left behind when they are not needed any more.
+    """
+    pool: Executor | None = config.get("pool", None)
+    if compute is get_sync:
+        yield compute, 1, True
+    elif compute is dask.threaded.get:
+        with ThreadPoolExecutor(thread_count(), "toppling") if pool is None else nullcontext(pool) as threads:
+            # (dask's own function begins as many tasks as there are threads, each of which then waits for the next)
+            yield partial(get_async, threads.submit, AHEAD * thread_count()), thread_count(), True
+    elif compute is dask.multiprocessing.get:
+        workers = thread_count()
+        own = ProcessPoolExecutor(workers, dask.multiprocessing.get_context(), _ignore_interrupts)
+        with own if pool is None else nullcontext(pool) as processes:
+            yield partial(compute, pool=processes, chunksize=1), workers, False
+    else:
+        yield compute, thread_count(), False
+
+
+def _ignore_interrupts() -> None:
+    """Leave interrupts, which a terminal sends to all processes of a command, to the one that waits for this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -21,7 +21,7 @@ from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
 from ...motions.arrays import Record
 from ...streams import stream
-from ..runs.request import Request, execute, runner_of
+from ..runs.request import Request, collect, runner_of, work_of
 from ..runs.runners import Runner
 from .distributions import Beta, Lognormal
 
@@ -188,4 +188,5 @@ def overturning_flags(
     factors (1, level, motion), the same for all oscillators.  Bit-identical for any chunking and any number of workers.
     """
     request = Request([], [], ["overturned"], True, runner_of(client), progress, screen=False)
-    return np.asarray(execute(oscillators, motions, factors, request).results["overturned"])
+    work = work_of(oscillators, motions, factors, request)
+    return np.asarray(collect(work, request.runner, progress).results["overturned"])

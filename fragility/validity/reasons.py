@@ -60,7 +60,7 @@ class Shares:
 
     def __init__(self, sizes: Mapping[str, int]) -> None:
         self._each = {dim: size for dim, size in sizes.items() if dim in ("block", "model")}
-        self._runs = math.prod(size for dim, size in sizes.items() if dim not in self._each)
+        self.runs = math.prod(size for dim, size in sizes.items() if dim not in self._each)
         self._counts = np.zeros((*self._each.values(), len(REASONS) + 1), np.int64)
 
     def add(self, holds: Mapping[Reason, xr.Variable], verdict: xr.Variable, where: Where) -> None:
@@ -73,9 +73,14 @@ class Shares:
             times = runs // math.prod(here.sizes[dim] for dim in over)
             own[..., i] += times * _spread(here.sum(over), each).astype(np.int64)
 
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """The counts (block, model, reason and any) of the runs for which each reason holds."""
+        return self._counts
+
     def outside(self, undecided: xr.Variable | None) -> xr.Variable:
         """Return the share of all runs for each reason; for `undecided` the share among the runs tested."""
-        shares = self._counts / self._runs
+        shares = self._counts / self.runs
         if undecided is not None:
             shares[..., REASONS.index(UNDECIDED)] = _spread(undecided, self._each)
         return labelled(xr.Variable((*self._each, "reason"), shares), "share of the runs for which the reason holds")

@@ -281,28 +281,59 @@ def _screened(
             holds[UNDECIDED] = flips.flipped(where, dims)
         variables["verdict"] = verdict_of(own.sizes, holds)
         shares.add(holds, variables["verdict"], where)
-        ordered = {name: one.transpose(*[dim for dim in dims if dim in one.dims]) for name, one in variables.items()}
-        put(found, ordered, where, sizes, array)
+        put(found, ordered(variables, dims), where, sizes, array)
     found["outside"] = shares.outside(found.get("undecided"))
-    fewest = _fewest_motions(given)
-    half = wilson_half_width(fewest)
-    text = "half width of the 95 % interval of a probability of 1/2"
-    found["interval_half_width"] = labelled(xr.Variable((), half), text)
-    found["few_motions"] = labelled(
-        xr.Variable((), half > bounds.half_width), f"whether that is above {bounds.half_width:g}"
-    )
+    few, fewest = few_motions(given, bounds)
+    found |= few
 
     described: Any = None
     if friction is not None and len(available) <= DESCRIBED:
         described = {label: one.description for label, one in zip(labels, available, strict=True)}
     elif friction is not None:
         described = [json.loads(one) for one in sorted({json.dumps(one.description) for one in available})]
-    return {name: found[name] for name in ORDER if name in found}, {
-        "friction": described,
+    return in_order(found), settings_of(bounds, fewest, described, shaking is not None)
+
+
+def in_order(found: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
+    """Return the variables of a screen in their order in results."""
+    return {name: found[name] for name in ORDER if name in found}
+
+
+def screen_part(
+    given: ScreenInput, shaking: Characteristics, bounds: Bounds
+) -> tuple[dict[str, xr.Variable], dict[Reason, xr.Variable]]:
+    """Return the variables of some blocks and motions without friction, and where each reason holds."""
+    labels = [str(label) for label in given.coordinates["block"].values]
+    variables, _, holds = _screen_slab(given, shaking, friction_by_block(None, labels), bounds)
+    variables["verdict"] = verdict_of(given.sizes, holds)
+    return ordered(variables, tuple(given.sizes)), holds
+
+
+def ordered(variables: Mapping[str, xr.Variable], dims: tuple[str, ...]) -> dict[str, xr.Variable]:
+    """Return variables with their dimensions in the order of `dims`."""
+    return {name: one.transpose(*[dim for dim in dims if dim in one.dims]) for name, one in variables.items()}
+
+
+def few_motions(given: ScreenInput, bounds: Bounds) -> tuple[dict[str, xr.Variable], int]:
+    """Return the variables that say whether there are enough motions, and the number on the floor with the fewest."""
+    fewest = _fewest_motions(given)
+    half = wilson_half_width(fewest)
+    text = "half width of the 95 % interval of a probability of 1/2"
+    few = f"whether that is above {bounds.half_width:g}"
+    return {
+        "interval_half_width": labelled(xr.Variable((), half), text),
+        "few_motions": labelled(xr.Variable((), half > bounds.half_width), few),
+    }, fewest
+
+
+def settings_of(bounds: Bounds, fewest: int, friction: Any, motions: bool) -> dict[str, Any]:
+    """Return the settings of a screen as plain values."""
+    return {
+        "friction": friction,
         "factors": list(bounds.factors),
         "half_width": bounds.half_width,
         "fewest_motions": fewest,
-        "motions": shaking is not None,
+        "motions": motions,
         "tested": 0.0,
         "perturbation": PERTURBATION,
     }

@@ -12,7 +12,7 @@ import matplotlib.figure  # noqa: F401 - loaded before the limit is set
 import numpy as np
 
 from toppling.fragility.numerics import slabs
-from toppling.fragility.runs import plan, runners
+from toppling.fragility.runs import graph, plan
 from toppling.models.runs import TALLY
 from toppling.studies.command import cli
 from toppling.studies.kinds import study as base
@@ -40,7 +40,7 @@ def data_bytes():
 
 
 def main(place, limit, study, out):
-    runners.run_chunk = pretended
+    graph.run_chunk = pretended
     cli.prepare = lambda oscillators: None
     slabs.RUNS = 2**17
     netcdf.SLAB_BYTES = 2**22

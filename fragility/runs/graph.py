@@ -1,0 +1,114 @@
+"""The graph of an analysis for dask: a task for every chunk, and the arrays of outputs made of their results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from itertools import product
+from typing import Any
+from uuid import uuid4
+
+import dask.array as da
+import numpy as np
+from dask.highlevelgraph import HighLevelGraph
+from dask.typing import Key
+from numpy.typing import NDArray
+
+from ...models.runs import engine_identity
+from .plan import OUTPUT_TYPES, Chunk, ChunkResult, Work, plan_grid, run_chunk, run_part
+
+Graph = dict[Key, Any]
+"""Tasks by their keys: a function with its arguments, keys and lists of them standing for what these tasks return."""
+
+
+class ChunkTask:
+    """A chunk of work to be computed: in this process from the work itself, elsewhere from its own data alone."""
+
+    def __init__(self, work: Work, chunk: Chunk, stop: Callable[[], bool] | None = None) -> None:
+        self._work, self._chunk, self._stop = work, chunk, stop
+
+    def __call__(self) -> ChunkResult | None:
+        """Compute it; None where it is not begun any more."""
+        return None if self._stop is not None and self._stop() else run_chunk(self._work, self._chunk)
+
+    def __reduce__(self) -> Any:
+        work, chunk = self._work, self._chunk
+        motions = work.motions[chunk.first : chunk.stop]
+        oscillators = tuple(work.oscillators[chunk.row : chunk.row_stop])
+        return partial, (
+            run_sent,
+            engine_identity(),
+            (oscillators, motions, work.factors_of(chunk), work.skip, work.outputs),
+        )
+
+
+def run_sent(engine: Mapping[str, str], data: tuple[Any, ...]) -> ChunkResult:
+    """Compute a chunk from its data in another process; ValueError where that has another engine than the sender."""
+    here = engine_identity()
+    if here != engine:
+        named = ", ".join(
+            f"{name} {here.get(name)}, not {ours}" for name, ours in engine.items() if here.get(name) != ours
+        )
+        raise ValueError(f"a worker has another engine ({named}), whose results differ in their last digits")
+    return run_part(*data)
+
+
+def chunk_graph(work: Work, chunks: Sequence[Chunk], name: str, stop: Callable[[], bool] | None = None) -> Graph:
+    """Return a task for every chunk, by the keys (name, number); once `stop` returns True they return None."""
+    return {(name, i): (ChunkTask(work, chunk, stop),) for i, chunk in enumerate(chunks)}
+
+
+def output_arrays(work: Work, dims: Sequence[int]) -> dict[str, da.Array]:
+    """Return the outputs of all runs as arrays of dask, which compute their chunks when they are asked for.
+
+    Parameters
+    ----------
+    work : Work
+    dims : sequence of int
+        Sizes of the dimensions of the arrays: one or two of the oscillators (the last of `Work.each`, where there are
+        two), that of the levels where there is more than one or it is wanted, and that of the motions.
+
+    Returns
+    -------
+    dict of str to dask.array.Array
+        One for each output of the work, all of the same tasks.
+    """
+    grid = plan_grid(work)
+    name = f"chunk-{uuid4().hex}"
+    tasks = chunk_graph(work, [chunk for cell in grid.chunks for chunk in cell], name)
+    numbers = iter(range(len(tasks)))
+    cells = [[(name, next(numbers)) for _ in cell] for cell in grid.chunks]
+    rows = _chunks_of_rows(work, grid.rows, dims)
+    levels = [(size,) for size in dims[len(rows) : -1]]
+    motions = tuple(stop - first for first, stop in grid.motions)
+    chunks = (*rows, *levels, motions)
+    places = list(product(*(range(len(one)) for one in chunks)))
+    found = {}
+    for output, kind in OUTPUT_TYPES.items():
+        if output not in work.outputs:
+            continue
+        own = f"{output}-{name}"
+        number = work.outputs.index(output)
+        layer: Graph = {
+            (own, *place): (joined, parts, number, tuple(one[i] for one, i in zip(chunks, place, strict=True)))
+            for place, parts in zip(places, cells, strict=True)
+        }
+        graph = HighLevelGraph({name: tasks, own: layer}, {name: set(), own: {name}})
+        found[output] = da.Array(graph, own, chunks, kind)
+    return found
+
+
+def joined(parts: Sequence[ChunkResult], number: int, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Return an output of the chunks of a cell as an array of a shape."""
+    return np.concatenate([one.results[number] for one in parts], axis=2).reshape(shape)
+
+
+def _chunks_of_rows(work: Work, rows: Sequence[tuple[int, int]], dims: Sequence[int]) -> list[tuple[int, ...]]:
+    """Return the chunks along the dimensions of the oscillators."""
+    sizes = [stop - first for first, stop in rows]
+    if dims[0] == len(work.oscillators):
+        return [tuple(sizes)]
+    each = work.each
+    if sizes[0] >= each:  # (whole entries)
+        return [tuple(size // each for size in sizes), (each,)]
+    return [(1,) * dims[0], tuple(sizes[: len(sizes) // dims[0]])]
