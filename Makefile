@@ -6,7 +6,7 @@ OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
 .PHONY: study docs validation scenarios drawing gallery film p58 paper sensitivity scaling examples lint test test-slow test-all \
-        test-exchange benchmark clean
+        test-exchange environments lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
 $(BIN)/python:
@@ -94,6 +94,16 @@ test-slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -n auto -m slow tests
 
 test-all: test test-slow
+
+# the lowest and the newest versions, other Pythons, the sdist, the wheel (10 minutes)
+environments: | $(BIN)/python
+	PYTHON=$(abspath $(BIN)/python) .ci/environments
+
+# the versions of everything that is installed, with the hashes of their files
+lock: $(VENV)/installed-dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
+	$(BIN)/uv pip compile --quiet --upgrade --universal --generate-hashes --no-annotate --python-version 3.11 \
+	  --custom-compile-command 'make lock' --output-file requirements.lock pyproject.toml
 
 # Exported curves, read by the programs they are for: pelicun, and OpenQuake's own reader of NRML, each in an environment
 # of its own (both ask for older libraries than ours). OpenQuake without what its reader does not need, GDAL above all.

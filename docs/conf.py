@@ -29,7 +29,14 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
-exclude_patterns = ["_build", "gallery_examples", "**/*.md.in", "_made/gallery/*.ipynb", "_made/gallery/*.py"]
+exclude_patterns = [
+    "_build",
+    "package.md",
+    "gallery_examples",
+    "**/*.md.in",
+    "_made/gallery/*.ipynb",
+    "_made/gallery/*.py",
+]
 templates_path = ["_templates"]
 default_role = "py:obj"
 language = "en"

@@ -1,6 +1,13 @@
-"""Random examples that do not depend on where a test lies."""
+"""Random examples that do not depend on where a test lies, and interrupts for tests that run in the background."""
+
+import signal
+import threading
 
 import pytest
+
+# (a shell lets commands in its background ignore interrupts, and what they start inherits that)
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN and threading.current_thread() is threading.main_thread():
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.hookimpl(wrapper=True, trylast=True)

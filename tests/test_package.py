@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -100,6 +101,30 @@ class TestWheel:
         with tarfile.open(sdist) as archive:
             names = {n.split("/", 1)[1] for n in archive.getnames() if "/" in n}
         assert {"pyproject.toml", "README.md", "LICENSE", "models/engine/tables.py", "models/catalogue.csv"} <= names
+        # what the tests read beside the package
+        assert {"Makefile", "CHANGELOG.md", "requirements.lock", "docs/study.md", "docs/office.png"} <= names
+        assert {"tests/pytest.ini", "tests/conftest.py", "tests/data/results_layout_1.nc.gz"} <= names
+        assert not [name for name in names if name.endswith(".pyc") or name.startswith("docs/_build/")]
+
+    def test_its_description_stands_by_itself(self, built):
+        """Whoever reads it has no checkout: no link to a file of one."""
+        _, wheel, _ = built
+        with zipfile.ZipFile(wheel) as archive:
+            (name,) = (one for one in archive.namelist() if one.endswith(".dist-info/METADATA"))
+            described = archive.read(name).decode("utf-8").partition("\n\n")[2]
+        assert "How likely is this bookcase" in described
+        assert not re.findall(r"\]\((?!https?:)", described)
+
+
+def test_the_lock_file_holds_what_is_declared():
+    """Every dependency at a version that is allowed, with hashes; `make lock` writes it anew."""
+    locked = dict(re.findall(r"(?m)^([a-z0-9-]+)==([0-9.]+)", (ROOT / "requirements.lock").read_text("utf-8")))
+    for line in tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["dependencies"]:
+        name, least = re.fullmatch(r"([A-Za-z0-9-]+)(?:\[.*\])?>=([0-9.]+)", line).groups()
+        version = locked[name.lower()]
+        assert [int(one) for one in re.findall(r"\d+", version)] >= [int(one) for one in least.split(".")], name
+    text = (ROOT / "requirements.lock").read_text("utf-8")
+    assert text.count("==") == len(re.findall(r"(?m)^[a-z].*\\\n +--hash=sha256:[0-9a-f]{64}", text))
 
 
 def test_importing_is_light():

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -103,6 +104,21 @@ def test_interrupted_while_it_loads(study, tmp_path, seconds):
     assert process.returncode == 130, error
     assert error.startswith("toppling: ")
     assert len(error.splitlines()) == 1
+
+
+@pytest.mark.slow
+def test_tests_of_interrupts_run_in_the_background():
+    """A shell lets what it begins with `&` ignore interrupts: the suite does not pass that on to what it starts."""
+    test = [sys.executable, "-m", "pytest", "-q", __file__, "-k", "test_interrupted_while_it_loads and 0.4"]
+    done = subprocess.run(
+        ["sh", "-c", "trap '' INT; exec \"$@\"", "sh", *test],
+        cwd=Path(__file__).parents[2],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    assert "1 passed" in done.stdout
 
 
 @pytest.mark.slow
