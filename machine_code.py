@@ -12,6 +12,7 @@ Python calls carries its callees as its own, and what only other kernels call ne
 from __future__ import annotations
 
 import hashlib
+import os
 import warnings
 from collections.abc import Callable
 from functools import cache, cached_property
@@ -136,11 +137,21 @@ def dispatcher(function: Callable[..., Any], keep: bool, options: dict[str, Any]
             function, targetoptions={"nopython": True, "boundscheck": None, **used}, pipeline_class=CalleeCompiler
         )
     found = njit(pipeline_class=KeptCompiler, **used)(function)
+    if not _has_place(Path(function.__code__.co_filename).parent):
+        warn_of_no_cache()
+        return found
     try:
         found._cache = FolderCache(function)
     except RuntimeError:  # (numba has found no folder that it may write to)
         warn_of_no_cache()
     return found
+
+
+def _has_place(folder: Path) -> bool:
+    """Return False where numba would make a folder named ~ here, for a user who has no home."""
+    if config.CACHE_DIR or os.access(folder, os.W_OK):  # type: ignore[attr-defined]
+        return True
+    return not os.path.expanduser("~").startswith("~")
 
 
 @cache

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import toppling
+from toppling import machine_code
 from toppling.compiled import Kernel
 from toppling.machine_code import Callee, FolderCache, folder_stamp
 from toppling.models.engine.exact_runs import run_exact
@@ -186,6 +187,19 @@ def works(*before):
         subprocess.run([*before, sys.executable, "-c", "import numba"], capture_output=True, check=False).returncode
         == 0
     )
+
+
+def test_no_folder_is_named_as_a_home(tmp_path, monkeypatch):
+    """A user without a name and a home, who may not write to the installation: numba would make a folder "~" here."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(machine_code.config, "CACHE_DIR", "")
+    monkeypatch.setattr(machine_code.os, "access", lambda *_: False)
+    monkeypatch.setattr(machine_code.os.path, "expanduser", lambda path: path)
+    machine_code.warn_of_no_cache.cache_clear()
+    with pytest.warns(machine_code.UncachedCode, match="compiled code cannot be kept"):
+        made = machine_code.dispatcher(run_exact.py_func, True, {})
+    assert not isinstance(made._cache, FolderCache)
+    assert not any(tmp_path.iterdir())
 
 
 def test_what_the_engine_keeps():

@@ -8,10 +8,10 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
-from queue import Queue
+from queue import Empty, Queue
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import dask.multiprocessing
@@ -48,11 +48,15 @@ def scheduler() -> Callable[..., Any]:
     """Return dask's function that computes a graph: of its configuration, of a default client, else of its threads.
 
     Within a task of a cluster's worker there is no default client, because that worker would wait for itself.
+    ValueError where the configuration names a scheduler that there is not.
     """
     if config.get("scheduler", None) is None and (_in_worker() or "distributed" not in sys.modules):
         # (dask would load its distributed part to look for a client, which takes a second, although none can be there)
         return dask.threaded.get
-    return get_scheduler() or dask.threaded.get
+    try:
+        return get_scheduler() or dask.threaded.get
+    except (RuntimeError, ValueError) as error:
+        raise ValueError(f"dask's configuration names a scheduler that there is not: {error}") from None
 
 
 def _in_worker() -> bool:
@@ -87,6 +91,7 @@ AHEAD = 2
 """Chunks begun or waiting for each thread: enough that no thread is idle, few enough that memory stays bounded."""
 WINDOW = 10_000
 """Chunks of a graph: some 2 kB each are held of it, and dask orders it in some 2 s."""
+POLL_SECONDS = 0.01
 WINDOW_ELSEWHERE = 8
 """Chunks of a graph for each worker that is not of this process, which cannot be told to begin no further chunk."""
 
@@ -165,8 +170,10 @@ class _Window:
                     yield self._chunks[number], done
         finally:
             self._left = True
-            while one is not None and not isinstance(one, BaseException):  # (the caller takes no more)
-                one = self._finished.get()
+            ended = one is None or isinstance(one, BaseException)
+            while not ended and self._thread.is_alive():  # (the caller takes no more, but there may be no room for it)
+                with suppress(Empty):
+                    self._finished.get(timeout=POLL_SECONDS)
             self._thread.join()
         if stopped:
             raise KeyboardInterrupt

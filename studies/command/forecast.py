@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from dask.system import CPU_COUNT
-
+from ...fragility.runs.runners import thread_count
 from ...wording import part_text, size_text, time_text
 from ..file.table import StudyError
 from ..kinds.study import Study
@@ -63,14 +62,14 @@ def forecast(study: Study, folder: Path | None = None) -> Forecast:
     return Forecast(
         study.work,
         room.chunks.number,
-        room.chunks.seconds / CPU_COUNT,
-        CPU_COUNT,
+        room.chunks.seconds / thread_count(),
+        thread_count(),
         room.memory,
         room.disk,
         room.left,
         None if folder is None else free_bytes(folder),
         study.curves,
-        study.seconds_of_fits(CPU_COUNT),
+        study.seconds_of_fits(thread_count()),
     )
 
 

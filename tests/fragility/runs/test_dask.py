@@ -215,6 +215,11 @@ class TestNow:
         with lazy, pytest.raises(RuntimeError, match="the scheduler returned"):
             tp.ida(BLOCKS, LAWS, shakes, LEVELS)
 
+    @pytest.mark.parametrize("name", ["no such one", "distributed"])
+    def test_a_scheduler_that_there_is_not(self, shakes, name):
+        with dask.config.set(scheduler=name), pytest.raises(ValueError, match="names a scheduler that there is not"):
+            tp.ida(BLOCKS, LAWS, shakes, LEVELS)
+
     def test_in_the_order_of_the_plan(self, shakes, small_chunks, monkeypatch):
         """The last chunks are the shortest, whatever order dask would take."""
         seen = []
