@@ -91,7 +91,7 @@ test: lint
 	$(BIN)/python -m pytest -n auto -m "not slow" tests
 
 test-slow: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -n auto -m slow tests
+	$(BIN)/python -m pytest -n auto -m slow --durations=25 tests
 
 test-all: test test-slow
 
