@@ -211,7 +211,7 @@ def page(
     """The page: the text of p58.md.in with every number from the datasets."""
     main_law = of_law(ratios, REFERENCE)
     values, verdicts = main_law["ratio"].values, main_law["verdict"].values
-    words = {word: int((verdicts == word).sum()) for word in ("right", "safe", "unsafe", "open")}
+    words = {word: int((verdicts == word).sum()) for word in ("agrees", "higher", "lower", "open")}
     floors = [str(floor) for floor in main_law["floor"].values]
     rows = []
     for block in main_law["block"].values:
@@ -240,7 +240,7 @@ def page(
     exponents = of_law(laws, REFERENCE)
     coefficient = exponents["coefficient"]
     numbers = {
-        "answer": answer(words["safe"], values.size),
+        "answer": answer(words["higher"], values.size),
         "motions": found.sizes["motion"] // len(floors),
         "least": str(main_law["ratio"].mean("block").idxmin("floor").item()),
         "ratios": span(values),
@@ -271,13 +271,13 @@ def page(
     return (HERE / "p58.md.in").read_text(encoding="utf-8").format(**numbers)
 
 
-def answer(safe: int, pairs: int) -> str:
-    """What the published medians are, by how many of the pairs of item and place are safe."""
-    if safe == pairs:
-        return "safe in every place"
-    if safe > 0.75 * pairs:
-        return "safe nearly everywhere"
-    return "safe in most places" if safe > 0.5 * pairs else "of mixed worth"
+def answer(higher: int, pairs: int) -> str:
+    """Where our medians are higher than the published ones, by the number of pairs of item and place."""
+    if higher == pairs:
+        return "higher than the published ones in every place"
+    if higher > 0.75 * pairs:
+        return "higher than the published ones nearly everywhere"
+    return "higher than the published ones " + ("in most places" if higher > 0.5 * pairs else "in some places only")
 
 
 def share_rows(shares: xr.Dataset) -> list[tuple[str, ...]]:

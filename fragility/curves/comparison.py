@@ -14,14 +14,14 @@ from ...wording import given_percent
 from ..fitting.bootstrap import percentile_interval
 from ..runs.provenance import provenance_from
 
-RIGHT, SAFE, UNSAFE, OPEN = "right", "safe", "unsafe", "open"
-"""Verdicts on a published median: within the margin; below the fitted one; above it; the interval does not decide."""
+AGREES, HIGHER, LOWER, OPEN = "agrees", "higher", "lower", "open"
+"""The fitted median against the published one: within the margin; above it; below it; the interval does not decide."""
 MARGIN = 0.15
 TERM = {"units": DIMENSIONLESS, "long_name": "term of the regression"}
 
 
 def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
-    """Ratios of fitted medians to published ones, block by block, with a verdict on the published medians.
+    """Ratios of fitted medians to published ones, block by block, and which of the two is higher.
 
     Parameters
     ----------
@@ -30,14 +30,15 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     published : xarray.Dataset
         Medians on block, in the same measure, as `toppling.fragility.curves.published` has them.
     margin : float
-        Above 0 to below 1: ratios from 1/(1 + margin) to 1 + margin count as right.
+        Above 0 to below 1: ratios from 1/(1 + margin) to 1 + margin count as agreement.
 
     Returns
     -------
     xarray.Dataset
-        On the dimensions of the curves: ratio, lower, upper, and verdict on the published median: ``right`` (the whole
-        interval lies within the margin), ``safe`` (it lies above 1: blocks stand more shaking than was published),
-        ``unsafe`` (below 1), ``open`` (it holds 1 and more than the margin, or there is no estimate).
+        On the dimensions of the curves: ratio, lower, upper, and verdict: the fitted median ``agrees`` (the whole
+        interval lies within the margin), is ``higher`` (the interval lies above 1: more shaking than was published) or
+        ``lower`` (below 1), or that is ``open`` (it holds 1 and more than the margin, or there is no estimate).  A
+        difference says that models, motions or data differ, and not which of the two is conservative.
 
     Raises
     ------
@@ -52,7 +53,7 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     ...                    {"block": ["shelf"]}, {"im": "pgv"})
     >>> known = xr.Dataset({"median": ("block", [1.0], {"units": "m s-1"})}, {"block": ["shelf"]}, {"im": "pgv"})
     >>> median_ratio(found, known)["verdict"].values.tolist()
-    ['safe']
+    ['higher']
     """
     width = checks.number("margin", margin, above=0.0, below=1.0)
     for name, one, other in (
@@ -74,9 +75,9 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     least, most = 1.0 / (1.0 + width), 1.0 + width
     conditions: list[tuple[Any, str]] = [
         (np.isnan(lower) | np.isnan(upper), OPEN),
-        ((lower >= least) & (upper <= most), RIGHT),
-        (lower > 1.0, SAFE),
-        (upper < 1.0, UNSAFE),
+        ((lower >= least) & (upper <= most), AGREES),
+        (lower > 1.0, HIGHER),
+        (upper < 1.0, LOWER),
     ]
     verdict: NDArray[np.object_] = np.full(ratio.shape, OPEN, dtype=object)
     decided = np.zeros(ratio.shape, dtype=bool)
@@ -89,7 +90,7 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
         "ratio": (ratio, text),
         "lower": (lower, f"lower end of the interval of the {text}"),
         "upper": (upper, f"upper end of the interval of the {text}"),
-        "verdict": (ratio.copy(data=verdict), "verdict on the published median: right, safe, unsafe or open"),
+        "verdict": (ratio.copy(data=verdict), "fitted median against the published one: agrees, higher, lower or open"),
     }
     return xr.Dataset(
         {name: one.assign_attrs(units=DIMENSIONLESS, long_name=words) for name, (one, words) in found.items()},

@@ -27,7 +27,7 @@ class TestMedianRatio:
             {"median": ("block", np.ones(6), {"units": "m s-1"})}, {"block": found.block.values}, {"im": "pgv"}
         )
         result = median_ratio(found, known)
-        assert result.verdict.values[:, 0].tolist() == ["right", "safe", "unsafe", "open", "open", "safe"]
+        assert result.verdict.values[:, 0].tolist() == ["agrees", "higher", "lower", "open", "open", "higher"]
         np.testing.assert_array_equal(result.ratio.values[:, 0], found["median"].values[:, 0])
 
     def test_only_blocks_in_common_and_in_their_own_order(self):
