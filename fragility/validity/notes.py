@@ -12,7 +12,7 @@ import xarray as xr
 from ...aliases import Array, Flags
 from ...doubts import NAMED, first_names
 from ...models import Block
-from ...wording import two_digit_percent
+from ...wording import counted, two_digit_percent
 from ..numerics.proportions import runs_for_half_width, wilson_interval
 from .plausibility import block_doubts
 from .reasons import ELASTIC_MODE, SCALED_FAR, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason
@@ -63,7 +63,7 @@ def notes(screened: xr.Dataset) -> list[str]:
     >>> for sentence in notes(screen(runs, shakes, friction=0.45)):
     ...     print(sentence)
     50 % of the runs slide while they rock: they need a coefficient of friction of up to 0.48 (cabinet 50 %)
-    4 motions tell a probability of 1/2 to ±0.35 only; 39 would to ±0.15
+    with 4 motions a probability of 1/2 is known only to ±0.35 (95 %); 39 motions give ±0.15
     vertical shaking, sliding and bouncing are not modelled
     """
     if not isinstance(screened, xr.Dataset) or "screen" not in screened.attrs or "outside" not in screened:
@@ -98,7 +98,7 @@ def _squat(labels: list[str], ratios: Array, here: Flags | None = None) -> list[
 def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
     """Sentences on sliding; where no coefficient is given, on the friction that blocks need."""
     given = settings["friction"] is not None
-    against = "" if given else ", more than hardly any floor has"
+    against = "" if given else ", which very few floors provide"
     found = []
     for reason, text, name in (
         (SLIDES_AT_UPLIFT, "slide before or at uplift", "friction_uplift_demand"),
@@ -132,7 +132,8 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
         frequency = screened["elastic_frequency"].where(_shares(screened, ELASTIC_MODE) > 0.0).values
         found.append(
             f"in {two_digit_percent(share)} of the runs the law's elastic mode ({_range(frequency)} Hz) lies inside "
-            f"the motion's band: blocks uplift that should not ({_worst(_shares(screened, ELASTIC_MODE), _LAW)})"
+            "the motion's band: at rest the block resonates, and uplifts where a rigid block would not "
+            f"({_worst(_shares(screened, ELASTIC_MODE), _LAW)})"
         )
     share = float(_shares(screened, SCALED_FAR).mean())
     if share > 0.0:
@@ -144,11 +145,16 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
     if bool(screened["few_motions"]):
         n, widest = int(settings["fewest_motions"]), float(settings["half_width"])
         half = float(screened["interval_half_width"])
-        found.append(
-            f"{n} motion{'s tell' if n != 1 else ' tells'} a probability of 1/2 to ±{half:.2f} only; "
-            f"{runs_for_half_width(widest)} would to ±{widest:g}"
-        )
+        found.append(few_motions_note(n, half, widest))
     return found
+
+
+def few_motions_note(n: int, half: float, widest: float) -> str:
+    """Return the sentence on `n` motions whose interval of a probability of 1/2 is wider than it may be."""
+    return (
+        f"with {counted(n, 'motion')} a probability of 1/2 is known only to ±{half:.2f} (95 %); "
+        f"{runs_for_half_width(widest)} motions give ±{widest:g}"
+    )
 
 
 def _undecided(screened: xr.Dataset) -> str:
@@ -160,9 +166,9 @@ def _undecided(screened: xr.Dataset) -> str:
     low, high = (float(end) for end in wilson_interval(np.array(flipped), np.array(tested)))
     worst = f" ({_worst(share, _PAIR)})" if flipped and share.size > 1 else ""
     return (
-        f"{two_digit_percent(flipped / tested)} of the verdicts ({two_digit_percent(low)} to "
-        f"{two_digit_percent(high)}, from {motions} of {screened.sizes['motion']} motions) are undecided: a "
-        f"millionth more or less of motion or restitution flips them{worst}"
+        f"{two_digit_percent(flipped / tested)} of the outcomes ({two_digit_percent(low)} to "
+        f"{two_digit_percent(high)}, from {motions} of {screened.sizes['motion']} motions) are undecided: a change of "
+        f"one millionth in the motion or the restitution reverses them{worst}"
     )
 
 

@@ -15,8 +15,8 @@ from ... import checks
 from ...models import Block, Law, describe_block, describe_law
 from ...models.friction import friction_at_impact
 from ...units import provenance
-from ..numerics.proportions import runs_for_half_width, wilson_half_width
-from .notes import NOT_MODELLED, block_notes
+from ..numerics.proportions import wilson_half_width
+from .notes import NOT_MODELLED, block_notes, few_motions_note
 from .reasons import labelled
 from .screen import HALF_WIDTH, SQUAT_RATIO
 
@@ -67,10 +67,7 @@ def preliminary_screen(
         needs.append(f"{np.nanmax(impact):.2f} at impact")
     said.append(f"blocks slide where the coefficient of friction is below {' and '.join(needs)}")
     if half > widest:
-        said.append(
-            f"{motions} motion{'s tell' if motions != 1 else ' tells'} a probability of 1/2 to ±{half:.2f} only; "
-            f"{runs_for_half_width(widest)} would to ±{widest:g}"
-        )
+        said.append(few_motions_note(motions, half, widest))
     variables = {
         "squat": labelled(xr.DataArray(ratio < SQUAT_RATIO, dims=dim), "less than two half widths high: bounces"),
         "friction_uplift": labelled(xr.DataArray(1.0 / ratio, dims=dim), "coefficient of friction needed at uplift"),

@@ -111,7 +111,7 @@ class FragilityStudy(BlockStudy, Study):
     @property
     def words(self) -> str:
         of = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')} × {self.design.words}"
-        again = f", and {self.perturbed_runs:,} again, changed by a millionth: does the verdict stay?"
+        again = f", and {self.perturbed_runs:,} more, perturbed by one millionth, to see whether outcomes are stable"
         return f"{of} = {counted(self.runs, 'run')}{again if self.perturbed_runs else ''}"
 
     @property

@@ -334,7 +334,7 @@ def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
         found = dict(zip((heading.partition(",")[0] for heading in rows.headings), row, strict=True))
         share = "" if found["share"] == "–" else f" ({found['share']} of all there is to save)"
         place = found["rank"].partition(" ")[2].strip("()")
-        sure = f"; its place in the ranking may be {place}" if place else "; no resample puts it elsewhere"
+        sure = f"; its rank may be {place}" if place else "; its rank is the same in every bootstrap resample"
         yield (
             f"Anchor {found['item']} on {floor_name(found['floor'])} first: of the {ranking.attrs['objective_text']} "
             f"that saves {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."

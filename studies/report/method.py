@@ -64,7 +64,10 @@ MEDIAN = (
     "of that level from motion to motion; with β = 0.4 two of three need between the median divided by 1.5 and 1.5 "
     "times the median."
 )
-BUILDING_ASSUMPTION = "The building is elastic, and its floors move as the ground does at its base."
+BUILDING_ASSUMPTION = (
+    "The building responds elastically: floor motions follow from its modes, and neither the soil below it nor its "
+    "contents change them."
+)
 
 
 class LawDescription(NamedTuple):

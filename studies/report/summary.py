@@ -175,9 +175,9 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         if rate > 0.0:
             chance, *ends = (-math.expm1(-YEARS * each) for each in (rate, low, high))
             yield (
-                f"Something in this building falls about once in {three_digits(1.0 / rate)} years "
-                f"({years_between(high, low)}): a chance of about {about_percent(chance)} in {YEARS:g} years "
-                f"({chances_between(ends[0], ends[1], about_percent)}; {sure} over motions, hazard as given)."
+                f"At least one item in this building overturns about once in {three_digits(1.0 / rate)} years "
+                f"({years_between(high, low)}): a probability of about {about_percent(chance)} in {YEARS:g} years "
+                f"({chances_between(ends[0], ends[1], about_percent)}; {sure} over motions, for the given hazard)."
             )
         else:
             yield "Under none of the motions does anything fall."
@@ -198,7 +198,7 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         worst = one.isel(consequence=int(one["consequence_rate"].values.argmax()))
         rate, low, high = (float(worst[f"consequence_rate{end}"]) for end in ("", "_lower", "_upper"))
         yield (
-            f"Of what that means “{worst['consequence'].item()}” comes about most often: once in "
+            f"The most frequent consequence is “{worst['consequence'].item()}”: about once in "
             f"{three_digits(1.0 / rate)} years ({years_between(high, low)})."
         )
     held = anchored_text(results)

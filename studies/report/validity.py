@@ -25,7 +25,7 @@ from ...fragility.validity.reasons import (
 )
 from ...fragility.validity.screen import HALF_WIDTH, SQUAT_RATIO
 from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability
-from ...wording import two_digit_percent
+from ...wording import counted, two_digit_percent
 from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import NOTABLE
 
@@ -204,7 +204,7 @@ def _motions(results: xr.Dataset) -> Check:
         float(screened.get("half_width", HALF_WIDTH)),
     )
     half = float(results["interval_half_width"]) if "interval_half_width" in results else wilson_half_width(n)
-    reason = f"{n} motion{'s tell' if n != 1 else ' tells'} a probability of 1/2 to ±{half:.2f} (95 %)."
+    reason = f"With {counted(n, 'motion')} a probability of 1/2 is known to ±{half:.2f} (95 %)."
     if half <= widest:
         return Check(question, GOOD, reason)
     return Check(
@@ -309,17 +309,15 @@ def _scaling(results: xr.Dataset) -> Check:
 
 
 def _stability(results: xr.Dataset) -> Check:
-    question = "Are the verdicts of single runs stable?"
+    question = "Are the outcomes of single runs stable?"
     if "undecided" not in results:
         return Check(question, UNKNOWN, "No run was repeated with a perturbation.", "")
     share, where = _worst(results["undecided"])
     many = f"up to {two_digit_percent(share)}" if share > 0.0 else "none"
     at = f" ({where})" if share > 0.0 else ""
-    reason = (
-        f"A millionth more or less of motion or restitution turns {many} of the verdicts (falls, stands) round{at}."
-    )
+    reason = f"A change of one millionth in the motion or the restitution reverses {many} of the outcomes{at}."
     if share < UNSTABLE:
-        return Check(question, GOOD, f"{reason} Probabilities do not mind.")
+        return Check(question, GOOD, f"{reason} Probabilities are not affected.")
     return Check(question, CARE, reason, "Trust probabilities, not single runs; take more motions.")
 
 

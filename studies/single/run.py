@@ -157,9 +157,9 @@ class Simulation:
                         "record is no such earthquake any more"
                     )
                 elif reason is ELASTIC_MODE:
-                    found.append(f"{reason.text}: blocks uplift that should not")
+                    found.append(f"{reason.text}: at rest the block resonates, and uplifts where a rigid one would not")
                 else:
-                    more = ": that needs more friction than hardly any floor has" if reason in _SLIDING else ""
+                    more = ": very few floors provide the friction that it needs to rock" if reason in _SLIDING else ""
                     found.append(f"{reason.text}{more}")
         return [*found, NOT_MODELLED]
 

@@ -386,10 +386,12 @@ class TestPlainWords:
         one = results.sel(model="housner e=e_R", place="building")
         rate = float(one["any_rate"])
         said = plain_answer(results)
-        assert said[0].startswith(f"Something in this building falls about once in {three_digits(1 / rate)} years (")
-        assert f"a chance of about {100 * (1 - np.exp(-50 * rate)):.2g}\u00a0% in 50 years" in said[0]
+        assert said[0].startswith(
+            f"At least one item in this building overturns about once in {three_digits(1 / rate)} years ("
+        )
+        assert f"a probability of about {100 * (1 - np.exp(-50 * rate)):.2g}\u00a0% in 50 years" in said[0]
         assert said[1].startswith(f"What falls costs {three_digits(float(one['annual_loss']))} EUR in a mean year (")
-        assert "“injury” comes about most often: once in" in said[2]
+        assert "The most frequent consequence is “injury”: about once in" in said[2]
         assert len(said) == 3
         held = results.assign_coords(anchored=("item", [True]))
         assert plain_answer(held)[3] == "2 of 2 pieces are anchored and count as not overturning: 2 × rack."

@@ -196,7 +196,7 @@ class TestCommand:
         said = run(capsys, *arguments)
         assert "half widths high" in said
         assert "note: the motion is scaled by 7: less than 0.2 or more than 5 times a record is no such" in said
-        assert "note: the law's elastic mode lies inside the motion's band: blocks uplift that should not" in said
+        assert "note: the law's elastic mode lies inside the motion's band: at rest the block resonates" in said
 
     def test_a_missed_spectrum_is_noted(self, tmp_path, capsys):
         target = tmp_path / "target.csv"

@@ -127,13 +127,13 @@ class TestCurves:
         assert any(
             note.startswith("data are separated for 4 of 4 curves (narrow under housner e=e_R; ") for note in notes
         )
-        assert any("1 motion tells a probability of 1/2" in note for note in notes)
+        assert any("with 1 motion a probability of 1/2" in note for note in notes)
         assert not hints(found)  # not twice
 
     def test_one_value_is_no_range(self):
         notes = tp.fragility.preliminary_screen(PIECES[:1], LAWS, 1).attrs["notes"]
         assert "friction is below 0.22 at uplift and" in notes
-        assert "1 motion tells a probability of 1/2" in notes
+        assert "with 1 motion a probability of 1/2" in notes
         assert "0.22 to 0.37 at uplift" in tp.fragility.preliminary_screen(PIECES, LAWS, 40).attrs["notes"]
 
     def test_counts_are_of_every_floor(self, tmp_path):
