@@ -37,11 +37,17 @@ Result = TypeVar("Result")
 def thread_count() -> int:
     """Return the number of threads: dask's `num_workers`, or the processors that this process may use.
 
-    1 where dask is configured to compute in one thread (``scheduler="synchronous"``).
+    1 where dask is configured to compute in one thread (``scheduler="synchronous"``); ValueError where its
+    configuration makes no sense.
     """
     if scheduler() is get_sync:
         return 1
-    return int(config.get("num_workers", None) or CPU_COUNT)
+    given = config.get("num_workers", None)
+    if given is None:
+        return int(CPU_COUNT)
+    if isinstance(given, bool) or not isinstance(given, int) or given < 1:
+        raise ValueError(f"dask's num_workers must be a whole number of at least 1, got {given!r:.40}")
+    return given
 
 
 def scheduler() -> Callable[..., Any]:
@@ -211,6 +217,8 @@ def _executor(compute: Callable[..., Any]) -> Iterator[tuple[Callable[..., Any],
     The workers of dask's own choice would be left behind when they are not needed any more.
     """
     pool: Executor | None = config.get("pool", None)
+    if pool is not None and not hasattr(pool, "submit"):
+        raise ValueError(f"dask's pool must be an executor, which has a method submit, got {type(pool).__name__}")
     if compute is get_sync:
         yield compute, 1, True
     elif compute is dask.threaded.get:

@@ -21,6 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ...fragility.runs.cluster import ClusterError
+from ...fragility.runs.runners import thread_count
 from ...models import catalogue
 from ...models.items import QUALITIES
 from ...models.runs import prepare
@@ -87,6 +88,10 @@ def run(
     """
     console = terminal()
     folder = out if out is not None else Path("results") / study.stem
+    try:
+        thread_count()
+    except ValueError as error:
+        raise StudyError(str(error)) from None
     plan = Study.from_toml(study)
     say(console, f"{plan.title}: {plan.words}", *(f"note: {note}" for note in plan.notes))
     if dry_run:

@@ -15,8 +15,9 @@ from ...fragility import ExchangeError, Written, write_curve_csv, write_nrml, wr
 from ...fragility.curves.curve import TABULATED
 from ...fragility.fitting.states import SEPARATED
 from ..file.table import StudyError
+from ..report.results_file import refuse_newer
 from ..store.content import check_content
-from ..store.folder import damaged
+from ..store.folder import UNREADABLE, damaged
 
 ExportFormat = Literal["pelicun", "nrml", "csv"]
 
@@ -47,6 +48,7 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False) -> x
     try:
         with xr.open_dataset(path) as whole:
             check_content(path, whole, verify)
+            refuse_newer(path, whole)
             kind = str(whole.attrs.get("kind", ""))
             stored = _of_all_samples(whole) if kind == UNCERTAINTY else whole
             parts = [name for name, array in stored.data_vars.items() if "motion" not in array.dims]
@@ -64,7 +66,7 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False) -> x
         raise StudyError(f"{path}: no such file") from None
     except RuntimeError:
         raise damaged(path) from None
-    except (OSError, ValueError):
+    except UNREADABLE:
         raise StudyError(f"{path}: is no result file") from None
     if kind == PERFORMANCE:
         raise StudyError(

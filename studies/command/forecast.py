@@ -10,7 +10,7 @@ from ...wording import part_text, size_text, time_text
 from ..file.table import StudyError
 from ..kinds.study import Study
 from ..store.content import check_content
-from ..store.folder import RESULT_NAME, damaged, is_locked
+from ..store.folder import RESULT_NAME, UNREADABLE, damaged, is_locked
 from ..store.netcdf import load_small
 from ..store.resources import free_bytes
 from ..store.shards import kept_chunks, read_manifest
@@ -150,7 +150,7 @@ def _title(path: Path, verify: bool) -> str:
         raise
     except RuntimeError:
         raise damaged(path) from None
-    except (OSError, ValueError, KeyError):
+    except UNREADABLE:
         raise StudyError(f"{path}: is no result file of this program") from None
 
 

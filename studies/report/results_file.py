@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...units import SCHEMA
 from ..file.table import StudyError
-from ..store.folder import damaged
+from ..store.folder import UNREADABLE, damaged
 
 KINDS = ("fragility", "uncertainty", "performance", "sensitivity")
 
@@ -31,13 +31,13 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
         stored = xr.open_dataset(path, engine="netcdf4")
     except RuntimeError:  # (the netCDF library's error for checksums that do not fit)
         raise damaged(path) from None
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError):
+    except UNREADABLE:
         raise StudyError(f"{path}: is no result file") from None
     with stored:
         check_layout(path, stored)
         try:
             whole = stored.assign({name: stored[name].load() for name in without_motions(stored).data_vars})
-        except (OSError, ValueError, RuntimeError):
+        except (*UNREADABLE, RuntimeError):
             raise damaged(path) from None
         try:
             yield whole
@@ -67,14 +67,7 @@ def check_layout(path: Path, stored: xr.Dataset) -> None:
     layout, kind = stored.attrs.get("schema"), stored.attrs.get("kind")
     if layout is None or "toppling_version" not in stored.attrs:
         raise StudyError(f"{path}: is a netCDF file, but not one of toppling's (no attribute schema)")
-    try:
-        number = int(layout)
-    except (TypeError, ValueError):
-        raise StudyError(f"{path}: its attribute schema must be a number, got {str(layout)[:40]!r}") from None
-    if number > SCHEMA:
-        raise StudyError(
-            f"{path}: was written by a newer toppling (layout {number}, this one reads {SCHEMA}): update toppling"
-        )
+    number = refuse_newer(path, stored)
     if number < SCHEMA:
         raise StudyError(
             f"{path}: was written by an older toppling (layout {number}, this one reads {SCHEMA}): run its study again"
@@ -83,3 +76,17 @@ def check_layout(path: Path, stored: xr.Dataset) -> None:
         raise StudyError(f"{path}: holds runs, not a study's results: toppling run writes those")
     if str(kind) not in KINDS:
         raise StudyError(f"{path}: is of the kind {str(kind)[:40]!r}; reports are of {', '.join(KINDS)} studies")
+
+
+def refuse_newer(path: Path, stored: xr.Dataset) -> int:
+    """Return the number of the layout, this version's where there is none; StudyError where a newer one is needed."""
+    layout = stored.attrs.get("schema", SCHEMA)
+    try:
+        number = int(layout)
+    except (TypeError, ValueError):
+        raise StudyError(f"{path}: its attribute schema must be a number, got {str(layout)[:40]!r}") from None
+    if number > SCHEMA:
+        raise StudyError(
+            f"{path}: was written by a newer toppling (layout {number}, this one reads {SCHEMA}): update toppling"
+        )
+    return number

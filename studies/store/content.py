@@ -31,22 +31,22 @@ class EditedResults(UserWarning):
 def content_digest(results: xr.Dataset) -> str:
     """Return the SHA-256 of all variables and attributes, whatever the file's format.
 
-    For each variable and coordinate, by name: a line of JSON with its name, dimensions, shape, type and attributes, and
-    its values in C order, numbers as little-endian bytes and texts as a line of JSON each; then the attributes of the
-    dataset but this one.
+    For each variable and coordinate, by name: a line of JSON with its name, whether it is a coordinate, its dimensions,
+    shape, type and attributes, and its values in C order: whole numbers and flags as 64-bit integers and other numbers
+    as they are, little-endian, and texts as a line of JSON each; then the attributes of the dataset but this one.
     """
     found = hashlib.sha256()
     for name, one in sorted(results.variables.items(), key=lambda pair: str(pair[0])):
-        text = one.dtype.kind not in "biuf"
-        kind = "text" if text else one.dtype.newbyteorder("<").str
-        head = {"name": str(name), "dims": [str(dim) for dim in one.dims], "shape": one.shape, "type": kind}
-        found.update(_line({**head, "attributes": _plain(one.attrs)}))
+        kind = _type_of(one)
+        about = {"name": str(name), "coordinate": name in results.coords, "dims": [str(dim) for dim in one.dims]}
+        found.update(_line({**about, "shape": one.shape, "type": kind, "attributes": _plain(one.attrs)}))
         for where in rows_of(one.shape, one.dtype.itemsize):
             values = one[where].values
-            if text:
+            if kind == "text":
                 found.update(b"".join(_line(str(value)) for value in np.ravel(values)))
             else:
-                found.update(np.ascontiguousarray(values, values.dtype.newbyteorder("<")).tobytes())
+                stored = values.dtype.newbyteorder("<") if kind.startswith("float") else np.dtype("<i8")
+                found.update(np.ascontiguousarray(values, stored).tobytes())
     found.update(_line(_plain({name: value for name, value in results.attrs.items() if name != ATTRIBUTE})))
     return found.hexdigest()
 
@@ -73,6 +73,13 @@ def check_content(path: Path, results: xr.Dataset, verify: bool = False) -> str:
     if state == EDITED:
         warnings.warn(f"{path}: is {state}: its numbers are not those of its study", EditedResults, stacklevel=3)
     return state
+
+
+def _type_of(one: xr.Variable) -> str:
+    """Return the type of a variable, as all models of netCDF keep it: the classic one has no unsigned and long ones."""
+    if one.dtype.kind == "f":
+        return f"float{8 * one.dtype.itemsize}"
+    return {"b": "flag", "i": "integer", "u": "integer"}.get(one.dtype.kind, "text")
 
 
 def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:

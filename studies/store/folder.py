@@ -23,6 +23,8 @@ from .netcdf import WHOLE_BYTES, load_small, look_through, write
 
 RESULT_NAME = "results.nc"
 LOCK_NAME = ".lock"
+UNREADABLE = (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError)
+"""Errors of the libraries where a file is not what it should be, or its attributes make no sense."""
 LOCK_SECONDS = 0.5
 """Time to wait for a lock, since a process that only checks the lock holds it for a moment too."""
 LOCK_ATTEMPTS = 20
@@ -138,7 +140,7 @@ def finished(target: Path, identity: str, study: Mapping[str, Any], other_machin
         raise
     except RuntimeError:
         raise damaged(target) from None
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
+    except UNREADABLE as error:
         if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
             raise StudyError(f"{target}: the name is too long") from None
         raise StudyError(f"{target}: exists and is no result file; move it away or use --fresh") from None

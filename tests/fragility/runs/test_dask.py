@@ -19,6 +19,7 @@ from toppling.fragility import uncertain_ida
 from toppling.fragility.runs import graph, plan, runners
 from toppling.fragility.runs.request import check_request, work_of
 from toppling.motions.arrays import records
+from toppling.studies.command.cli import main
 from toppling.studies.kinds import study as studies
 
 BLOCKS = [tp.Block(0.3 + 0.02 * i, 1.8, name=f"block {i}") for i in range(9)]
@@ -219,6 +220,20 @@ class TestNow:
     def test_a_scheduler_that_there_is_not(self, shakes, name):
         with dask.config.set(scheduler=name), pytest.raises(ValueError, match="names a scheduler that there is not"):
             tp.ida(BLOCKS, LAWS, shakes, LEVELS)
+
+    @pytest.mark.parametrize("number", [0, -1, 2.5, "2", True])
+    def test_a_number_of_workers_that_is_none(self, shakes, number):
+        with dask.config.set(num_workers=number), pytest.raises(ValueError, match="dask's num_workers must be a whole"):
+            tp.ida(BLOCKS, LAWS, shakes, LEVELS)
+
+    def test_a_pool_that_is_none(self, shakes):
+        with dask.config.set(pool=3), pytest.raises(ValueError, match="dask's pool must be an executor"):
+            tp.ida(BLOCKS, LAWS, shakes, LEVELS)
+
+    def test_the_command_refuses_a_configuration_before_it_reads(self, capsys):
+        with dask.config.set(scheduler="wrong"):
+            assert main(["run", "missing.toml"]) == 2
+        assert "dask's configuration names a scheduler that there is not" in capsys.readouterr().err
 
     def test_in_the_order_of_the_plan(self, shakes, small_chunks, monkeypatch):
         """The last chunks are the shortest, whatever order dask would take."""

@@ -48,40 +48,72 @@ def expected(arguments):
     return 2 if "missing-é.toml" in arguments else 0
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [pytest.param(one, marks=[] if one == ["catalogue"] else [pytest.mark.slow]) for one in commands()],
-    ids=" ".join,
-)
+# The command three times in one process, with streams of each encoding, as Python opens them under PYTHONIOENCODING.
+EACH = """
+import os, sys
+from toppling.studies.command.cli import main, prepare_streams
+codes = set()
+for encoding in sys.argv[1].split(","):
+    sys.stdout, sys.stderr = (open(number, "w", encoding=encoding, closefd=False) for number in (1, 2))
+    prepare_streams()
+    codes.add(main(sys.argv[2:]))
+    for number, stream in ((1, sys.stdout), (2, sys.stderr)):
+        stream.flush()
+        os.write(number, bytes([0]))
+assert len(codes) == 1, codes
+os._exit(codes.pop())
+"""
+
+
+def of_each(said):
+    """Return what was written under each encoding."""
+    parts = said.split(b"\0")
+    assert len(parts) == len(ENCODINGS) + 1
+    return [part.decode(encoding) for part, encoding in zip(parts, ENCODINGS, strict=False)]
+
+
+SLOW = [pytest.param(one, marks=[] if one == ["catalogue"] else [pytest.mark.slow]) for one in commands()]
+
+
+@pytest.mark.parametrize("arguments", SLOW, ids=" ".join)
 def test_redirected(folder, arguments):
-    for encoding in ENCODINGS:
-        done = subprocess.run(
-            [sys.executable, "-m", "toppling", *arguments],
-            cwd=folder,
-            env={**os.environ, "PYTHONIOENCODING": encoding},
-            capture_output=True,
-            check=False,
-        )
-        said = done.stdout.decode(encoding), done.stderr.decode(encoding)
-        assert done.returncode == expected(arguments), said
-        assert "Traceback" not in said[1]
+    command = [sys.executable, "-c", EACH, ",".join(ENCODINGS), *arguments]
+    done = subprocess.run(command, cwd=folder, capture_output=True, check=False)
+    assert done.returncode == expected(arguments), done.stderr
+    assert b"Traceback" not in done.stderr
+    for said in of_each(done.stdout):
         if "--json" in arguments or arguments == ["schema"]:
-            assert json.loads(said[0])
+            assert json.loads(said)
+    assert len(of_each(done.stderr)) == len(ENCODINGS)
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize("arguments", SLOW, ids=" ".join)
+def test_on_a_terminal(folder, arguments):
+    command = [sys.executable, "-c", EACH, ",".join(ENCODINGS), *arguments]
+    code, said = on_terminal(command, folder, {**os.environ, "TERM": "xterm"})
+    assert code == expected(arguments), said
+    assert b"Traceback" not in said
+    assert said.count(b"\0") == 2 * len(ENCODINGS)
+
+
 @pytest.mark.parametrize("encoding", ENCODINGS)
-@pytest.mark.parametrize("arguments", [["catalogue"], ["run", "study.toml", "--fresh"], ["--help"]], ids=" ".join)
-def test_on_a_terminal(folder, arguments, encoding):
+def test_as_the_environment_says(folder, encoding):
+    """By Python's own variable, redirected and on a terminal."""
+    command = [sys.executable, "-m", "toppling", "catalogue"]
+    environment = {**os.environ, "PYTHONIOENCODING": encoding, "TERM": "xterm"}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "server-rack" in done.stdout.decode(encoding)
+    code, said = on_terminal(command, folder, environment)
+    assert code == 0
+    assert "server-rack" in said.decode(encoding)
+
+
+def on_terminal(command, folder, environment):
+    """Return the exit code and the output of a command whose streams are a terminal."""
     leader, follower = pty.openpty()
-    process = subprocess.Popen(
-        [sys.executable, "-m", "toppling", *arguments],
-        cwd=folder,
-        env={**os.environ, "PYTHONIOENCODING": encoding, "TERM": "xterm"},
-        stdin=follower,
-        stdout=follower,
-        stderr=follower,
-    )
+    streams = dict.fromkeys(("stdin", "stdout", "stderr"), follower)
+    process = subprocess.Popen(command, cwd=folder, env=environment, **streams)
     os.close(follower)
     said = b""
     while True:
@@ -93,9 +125,7 @@ def test_on_a_terminal(folder, arguments, encoding):
             break
         said += part
     os.close(leader)
-    assert process.wait(timeout=300) == 0, said.decode(encoding)
-    assert b"Traceback" not in said
-    said.decode(encoding)
+    return process.wait(timeout=300), said
 
 
 def test_replacements():

@@ -52,6 +52,14 @@ class TestDigest:
         with xr.open_dataset(tmp_path / "plain.nc") as copy:
             assert content_digest(copy) == results.attrs[ATTRIBUTE]
 
+    @pytest.mark.parametrize("model", ["NETCDF4_CLASSIC", "NETCDF3_64BIT"])
+    def test_in_the_classic_model(self, finished, tmp_path, model):
+        """It has no unsigned and no long integers, and texts are arrays of letters."""
+        with xr.open_dataset(finished[1]) as stored:
+            stored.load().drop_encoding().to_netcdf(tmp_path / "classic.nc", format=model)
+        with xr.open_dataset(tmp_path / "classic.nc") as copy:
+            assert content_digest(copy) == finished[0].attrs[ATTRIBUTE]
+
     def test_in_slabs(self, monkeypatch):
         """Slabs are read in C order, so that their size does not matter."""
         values = np.arange(3 * 700 * 1100, dtype=float).reshape(3, 700, 1100)
@@ -71,6 +79,9 @@ class TestDigest:
             base.assign_attrs(title="U"),
             base.assign_attrs(more=""),
             base.assign(a=("x", [1.0, 2.0], {"units": "m"})),
+            base.assign(a=("x", [1, 2])),
+            base.assign(a=("x", [True, False])),
+            base.set_coords("a"),
         ]
         assert len({content_digest(one) for one in [base, *other]}) == len(other) + 1
         assert content_digest(base[["b", "a"]]) == content_digest(base)
@@ -114,6 +125,38 @@ def test_edited_results(copied, capsys, edit):
     assert "edited since it was written" in page
     assert main(["status", str(copied.parent)]) == 0
     assert main(["status", str(copied.parent), "--verify"]) == 2
+
+
+@pytest.mark.filterwarnings("ignore:.* is edited since it was written")
+@pytest.mark.parametrize(
+    ("variable", "name", "value"),
+    [
+        ("median", "scale_factor", "x"),
+        ("median", "_Encoding", "nonsense"),
+        ("block", "_Encoding", "utf-16"),
+        ("median", "coordinates", 5),
+        ("level", "units", "days since yesterday"),
+    ],
+)
+def test_attributes_that_make_no_sense(copied, capsys, variable, name, value):
+    """What the libraries cannot decode ends in one sentence, whichever of their errors it is."""
+    with netCDF4.Dataset(copied, "a") as file:
+        file[variable].setncattr(name, value)
+    for arguments in (
+        ["report", str(copied)],
+        ["export", str(copied), "--format", "csv"],
+        ["status", str(copied.parent)],
+    ):
+        assert main([*arguments, "--verify"]) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_curves_of_a_newer_layout_are_not_exported(copied, capsys):
+    with netCDF4.Dataset(copied, "a") as file:
+        file.setncattr("schema", 99)
+        file.delncattr(ATTRIBUTE)
+    assert main(["export", str(copied), "--format", "csv"]) == 2
+    assert "was written by a newer toppling" in capsys.readouterr().err
 
 
 def test_a_file_without_it(tmp_path, capsys):
