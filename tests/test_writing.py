@@ -113,7 +113,7 @@ def test_no_command_writes_through_a_link(results, tmp_path, monkeypatch, comman
         assert not Path(name).is_symlink()
 
 
-@pytest.mark.filterwarnings("ignore:.* is edited since it was written")
+@pytest.mark.filterwarnings("ignore:.* was edited after it was written")
 @pytest.mark.parametrize("name", ["study", "doubts", "screen", "package_versions", "spectral_variability", "machines"])
 def test_attributes_nested_deeply(results, tmp_path, capsys, name):
     """A crafted file gets one sentence, not the recursion's end."""

@@ -89,8 +89,8 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     """Run every specimen under the motions of a design, label the runs, and screen them where the request says so.
 
     Where specimens and design give the same coordinate or the same entry of the configuration, it stands where the
-    specimens have it, so that the order in a result can be chosen.  Where the request is not to compute, what is of
-    every run is an array of dask.
+    specimens have it, so that the order in a result can be chosen.  Where the request is not to compute, the
+    variables with a value for every run are dask arrays.
     """
     warn(doubts_of(request.blocks, design))
     sizes = {**specimens.sizes, **design.sizes}

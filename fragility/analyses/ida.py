@@ -75,10 +75,10 @@ def ida(
     progress : callable, optional
         Called with (runs done, runs in all) after every chunk.
     compute : bool
-        With False, what is of every run (and the shares over runs) are arrays of dask, in chunks along block and
-        motion, which are computed when they are asked for: ``.compute()``, ``.persist()``, ``.to_netcdf()``,
-        ``.to_zarr()``, ``.mean("motion")``, by any scheduler of dask.  `client` and `progress` have no effect then, and
-        the attribute ``skipped``, which is known after the runs, is missing.
+        With False, the variables with a value for every run (and the shares over runs) are dask arrays, in equal chunks
+        along block and motion, and are computed when they are asked for: ``.compute()``, ``.persist()``,
+        ``.to_netcdf()``, ``.to_zarr()``, ``.mean("motion")``, by any scheduler of dask.  `client` and `progress` have
+        no effect then, and the attribute ``skipped``, which is known after the runs, is missing.
 
     Returns
     -------
@@ -91,7 +91,8 @@ def ida(
     ------
     TypeError, ValueError
         No or wrong blocks, laws or motions, labels used twice, levels out of order, an unknown measure or output, a
-        measure that scaling does not change, a motion whose measure is zero, a block that needs an explicit e.
+        measure that scaling does not change, a motion whose measure is zero, a block that needs an explicit e; a
+        scheduler, a pool or a number of workers in dask's configuration that makes no sense.
 
     References
     ----------

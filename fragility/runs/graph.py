@@ -15,7 +15,7 @@ from dask.typing import Key
 from numpy.typing import NDArray
 
 from ...models.runs import engine_identity
-from .plan import OUTPUT_TYPES, Chunk, ChunkResult, Work, plan_grid, run_chunk, run_part
+from .plan import OUTPUT_TYPES, Chunk, ChunkResult, Work, plan_even, run_chunk, run_part
 
 Graph = dict[Key, Any]
 """Tasks by their keys: a function with its arguments, keys and lists of them standing for what these tasks return."""
@@ -65,15 +65,15 @@ def output_arrays(work: Work, dims: Sequence[int]) -> dict[str, da.Array]:
     ----------
     work : Work
     dims : sequence of int
-        Sizes of the dimensions of the arrays: one or two of the oscillators (the last of `Work.each`, where there are
-        two), that of the levels where there is more than one or it is wanted, and that of the motions.
+        Sizes of the dimensions of the arrays: one or two of the oscillators (the second is `Work.each`), that of the
+        levels where the arrays have it, and last that of the motions.
 
     Returns
     -------
     dict of str to dask.array.Array
         One for each output of the work, all of the same tasks.
     """
-    grid = plan_grid(work)
+    grid = plan_even(work)
     name = f"chunk-{uuid4().hex}"
     tasks = chunk_graph(work, [chunk for cell in grid.chunks for chunk in cell], name)
     numbers = iter(range(len(tasks)))
@@ -105,10 +105,6 @@ def joined(parts: Sequence[ChunkResult], number: int, shape: tuple[int, ...]) ->
 
 def _chunks_of_rows(work: Work, rows: Sequence[tuple[int, int]], dims: Sequence[int]) -> list[tuple[int, ...]]:
     """Return the chunks along the dimensions of the oscillators."""
-    sizes = [stop - first for first, stop in rows]
     if dims[0] == len(work.oscillators):
-        return [tuple(sizes)]
-    each = work.each
-    if sizes[0] >= each:  # (whole entries)
-        return [tuple(size // each for size in sizes), (each,)]
-    return [(1,) * dims[0], tuple(sizes[: len(sizes) // dims[0]])]
+        return [tuple(stop - first for first, stop in rows)]
+    return [tuple((stop - first) // work.each for first, stop in rows), (work.each,)]

@@ -152,9 +152,7 @@ def plan_chunks(work: Work, seconds: float | None = None) -> list[Chunk]:
 
 def plan_grid(work: Work, seconds: float | None = None) -> Grid:
     """Divide work as `plan_chunks` does, into the cells of a grid; only the last cells hold more than one chunk."""
-    oscillators = work.oscillators
-    exact = oscillators.exact if isinstance(oscillators, OscillatorGrid) else [one.exact for one in oscillators]
-    per_row = work.levels * np.where(exact, SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE)
+    per_row = _costs(work)
     samples = np.array([motion.acceleration.size for motion in work.motions], float)
     left = total = float(per_row.sum() * samples.sum())
     full = seconds_of_a_chunk(total) if seconds is None else max(seconds, total / MOST_CHUNKS)
@@ -185,6 +183,30 @@ def plan_grid(work: Work, seconds: float | None = None) -> Grid:
     return Grid(rows, motions, chunks)
 
 
+def plan_even(work: Work) -> Grid:
+    """Divide work into the cells of a grid of equal numbers of whole entries (`Work.each`) and of motions.
+
+    Chunks of arrays in files must be equal, the last ones apart.
+    """
+    per_row = _costs(work)
+    samples = np.array([motion.acceleration.size for motion in work.motions], float)
+    full = seconds_of_a_chunk(float(per_row.sum() * samples.sum()))
+    entries = per_row.reshape(-1, work.each).sum(axis=1)
+    (_, step), *_ = _groups(entries, work.each * work.levels, float(samples.max()), full)
+    rows = [(i * work.each, min(i + step, entries.size) * work.each) for i in range(0, entries.size, step)]
+    cost = max(float(per_row[first:stop].sum()) for first, stop in rows) * float(samples.mean())
+    together = max(1, int(full / cost))
+    motions = [(i, min(i + together, samples.size)) for i in range(0, samples.size, together)]
+    return Grid(rows, motions, [[Chunk(*row, *bounds)] for row in rows for bounds in motions])
+
+
+def _costs(work: Work) -> Array:
+    """Return the planning figure of each oscillator, s for each sample."""
+    oscillators = work.oscillators
+    exact = oscillators.exact if isinstance(oscillators, OscillatorGrid) else [one.exact for one in oscillators]
+    return work.levels * np.where(exact, SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE)
+
+
 def _rows(work: Work, per_row: Array, longest: float, target: float) -> Bounds:
     """Bounds of groups of oscillators that share a motion's samples: at most about a chunk under the longest motion.
 
@@ -195,7 +217,7 @@ def _rows(work: Work, per_row: Array, longest: float, target: float) -> Bounds:
     runs, cost = each * work.levels, float(entries[0].sum()) * longest
     if each == 1 or not _enough(runs, cost, target):
         return [(first * each, stop * each) for first, stop in _groups(entries.sum(axis=1), runs, longest, target)]
-    parts = _groups(entries[0], work.levels, longest, target)
+    parts = _groups(entries.max(axis=0), work.levels, longest, target)  # (laws may differ in cost)
     return [(i * each + first, i * each + stop) for i in range(len(entries)) for first, stop in parts]
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import multiprocessing.pool
 import signal
 import sys
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -19,7 +20,7 @@ import dask.threaded
 from dask import config
 from dask.base import get_scheduler
 from dask.callbacks import Callback
-from dask.local import get_async, get_sync
+from dask.local import MultiprocessingPoolExecutor, get_async, get_sync
 from dask.system import CPU_COUNT
 from numpy.typing import NDArray
 
@@ -62,7 +63,7 @@ def scheduler() -> Callable[..., Any]:
     try:
         return get_scheduler() or dask.threaded.get
     except (RuntimeError, ValueError) as error:
-        raise ValueError(f"dask's configuration names a scheduler that there is not: {error}") from None
+        raise ValueError(f"dask's configuration names an unknown scheduler: {error}") from None
 
 
 def _in_worker() -> bool:
@@ -216,7 +217,9 @@ def _executor(compute: Callable[..., Any]) -> Iterator[tuple[Callable[..., Any],
 
     The workers of dask's own choice would be left behind when they are not needed any more.
     """
-    pool: Executor | None = config.get("pool", None)
+    pool: Any = config.get("pool", None)
+    if isinstance(pool, multiprocessing.pool.Pool):
+        pool = MultiprocessingPoolExecutor(pool)
     if pool is not None and not hasattr(pool, "submit"):
         raise ValueError(f"dask's pool must be an executor, which has a method submit, got {type(pool).__name__}")
     if compute is get_sync:
@@ -224,7 +227,8 @@ def _executor(compute: Callable[..., Any]) -> Iterator[tuple[Callable[..., Any],
     elif compute is dask.threaded.get:
         with ThreadPoolExecutor(thread_count(), "toppling") if pool is None else nullcontext(pool) as threads:
             # (dask's own function begins as many tasks as there are threads, each of which then waits for the next)
-            yield partial(get_async, threads.submit, AHEAD * thread_count()), thread_count(), True
+            here = isinstance(threads, ThreadPoolExecutor)
+            yield partial(get_async, threads.submit, AHEAD * thread_count()), thread_count(), here
     elif compute is dask.multiprocessing.get:
         workers = thread_count()
         own = ProcessPoolExecutor(workers, dask.multiprocessing.get_context(), _ignore_interrupts)

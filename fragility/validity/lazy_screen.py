@@ -1,4 +1,4 @@
-"""The screen of runs that are still to be computed: what is of every run are arrays of dask, computed with them."""
+"""The screen of runs that are still to be computed: its variables with a value for every run are dask arrays."""
 
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ def with_lazy_screen(runs: xr.Dataset, given: ScreenInput, shaking: Characterist
     runs, in parts of the same blocks and motions.
     """
     bounds = Bounds()
-    first = given.part({"motion": slice(0, 1)})
+    # (of one level, because what is on level is on motion as well, and is only a pattern here)
+    first = given.part({"level": slice(0, 1), "motion": slice(0, 1)})
     small, _ = screen_part(first, shaking.part(slice(0, 1)), bounds)
     found = {name: one for name, one in small.items() if "motion" not in one.dims}
     found |= {"band_low": shaking.low, "band_high": shaking.high}

@@ -47,8 +47,8 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False) -> x
     """
     try:
         with xr.open_dataset(path) as whole:
-            check_content(path, whole, verify)
             refuse_newer(path, whole)
+            check_content(path, whole, verify)
             kind = str(whole.attrs.get("kind", ""))
             stored = _of_all_samples(whole) if kind == UNCERTAINTY else whole
             parts = [name for name, array in stored.data_vars.items() if "motion" not in array.dims]

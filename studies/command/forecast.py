@@ -9,6 +9,7 @@ from ...fragility.runs.runners import thread_count
 from ...wording import part_text, size_text, time_text
 from ..file.table import StudyError
 from ..kinds.study import Study
+from ..report.results_file import refuse_newer
 from ..store.content import check_content
 from ..store.folder import RESULT_NAME, UNREADABLE, damaged, is_locked
 from ..store.netcdf import load_small
@@ -144,6 +145,7 @@ def _title(path: Path, verify: bool) -> str:
         with xr.open_dataset(path, engine="netcdf4") as stored:
             load_small(stored)
             if verify:
+                refuse_newer(path, stored)
                 check_content(path, stored, verify)
             return _printable(stored.attrs["title"])
     except StudyError:

@@ -37,7 +37,7 @@ from ..file.table import StudyError
 from ..plan.designs import Design, Incremental
 from ..plan.reading import Reading
 from ..plan.risk import Risk
-from ..store.content import sealed
+from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.resources import Resources, chunks_of, refuse_shortage
 from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_shards
@@ -251,7 +251,7 @@ class Study(ABC):
         ------
         StudyError
             `out` cannot be written or has too little room, another process runs a study there, or it holds another
-            study's results or parts and `resume` is set.
+            study's results or parts, or results that were edited, and `resume` is set.
         ClusterError
             The cluster cannot do the work, or no longer.
         KeyboardInterrupt
@@ -268,13 +268,17 @@ class Study(ABC):
             target = folder / RESULT_NAME
             before = finished(target, self.identity, self.configuration, other_machine) if whole else None
             if before is not None:
+                state = content_state(before)
+                if state == EDITED:
+                    raise StudyError(f"{target}: was {state}; move it away, or use --fresh to compute it again")
                 results = before.assign_attrs(self._named(before))
                 if results.attrs == before.attrs:
                     return before
+                # (what was never sealed may have been edited)
+                results = sealed(results) if state == AS_WRITTEN else results
             else:
                 refuse_shortage(folder, self.room, resume)
-                results = self._kept(folder, client, not resume, other_machine, progress, watching)
-            results = sealed(results)
+                results = sealed(self._kept(folder, client, not resume, other_machine, progress, watching))
             try:
                 save(results, folder / RESULT_NAME)
             except KeyboardInterrupt:

@@ -20,8 +20,8 @@ from .netcdf import rows_of
 
 ATTRIBUTE = "content_sha256"
 AS_WRITTEN = "as written"
-EDITED = "edited since it was written"
-UNSEALED = "of a version without a checksum of contents"
+EDITED = "edited after it was written"
+UNSEALED = "written by a version that stored no checksum of contents"
 
 
 class EditedResults(UserWarning):
@@ -64,15 +64,19 @@ def check_content(path: Path, results: xr.Dataset, verify: bool = False) -> str:
     StudyError
         With `verify`: they were edited, or have no checksum.
     """
-    if ATTRIBUTE not in results.attrs:
-        state = UNSEALED
-    else:
-        state = AS_WRITTEN if str(results.attrs[ATTRIBUTE]) == content_digest(results) else EDITED
+    state = content_state(results)
     if verify and state != AS_WRITTEN:
-        raise StudyError(f"{path}: is {state}: run its study again with --fresh")
+        raise StudyError(f"{path}: was {state}: run its study again with --fresh")
     if state == EDITED:
-        warnings.warn(f"{path}: is {state}: its numbers are not those of its study", EditedResults, stacklevel=3)
+        warnings.warn(f"{path}: was {state}: it is not what its study gave", EditedResults, stacklevel=3)
     return state
+
+
+def content_state(results: xr.Dataset) -> str:
+    """Return whether results are as they were written, by the checksum among their attributes."""
+    if ATTRIBUTE not in results.attrs:
+        return UNSEALED
+    return AS_WRITTEN if str(results.attrs[ATTRIBUTE]) == content_digest(results) else EDITED
 
 
 def _type_of(one: xr.Variable) -> str:
@@ -84,7 +88,9 @@ def _type_of(one: xr.Variable) -> str:
 
 def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     """Return attributes as plain values: what netCDF gives back of a number, a text or a list of them."""
-    return {str(name): np.asarray(value).tolist() for name, value in attributes.items()}
+    arrays = {str(name): np.asarray(value) for name, value in attributes.items()}
+    # (a list of one comes back as that one)
+    return {name: one.item() if one.size == 1 else one.tolist() for name, one in arrays.items()}
 
 
 def _line(value: Any) -> bytes:

@@ -575,7 +575,7 @@ class TestRefused:
         foreign = xr.Dataset({"t": ("x", [1.0, 2.0])})
         assert "not one of toppling's" in self.said(capsys, written(foreign, tmp_path))
 
-    @pytest.mark.filterwarnings("ignore:.* is edited since it was written")
+    @pytest.mark.filterwarnings("ignore:.* was edited after it was written")
     def test_layouts(self, capsys, folder, tmp_path):
         results = loaded(folder, "cloud")
         for layout, word in ((99, "newer"), (0, "older"), ("x", "must be a number")):

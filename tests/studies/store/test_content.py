@@ -14,7 +14,7 @@ from study_texts import BLOCKS, HAZARD, IDA, motions
 import toppling as tp
 from toppling.studies.command.cli import main
 from toppling.studies.report.validity import checks_of
-from toppling.studies.store.content import ATTRIBUTE, content_digest
+from toppling.studies.store.content import ATTRIBUTE, content_digest, content_state
 
 ROOT = Path(__file__).resolve().parents[3]
 STUDY = f'title = "Contents"\n{BLOCKS}\n[[models]]\nlaw = "housner"\n{motions(5)}{IDA}{HAZARD}'
@@ -86,6 +86,15 @@ class TestDigest:
         assert len({content_digest(one) for one in [base, *other]}) == len(other) + 1
         assert content_digest(base[["b", "a"]]) == content_digest(base)
 
+    def test_attributes_that_are_lists(self, tmp_path):
+        """Of one, of several, of none, as a file gives them back."""
+        given = xr.Dataset(
+            {"a": ("x", [1.0], {"n": [1], "two": [1.0, 2.0], "t": ["one"]})}, attrs={"some": [3], "e": ""}
+        )
+        given.to_netcdf(tmp_path / "lists.nc")
+        with xr.open_dataset(tmp_path / "lists.nc") as stored:
+            assert content_digest(stored) == content_digest(given)
+
     def test_nothing_in_it(self):
         empty = xr.Dataset({"a": ("x", np.empty(0)), "b": ((), True)})
         assert content_digest(empty) != content_digest(empty.drop_vars("a"))
@@ -115,19 +124,19 @@ def test_edited_results(copied, capsys, edit):
     edit(copied)
     capsys.readouterr()
     for arguments in (["report", str(copied)], ["export", str(copied), "--format", "csv"]):
-        with pytest.warns(UserWarning, match="is edited since it was written"):
+        with pytest.warns(UserWarning, match="was edited after it was written"):
             assert main(arguments) == 0
         assert main([*arguments, "--verify"]) == 2
         said = capsys.readouterr().err
-        assert f"toppling: {copied}: is edited since it was written" in said
+        assert f"toppling: {copied}: was edited after it was written" in said
     page = re.sub(r"<[^>]*>|\s+", " ", copied.with_name("report.html").read_text(encoding="utf-8"))
     assert "were edited after the study had written it" in page
-    assert "edited since it was written" in page
+    assert "edited after it was written" in page
     assert main(["status", str(copied.parent)]) == 0
     assert main(["status", str(copied.parent), "--verify"]) == 2
 
 
-@pytest.mark.filterwarnings("ignore:.* is edited since it was written")
+@pytest.mark.filterwarnings("ignore:.* was edited after it was written")
 @pytest.mark.parametrize(
     ("variable", "name", "value"),
     [
@@ -154,9 +163,21 @@ def test_attributes_that_make_no_sense(copied, capsys, variable, name, value):
 def test_curves_of_a_newer_layout_are_not_exported(copied, capsys):
     with netCDF4.Dataset(copied, "a") as file:
         file.setncattr("schema", 99)
-        file.delncattr(ATTRIBUTE)
-    assert main(["export", str(copied), "--format", "csv"]) == 2
-    assert "was written by a newer toppling" in capsys.readouterr().err
+    for arguments in (["export", str(copied), "--format", "csv"], ["status", str(copied.parent), "--verify"]):
+        assert main(arguments) == 2
+        assert "was written by a newer toppling" in capsys.readouterr().err
+
+
+def test_a_study_does_not_seal_what_was_edited(finished, copied):
+    """Neither where it finds its results there already, nor where only its title has changed."""
+    edit_value(copied)
+    path = finished[1].parents[1] / "study.toml"
+    for text in (STUDY, STUDY.replace("Contents", "Another title")):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(tp.studies.StudyError, match="was edited after it was written; move it away"):
+            tp.Study.from_toml(path).run(copied.parent)
+    path.write_text(STUDY, encoding="utf-8")
+    assert content_state(tp.Study.from_toml(path).run(copied.parent, resume=False)) == "as written"
 
 
 def test_a_file_without_it(tmp_path, capsys):
@@ -166,7 +187,7 @@ def test_a_file_without_it(tmp_path, capsys):
     assert main(["report", str(path)]) == 0
     assert "edited" not in capsys.readouterr().err
     assert main(["report", str(path), "--verify"]) == 2
-    assert "without a checksum of contents" in capsys.readouterr().err
+    assert "that stored no checksum of contents" in capsys.readouterr().err
 
 
 def test_results_of_before_are_not_called_pulses(finished):
