@@ -27,6 +27,11 @@ from numba.core.compiler_machinery import AnalysisPass, PassManager, register_pa
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.typed_passes import NativeLowering
 
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "_nrt": True}
+"""numba's options of a kernel that sets no others.  What is not set a callee takes from the caller for which it happens
+to be compiled first: then the bits of a process that compiles everything differ from those of one that loads a part.
+"""
+
 
 @cache
 def folder_stamp(folder: Path) -> str:
@@ -131,7 +136,7 @@ def dispatcher(function: Callable[..., Any], keep: bool, options: dict[str, Any]
     """Return the compiled function of a kernel; the function itself where numba is told not to compile."""
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return function
-    used = {"nogil": True, "error_model": "numpy", **options}
+    used = {**OPTIONS, **options}
     if not keep:
         return Callee(
             function, targetoptions={"nopython": True, "boundscheck": None, **used}, pipeline_class=CalleeCompiler

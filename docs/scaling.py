@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import os
 import platform
-import resource
 import statistics
 import subprocess
 import sys
@@ -29,7 +28,8 @@ from distributed import Client, LocalCluster
 import toppling as tp
 from toppling.fragility import Work
 from toppling.fragility.runs.cluster import Cluster
-from toppling.fragility.runs.plan import MOST_CHUNKS, Chunk, ChunkResult, seconds_of_a_chunk
+from toppling.fragility.runs.graph import output_arrays
+from toppling.fragility.runs.plan import MOST_CHUNKS, Chunk, ChunkResult, Grid, seconds_of_a_chunk
 from toppling.fragility.runs.runners import Runner
 from toppling.models.runs import TALLY
 from toppling.motions import records
@@ -42,6 +42,7 @@ FIGURES = HERE / "scaling_measured.json"
 REPEATS = 5
 SCHEDULED = 100_000
 STORED = 10_000
+LAZY = 20_000
 WORKERS = (1, 2, 4, 8, 16, 32)
 """Of these, as many as there are cores."""
 
@@ -74,7 +75,7 @@ undecided = 0.0
 def main(only: Sequence[str] = ()) -> None:
     """Measure everything, or some parts anew, and write the page."""
     found: dict[str, Any] = {"machine": _machine()}
-    parts = {part.__name__.strip("_"): part for part in (_workers, _figures, _large, _shards, _scheduler)}
+    parts = {part.__name__.strip("_"): part for part in (_workers, _figures, _large, _shards, _scheduler, _lazy)}
     with tempfile.TemporaryDirectory() as folder:
         for name in only or parts:
             print(f"measuring: {(parts[name].__doc__ or '').splitlines()[0]}", file=sys.stderr, flush=True)
@@ -93,6 +94,7 @@ def write_page() -> None:
         found,
         study={"blocks": len(SIZES), "laws": len(LAWS), "levels": LEVELS, "repeats": REPEATS},
         scheduled=SCHEDULED,
+        lazy=LAZY,
         most=MOST_CHUNKS,
         larger=[_larger(1e9, "10⁹", found), _larger(1e12, "10¹²", found)],
     )
@@ -244,12 +246,26 @@ def _scheduler(folder: Path) -> dict[str, Any]:
     with _cluster(2, threads=16) as cluster, Client(cluster, set_as_default=False) as client:
         runner = Cluster(client)
         assert sum(1 for _ in runner.run(work, chunks[:200])) == 200
-        before = _resident()
+        before = _memory(anew=True)
         started = time.monotonic()
         done = sum(1 for _ in runner.run(work, chunks))
         seconds = time.monotonic() - started
     assert done == SCHEDULED
-    return {"scheduled_seconds": seconds, "scheduled_mb": max(_resident() - before, 0.0)}
+    return {"scheduled_seconds": seconds, "scheduled_mb": _memory() - before}
+
+
+def _lazy(folder: Path) -> dict[str, Any]:
+    """A dataset of 20,000 chunks with next to nothing in them, which dask computes when it is asked for."""
+    work = _empty(LAZY)._replace(outputs=("overturned",))
+    motions = [(i, i + 1) for i in range(LAZY)]
+    grid = Grid([(0, 1)], motions, [[Chunk(0, 1, *one)] for one in motions])
+    output_arrays(work._replace(motions=work.motions[:1]), Grid([(0, 1)], motions[:1], grid.chunks[:1]), [1, 1, 1])
+    before = _memory(anew=True)
+    started = time.monotonic()
+    found = output_arrays(work, grid, [1, 1, LAZY])["overturned"].compute()
+    seconds = time.monotonic() - started
+    assert found.shape == (1, 1, LAZY)
+    return {"lazy_seconds": seconds, "lazy_mb": _memory() - before}
 
 
 class _Nothing(Runner):
@@ -307,9 +323,12 @@ def _larger(runs: float, name: str, one: dict[str, Any]) -> dict[str, str]:
     return found
 
 
-def _resident() -> float:
-    """Peak memory of this process so far, MB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6
+def _memory(anew: bool = False) -> float:
+    """Peak memory of this process, MB: since the last call with `anew`."""
+    if anew:
+        Path("/proc/self/clear_refs").write_text("5")
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1e6
 
 
 def _machine() -> str:

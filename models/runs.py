@@ -40,6 +40,11 @@ _NO_HISTORY = np.empty((tables.HISTORY_ROWS, 0))
 _NOTHING = 1e-200
 
 
+def _writable(values: Array) -> Array:
+    """Return the values as an array of one type, whoever gave them: numba compiles once more for read-only ones."""
+    return np.require(values, requirements=["C", "W"])
+
+
 def _flushed(values: Array) -> Array:
     tiny = np.abs(values) < _NOTHING
     return np.where(tiny, 0.0, values) if tiny.any() else values
@@ -79,7 +84,7 @@ def run_stacked(
     """
     counts = np.zeros(len(TALLY), np.int64) if tally is None else tally
     which = np.repeat(np.arange(factors.shape[0]), factors.shape[1])
-    batch = _batch(_flushed(acceleration), dt, stacked, which, np.ascontiguousarray(factors).ravel(), counts)
+    batch = _batch(_flushed(acceleration), dt, stacked, which, factors.ravel(), counts)
     run_batch(batch, _NO_START, skip, flags_only)
     if flags_only:
         batch.out[:, 1:] = np.nan
@@ -118,12 +123,12 @@ def _batch(
     """Runs of oscillators which[j] under factors[j] * record, with room for their results (see `tables.Batch`)."""
     oscillators, regions, _ = stacked.tables.shape
     return tables.Batch(
-        record=record,
+        record=_writable(record),
         dt=dt,
         model=tables.Model(*stacked),
         steps=np.zeros((oscillators, regions, tables.STEP_COLUMNS)),
         which=which,
-        factors=factors,
+        factors=_writable(factors),
         first=np.zeros(which.size, np.int64),
         begin=np.zeros((which.size, 4)),
         shaking_left=np.empty(0),

@@ -226,6 +226,17 @@ class TestKernels:
         found = {str(path.relative_to(ROOT)) for path in CODE.values() if "numba" in from_elsewhere(path)}
         assert found == NUMBA
 
+    def test_kernels_use_no_arithmetic_of_numba_s_own(self):
+        """numba compiles `x**2` as a function for whichever kernel asks first, with that one's fused operations."""
+        for room in KERNEL_FOLDERS:
+            for path in (path for path in CODE.values() if str(path.relative_to(ROOT)).startswith(f"{room}/")):
+                for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                    if isinstance(function, ast.FunctionDef) and "kernel(" in "".join(
+                        map(ast.unparse, function.decorator_list)
+                    ):
+                        powers = [one for one in ast.walk(function) if isinstance(one, ast.Pow)]
+                        assert not powers, f"{path.name}: {function.name} has a power: write it as a product"
+
     def test_the_identity_of_the_engine_covers_its_folder(self, tmp_path, monkeypatch):
         """Shards and workers of clusters are compared by it: a changed kernel or compiler option is another engine."""
         shutil.copytree(ROOT / "models", tmp_path / "models", ignore=shutil.ignore_patterns("__pycache__"))

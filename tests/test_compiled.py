@@ -58,8 +58,12 @@ print(json.dumps(compiled))
 """
 BITS = """
 import hashlib
+import re
 import numpy as np
 import toppling as tp
+from toppling.models.engine.exact_runs import run_exact
+from toppling.models.engine.linear_runs import run_lanes
+from toppling.models.engine.starts import begin_runs
 from toppling.models.runs import run_many, trace
 rng = np.random.default_rng(7)
 t = np.arange(2000) * 0.02
@@ -71,6 +75,12 @@ results = [run_many(oscillators, np.tile(np.geomspace(0.1, 8.0, 20), (len(oscill
 for oscillator in oscillators:
     results += trace(oscillator, record, 0.02)
 print(hashlib.sha256(b"".join(one.tobytes() for one in results)).hexdigest())
+for entry in (begin_runs, run_lanes, run_exact):
+    if sum(entry.dispatcher.stats.cache_misses.values()):
+        # (names hold numbers that count what was compiled before)
+        code = re.sub(r"_ZN\\w+|\\.?L\\w+", "_", "".join(entry.dispatcher.inspect_asm().values()))
+        instructions = [line for line in code.splitlines() if line.startswith("\\t") and not line.startswith("\\t.")]
+        print(entry.py_func.__name__, len(instructions), hashlib.sha256("".join(instructions).encode()).hexdigest())
 """
 THREADS = """
 import threading
@@ -214,11 +224,23 @@ def test_what_the_engine_keeps():
 
 @pytest.mark.slow
 def test_bits_do_not_depend_on_who_compiled(tmp_path):
-    """The process that compiles the engine and one that loads it from disk run the same copies of all callees."""
+    """The process that compiles the engine, one that loads it, and one that loads a part have the same instructions."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    command = [sys.executable, "-c", BITS]
-    done = [subprocess.run(command, env=environment, capture_output=True, text=True, check=True) for _ in range(2)]
-    assert done[0].stdout == done[1].stdout
+
+    def used():
+        command = [sys.executable, "-c", BITS]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        digest, *compiled = done.stdout.splitlines()
+        return digest, {name: code for name, *code in map(str.split, compiled)}
+
+    digest, whole = used()
+    assert [*whole] == ["begin_runs", "run_lanes", "run_exact"]
+    assert min(int(number) for number, _ in whole.values()) > 1000
+    assert used() == (digest, {})
+    for file in tmp_path.rglob("*.nb?"):
+        if "begin_runs" not in file.name:
+            file.unlink()
+    assert used() == (digest, {name: whole[name] for name in ("run_lanes", "run_exact")})
 
 
 def test_first_calls_in_several_threads(folder):

@@ -21,6 +21,7 @@ from ...units import provenance
 from ..runs.factors import Factors, ScaleFactors
 from ..runs.graph import output_arrays
 from ..runs.labels import block_coordinates, lazy_outputs, model_coordinates, output_variables
+from ..runs.plan import plan_even
 from ..runs.provenance import DESCRIBED, STRIPES
 from ..runs.request import Request, collect, work_of
 from ..validity.lazy_screen import with_lazy_screen
@@ -102,7 +103,9 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
         outputs = output_variables(request, runs, specimens.blocks, sizes)
         known = {"skipped": json.dumps(runs.skipped)}
     else:
-        outputs = lazy_outputs(request, output_arrays(work, list(sizes.values())), specimens.blocks, sizes)
+        outputs = lazy_outputs(
+            request, output_arrays(work, plan_even(work), list(sizes.values())), specimens.blocks, sizes
+        )
         known = {}
     measures, characteristics = thread.result()
     coordinates = {

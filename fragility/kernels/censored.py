@@ -219,7 +219,7 @@ def _frame(lower, upper):
     for i in range(lower.size):
         for end in (lower[i], upper[i]):
             if abs(end) < math.inf:
-                squares += (end - centre) ** 2
+                squares += (end - centre) * (end - centre)
     spread = math.sqrt(squares / count)
     return centre, spread if spread > 0.0 else 1.0
 
@@ -292,7 +292,7 @@ def fit_trends(lower, upper, covariate, slope, error, status):
         if found != OK:
             continue
         # of beta_1/gamma
-        direction[:] = (-theta[2] / theta[0] ** 2, 0.0, 1.0 / theta[0])
+        direction[:] = (-theta[2] / (theta[0] * theta[0]), 0.0, 1.0 / theta[0])
         if not _solve(information, direction, step, work):
             status[row] = FAILED
             continue

@@ -27,6 +27,7 @@ import numpy as np
 from ...models.oscillator import Oscillator
 from ...models.runs import engine_identity
 from ...motions.arrays import Record, digest
+from .graph import engine_difference
 from .plan import Chunk, ChunkResult, Work, run_part
 from .runners import AHEAD, Runner, never
 
@@ -128,7 +129,7 @@ def check_workers(client: Client) -> None:
     except (ImportError, AttributeError) as error:
         raise ClusterError(f"{_address(client)}: a worker has another version of the package ({error})") from None
     for address, theirs in sorted(found.items()):
-        _same_engine(address, theirs, engine_identity())
+        _check_engine(address, theirs, engine_identity())
 
 
 class _SentWork:
@@ -204,7 +205,7 @@ def _run_part(
 ) -> bytes:
     """Compute a chunk on a worker."""
     places, factors, skip, outputs, engine = pickle.loads(task)
-    _same_engine("a worker", engine_identity(), engine)
+    _check_engine("a worker", engine_identity(), engine)
     motions = [
         one for source in sources for one in (_motions_of(source) if isinstance(source, _MadeMotions) else source)
     ]
@@ -231,15 +232,9 @@ def _loaded(content: bytes) -> Any:
     return pickle.loads(content)
 
 
-def _same_engine(who: str, theirs: dict[str, str], ours: dict[str, str]) -> None:
-    for name, version in ours.items():
-        if theirs.get(name) != version:
-            same = (
-                "compile for the same (NUMBA_CPU_NAME=generic everywhere)"
-                if name == "processor"
-                else "install the same"
-            )
-            raise ClusterError(f"{who} has {name} {theirs.get(name)}, this process {version}: {same}")
+def _check_engine(who: str, theirs: dict[str, str], ours: dict[str, str]) -> None:
+    if difference := engine_difference(theirs, ours):
+        raise ClusterError(f"{who} {difference}")
 
 
 class _ThreadCount:

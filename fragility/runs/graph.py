@@ -15,7 +15,7 @@ from dask.typing import Key
 from numpy.typing import NDArray
 
 from ...models.runs import engine_identity
-from .plan import OUTPUT_TYPES, Chunk, ChunkResult, Work, plan_even, run_chunk, run_part
+from .plan import OUTPUT_TYPES, Chunk, ChunkResult, Grid, Work, run_chunk, run_part
 
 Graph = dict[Key, Any]
 """Tasks by their keys: a function with its arguments, keys and lists of them standing for what these tasks return."""
@@ -28,7 +28,7 @@ class ChunkTask:
         self._work, self._chunk, self._stop = work, chunk, stop
 
     def __call__(self) -> ChunkResult | None:
-        """Compute it; None where it is not begun any more."""
+        """Compute it; None where the work has been stopped before."""
         return None if self._stop is not None and self._stop() else run_chunk(self._work, self._chunk)
 
     def __reduce__(self) -> Any:
@@ -44,13 +44,25 @@ class ChunkTask:
 
 def run_sent(engine: Mapping[str, str], data: tuple[Any, ...]) -> ChunkResult:
     """Compute a chunk from its data in another process; ValueError where that has another engine than the sender."""
-    here = engine_identity()
-    if here != engine:
-        named = ", ".join(
-            f"{name} {here.get(name)}, not {ours}" for name, ours in engine.items() if here.get(name) != ours
-        )
-        raise ValueError(f"a worker has another engine ({named}), whose results differ in their last digits")
+    if difference := engine_difference(engine_identity(), engine):
+        raise ValueError(f"a worker {difference}")
     return run_part(*data)
+
+
+def engine_difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:
+    """Return what another process has that this one has not, and what to do about it; empty where engines are equal.
+
+    Results of different engines differ in their last digits, and therefore now and then in their outcomes.
+    """
+    for name, version in ours.items():
+        if theirs.get(name) != version:
+            remedy = (
+                "compile for the same (NUMBA_CPU_NAME=generic everywhere)"
+                if name == "processor"
+                else "install the same"
+            )
+            return f"has {name} {theirs.get(name)}, this process {version}: {remedy}"
+    return ""
 
 
 def chunk_graph(work: Work, chunks: Sequence[Chunk], name: str, stop: Callable[[], bool] | None = None) -> Graph:
@@ -58,12 +70,14 @@ def chunk_graph(work: Work, chunks: Sequence[Chunk], name: str, stop: Callable[[
     return {(name, i): (ChunkTask(work, chunk, stop),) for i, chunk in enumerate(chunks)}
 
 
-def output_arrays(work: Work, dims: Sequence[int]) -> dict[str, da.Array]:
+def output_arrays(work: Work, grid: Grid, dims: Sequence[int]) -> dict[str, da.Array]:
     """Return the outputs of all runs as arrays of dask, which compute their chunks when they are asked for.
 
     Parameters
     ----------
     work : Work
+    grid : Grid
+        The chunks into which the work is divided (`plan_even`).
     dims : sequence of int
         Sizes of the dimensions of the arrays: one or two of the oscillators (the second is `Work.each`), that of the
         levels where the arrays have it, and last that of the motions.
@@ -73,7 +87,6 @@ def output_arrays(work: Work, dims: Sequence[int]) -> dict[str, da.Array]:
     dict of str to dask.array.Array
         One for each output of the work, all of the same tasks.
     """
-    grid = plan_even(work)
     name = f"chunk-{uuid4().hex}"
     tasks = chunk_graph(work, [chunk for cell in grid.chunks for chunk in cell], name)
     numbers = iter(range(len(tasks)))

@@ -143,15 +143,37 @@ class Grid(NamedTuple):
 
 
 def plan_chunks(work: Work, seconds: float | None = None) -> list[Chunk]:
-    """Divide work into chunks of about `seconds` each (None: `seconds_of_a_chunk`), the last ones shorter.
+    """Divide work into chunks of about equal duration, the last ones shorter.
 
-    There are never many more than 100,000 chunks.
+    Parameters
+    ----------
+    work : Work
+    seconds : float, optional
+        Duration of a chunk on one core, s; without it that of `seconds_of_a_chunk`.  It is longer where there would be
+        many more than 100,000 chunks.
+
+    Returns
+    -------
+    list of Chunk
+        Every run is in one of them.  They depend on the work alone, and not on the machine.
     """
     return [chunk for cell in plan_grid(work, seconds).chunks for chunk in cell]
 
 
 def plan_grid(work: Work, seconds: float | None = None) -> Grid:
-    """Divide work as `plan_chunks` does, into the cells of a grid; only the last cells hold more than one chunk."""
+    """Divide work into chunks, as `plan_chunks` does, which also form the cells of a grid.
+
+    Parameters
+    ----------
+    work : Work
+    seconds : float, optional
+        As of `plan_chunks`.
+
+    Returns
+    -------
+    Grid
+        Parts of the oscillators x parts of the motions; only the last cells are divided into several chunks.
+    """
     per_row = _costs(work)
     samples = np.array([motion.acceleration.size for motion in work.motions], float)
     left = total = float(per_row.sum() * samples.sum())
@@ -184,9 +206,18 @@ def plan_grid(work: Work, seconds: float | None = None) -> Grid:
 
 
 def plan_even(work: Work) -> Grid:
-    """Divide work into the cells of a grid of equal numbers of whole entries (`Work.each`) and of motions.
+    """Divide work into the cells of a grid that are all of one size, except the last along each dimension.
 
-    Chunks of arrays in files must be equal, the last ones apart.
+    Files such as Zarr's ask for that of the chunks of an array.
+
+    Parameters
+    ----------
+    work : Work
+
+    Returns
+    -------
+    Grid
+        Whole entries (`Work.each`) of oscillators x motions; every cell is one chunk.
     """
     per_row = _costs(work)
     samples = np.array([motion.acceleration.size for motion in work.motions], float)

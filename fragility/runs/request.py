@@ -18,7 +18,7 @@ from ...motions.arrays import Record
 from .factors import Factors
 from .oscillators import OscillatorGrid
 from .plan import OUTPUT_TYPES, Work, plan_chunks
-from .runners import Local, Runner, default_client
+from .runners import ConfiguredScheduler, Runner, default_client
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -145,7 +145,7 @@ def runner_of(client: Client | Runner | None) -> Runner:
     if client is None:
         client = default_client()
     if client is None:
-        return Local()
+        return ConfiguredScheduler()
     if isinstance(client, Runner):
         return client
     if not hasattr(client, "submit") or not hasattr(client, "scheduler"):

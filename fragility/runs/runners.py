@@ -124,7 +124,7 @@ def never() -> bool:
 
 
 @dataclass(frozen=True)
-class Local(Runner):
+class ConfiguredScheduler(Runner):
     """The scheduler that dask is configured with: threads of this process (the engine does not hold the interpreter
     lock), one thread (``synchronous``), processes, or an executor.
 
@@ -198,7 +198,7 @@ class _Window:
             self._finished.put((key[1], done))
 
         try:
-            # (what a user looks on with, such as dask's progress bar, is called as well)
+            # (callbacks that the user has registered, such as dask's progress bar, are called as well)
             looking_on = [*Callback.active, Callback(start_state=begin, posttask=finished)._callback]
             found = self._compute(self._graph, list(self._graph), callbacks=looking_on)
             if len(found) != len(self._chunks):

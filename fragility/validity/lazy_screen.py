@@ -44,10 +44,22 @@ class ScreenTask:
 
 
 def with_lazy_screen(runs: xr.Dataset, given: ScreenInput, shaking: Characteristics) -> xr.Dataset:
-    """Add to runs that are still to be computed the variables of the screen.
+    """Add the variables of the screen to runs that are still to be computed.
 
-    given, shaking: as `with_screen` takes them.  What is of every run, and the shares over runs, is computed with the
-    runs, in parts of the same blocks and motions.
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        Of dask arrays.
+    given : ScreenInput
+        As for `with_screen`.
+    shaking : Characteristics
+        Of the motions, as for `with_screen`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables with a value for every run, and the shares over runs, are dask arrays in the chunks of the runs;
+        the others are computed here.
     """
     bounds = Bounds()
     # (of one level, because what is on level is on motion as well, and is only a pattern here)

@@ -152,7 +152,8 @@ def follow_free(x, k, model, o, time, work, trig):
                 break
         if stiffness > 0.0:
             centre = model.tables[o, region, REGION_CENTRE]
-            reach = math.sqrt((x[THETA] - centre) ** 2 + x[OMEGA] ** 2 / stiffness)
+            aside = x[THETA] - centre
+            reach = math.sqrt(aside * aside + x[OMEGA] * x[OMEGA] / stiffness)
             inside = min(model.tables[o, region, REGION_UPPER] - centre, centre - model.tables[o, region, REGION_LOWER])
             if reach < inside and reach + abs(centre) <= x[PEAK]:
                 break

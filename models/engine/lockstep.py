@@ -120,7 +120,8 @@ def _dip(rise, dt):
     (J dt²/8)² at most.  As a' = s - c a - K v, |a| <= J dt and |v| <= J dt²/2, J (1 - c dt - |K| dt²/2) <= |s|; the
     bracket is 1/2 at least for a rate of 1/(2 dt) at most.  So (s dt²/4)² is the bound; a third is on the safe side.
     """
-    return (rise * dt * (1.0 / 3.0)) ** 2
+    third = rise * dt * (1.0 / 3.0)
+    return third * third
 
 
 @kernel(inline="always")

@@ -78,7 +78,8 @@ def _crossing_time(zeta, gap, u0, u1, r0, r1):
     gap = 1 - zeta²; u = v + zeta z and r = u² + gap z² at the start (0) and at the end (1).  Needs u0 > sqrt(-gap)
     where overdamped.
     """
-    if abs(gap) < 1e-3 * min(u0, u1) ** 2 and u0 > 0.0:
+    least = min(u0, u1)
+    if abs(gap) < 1e-3 * least * least and u0 > 0.0:
         # near critical damping: atan(w/u)/w as a series in w² = gap, the same on either side
         time = 0.0
         by_gap = 0.0
@@ -99,7 +100,7 @@ def _crossing_time(zeta, gap, u0, u1, r0, r1):
         time = (angle if angle > 0.0 else angle + 2.0 * math.pi) / w
         return time, ((u0 * zeta / w - w) / -r0 - (u1 * zeta / w + w) / r1) / w + time * zeta / gap
     w = math.sqrt(-gap)
-    time = 0.5 * (math.log((u0 + w) ** 2 / r0) + math.log((u1 + w) ** 2 / r1)) / w
+    time = 0.5 * (math.log((u0 + w) * (u0 + w) / r0) + math.log((u1 + w) * (u1 + w) / r1)) / w
     return time, ((u0 * zeta / w + w) / r0 + (u1 * zeta / w - w) / r1) / w + time * zeta / gap
 
 

@@ -226,12 +226,21 @@ def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
 
 
 @kernel(**FUSED)
+def _power(h, n):
+    """Return h to the power of n."""
+    found = 1.0
+    for _ in range(n):
+        found *= h
+    return found
+
+
+@kernel(**FUSED)
 def _many_terms(poly, trig, omega, p2, scale, force, slope, h):
     """Write the terms of `exact_series` beyond degree 12, as many as are needed; return the degree and the step."""
     start = abs(poly[ACCELERATION, 0])
     jerk = abs(poly[ACCELERATION, 1])
     largest = max(abs(omega) * h, 0.5 * start * h * h, 0.5 * jerk * h * h * h)
-    power = h**12
+    power = _power(h, 12)
     before = abs(poly[SPEED, 11]) * power
     n = DEGREE
     for k in range(11, DEGREE - 1):
@@ -254,7 +263,8 @@ def _many_terms(poly, trig, omega, p2, scale, force, slope, h):
         before = term
     if n == DEGREE:
         while (
-            abs(poly[SPEED, n - 1]) * h**n > 1e-17 * largest or abs(poly[SPEED, n - 2]) * h ** (n - 1) > 1e-17 * largest
+            abs(poly[SPEED, n - 1]) * _power(h, n) > 1e-17 * largest
+            or abs(poly[SPEED, n - 2]) * _power(h, n - 1) > 1e-17 * largest
         ) and h > 1e-12:
             h *= 0.7
             largest = max(abs(omega) * h, 0.5 * start * h * h, 0.5 * jerk * h * h * h)

@@ -148,7 +148,8 @@ def _oscillator_row(omega, zeta, at, dt, row):
     lag = at - last * dt
     half = 0.5 * omega * dt
     # a sample is the peak of a hat function, whose transform decays as sinc²
-    size = -dt * omega * omega / damped * (math.sin(half) / half) ** 2
+    ratio = math.sin(half) / half
+    size = -dt * omega * omega / damped * ratio * ratio
     decay = math.exp(-zeta * omega * dt)
     turn, across = decay * math.cos(damped * dt), decay * math.sin(damped * dt)
     here = size * math.exp(-zeta * omega * lag)

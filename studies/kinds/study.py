@@ -23,7 +23,7 @@ from ...aliases import Progress
 from ...doubts import Doubt
 from ...fragility.numerics import slabs
 from ...fragility.runs.plan import OUTPUT_TYPES
-from ...fragility.runs.runners import Local, Runner, default_client, never
+from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, never
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts
 from ...models import Block, Law
@@ -336,7 +336,7 @@ class Study(ABC):
     def _runner(self, client: Client | None, stop: Callable[[], bool]) -> Runner:
         """Return the runner of the chunks; workers generate the motions themselves where no file is needed."""
         client = default_client() if client is None else client
-        return Local(stop) if client is None else cluster(client, self.configuration, self._digests, stop)
+        return ConfiguredScheduler(stop) if client is None else cluster(client, self.configuration, self._digests, stop)
 
     def _labelled(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         try:

@@ -1,11 +1,13 @@
 """The documentation: every block of code runs, every number is of today, every link of the built site leads on."""
 
 import doctest
+import functools
 import importlib
 import importlib.util
 import inspect
 import re
 import shlex
+import shutil
 import sys
 from collections import Counter
 from html.parser import HTMLParser
@@ -36,8 +38,6 @@ COMMANDS_NOT_RUN = {
     "toppling run my_study.toml --out results/mine",
     "toppling motions records/*.AT2",
     "toppling simulate --width 40cm --height 1.8m records/RSN1.AT2 --scale 1.5 --law discrete --e 0.9",
-    "toppling report results/risk/results.nc",
-    "toppling report results/clinic/results.nc",
     "toppling run my_study.toml --dry-run",
     "toppling status results/mine",
     "toppling run my_study.toml --out results/mine --scheduler tcp://10.0.0.1:8786",
@@ -46,9 +46,6 @@ COMMANDS_NOT_RUN = {
     "toppling status results/big",
     "toppling run STUDY.toml --out results/big --fresh",
     "toppling run STUDY.toml --out results/big --scheduler tcp://10.0.0.1:8786",
-    "toppling export results/risk/results.nc --format pelicun",
-    "toppling export results/risk/results.nc --format nrml",
-    "toppling export results/risk/results.nc --format csv",
     # minutes, on a machine at rest
     "toppling bench --out results/bench",
 }
@@ -132,25 +129,40 @@ def reader(tmp_path, monkeypatch):
     return tmp_path
 
 
-def small_office(folder):
-    """Results of the README's study, of five motions."""
-    text = (ROOT / "studies/examples/office.toml").read_text(encoding="utf-8")
-    small, changes = re.subn(r"^number = \d+$", "number = 5", text, flags=re.MULTILINE)
-    assert changes == 1
-    (folder / "office.toml").write_text(small, encoding="utf-8")
-    assert command(["run", "office.toml", "--out", "results/office"]) == 0
+@pytest.fixture(scope="module")
+def small_results(tmp_path_factory):
+    """A function that copies the results which a text reads, where they are of an example study, into a folder.
+
+    They are of five motions, and each is made once.
+    """
+    made = tmp_path_factory.mktemp("examples")
+
+    @functools.cache
+    def results_of(name):
+        example = ROOT / "studies/examples" / f"{name}.toml"
+        small, changes = re.subn(r"^number = \d+$", "number = 5", example.read_text("utf-8"), flags=re.MULTILINE)
+        assert changes == 1
+        (made / example.name).write_text(small, encoding="utf-8")
+        shutil.copy(example.with_name("inventory.csv"), made)
+        assert command(["run", str(made / example.name), "--out", str(made / name)]) == 0
+        return made / name
+
+    def copy(text, folder):
+        for name in set(re.findall(r"(?:results/(?=\w+/results\.nc)|status results/)(\w+)", text)):
+            shutil.copytree(results_of(name), folder / "results" / name)
+
+    return copy
 
 
 @pytest.mark.parametrize(
     "page",
     [pytest.param(page, marks=[pytest.mark.slow] if page in SLOW else []) for page in PAGES if code_of(page)],
 )
-def test_code_runs(page, reader):
+def test_code_runs(page, reader, small_results):
     """The Python of a page, block by block in one namespace, as a reader would type it."""
     names = {"__name__": "__main__"}
     chosen = [one for one in code_of(page) if "no-run" not in one.info]
-    if any("results/office/results.nc" in one.text for one in chosen):
-        small_office(reader)
+    small_results("".join(one.text for one in chosen), reader)
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
     for one in chosen:
         if one.info[0] == "python":
@@ -185,8 +197,9 @@ RUN_COMMANDS = [one for one in ALL_COMMANDS if " ".join(one) not in COMMANDS_NOT
     [pytest.param(one, marks=[] if set(one) & QUICK_WORDS else [pytest.mark.slow]) for one in RUN_COMMANDS],
     ids=" ".join,
 )
-def test_commands_run(words, reader, capsys):
-    """Commands of the pages, as they are; studies say what they would take."""
+def test_commands_run(words, reader, small_results, capsys):
+    """Commands of the pages, as they are; studies say what they would take, results are of five motions."""
+    small_results(" ".join(words), reader)
     arguments = list(words[1:])
     if arguments[0] == "run" and "--dry-run" not in arguments:
         arguments.append("--dry-run")

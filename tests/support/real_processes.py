@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -17,15 +18,21 @@ def command(study, out, *options):
     return [sys.executable, str(DRIVER), "run", str(study), "--out", str(out), *options]
 
 
+@contextmanager
 def begun(study, out, *arguments, **options):
-    """A real run that has finished its first chunk."""
-    process = subprocess.Popen(
+    """A real run that has finished its first chunk, and that does not outlive the test."""
+    with subprocess.Popen(
         command(study, out, *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
-    )
-    for line in process.stdout:
-        if line.startswith("computing"):
-            return process
-    pytest.fail(f"ended before it began: {process.communicate()[1]}")
+    ) as process:
+        try:
+            for line in process.stdout:
+                if line.startswith("computing"):
+                    break
+            else:
+                pytest.fail(f"ended before it began: {process.communicate()[1]}")
+            yield process
+        finally:
+            process.kill()
 
 
 def finish(study, out, *arguments, **options):

@@ -90,6 +90,34 @@ def test_interrupted_by_a_person(study, tmp_path, uninterrupted):
     assert (tmp_path / "out" / "results.nc").read_bytes() == uninterrupted[0]
 
 
+def is_gone(group):
+    """Whether no process of a group is left, at once or in a moment: Python's own helper ends after the others."""
+    for _ in range(100):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
+
+
+@pytest.mark.slow
+def test_interrupted_with_worker_processes(study, tmp_path, uninterrupted):
+    """Ctrl-C on a terminal reaches every process of the command: workers finish what they have, and none is left."""
+    environment = {**os.environ, "DASK_SCHEDULER": "processes", "DASK_NUM_WORKERS": "2"}
+    with begun(study, tmp_path / "out", env=environment, start_new_session=True) as process:
+        os.killpg(process.pid, signal.SIGINT)
+        _, error = process.communicate(timeout=60)
+    assert process.returncode == 130, error
+    assert [line.partition(":")[0] for line in error.splitlines()] == ["toppling", "toppling"]
+    work = json.loads((tmp_path / "out" / "shards" / "manifest.json").read_text())["work"]
+    assert 0 < status_of(tmp_path / "out").runs < work
+    assert is_gone(process.pid)
+    done = finish(study, tmp_path / "out", env=environment)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "out" / "results.nc").read_bytes() == uninterrupted[0]
+
+
 @pytest.mark.parametrize("seconds", [0.1, 0.4, 0.8])
 def test_interrupted_while_it_loads(study, tmp_path, seconds):
     """SIGINT before there is anything to stop: one line and the exit code, whatever is being imported."""
