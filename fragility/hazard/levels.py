@@ -67,8 +67,15 @@ def level_weights(levels: Any, hazard: Hazard) -> LevelWeights:
 
     Notes
     -----
-    v is taken as linear in ln x between the levels and the hazard as lambda = A x^-k between its points; the integral
-    is then exact.  On a part from a to b, with z = k ln(b/a), a value that rises from 0 to 1 gives
+    Between the levels v is a cubic in ln x (Hermite's, with the slopes of the parabolas through three neighbouring
+    levels; a step below the first level v is zero, a step above the last one the same as there), and between its points
+    the hazard is lambda = A x^-k.  Straight lines instead overestimate annual rates, because v is convex where most
+    events are: by 1 to 9 % with 14 levels from 0.1 g to 4 g, and by the square of the step (the cubic: by its fourth
+    power).  Where levels are so coarse, and the hazard so steep, that a weight would be less than half that of straight
+    lines, the weights move from the cubic's to the straight lines' until it is not: a value that steps from 0 to 1
+    between two levels must not count as less than nothing below them.
+
+    On a straight line from a to b, with z = k ln(b/a), a value that rises from 0 to 1 gives
     lambda_a ((1 - e^-z)/z - e^-z), and a value that stays at 1 gives lambda_a (1 - e^-z).
 
     Outside the levels: above the last level v keeps its value, so all rarer shaking counts with that value (`above`);
@@ -81,7 +88,8 @@ def level_weights(levels: Any, hazard: Hazard) -> LevelWeights:
     ----------
     Exact integration on power-law segments of the hazard: as for fragility curves in Cornell, C. A., Jalayer, F.,
     Hamburger, R. O., Foutch, D. A. (2002). Probabilistic basis for 2000 SAC FEMA steel moment frame guidelines. Journal
-    of Structural Engineering 128(4), 526-533 (recalled).
+    of Structural Engineering 128(4), 526-533 (recalled).  Cubics with slopes of parabolas: Bessel's interpolation, in
+    de Boor, C. (1978). A practical guide to splines, chapter IV. Springer (recalled).
 
     Examples
     --------
@@ -90,6 +98,23 @@ def level_weights(levels: Any, hazard: Hazard) -> LevelWeights:
     >>> found = level_weights([0.2, 0.4, 0.8], curve)
     >>> round(float(found.weights.sum() - found.below), 9)  # the rate at which 0.2 is exceeded
     0.025
+    """
+    found = line_weights(levels, hazard)
+    reached = np.flatnonzero(found.weights)
+    if reached.size < 3:
+        return found
+    knots, rates = hazard_points(hazard)
+    straight = found.weights[reached[0] :]
+    change = _bent(np.log(np.asarray(levels, float))[reached[0] :], np.log(knots), rates, reached[0] == 0)
+    most = np.divide(0.5 * straight, -change, out=np.ones_like(change), where=change < 0.0)
+    bent = straight + min(1.0, float(most.min())) * change
+    return found._replace(weights=np.concatenate([found.weights[: reached[0]], bent]))
+
+
+def line_weights(levels: Any, hazard: Hazard) -> LevelWeights:
+    """Return the weights of straight lines in ln x between the levels; arguments and errors as of `level_weights`.
+
+    Those of two hazard curves add up to those of their sum, so that shares of a rate are told by them.
     """
     x = checks.finite_array("levels", np.atleast_1d(np.asarray(levels)))
     knots, rates = hazard_points(hazard)
@@ -147,6 +172,38 @@ def _interval_rates(a: float, b: float, at: Array, rates: Array) -> _IntervalRat
         rate += inside
         rising += ((left - a) * inside + (right - left) * start * _ramp(z)) / (b - a)
     return _IntervalRates(rate, rising)
+
+
+NODES = 16
+FALL = 8.0
+"""Gauss-Legendre points on each part of a piece of the hazard, over which the logarithm of the rate falls this much."""
+
+
+def _bent(u: Array, at: Array, rates: Array, from_zero: bool) -> Array:
+    """Return what the weights of cubics between the levels have more than those of straight lines.
+
+    from_zero: v is zero a step below the first level; otherwise nothing is known there.
+    """
+    steps = np.diff(u)
+    lines = np.diff(np.eye(u.size), axis=0) / steps[:, None]
+    # (the slope at a level, of the values at all levels: of the parabola through it and its neighbours)
+    share = (steps[:-1] / (steps[:-1] + steps[1:]))[:, None]
+    inside = (1.0 - share) * lines[:-1] + share * lines[1:]
+    first = 0.5 * (lines[0] + np.eye(u.size)[0] / steps[0]) if from_zero else 2.0 * lines[0] - inside[0]
+    slopes = np.concatenate([[first], inside, [0.5 * lines[-1]]])
+    found = np.zeros(u.size)
+    points, portions = np.polynomial.legendre.leggauss(NODES)
+    for j, step in enumerate(steps):
+        edges = np.concatenate([[u[j]], at[(at > u[j]) & (at < u[j + 1])], [u[j + 1]]])
+        for left, right in pairwise(edges):
+            fall = _log_rate(left, at, rates) - _log_rate(right, at, rates)
+            parts = 1 + int(fall / FALL)
+            z = (np.arange(parts)[:, None] + 0.5 * (1.0 + points)).ravel() / parts
+            events = _rate(left, at, rates) * fall * np.exp(-fall * z) * np.tile(portions, parts) / (2.0 * parts)
+            x = (left - u[j] + (right - left) * z) / step
+            found += step * events @ (x * (1.0 - x) ** 2) * (slopes[j] - lines[j])
+            found -= step * events @ (x**2 * (1.0 - x)) * (slopes[j + 1] - lines[j])
+    return found
 
 
 def _rate(u: float, at: Array, rates: Array) -> float:

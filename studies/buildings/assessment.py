@@ -136,8 +136,8 @@ def assess(
     Where nothing overturns under any motion, annual values are 0 and their intervals NaN: the motions cannot tell.
     The intervals leave out the uncertainty of the hazard, the building and the blocks.
 
-    In a year: integral of the conditional value over the hazard curve (`fragility.expected.level_weights`: linear in
-    the logarithm of the level, constant above the last one, to zero within one step below the first).
+    In a year: integral of the conditional value over the hazard curve (`fragility.hazard.levels.level_weights`: cubics
+    in the logarithm of the level, constant above the last one, to zero within one step below the first).
 
     References
     ----------

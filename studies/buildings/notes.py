@@ -9,7 +9,7 @@ import xarray as xr
 
 from ...aliases import Array
 from ...fragility import HazardCurve
-from ...fragility.hazard.levels import level_weights
+from ...fragility.hazard.levels import line_weights
 from ...wording import whole_percent
 from ..text.curve_notes import NOTABLE, SETTLED
 from ..text.words import level_text
@@ -66,11 +66,12 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
     last = float(hazard.levels[-1])
     # only events above the hazard curve's last level count; without the others the curve is flat below that level
     rarer = _Points(np.asarray(curve.levels), np.minimum(curve.rates, float(hazard.rates[-1])), curve.im, curve.units)
-    weights = xr.DataArray(level_weights(levels, rarer).weights, dims="level")
+    beyond, whole = (xr.DataArray(line_weights(levels, one).weights, dims="level") for one in (rarer, curve))
     found = []
     for one in _amounts(assessment):
-        beyond = (assessment[f"{one.name}_mean"].sel(place=BUILDING) * weights).sum("level")
-        share = float((beyond / one.annual.where(one.annual > 0.0)).fillna(0.0).max())
+        given = assessment[f"{one.name}_mean"].sel(place=BUILDING)
+        annual = (given * whole).sum("level")
+        share = float(((given * beyond).sum("level") / annual.where(annual > 0.0)).fillna(0.0).max())
         if share > NOTABLE:
             found.append(
                 f"{whole_percent(share)} of the annual {one.text} comes from shaking above the hazard curve's last "
@@ -114,5 +115,6 @@ def _amounts(assessment: xr.Dataset) -> list[_Amount]:
 def _share(one: _Amount, name: str) -> xr.DataArray:
     """Return the share of a part in an annual amount, by model; 0 where the amount is 0."""
     part = one.assessment[name].sel(place=BUILDING)
-    share: xr.DataArray = (part / one.annual.where(one.annual > 0.0)).fillna(0.0)
+    # (nothing that falls at the last level alone can come of more than all that is stronger)
+    share: xr.DataArray = (part / one.annual.where(one.annual > 0.0)).fillna(0.0).clip(max=1.0)
     return share

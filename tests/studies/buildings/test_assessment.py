@@ -187,11 +187,11 @@ class TestConditional:
 class TestInAYear:
     def test_step_under_a_power_law(self, monkeypatch):
         """All pieces fall from one level on, under every motion: the ramp between two levels in closed form."""
-        flags = np.zeros((1, 4, 6), bool)
-        flags[:, 2:] = True
+        flags = np.zeros((1, 2, 6), bool)
+        flags[:, 1:] = True
         inventory = Inventory((Contents("a", SHELF, 0, 5, value=20.0),), "EUR")
         curve = SimpleNamespace(levels=[0.01, 100.0], rates=[1e-4 * 0.01**-2.5, 1e-4 * 100.0**-2.5])
-        found = known(monkeypatch, flags, inventory, [0.2, 0.4, 0.8, 1.6], curve)
+        found = known(monkeypatch, flags, inventory, [0.4, 0.8], curve)
         z = 2.5 * np.log(2.0)
         rate = 1e-4 * (0.4**-2.5 * ((1.0 - np.exp(-z)) / z - np.exp(-z)) + 0.8**-2.5)
         here = found.isel(model=0).sel(place="building")
@@ -200,7 +200,7 @@ class TestInAYear:
         assert float(here.any_rate) == pytest.approx(rate, rel=1e-12)
         np.testing.assert_allclose(here.number_rate, rate, rtol=1e-12)
         np.testing.assert_allclose(here.loss_rate, np.where(found.loss_threshold < 100.0, rate, 0.0), rtol=1e-12)
-        assert float(here.annual_loss_above) == pytest.approx(100.0 * 1e-4 * 1.6**-2.5, rel=1e-12)
+        assert float(here.annual_loss_above) == pytest.approx(100.0 * 1e-4 * 0.8**-2.5, rel=1e-12)
         assert float(here.annual_loss_below) == 0.0
         assert found.attrs["basis"] == "time"
 
@@ -220,22 +220,28 @@ class TestInAYear:
     def test_against_simulated_earthquakes(self, found):
         """Earthquakes drawn from the hazard, each with a motion and one of the two levels about it, by their distance.
 
-        Some 0.067 a year exceed the foot below the first level; the outcomes of 400,000 of them are counted.
+        Some 0.067 a year exceed the foot below the first level; the outcomes of 400,000 of them are counted.  Levels
+        are eight times as many as the seven of `found`, whose values in a year are the same to within 8 %.
         """
-        here = found.isel(model=0).sel(place="building")
+        levels = np.geomspace(LEVELS[0], LEVELS[-1], 49)
+        dense = assess(INVENTORY, LAW, shaking(), levels, "pga", FRAME, CURVE)
+        few = found.isel(model=0)
+        for name in ("annual_number", "annual_loss", "any_rate"):
+            np.testing.assert_allclose(few[name], dense[name].isel(model=0), rtol=0.08)
+        here = dense.isel(model=0).sel(place="building")
         generator = np.random.default_rng(6)
         n = 400_000
-        foot = LEVELS[0] ** 2 / LEVELS[1]
+        foot = levels[0] ** 2 / levels[1]
         logs = np.log(CURVE.rates)[::-1], np.log(CURVE.levels)[::-1]
         rate = np.exp(np.interp(-np.log(foot), -logs[1], logs[0]))
         drawn_rates = np.log(rate * generator.random(n))
         slope = (logs[1][1] - logs[1][0]) / (logs[0][1] - logs[0][0])
         beyond = logs[1][0] + slope * (drawn_rates - logs[0][0])
         x = np.exp(np.where(drawn_rates < logs[0][0], beyond, np.interp(drawn_rates, *logs)))
-        at = np.clip((np.log(x) - np.log(foot)) / np.log(LEVELS[1] / LEVELS[0]), 0.0, LEVELS.size)
+        at = np.clip((np.log(x) - np.log(foot)) / np.log(levels[1] / levels[0]), 0.0, levels.size)
         level = np.floor(at + generator.random(n)).astype(int)
         outcomes = np.concatenate([np.zeros((1, 24)), here.loss.values])
-        loss = outcomes[np.minimum(level, LEVELS.size), generator.integers(24, size=n)]
+        loss = outcomes[np.minimum(level, levels.size), generator.integers(24, size=n)]
         assert float(here.annual_loss) == pytest.approx(rate * loss.mean(), abs=4.0 * rate * loss.std() / np.sqrt(n))
         for threshold in (0, 20, 40):
             p = (loss > found.loss_threshold.values[threshold]).mean()
