@@ -44,6 +44,20 @@ def short_digits(value: float) -> str:
     return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
 
 
+def two_digits(value: float) -> str:
+    """A number to two digits, for tables that people decide by.
+
+    Examples
+    --------
+    >>> two_digits(0.3456), two_digits(1234.5), two_digits(9.96)
+    ('0.35', '1,200', '10')
+    """
+    if value == 0.0 or not math.isfinite(value):
+        return short_digits(value)
+    digits = 1 - math.floor(math.log10(abs(float(f"{value:.1e}"))))
+    return f"{round(value, digits):,.{max(digits, 0)}f}"
+
+
 def interval_text(low: float, high: float, write: Callable[[float], str] = three_digits) -> str:
     """The ends of an interval, each formatted by `write`; an interval with an open end is described in words.
 

@@ -140,8 +140,11 @@ def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
     from .kinds.performance import ranking_of  # noqa: PLC0415
     from .tables.assessment import annual_rows, consequence_rows, level_rows, ranking_rows  # noqa: PLC0415
+    from .tables.pieces import piece_rows  # noqa: PLC0415
 
-    for model in results["model"].values:
+    for k, model in enumerate(results["model"].values):
+        pieces = piece_rows(results, k)
+        yield plain_table(f"{pieces.title}: {model}", *pieces[1:])
         level = None if "annual_number" in results else float(results.attrs["at_level"])
         whole = annual_rows(results, str(model)) if level is None else level_rows(results, level, str(model))
         yield plain_table(f"{whole.title}: {model}", *whole[1:])

@@ -105,11 +105,11 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
     heading += [_with_unit(name, found.units) for name in (*of_curves, *accompanying)]
     lines = io.StringIO()
     table = csv.writer(lines, lineterminator="\n")
-    table.writerow(map(_guarded, [*heading, "status", *words]))
+    table.writerow(map(guarded, [*heading, "status", *words]))
     for name, curve in zip(found.ids, found.curves, strict=True):
-        first = [_guarded(text) for text in (name, *curve.labels, found.im, MEASURED_AT[found.ground], *state)]
-        last = [*(_written(curve.numbers.get(key, math.nan)) for key in accompanying), _guarded(curve.status)]
-        last += [_guarded(curve.words.get(key, "")) for key in words]
+        first = [guarded(text) for text in (name, *curve.labels, found.im, MEASURED_AT[found.ground], *state)]
+        last = [*(_written(curve.numbers.get(key, math.nan)) for key in accompanying), guarded(curve.status)]
+        last += [guarded(curve.words.get(key, "")) for key in words]
         for numbers in _rows(curve, parameters, found):
             table.writerow([*first, *map(_written, numbers), *last])
     return Written((write_text(file, lines.getvalue()),), tuple(dict.fromkeys(found.ids)), found.missing())
@@ -200,7 +200,7 @@ _FORMULA = "=+-@\uff1d\uff0b\uff0d\uff20"
 _BREAKS = re.compile(rf"[\x00-\x1f\x7f\\]|[;|](?=[\s\"']*[{re.escape(_FORMULA)}])")
 
 
-def _guarded(text: str) -> str:
+def guarded(text: str) -> str:
     """Return a text that no spreadsheet takes for a formula."""
     plain = _BREAKS.sub(lambda match: f"\\x{ord(match[0]):02x}", text)
     return f"'{plain}" if plain.lstrip()[:1] in (*_FORMULA, "'") else plain

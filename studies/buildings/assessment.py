@@ -356,6 +356,7 @@ def described(row: Contents) -> dict[str, Any]:
         "consequences": list(row.consequences),
         "anchored": row.anchored,
         "anchoring_cost": row.anchoring_cost,
+        **({"room": row.room} if row.room else {}),
     }
 
 
@@ -383,6 +384,7 @@ def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Var
     found = {
         "item": _labels("item", [row.label for row in rows], "item of the inventory"),
         "floor": _labels("item", [str(row.floor) for row in rows], "floor, 0 is the ground"),
+        "room": _labels("item", [row.room for row in rows], "room"),
         "consequences": _labels("item", [JOINT.join(row.consequences) for row in rows], "what its overturning means"),
         "e": variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used"),
     }

@@ -46,6 +46,8 @@ class Contents:
         True where the pieces are fixed already, so that they do not overturn.
     anchoring_cost : float, optional
         Cost of fixing a piece, in the inventory's currency, >= 0.
+    room : str
+        The room that it stands in, for tables.
 
     Raises
     ------
@@ -62,9 +64,12 @@ class Contents:
     consequences: tuple[str, ...] = ()
     anchored: bool = False
     anchoring_cost: float | None = None
+    room: str = ""
 
     def __post_init__(self) -> None:
         _text("label", self.label)
+        if self.room:
+            _text("room", self.room)
         if not isinstance(self.block, Block):
             raise TypeError(f"block must be a toppling Block, got {checks.kind(self.block)}")
         if isinstance(self.floor, str):

@@ -21,6 +21,7 @@ COLUMNS = (
     "cm_height_m",
     "inertia_factor",
     "floor",
+    "room",
     "count",
     "e",
     "restitution",
@@ -73,6 +74,7 @@ def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = 
     ``cm_height_m``    height of the centre of mass, m (mid-height), also beside ``catalogue``
     ``inertia_factor`` I_O/(m R²), above 1 to 2 (4/3); must be given with ``cm_height_m``
     ``floor``          floor that it stands on: 0 is the ground (the only column that must be filled)
+    ``room``           room that it stands in, for tables
     ``count``          number of pieces (1)
     ``e``              restitution, above 0 to 1 (that of the damping law); ``restitution`` is the same
     ``value``          loss when a piece overturns
@@ -172,6 +174,7 @@ def _contents(line: CsvLine) -> Contents:
             consequences=tuple(word for word in words if word),
             anchored=anchored in _YES,
             anchoring_cost=cost,
+            room=line.text("room"),
         ),
     )
 

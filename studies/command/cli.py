@@ -37,8 +37,9 @@ from ..store.watch import Interrupted
 from ..text.encoding import json_text, write_anything
 from ..text.rows import plain_table
 from ..text.terminal import fitted, say, terminal
-from .export import ExportFormat, guessed_lines, missing_lines, read_curves, write_curves
+from .export import PERFORMANCE, ExportFormat, guessed_lines, kind_of, missing_lines, read_curves, write_curves
 from .forecast import forecast, status_of
+from .piece_files import write_pieces
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -280,7 +281,7 @@ def export(
     *,
     format_: Annotated[
         ExportFormat,
-        Parameter(name="--format", help="pelicun (CSV and JSON), nrml (OpenQuake's XML), or csv (plain table)."),
+        Parameter(name="--format", help="pelicun (CSV and JSON), nrml (OpenQuake's XML), csv or xlsx (tables)."),
     ],
     out: Annotated[
         Path | None, Parameter(help="Folder for the files; export beside the results where not given.")
@@ -290,7 +291,7 @@ def export(
     ] = None,
     verify: Verify = False,
 ) -> None:
-    """Write the fragility curves of a study's results for another program.
+    """Write the fragility curves of a study's results, or the pieces of a building, for another program.
 
     Parameters
     ----------
@@ -299,9 +300,12 @@ def export(
     """
     result = _result_file(result)
     folder = result.parent / "export" if out is None else out
+    console = terminal()
+    if kind_of(result) == PERFORMANCE and format_ in ("csv", "xlsx"):
+        say(console, f"written: {write_pieces(result, folder, format_, model, verify)}")
+        return
     curves = read_curves(result, model, verify)
     written = write_curves(curves, folder, format_)
-    console = terminal()
     lines = [f"{counted(len(written.ids) - len(set(written.missing) & set(written.ids)), 'curve')} for {format_}"]
     lines += [*guessed_lines(curves), *missing_lines(written)]
     lines += [f"written: {path}" for path in written.paths]

@@ -19,7 +19,7 @@ from ..report.results_file import refuse_newer
 from ..store.content import check_content
 from ..store.folder import UNREADABLE, damaged
 
-ExportFormat = Literal["pelicun", "nrml", "csv"]
+ExportFormat = Literal["pelicun", "nrml", "csv", "xlsx"]
 
 PERFORMANCE, UNCERTAINTY = "performance", "uncertainty"
 """Kinds of studies whose results are not curves alone."""
@@ -70,8 +70,8 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False) -> x
         raise StudyError(f"{path}: is no result file") from None
     if kind == PERFORMANCE:
         raise StudyError(
-            f"{path}: results of a performance study, which has no fragility curves, only what overturns at each "
-            "level: export those of a study with ida, stripes or cloud"
+            f"{path}: results of a performance study, which has no fragility curves: --format csv or xlsx writes its "
+            "pieces"
         )
     tabulated = curves.attrs.get("form") in TABULATED and "probability" in curves
     if not tabulated and ("median" not in curves or "dispersion" not in curves):
@@ -111,6 +111,15 @@ def _floors(stored: xr.Dataset) -> list[str]:
     return sorted({str(floor) for floor in stored["floor"].values})
 
 
+def kind_of(path: Path) -> str:
+    """Return the kind of study that a result file is of; empty where it is none, or cannot be read."""
+    try:
+        with xr.open_dataset(path) as whole:
+            return str(whole.attrs.get("kind", ""))
+    except (OSError, RuntimeError, *UNREADABLE):
+        return ""
+
+
 def guessed_lines(curves: xr.Dataset) -> list[str]:
     """A line with the number of curves of separated data, which other programs cannot recognise; or none."""
     status = curves["status"].values if "status" in curves else np.empty(0)
@@ -143,6 +152,8 @@ def write_curves(curves: xr.Dataset, folder: Path, format_: ExportFormat) -> Wri
     StudyError
         One sentence: curves that the format cannot hold, a folder that cannot be written.
     """
+    if format_ not in _WRITERS:
+        raise StudyError(f"--format {format_} is for the pieces of a performance study: csv holds curves")
     write, name = _WRITERS[format_]
     made = not folder.exists()
     try:

@@ -279,6 +279,15 @@ class PerformanceTable(Table):
         KeyInfo("the middle one", unit="as `levels.unit` says", above=0.0),
         Field(description="Level of the table and the ranking without a hazard."),
     ] = None
+    safety: Annotated[
+        list[str] | None,
+        KeyInfo("`injury`, `blocks-exit`"),
+        Field(description="Consequences in the inventory that rank before money."),
+    ] = None
+    sort: Annotated[
+        Literal["recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item"],
+        Field(description="Order of the pieces in their table."),
+    ] = "recommendation"
     replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Resamples of the motions.")] = 1000
     seed: Annotated[int, Field(ge=0, description="Seed of the resamples.")] = 0
 

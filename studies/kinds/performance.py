@@ -30,7 +30,9 @@ from ..buildings.assessment import assess, described, distinct_runs
 from ..buildings.contents import Inventory
 from ..buildings.inventory import read_inventory
 from ..buildings.notes import hazard_notes, notes
+from ..buildings.pieces import SAFETY
 from ..buildings.shaking import Shaking
+from ..buildings.variables import JOINT
 from ..file.analyses import LevelsTable, PerformanceTable
 from ..file.schema import StudyFile
 from ..plan.reading import Reading
@@ -66,6 +68,8 @@ class PerformanceStudy(Study):
     at: float | None
     replicates: int
     seed: int
+    safety: tuple[str, ...]
+    sort: str
     generator: Generator | None = None
     kind: ClassVar[str] = "performance"
 
@@ -108,11 +112,17 @@ class PerformanceStudy(Study):
             at,
             asked.replicates,
             asked.seed,
+            SAFETY if asked.safety is None else tuple(asked.safety),
+            asked.sort,
             content.motions.made_by(folder),
         )
         allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
         if study.objective not in allowed:
             raise ValueError(f"performance.objective must be one of {', '.join(allowed)}, got {study.objective!r}")
+        for word in asked.safety or ():
+            if word not in inventory.consequences:
+                words = ", ".join(inventory.consequences) or "none"
+                raise ValueError(f"performance.safety must name consequences in the inventory ({words}), got {word!r}")
         for row in inventory.rows:
             for model in study.models:
                 if row.e is None:
@@ -242,6 +252,8 @@ class PerformanceStudy(Study):
         return found.assign({**beside, **screened.data_vars}).assign_attrs(
             ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
             notes="\n".join([*said, screened.attrs["notes"]]),
+            safety=JOINT.join(self.safety),
+            sort=self.sort,
             **({} if self.at is None else {"at_level": self.at}),
         )
 

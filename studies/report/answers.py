@@ -336,8 +336,8 @@ def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
         place = found["rank"].partition(" ")[2].strip("()")
         sure = f"; its rank may be {place}" if place else "; its rank is the same in every bootstrap resample"
         yield (
-            f"Anchor {found['item']} on {floor_name(found['floor'])} first: of the {ranking.attrs['objective_text']} "
-            f"that saves {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."
+            f"Of the {ranking.attrs['objective_text']}, anchoring {found['item']} on {floor_name(found['floor'])} "
+            f"saves most: {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."
         )
 
 

@@ -22,9 +22,11 @@ from ...writing import write_bytes
 from .. import show
 from ..file.table import StudyError
 from ..store.content import check_content
+from ..tables.pieces import EACH_PIECE
 from ..text.block_order import shown
 from ..text.names import clean
 from ..text.rows import Rows, plain_table
+from ..text.words import reference_law
 from .answers import answer
 from .cells import PageTable, longest_word, markdown, page_table
 from .figures import Picture, pictures
@@ -110,6 +112,8 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     said = answer(results)
     found = checks_of(results, state)
     tables = [page_table(table) for table in show.tables(results)]
+    # (what an owner decides by belongs to the answer)
+    lead = [one for one in tables if one.title.startswith(EACH_PIECE)][reference_law(results)[0] :][:1]
     notes = [line for line in str(results.attrs.get("notes", "")).splitlines() if line]
     return {
         "title": str(results.attrs.get("title", "")) or "A study",
@@ -119,7 +123,8 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "sentences": said.sentences,
         "steps": [*show.hints(results), *next_steps(results, found)],
         "numbers": _shortened(" ".join(said.sentences)),
-        "tables": tables,
+        "lead": lead,
+        "tables": [one for one in tables if one not in lead],
         "method": method(results),
         "made_of": [
             *_tables_of([law_rows(results)], words=True),

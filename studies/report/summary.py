@@ -26,7 +26,8 @@ from ...wording import (
 )
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
-from ..kinds.performance import ranking_of
+from ..buildings.pieces import REDUCES, WORTH, Piece, pieces_of
+from ..buildings.pieces import YEARS as PIECE_YEARS
 from ..sensitivity.claims import FAILS, HOLDS
 from ..tables.assessment import pieces_at
 from ..tables.sensitivity import GREEK, claims_of
@@ -41,6 +42,8 @@ RARE = 0.1
 """Probability of overturning, rare but still relevant to an owner, at whose level the summary also gives counts."""
 YEARS = 50.0
 """Years for which chances are given where the study names no time."""
+MOST_PIECES = 5
+"""Largest number of pieces that a next step names."""
 MOST_STEPS = 3
 """Largest number of checks whose cures are among the next steps."""
 
@@ -229,11 +232,15 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
     kind = str(results.attrs["kind"])
     at, _ = reference_law(results)
     if kind == "performance":
-        ranking = ranking_of(results).isel(model=at)
-        order = np.argsort(ranking["rank"].values)[:3]
-        named = [f"“{ranking['item'].values[i]}” ({floor_name(str(ranking['floor'].values[i]))})" for i in order]
-        if named and float(ranking["saving"].max()) > 0.0:
-            yield f"Anchor first: {', then '.join(named)}."
+        pieces = pieces_of(results, at)
+        first = [one for one in pieces if one.recommendation == REDUCES]
+        if first:
+            why = ", because they can injure people or block an exit" if all(one.safety for one in first) else ""
+            yield f"Anchor first{why}: {_pieces(first)}."
+        worth = [one for one in pieces if one.recommendation == WORTH]
+        if worth:
+            yield f"Worth what anchoring costs within {PIECE_YEARS:g} years: {_pieces(worth)}."
+        yield "Code requirements are not checked: what the law requires to be anchored must be, whatever its risk."
     elif "size_along" in results.attrs:
         yield "Choose the size that meets the target, or anchor what is smaller."
     elif kind == "fragility" and "rate" not in results:
@@ -241,6 +248,12 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
             "Hold these levels against the shaking expected at the site; with a [hazard] table in the study file the "
             "report says how often a year."
         )
+
+
+def _pieces(pieces: list[Piece]) -> str:
+    named = [f"“{one.item}” ({floor_name(one.floor)})" for one in pieces[:MOST_PIECES]]
+    more = [f"{len(pieces) - MOST_PIECES} more"] if len(pieces) > MOST_PIECES else []
+    return ", ".join([*named, *more])
 
 
 _PLAIN = {"fragility": _curves, "uncertainty": _curves, "performance": _building, "sensitivity": _claims}

@@ -11,7 +11,7 @@ from scipy.special import ndtr
 
 import toppling as tp
 from toppling.fragility.curves.means import mean_interval, quantiles, resampled_means
-from toppling.fragility.hazard.levels import level_weights
+from toppling.fragility.hazard.levels import level_weights, line_weights
 from toppling.fragility.numerics.totals import (
     chances,
     chances_of_any,
@@ -80,8 +80,8 @@ class TestLevelWeights:
         above = 0.0011 * (1.7 / 0.9) ** (np.log(2e-5 / 0.0011) / np.log(2.0 / 0.9))
         assert found.above == pytest.approx(above, rel=1e-13)
         for j, values in enumerate(np.eye(8)):
-            around = np.array([2.0 * u[0] - u[1], *u, 2.0 * u[-1] - u[-2]])
-            slopes = np.gradient([0.0, *values, values[-1]], around)[1:-1]
+            around = np.array([*u, 2.0 * u[-1] - u[-2]])
+            slopes = np.gradient([*values, values[-1]], around, edge_order=2)[:-1]
             cubic = CubicHermiteSpline(u, values, slopes)
             parts = [np.poly1d(cubic.c[:, i]) for i in range(7)]
 
@@ -98,10 +98,12 @@ class TestLevelWeights:
     def test_no_level_counts_as_less_than_nothing(self, k, step):
         """However coarse the levels and steep the hazard: a step that is reached later has a lower rate."""
         levels = 0.1 * step ** np.arange(6)
-        found = level_weights(levels, power_law(k=k, ends=(1e-3, 1e6))).weights
+        curve = power_law(k=k, ends=(1e-3, 1e6))
+        found = level_weights(levels, curve).weights
         assert found.min() > 0.0
         assert found.sum() > 1e-4 * levels[0] ** -k
         rates = np.cumsum(found[::-1])[::-1]
+        assert rates[0] == pytest.approx(1e-4 * levels[0] ** -k + line_weights(levels, curve).below, rel=1e-10)
         assert (1e-4 * levels[1:] ** -k < rates[1:]).all()
         assert (rates[1:] < 1e-4 * levels[:-1] ** -k).all()
 

@@ -1,0 +1,195 @@
+"""The pieces of a building one by one: how likely each falls, what anchoring it costs and saves, and what to do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.fitting.isotonic import crossings, isotonic_probabilities
+from .variables import JOINT
+
+SAFETY = ("injury", "blocks-exit")
+"""Consequences that rank before money, where a study names no others."""
+YEARS = 50.0
+"""Years in which anchoring has to save its cost, without discounting, to be worth it; and of the chance of falling."""
+MOST = 0.8
+"""Share of the risk that the pieces which reduce it most make up together."""
+SHARES = (0.1, 0.5)
+"""Probabilities of falling at whose levels of shaking a piece is described."""
+
+REDUCES, WORTH, UNRESOLVED, SMALL, ANCHORED = (
+    "reduces risk most",
+    "worth its cost",
+    "not resolved",
+    "small effect",
+    "anchored",
+)
+_ORDER = (REDUCES, WORTH, UNRESOLVED, SMALL, ANCHORED)
+SORTS = ("recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item")
+"""What pieces can be sorted by."""
+
+
+class Range(NamedTuple):
+    """A value with the ends of its interval, NaN where there is none."""
+
+    value: float
+    lower: float
+    upper: float
+
+    def times(self, factor: float) -> Range:
+        """Return all three multiplied."""
+        return Range(*(one * factor for one in self))
+
+
+class Piece(NamedTuple):
+    """One line of an inventory under one law.
+
+    chance: annual rate of falling of a piece (1/year), or its probability at the study's level where there is no
+    hazard.  levels: shaking (SI) at which it falls with the probabilities `SHARES`; 0 below all levels, inf above.
+    saving: money a year by anchoring the line; payback: years.  NaN where something is not known.
+    """
+
+    item: str
+    room: str
+    floor: str
+    number: int
+    chance: Range
+    levels: tuple[float, float]
+    consequences: tuple[str, ...]
+    value: float
+    cost: float
+    saving: Range
+    payback: float
+    safety: bool
+    recommendation: str
+
+
+def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
+    """Return the pieces of a performance study's results under one of its laws, sorted as the study says.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        As a performance study writes it: an assessment (`assess`), with the attributes ``safety`` and ``sort`` where
+        these are not as by default, and ``at_level`` without a hazard.
+    model : int
+        Position of the law.
+
+    Returns
+    -------
+    list of Piece
+
+    Notes
+    -----
+    Recommendations, for pieces that are not anchored.  *Reduces risk most*: the pieces that, taken from the one that
+    contributes most, make up four fifths of the expected falls of those whose falling is a matter of safety
+    (``safety``, by default pieces with the consequences injury or blocks-exit), or of the expected loss (falls, where
+    nothing has a value) where nothing that falls is.  For all others: *worth its cost*, if the lower end of what
+    anchoring saves in 50 years, without discounting, is more than its cost; *small effect*, if the upper end is less,
+    or cost or value are not known; *not resolved* between the two, and where a piece falls under no motion.  Pieces of
+    safety come first whatever they pay back.
+    """
+    here = results.isel(model=model)
+    yearly = "item_rate" in here
+    if yearly:
+        chances = np.stack([here[f"item_rate{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
+    else:
+        level = here.sel(level=float(results.attrs["at_level"]))
+        chances = np.stack([level[f"probability{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
+    safety = str(results.attrs.get("safety", JOINT.join(SAFETY))).split(JOINT)
+    observed = here["probability"].transpose("item", "level").values
+    levels = here["level"].values
+    runs = np.ones(levels.size)
+    found = []
+    for i, item in enumerate(here["item"].values):
+        one = {name: here[name].values[i] for name in ("floor", "count", "anchored", "value", "anchoring_cost")}
+        words = tuple(word for word in str(here["consequences"].values[i]).split(JOINT) if word)
+        curve = isotonic_probabilities(levels, observed[i], runs)[None]
+        chance = Range(*chances[i].tolist())
+        count, value, cost = int(one["count"]), float(one["value"]), float(one["anchoring_cost"])
+        saving = chance.times(count * value) if yearly and value > 0.0 else Range(math.nan, math.nan, math.nan)
+        found.append(
+            Piece(
+                item=str(item),
+                room=str(here["room"].values[i]) if "room" in here.coords else "",
+                floor=str(one["floor"]),
+                number=count,
+                chance=chance,
+                levels=(float(crossings(levels, curve, SHARES[0])[0]), float(crossings(levels, curve, SHARES[1])[0])),
+                consequences=words,
+                value=value,
+                cost=cost,
+                saving=saving,
+                payback=count * cost / saving.value if saving.value > 0.0 else math.nan,
+                safety=bool({*words} & {*safety}),
+                recommendation=ANCHORED if one["anchored"] else "",
+            )
+        )
+    return _sorted(_recommended(found), str(results.attrs.get("sort", SORTS[0])))
+
+
+def _recommended(pieces: Sequence[Piece]) -> list[Piece]:
+    """Return the pieces with their recommendations."""
+    free = [one for one in pieces if not one.recommendation]
+    deciding = [one for one in free if one.safety and one.chance.value > 0.0]
+    money = not deciding and any(one.saving.value > 0.0 for one in free)
+
+    def contribution(one: Piece) -> float:
+        return one.saving.value if money else one.number * one.chance.value
+
+    deciding = [one for one in deciding or free if contribution(one) > 0.0]
+    deciding.sort(key=contribution, reverse=True)
+    whole = sum(map(contribution, deciding))
+    most, part = set(), 0.0
+    for one in deciding:
+        if part >= MOST * whole:
+            break
+        most.add(one.item)
+        part += contribution(one)
+    return [
+        one if one.recommendation else one._replace(recommendation=REDUCES if one.item in most else _by_cost(one))
+        for one in pieces
+    ]
+
+
+def _by_cost(one: Piece) -> str:
+    if one.chance.value == 0.0:
+        return UNRESOLVED
+    cost = one.number * one.cost
+    if math.isnan(cost) or math.isnan(one.saving.value):
+        return SMALL
+    least, most = (YEARS * end if math.isfinite(end) else math.nan for end in one.saving[1:])
+    return WORTH if least >= cost else SMALL if most < cost else UNRESOLVED
+
+
+def _sorted(pieces: list[Piece], by: str) -> list[Piece]:
+    """Return the pieces in an order; those without a number come last, and equal ones as in the inventory."""
+
+    def last(value: float) -> tuple[bool, float]:
+        return math.isnan(value), value
+
+    def falls(one: Piece) -> float:
+        return -one.number * one.chance.value
+
+    if by == "recommendation":
+        pieces = sorted(pieces, key=falls)
+        pieces.sort(key=lambda one: last(-one.saving.value) if not one.safety else (False, falls(one)))
+        return sorted(pieces, key=lambda one: (one.recommendation == ANCHORED, not one.safety, _place(one)))
+    keys = {
+        "chance": lambda one: (one.recommendation == ANCHORED, *last(-one.chance.value)),
+        "loss": lambda one: (one.recommendation == ANCHORED, *last(-one.saving.value)),
+        "payback": lambda one: (one.recommendation == ANCHORED, *last(one.payback)),
+        "value": lambda one: -one.value,
+        "cost": lambda one: last(one.cost),
+        "floor": lambda one: one.floor.zfill(10) if one.floor.isdecimal() else one.floor,
+        "item": lambda one: one.item,
+    }
+    return sorted(pieces, key=keys[by])
+
+
+def _place(one: Piece) -> int:
+    return _ORDER.index(one.recommendation)

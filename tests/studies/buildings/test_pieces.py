@@ -1,0 +1,218 @@
+"""Pieces one by one: chances, levels and paybacks by hand, recommendations, orders, and files for spreadsheets."""
+
+import csv
+import io
+import math
+
+import numpy as np
+import openpyxl
+import pytest
+import xarray as xr
+from study_texts import crate_study
+
+import toppling as tp
+from toppling.studies.buildings.assessment import assess
+from toppling.studies.buildings.contents import Contents, Inventory
+from toppling.studies.buildings.pieces import ANCHORED, REDUCES, SMALL, SORTS, UNRESOLVED, WORTH, pieces_of
+from toppling.studies.command import piece_files
+from toppling.studies.command.cli import main
+from toppling.studies.store.content import AS_WRITTEN
+from toppling.studies.tables.pieces import piece_rows, piece_table
+
+SHELF = tp.catalogue["bookcase-5-shelf"]
+LEVELS = np.array([1.0, 2.0, 4.0, 8.0])
+# item: annual rate of a piece (and the ends of its interval), number of pieces, value, cost, consequences, anchored
+LINES = {
+    "rack": ((0.002, 0.0015, 0.0025), 2, 30_000.0, 200.0, "", False),
+    "shelf": ((0.01, 0.008, 0.012), 4, 100.0, 500.0, "injury", False),
+    "crate": ((0.001, 0.0008, 0.0012), 1, 10.0, 20.0, "blocks-exit | dirt", False),
+    "vase": ((0.004, 0.001, 0.007), 1, 1000.0, 200.0, "", False),
+    "cheap": ((0.004, 0.003, 0.005), 1, 1.0, 200.0, "", False),
+    "unpriced": ((0.004, 0.003, 0.005), 1, 1000.0, math.nan, "", False),
+    "never": ((0.0, math.nan, math.nan), 1, 1000.0, 10.0, "injury", False),
+    "held": ((0.0, math.nan, math.nan), 3, 50_000.0, 10.0, "injury", True),
+}
+
+
+def results(lines=LINES, **attributes):
+    """Results as a performance study with a hazard writes them, of these lines."""
+    rates, number, value, cost, words, held = (np.array(column) for column in zip(*lines.values(), strict=True))
+    observed = np.where(rates[:, :1] > 0.0, [[0.0, 0.2, 0.1, 1.0]], 0.0)
+    return xr.Dataset(
+        {
+            "probability": (("model", "item", "level"), observed[None]),
+            **{
+                f"item_rate{end}": (("model", "item"), rates[None, :, i])
+                for i, end in enumerate(("", "_lower", "_upper"))
+            },
+        },
+        {
+            "item": [*lines],
+            "room": ("item", ["hall"] * len(lines)),
+            "floor": ("item", [str(i) for i in range(len(lines))]),
+            "count": ("item", number),
+            "anchored": ("item", held),
+            "value": ("item", value),
+            "anchoring_cost": ("item", cost),
+            "consequences": ("item", words),
+            "level": ("level", LEVELS, {"units": "m s-2", "long_name": "peak ground acceleration"}),
+            "model": ["one law"],
+        },
+        {"im": "pga", "currency": "EUR", "confidence": 0.95, **attributes},
+    )
+
+
+class TestRecommendations:
+    def test_safety_ranks_before_money(self):
+        """The shelf pays back after 500 years and stays first; the rack pays back in 3 and comes after all safety."""
+        found = {one.item: one for one in pieces_of(results())}
+        words = {name: one.recommendation for name, one in found.items()}
+        assert words == {
+            "shelf": REDUCES,  # 0.04 of the 0.041 falls a year that matter
+            "crate": SMALL,  # saves 0.6 EUR in 50 years, and costs 20
+            "never": UNRESOLVED,
+            "rack": WORTH,  # 50 years at the lower end: 4500 EUR, for 400
+            "vase": UNRESOLVED,  # 50 to 350 EUR, for 200
+            "cheap": SMALL,
+            "unpriced": SMALL,
+            "held": ANCHORED,
+        }
+        order = [*found]
+        assert max(order.index(name) for name in ("shelf", "crate", "never")) < order.index("rack")
+        assert order[0] == "shelf"
+        assert order[-1] == "held"
+        assert found["shelf"].payback == pytest.approx(4 * 500.0 / (4 * 100.0 * 0.01))
+        assert found["rack"].payback == pytest.approx(400.0 / 120.0)
+        assert tuple(found["rack"].saving) == pytest.approx((120.0, 90.0, 150.0))
+        assert math.isnan(found["unpriced"].payback)
+
+    def test_other_words_are_a_matter_of_safety(self):
+        found = {one.item: one for one in pieces_of(results(safety="dirt"))}
+        assert [name for name, one in found.items() if one.safety] == ["crate"]
+        assert next(iter(found)) == "crate"
+        assert found["crate"].recommendation == REDUCES
+
+    def test_money_decides_where_nothing_is_a_matter_of_safety(self):
+        """The rack makes up 120 of 132 EUR a year: alone more than four fifths."""
+        found = pieces_of(results(safety="nothing"))
+        assert [one.item for one in found if one.recommendation == REDUCES] == ["rack"]
+        assert found[0].item == "rack"
+
+    def test_falls_decide_where_nothing_has_a_value(self):
+        lines = {name: (*one[:2], 0.0, math.nan, "", False) for name, one in LINES.items()}
+        found = pieces_of(results(lines))
+        # 0.04, four times 0.004 and 0.001 falls a year, 0.057 in all: four fifths are 0.0456
+        assert {one.item for one in found if one.recommendation == REDUCES} == {"shelf", "rack", "vase"}
+        assert {one.recommendation for one in found if one.item in ("cheap", "unpriced", "crate")} == {SMALL}
+
+    def test_levels_by_hand(self):
+        """Observed 0, 0.2, 0.1 and 1: isotonic 0, 0.15, 0.15 and 1, straight in the logarithm of the level."""
+        one = pieces_of(results())[0]
+        assert one.levels[0] == pytest.approx(2.0 ** (0.1 / 0.15))
+        assert one.levels[1] == pytest.approx(4.0 * 2.0 ** (0.35 / 0.85))
+        never = next(one for one in pieces_of(results()) if one.item == "never")
+        assert never.levels == (math.inf, math.inf)
+
+    @pytest.mark.parametrize("by", SORTS)
+    def test_orders(self, by):
+        found = pieces_of(results(sort=by))
+        assert sorted(one.item for one in found) == sorted(LINES)
+        keys = {
+            "chance": lambda one: -one.chance.value,
+            "loss": lambda one: -one.saving.value,
+            "payback": lambda one: one.payback,
+            "value": lambda one: -one.value,
+            "cost": lambda one: one.cost,
+            "floor": lambda one: one.floor,
+            "item": lambda one: one.item,
+        }
+        if by in keys:
+            free = [
+                keys[by](one) for one in found if one.recommendation != ANCHORED or by in ("value", "floor", "item")
+            ]
+            numbers = [one for one in free if not (isinstance(one, float) and math.isnan(one))]
+            assert numbers == sorted(numbers)
+            assert free[: len(numbers)] == numbers
+
+
+class TestTables:
+    def test_rows(self):
+        found = piece_rows(results())
+        assert found.title == "Each piece (95 % over motions, values in EUR, code requirements not checked)"
+        assert found.headings[:6] == ("piece", "room", "floor", "number", "falls in a year", "in 50 years")
+        rows = {row[0]: dict(zip(found.headings, row, strict=True)) for row in found.rows}
+        assert rows["rack"]["in 50 years"] == "9.5\u00a0% (7.2–12)"
+        assert rows["rack"]["pays back, years"] == "3.3"
+        assert rows["never"]["in 50 years"] == "never seen"
+        assert rows["never"]["PGA, g at 10 / 50 %"] == "above 0.82"
+        assert rows["held"]["in 50 years"] == "–"
+        assert rows["shelf"]["anchoring it"] == REDUCES
+
+    def test_values(self):
+        found = piece_table(results())
+        rows = {row[0]: dict(zip(found.headings, row, strict=True)) for row in found.rows}
+        assert rows["rack"]["chance_in_50_years (1)"] == pytest.approx(1.0 - math.exp(-0.1))
+        assert rows["rack"]["saving_a_year (EUR/year)"] == pytest.approx(120.0)
+        assert rows["never"]["level_at_10_percent (m s-2)"] is None
+        assert rows["unpriced"]["anchoring_cost (EUR)"] is None
+        assert not any("probability_at_level" in heading for heading in found.headings)
+
+
+def test_a_rate_is_that_of_the_piece_s_own_curve():
+    """The rate of the lognormal curve fitted to the same flags, to within what the fit and 24 motions leave open."""
+    hazard = tp.HazardCurve(np.geomspace(0.2, 20.0, 12), 0.02 * np.geomspace(0.2, 20.0, 12) ** -1.8, "pga")
+    frame = tp.motions.Building.flexural_shear(0.5, storeys=2)
+    ground = tp.motions.CloughPenzien(duration=10.0, dt=0.01, s0=0.05).sample(24, seed=2)
+    ground = tp.motions.pad(ground, 0.0, 5.0)
+    inventory = Inventory((Contents("shelf", SHELF, 2, 3),))
+    found = assess(inventory, tp.EnergyConsistent(), ground, np.geomspace(0.8, 12.0, 15), "pga", frame, hazard)
+    flags = found[["overturned"]].rename(item="block").drop_vars("floor").assign_attrs(found.attrs)
+    own = tp.annual_rate(tp.fit_fragility(flags, replicates=200), hazard)["rate"].item()
+    assert found["item_rate"].item() == pytest.approx(own, rel=0.03)
+    assert found["item_rate_lower"].item() < own < found["item_rate_upper"].item()
+
+
+class TestFiles:
+    @pytest.fixture
+    def folder(self, tmp_path, monkeypatch):
+        lines = {"=1+1": LINES["rack"], **LINES}
+        plain = results(lines, title="=danger", kind="performance").assign_coords(law=("model", ["housner"]))
+
+        class Opened:
+            def __enter__(self):
+                return plain
+
+            def __exit__(self, *_):
+                return None
+
+        monkeypatch.setattr(piece_files, "read_results", lambda path: Opened())
+        monkeypatch.setattr(piece_files, "check_content", lambda *_: AS_WRITTEN)
+        return tmp_path
+
+    def test_csv(self, folder):
+        path = piece_files.write_pieces(folder / "results.nc", folder / "export", "csv")
+        rows = [*csv.DictReader(io.StringIO(path.read_text(encoding="utf-8")))]
+        assert {row["item"] for row in rows} == {"'=1+1", *LINES}
+        rack = next(row for row in rows if row["item"] == "rack")
+        assert float(rack["payback (years)"]) == pytest.approx(400.0 / 120.0)
+        assert rack["recommendation"] == WORTH
+
+    def test_xlsx(self, folder):
+        path = piece_files.write_pieces(folder / "results.nc", folder / "export", "xlsx")
+        book = openpyxl.load_workbook(path)
+        heading, *rows = book["pieces"].iter_rows(values_only=True)
+        found = {row[0]: dict(zip(heading, row, strict=True)) for row in rows}
+        assert {*found} == {"'=1+1", *LINES}
+        assert found["rack"]["payback (years)"] == pytest.approx(400.0 / 120.0)
+        assert found["never"]["level_at_50_percent (m s-2)"] is None
+        assert not any(cell.data_type == "f" for sheet in book for row in sheet.iter_rows() for cell in row)
+        about = {row[0]: row[1] for row in book["about"].iter_rows(values_only=True)}
+        assert about["damping law"] == "one law"
+        assert about["code requirements"] == "not checked"
+
+
+def test_curves_have_no_workbook(tmp_path, capsys):
+    (tmp_path / "study.toml").write_text(crate_study("Curves", 3, 6, 0.02, 3), encoding="utf-8")
+    tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+    assert main(["export", str(tmp_path / "out"), "--format", "xlsx"]) == 2
+    assert "--format xlsx is for the pieces of a performance study: csv holds curves" in capsys.readouterr().err
