@@ -340,6 +340,10 @@ class TestElsewhere:
         """A default client computes what is asked for now, and what is computed later."""
         from distributed import Client, LocalCluster
 
+        def inside(shakes):  # (here, so that it is sent as it is: a worker cannot import this module)
+            assert runners.default_client() is None
+            return tp.ida(BLOCKS[:1], LAWS, shakes, LEVELS)["overturned"].values
+
         wanted = tp.ida(BLOCKS, LAWS, shakes, LEVELS)
         (tmp_path / "study.toml").write_text(crate_study("Dask", 12, 6, 0.02, 5), encoding="utf-8")
         alone = tp.Study.from_toml(tmp_path / "study.toml").run()
@@ -352,14 +356,9 @@ class TestElsewhere:
             xr.testing.assert_equal(later.persist()["overturned"].mean("motion"), wanted["overturned"].mean("motion"))
             xr.testing.assert_identical(tp.Study.from_toml(tmp_path / "study.toml").run(), alone)
             # (a task of a worker computes on threads of its own, and does not wait for itself)
-            (inner,) = client.gather([client.submit(inside, shakes)])
+            inner = client.submit(inside, shakes).result(timeout=120)
             np.testing.assert_array_equal(inner, wanted["overturned"].values[:1])
         assert runners.default_client() is None
-
-
-def inside(shakes):
-    assert runners.default_client() is None
-    return tp.ida(BLOCKS[:1], LAWS, shakes, LEVELS)["overturned"].values
 
 
 MEAN = """
