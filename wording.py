@@ -123,8 +123,16 @@ def two_digit_percent(share: float) -> str:
 
 
 def about_percent(share: float) -> str:
-    """A probability in per cent to two digits, for sentences in plain words, with a no-break space."""
-    return f"{100.0 * share:.2g}\u00a0%"
+    r"""A probability in per cent to two digits, for sentences in plain words, with a no-break space.
+
+    Examples
+    --------
+    >>> about_percent(0.0123), about_percent(0.996), about_percent(1.0), about_percent(2e-8)
+    ('1.2\xa0%', '100\xa0%', '100\xa0%', 'below 0.0001\xa0%')
+    """
+    if 0.0 < share < 1e-6:
+        return "below 0.0001\u00a0%"
+    return f"{f'{100.0 * share:.2g}' if share < 0.995 else '100'}\u00a0%"
 
 
 def chance_text(share: float) -> str:

@@ -38,7 +38,7 @@ class Hazard(Protocol):
 class LevelWeights(NamedTuple):
     """Rate, 1/year, that each level represents: the annual value is weights @ (values at the levels).
 
-    below, above: the parts of the first and of the last weight that lie outside the levels.
+    below, above: what is exceeded below the first and above the last level, in the first and in the last weight.
     """
 
     weights: Array
@@ -68,12 +68,15 @@ def level_weights(levels: Any, hazard: Hazard) -> LevelWeights:
     Notes
     -----
     Between the levels v is a cubic in ln x (Hermite's, with the slopes of the parabolas through three neighbouring
-    levels; a step above the last level v is the same as there), and between its points the hazard is lambda = A x^-k.
-    Straight lines instead overestimate annual rates, because v is convex where most events are: by 1 to 9 % with 14
-    levels from 0.1 g to 4 g, and by the square of the step (the cubic: by its fourth power).  Where levels are so
-    coarse, and the hazard so steep, that a weight would be less than half that of straight lines, the weights move from
-    the cubic's to the straight lines' until it is not: a value that steps from 0 to 1 between two levels must not count
-    as less than nothing below them.
+    levels; at the first level that of the first line, at the last one half that of the last line, because v stays the
+    same above), and between its points the hazard is lambda = A x^-k.  Straight lines overestimate annual rates,
+    because v is convex where most events are: for pieces of a small clinic, with 14 levels from 0.1 g to 4 g, by 1 to
+    9 %.  Cubics are too low rather than too high, by less: for a lognormal v of dispersion 0.4 and a hazard of slope
+    2.5, by 0.3 % with 14 levels over that range, where lines are 4 % too high, and by 5 % (15 %) with 8.
+
+    Where levels are so coarse, and the hazard so steep, that a weight would be less than half that of straight lines,
+    all weights move from the cubics' to the lines' until it is not: a value that steps from 0 to 1 between two levels
+    must not count as less than nothing below them.
 
     On a straight line from a to b, with z = k ln(b/a), a value that rises from 0 to 1 gives
     lambda_a ((1 - e^-z)/z - e^-z), and a value that stays at 1 gives lambda_a (1 - e^-z).
@@ -105,7 +108,7 @@ def level_weights(levels: Any, hazard: Hazard) -> LevelWeights:
         return found
     knots, rates = hazard_points(hazard)
     straight = found.weights[reached[0] :]
-    change = _bent(np.log(np.asarray(levels, float))[reached[0] :], np.log(knots), rates)
+    change = _beyond_lines(np.log(np.asarray(levels, float))[reached[0] :], np.log(knots), rates)
     most = np.divide(0.5 * straight, -change, out=np.ones_like(change), where=change < 0.0)
     bent = straight + min(1.0, float(most.min())) * change
     return found._replace(weights=np.concatenate([found.weights[: reached[0]], bent]))
@@ -175,18 +178,19 @@ def _interval_rates(a: float, b: float, at: Array, rates: Array) -> _IntervalRat
 
 
 NODES = 16
+"""Gauss-Legendre points on each part of a piece of the hazard."""
 FALL = 8.0
-"""Gauss-Legendre points on each part of a piece of the hazard, over which the logarithm of the rate falls this much."""
+"""Largest fall of the logarithm of the rate over such a part."""
 
 
-def _bent(u: Array, at: Array, rates: Array) -> Array:
+def _beyond_lines(u: Array, at: Array, rates: Array) -> Array:
     """Return what the weights of cubics between the levels have more than those of straight lines."""
     steps = np.diff(u)
     lines = np.diff(np.eye(u.size), axis=0) / steps[:, None]
     # (the slope at a level, of the values at all levels: of the parabola through it and its neighbours)
     share = (steps[:-1] / (steps[:-1] + steps[1:]))[:, None]
     inside = (1.0 - share) * lines[:-1] + share * lines[1:]
-    slopes = np.concatenate([[2.0 * lines[0] - inside[0]], inside, [0.5 * lines[-1]]])
+    slopes = np.concatenate([lines[:1], inside, 0.5 * lines[-1:]])
     found = np.zeros(u.size)
     points, portions = np.polynomial.legendre.leggauss(NODES)
     for j, step in enumerate(steps):

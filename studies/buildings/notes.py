@@ -115,6 +115,6 @@ def _amounts(assessment: xr.Dataset) -> list[_Amount]:
 def _share(one: _Amount, name: str) -> xr.DataArray:
     """Return the share of a part in an annual amount, by model; 0 where the amount is 0."""
     part = one.assessment[name].sel(place=BUILDING)
-    # (nothing that falls at the last level alone can come of more than all that is stronger)
+    # (the weight of cubics for the last level may be less than the rate above it)
     share: xr.DataArray = (part / one.annual.where(one.annual > 0.0)).fillna(0.0).clip(max=1.0)
     return share

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,14 +21,16 @@ MOST = 0.8
 SHARES = (0.1, 0.5)
 """Probabilities of falling at whose levels of shaking a piece is described."""
 
-REDUCES, WORTH, UNRESOLVED, SMALL, ANCHORED = (
+REDUCES, SAFER, WORTH, UNRESOLVED, UNPRICED, SMALL, ANCHORED = (
     "reduces risk most",
+    "makes people safer",
     "worth its cost",
     "not resolved",
+    "cost or value not given",
     "small effect",
     "anchored",
 )
-_ORDER = (REDUCES, WORTH, UNRESOLVED, SMALL, ANCHORED)
+_ORDER = (REDUCES, SAFER, WORTH, UNRESOLVED, UNPRICED, SMALL, ANCHORED)
 SORTS = ("recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item")
 """What pieces can be sorted by."""
 
@@ -85,13 +87,14 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
 
     Notes
     -----
-    Recommendations, for pieces that are not anchored.  *Reduces risk most*: the pieces that, taken from the one that
-    contributes most, make up four fifths of the expected falls of those whose falling is a matter of safety
-    (``safety``, by default pieces with the consequences injury or blocks-exit), or of the expected loss (falls, where
-    nothing has a value) where nothing that falls is.  For all others: *worth its cost*, if the lower end of what
-    anchoring saves in 50 years, without discounting, is more than its cost; *small effect*, if the upper end is less,
-    or cost or value are not known; *not resolved* between the two, and where a piece falls under no motion.  Pieces of
-    safety come first whatever they pay back.
+    Recommendations, for pieces that are not anchored.  Where the falling of a piece is a matter of safety (``safety``,
+    by default the consequences injury and blocks-exit), nothing is said of its cost: *reduces risk most* for those
+    that, taken from the one that contributes most, make up four fifths of the expected falls of all such pieces, *makes
+    people safer* for the others.  For pieces that are no matter of safety: *worth its cost*, if the lower end of what
+    anchoring saves in 50 years, without discounting, is more than its cost; *small effect*, if the upper end is less;
+    *not resolved* between the two; *cost or value not given* where there is nothing to compare.  Without a hazard, or
+    where no piece has a value, *reduces risk most* are those that make up four fifths of the expected loss (falls,
+    where nothing has a value), and *small effect* the others.  A piece that falls under no motion is *not resolved*.
     """
     here = results.isel(model=model)
     yearly = "item_rate" in here
@@ -134,34 +137,41 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
 
 def _recommended(pieces: Sequence[Piece]) -> list[Piece]:
     """Return the pieces with their recommendations."""
-    free = [one for one in pieces if not one.recommendation]
-    deciding = [one for one in free if one.safety and one.chance.value > 0.0]
-    money = not deciding and any(one.saving.value > 0.0 for one in free)
+    free = [one for one in pieces if not one.recommendation and one.chance.value > 0.0]
+    safety = _most([one for one in free if one.safety], lambda one: one.number * one.chance.value)
+    others = [one for one in free if not one.safety]
+    known = any(math.isfinite(one.saving.value) and math.isfinite(one.cost) for one in others)
+    valued = any(one.value > 0.0 for one in others)
+    most = _most(others, lambda one: one.number * one.chance.value * (one.value if valued else 1.0))
 
-    def contribution(one: Piece) -> float:
-        return one.saving.value if money else one.number * one.chance.value
+    def words(one: Piece) -> str:
+        if one.chance.value == 0.0:
+            return UNRESOLVED
+        if one.safety:
+            return REDUCES if one.item in safety else SAFER
+        if known:
+            return _by_cost(one)
+        return REDUCES if one.item in most else SMALL
 
-    deciding = [one for one in deciding or free if contribution(one) > 0.0]
-    deciding.sort(key=contribution, reverse=True)
-    whole = sum(map(contribution, deciding))
-    most, part = set(), 0.0
-    for one in deciding:
+    return [one if one.recommendation else one._replace(recommendation=words(one)) for one in pieces]
+
+
+def _most(pieces: Sequence[Piece], contribution: Callable[[Piece], float]) -> set[str]:
+    """Return the names of the pieces that contribute most, and together `MOST` of all."""
+    whole = sum(map(contribution, pieces))
+    found, part = set(), 0.0
+    for one in sorted(pieces, key=contribution, reverse=True):
         if part >= MOST * whole:
             break
-        most.add(one.item)
+        found.add(one.item)
         part += contribution(one)
-    return [
-        one if one.recommendation else one._replace(recommendation=REDUCES if one.item in most else _by_cost(one))
-        for one in pieces
-    ]
+    return found
 
 
 def _by_cost(one: Piece) -> str:
-    if one.chance.value == 0.0:
-        return UNRESOLVED
     cost = one.number * one.cost
     if math.isnan(cost) or math.isnan(one.saving.value):
-        return SMALL
+        return UNPRICED
     least, most = (YEARS * end if math.isfinite(end) else math.nan for end in one.saving[1:])
     return WORTH if least >= cost else SMALL if most < cost else UNRESOLVED
 

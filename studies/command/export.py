@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 
+from ...aliases import Index
 from ...fragility import ExchangeError, Written, write_curve_csv, write_nrml, write_pelicun
 from ...fragility.curves.curve import TABULATED
 from ...fragility.fitting.states import SEPARATED
@@ -84,14 +85,19 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False) -> x
         return curves
     if "model" not in curves.dims:
         raise StudyError(f"--model {model}: {path} does not tell laws apart")
-    labels = [str(label) for label in curves["model"].values]
-    laws = [str(law) for law in curves["law"].values] if "law" in curves.coords else []
+    return curves.isel(model=laws_of(curves, model, path))
+
+
+def laws_of(results: xr.Dataset, model: str, path: Path) -> Index:
+    """Return the positions of the laws that a label or a short name selects; StudyError where there is none."""
+    labels = [str(label) for label in results["model"].values]
+    laws = [str(law) for law in results["law"].values] if "law" in results.coords else []
     chosen = np.flatnonzero([label == model for label in labels] if model in labels else [law == model for law in laws])
     if not chosen.size:
         near = difflib.get_close_matches(model, [*labels, *dict.fromkeys(laws)], n=1, cutoff=0.4)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise StudyError(f"--model {model}: {path} holds {', '.join(map(repr, labels)):.300}{hint}")
-    return curves.isel(model=chosen)
+    return chosen
 
 
 def _of_all_samples(stored: xr.Dataset) -> xr.Dataset:

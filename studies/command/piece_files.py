@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from ...fragility.exchange.curve_csv import guarded
+from ...wording import confidence_text
 from ...writing import write_bytes
 from ..file.table import StudyError
 from ..report.results_file import read_results
 from ..store.content import check_content
 from ..tables.pieces import Cell, PieceTable, piece_table
-from ..text.words import reference_law
+from ..text.names import clean
+from ..text.words import level_text, reference_law
+from .export import laws_of
 
 if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
@@ -36,7 +39,7 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
     format_ : {"csv", "xlsx"}
         A table with the units in its heading; or a workbook with that table and a sheet that says what it is of.
     model : str, optional
-        Label of the law; the reference where not given.
+        Label of the law, or its short name for the first of its kind; the reference where not given.
     verify : bool
         Refuse results that were edited after they were written.
 
@@ -52,16 +55,13 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
 
     Notes
     -----
-    Texts that a spreadsheet would take for formulas begin with an apostrophe, as in exported curves.
+    In a CSV file, texts that a spreadsheet would take for formulas begin with an apostrophe, as in exported curves.
     """
     with read_results(result) as results:
         check_content(result, results, verify)
-        labels = [str(one) for one in results["model"].values]
-        if model is not None and model not in labels:
-            raise StudyError(f"--model {model}: {result} holds {', '.join(map(repr, labels)):.300}")
-        at = reference_law(results)[0] if model is None else labels.index(model)
+        at = reference_law(results)[0] if model is None else int(laws_of(results, model, result)[0])
         found = piece_table(results, at)
-        written = _csv(found) if format_ == "csv" else _xlsx(found, results, labels[at])
+        written = _csv(found) if format_ == "csv" else _xlsx(found, results, str(results["model"].values[at]))
     path = folder / f"pieces.{format_}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -93,14 +93,21 @@ def _xlsx(found: PieceTable, results: xr.Dataset, law: str) -> bytes:
         ["study", str(results.attrs.get("title", ""))],
         ["damping law", law],
         ["intensity measure", str(results["level"].attrs.get("long_name", results.attrs["im"]))],
-        ["intervals", f"{100.0 * float(results.attrs['confidence']):g} %, over motions; the hazard as given"],
+        ["intervals", f"{confidence_text(results)}, over motions; the hazard curve, where there is one, as given"],
+        ["chances, values and costs", "of one piece; savings and paybacks are of the line"],
         ["code requirements", "not checked"],
         ["toppling", str(results.attrs.get("toppling_version", ""))],
     ]
-    _fill(book.create_sheet("about"), [["", ""], *about])
+    if "item_rate" not in results and "at_level" in results.attrs:
+        about.append(["level of shaking", _level(results)])
+    _fill(book.create_sheet("about"), [["what", "is"], *about])
     held = io.BytesIO()
     book.save(held)
     return held.getvalue()
+
+
+def _level(results: xr.Dataset) -> str:
+    return f"{results.attrs['im']} = {level_text(float(results.attrs['at_level']), results['level'])}"
 
 
 def _fill(sheet: Worksheet, rows: list[list[Cell]]) -> None:
@@ -110,7 +117,8 @@ def _fill(sheet: Worksheet, rows: list[list[Cell]]) -> None:
 
     for i, row in enumerate(rows, start=1):
         for j, value in enumerate(row, start=1):
-            cell = sheet.cell(i, j, guarded(value) if isinstance(value, str) else value)
+            # (a cell of the type s is never read as a formula)
+            cell = sheet.cell(i, j, clean(value) if isinstance(value, str) else value)
             if isinstance(value, str):
                 cell.data_type = "s"
             if i == 1:

@@ -26,8 +26,9 @@ from ...wording import (
 )
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
-from ..buildings.pieces import REDUCES, WORTH, Piece, pieces_of
+from ..buildings.pieces import REDUCES, SAFETY, WORTH, Piece, pieces_of
 from ..buildings.pieces import YEARS as PIECE_YEARS
+from ..buildings.variables import JOINT
 from ..sensitivity.claims import FAILS, HOLDS
 from ..tables.assessment import pieces_at
 from ..tables.sensitivity import GREEK, claims_of
@@ -235,12 +236,16 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
         pieces = pieces_of(results, at)
         first = [one for one in pieces if one.recommendation == REDUCES]
         if first:
-            why = ", because they can injure people or block an exit" if all(one.safety for one in first) else ""
-            yield f"Anchor first{why}: {_pieces(first)}."
+            if all(one.safety for one in first):
+                safety = str(results.attrs.get("safety", JOINT.join(SAFETY))).split(JOINT)
+                words = dict.fromkeys(word for one in first for word in one.consequences if word in safety)
+                yield f"Anchor first, because of what their falling means ({', '.join(words)}): {_pieces(first)}."
+            else:
+                yield f"Most of the risk comes from {_pieces(first)}."
         worth = [one for one in pieces if one.recommendation == WORTH]
         if worth:
-            yield f"Worth what anchoring costs within {PIECE_YEARS:g} years: {_pieces(worth)}."
-        yield "Code requirements are not checked: what the law requires to be anchored must be, whatever its risk."
+            yield f"Anchoring saves more than it costs within {PIECE_YEARS:g} years: {_pieces(worth)}."
+        yield "Code requirements are not checked: a piece that must be anchored by law is anchored whatever its risk."
     elif "size_along" in results.attrs:
         yield "Choose the size that meets the target, or anchor what is smaller."
     elif kind == "fragility" and "rate" not in results:
@@ -252,8 +257,8 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
 
 def _pieces(pieces: list[Piece]) -> str:
     named = [f"“{one.item}” ({floor_name(one.floor)})" for one in pieces[:MOST_PIECES]]
-    more = [f"{len(pieces) - MOST_PIECES} more"] if len(pieces) > MOST_PIECES else []
-    return ", ".join([*named, *more])
+    more = f" and {len(pieces) - MOST_PIECES} more" if len(pieces) > MOST_PIECES else ""
+    return f"{', '.join(named)}{more}"
 
 
 _PLAIN = {"fragility": _curves, "uncertainty": _curves, "performance": _building, "sensitivity": _claims}

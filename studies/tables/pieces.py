@@ -59,11 +59,11 @@ def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
     measure = f"{name.upper() if name.startswith('pg') else name}{f', {unit}' if unit else ''}"
     headings = ["piece", *(["room"] if rooms else []), "floor", "number"]
     headings += ["falls in a year", f"in {YEARS:g} years"] if yearly else ["falls"]
-    headings.append("anchoring it")
-    headings += [f"{measure} at {' / '.join(f'{100.0 * share:g}' for share in SHARES)} %"] if several else []
+    headings.append("recommendation")
+    headings += [f"{' / '.join(f'{100.0 * share:g}' for share in SHARES)} % fall at {measure}"] if several else []
     headings += ["if it falls"] if meant else []
-    headings += ["value"] if valued else []
-    headings += ["anchoring"] if priced else []
+    headings += ["value of one"] if valued else []
+    headings += ["anchoring one costs"] if priced else []
     headings += ["pays back, years"] if pays else []
     rows = []
     for one in pieces:
@@ -119,7 +119,7 @@ def piece_table(results: xr.Dataset, model: int = 0) -> PieceTable:
         "1": "1",
         "level": level,
         "money": money,
-        "money a year": f"{money}/year".lstrip("/"),
+        "money a year": f"{money}/year" if money else "",
         "year": "years",
     }
     yearly = "item_rate" in results
@@ -149,6 +149,8 @@ def _values(one: Piece, yearly: bool) -> dict[str, str | float | int]:
         "recommendation": one.recommendation,
     }
     ranges = {"saving_a_year": one.saving}
+    if one.recommendation == ANCHORED or (one.chance.value == 0.0 and math.isnan(one.chance.upper)):
+        one = one._replace(chance=Range(math.nan, math.nan, math.nan))  # (held, or never seen to fall)
     if yearly:
         ranges |= {"chance_in_a_year": in_years(one.chance, 1.0), "chance_in_50_years": in_years(one.chance, YEARS)}
     else:

@@ -19,7 +19,7 @@ from toppling.fragility import (
     write_nrml,
     write_pelicun,
 )
-from toppling.fragility.exchange.curve_csv import _guarded, _unguarded
+from toppling.fragility.exchange.curve_csv import _unguarded, guarded
 
 
 def unsure(**changes):
@@ -246,14 +246,14 @@ class TestLabels:
     @given(st.text(max_size=30))
     @settings(max_examples=500, **REPEATABLE)
     def test_no_cell_is_a_formula_and_all_come_back(self, text):
-        cell = _guarded(text)
+        cell = guarded(text)
         assert _unguarded(cell) == text
         assert cell.lstrip()[:1] not in ("=", "+", "-", "@")
         assert not set(cell) & set("\t\r\n\0")
 
     @pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@x", " =1", "a;=1", "a|'=1", "\t=1", "＝1", "'=1", "\\x3b"])
     def test_known_injections(self, text):
-        cell = _guarded(text)
+        cell = guarded(text)
         assert cell != text
         assert _unguarded(cell) == text
 

@@ -81,7 +81,7 @@ class TestLevelWeights:
         assert found.above == pytest.approx(above, rel=1e-13)
         for j, values in enumerate(np.eye(8)):
             around = np.array([*u, 2.0 * u[-1] - u[-2]])
-            slopes = np.gradient([*values, values[-1]], around, edge_order=2)[:-1]
+            slopes = np.gradient([*values, values[-1]], around)[:-1]
             cubic = CubicHermiteSpline(u, values, slopes)
             parts = [np.poly1d(cubic.c[:, i]) for i in range(7)]
 

@@ -13,7 +13,17 @@ from study_texts import crate_study
 import toppling as tp
 from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.contents import Contents, Inventory
-from toppling.studies.buildings.pieces import ANCHORED, REDUCES, SMALL, SORTS, UNRESOLVED, WORTH, pieces_of
+from toppling.studies.buildings.pieces import (
+    ANCHORED,
+    REDUCES,
+    SAFER,
+    SMALL,
+    SORTS,
+    UNPRICED,
+    UNRESOLVED,
+    WORTH,
+    pieces_of,
+)
 from toppling.studies.command import piece_files
 from toppling.studies.command.cli import main
 from toppling.studies.store.content import AS_WRITTEN
@@ -69,12 +79,12 @@ class TestRecommendations:
         words = {name: one.recommendation for name, one in found.items()}
         assert words == {
             "shelf": REDUCES,  # 0.04 of the 0.041 falls a year that matter
-            "crate": SMALL,  # saves 0.6 EUR in 50 years, and costs 20
+            "crate": SAFER,  # whatever it saves: 0.6 EUR in 50 years, for 20
             "never": UNRESOLVED,
             "rack": WORTH,  # 50 years at the lower end: 4500 EUR, for 400
             "vase": UNRESOLVED,  # 50 to 350 EUR, for 200
             "cheap": SMALL,
-            "unpriced": SMALL,
+            "unpriced": UNPRICED,
             "held": ANCHORED,
         }
         order = [*found]
@@ -93,10 +103,40 @@ class TestRecommendations:
         assert found["crate"].recommendation == REDUCES
 
     def test_money_decides_where_nothing_is_a_matter_of_safety(self):
-        """The rack makes up 120 of 132 EUR a year: alone more than four fifths."""
+        """A single piece that pays back after 19,000 years is not to be anchored first."""
         found = pieces_of(results(safety="nothing"))
-        assert [one.item for one in found if one.recommendation == REDUCES] == ["rack"]
         assert found[0].item == "rack"
+        assert {one.item: one.recommendation for one in found if one.item in ("rack", "shelf")} == {
+            "rack": WORTH,
+            "shelf": SMALL,
+        }
+        (one,) = pieces_of(results({"rack": ((1e-5, 0.8e-5, 1.2e-5), 1, 26_000.0, 5000.0, "", False)}))
+        assert one.recommendation == SMALL
+        assert one.payback == pytest.approx(19_230.8, rel=1e-5)
+
+    def test_without_a_hazard_the_loss_at_the_level_decides(self):
+        """One vase of a million before a hundred crates of one; nothing is said of costs."""
+        yearly = results({
+            "crates": ((0.0, 0.0, 0.0), 100, 1.0, 1.0, "", False),
+            "vase": ((0.0, 0.0, 0.0), 1, 1e6, 1.0, "", False),
+            "never": ((0.0, 0.0, 0.0), 1, 1e6, 1.0, "", False),
+        })  # fmt: skip
+        given = yearly.drop_vars([name for name in yearly.data_vars if "rate" in name])
+        chances = np.repeat([[0.6], [0.5], [0.0]], 4, axis=1)[None]
+        for end in ("", "_lower", "_upper"):
+            given[f"probability{end}"] = (("model", "item", "level"), chances)
+        given = given.assign_attrs(at_level=2.0)
+        assert {one.item: one.recommendation for one in pieces_of(given)} == {
+            "vase": REDUCES,
+            "crates": SMALL,
+            "never": UNRESOLVED,
+        }
+        rows = piece_rows(given)
+        assert rows.title.startswith("Each piece at pga = 0.204 g (")
+        assert "falls" in rows.headings
+        heading, *_ = piece_table(given)
+        assert "probability_at_level (1)" in heading
+        assert not any("chance" in one for one in heading)
 
     def test_falls_decide_where_nothing_has_a_value(self):
         lines = {name: (*one[:2], 0.0, math.nan, "", False) for name, one in LINES.items()}
@@ -144,9 +184,9 @@ class TestTables:
         assert rows["rack"]["in 50 years"] == "9.5\u00a0% (7.2–12)"
         assert rows["rack"]["pays back, years"] == "3.3"
         assert rows["never"]["in 50 years"] == "never seen"
-        assert rows["never"]["PGA, g at 10 / 50 %"] == "above 0.82"
+        assert rows["never"]["10 / 50 % fall at PGA, g"] == "above 0.82"
         assert rows["held"]["in 50 years"] == "–"
-        assert rows["shelf"]["anchoring it"] == REDUCES
+        assert rows["shelf"]["recommendation"] == REDUCES
 
     def test_values(self):
         found = piece_table(results())
@@ -154,6 +194,7 @@ class TestTables:
         assert rows["rack"]["chance_in_50_years (1)"] == pytest.approx(1.0 - math.exp(-0.1))
         assert rows["rack"]["saving_a_year (EUR/year)"] == pytest.approx(120.0)
         assert rows["never"]["level_at_10_percent (m s-2)"] is None
+        assert rows["never"]["chance_in_a_year (1)"] is None
         assert rows["unpriced"]["anchoring_cost (EUR)"] is None
         assert not any("probability_at_level" in heading for heading in found.headings)
 
@@ -202,7 +243,7 @@ class TestFiles:
         book = openpyxl.load_workbook(path)
         heading, *rows = book["pieces"].iter_rows(values_only=True)
         found = {row[0]: dict(zip(heading, row, strict=True)) for row in rows}
-        assert {*found} == {"'=1+1", *LINES}
+        assert {*found} == {"=1+1", *LINES}
         assert found["rack"]["payback (years)"] == pytest.approx(400.0 / 120.0)
         assert found["never"]["level_at_50_percent (m s-2)"] is None
         assert not any(cell.data_type == "f" for sheet in book for row in sheet.iter_rows() for cell in row)

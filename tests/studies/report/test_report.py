@@ -417,8 +417,8 @@ class TestPlainWords:
         ]
         steps = next_steps(loaded(folder, "performance"), [])
         assert steps == [
-            "Anchor first, because they can injure people or block an exit: “rack” (ground).",
-            "Code requirements are not checked: what the law requires to be anchored must be, whatever its risk.",
+            "Anchor first, because of what their falling means (injury): “rack” (ground).",
+            "Code requirements are not checked: a piece that must be anchored by law is anchored whatever its risk.",
         ]
 
 

@@ -9,7 +9,8 @@ from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
 from toppling.fragility import uncertain_ida
-from toppling.studies import StudyError, assess, read_inventory
+from toppling.studies import StudyError
+from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
 from toppling.studies.tables.fragility import fragility_table, hints, measure_rows, risk_table, size_table
 from toppling.studies.text.curve_notes import crossing_notes, curve_notes, rate_notes
@@ -387,18 +388,22 @@ replicates = 100
 
 class TestPerformance:
     def test_what_comes_from_beyond_the_hazard_curve(self, tmp_path):
-        """The share is what is lost in the rarer events alone: those of a curve that is flat up to its last level."""
+        """The share of the rarer events alone, of straight lines between the levels, summed in small steps."""
         (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
-        found = study(tmp_path, MODELS, MOTIONS, PERFORMANCE, POINTS).run()
-        hazard = tp.HazardCurve.from_points([0.01, 0.05, 0.2], [1e-1, 1e-2, 1e-3], "pga", "g")
-        things = read_inventory(tmp_path / "things.csv")
-        rarer = 1e-3 * (np.array([0.2, 0.4, 0.8]) / 0.2) ** (np.log(0.1) / np.log(4.0))
-        top = tp.HazardCurve.from_points([0.01, 0.2, 0.4, 0.8], [1e-3 * (1 + 1e-12), *rarer], "pga", "g")
-        options = {"im": "pga", "replicates": 100}
-        whole, part = (
-            assess(things, LAWS, shakes(), [1.0, 2.0, 4.0, 8.0], hazard=one, **options) for one in (hazard, top)
-        )
-        share = (part["annual_number"] / whole["annual_number"]).sel(place="building").max()
+        plan = study(tmp_path, MODELS, MOTIONS, PERFORMANCE, POINTS)
+        found = plan.run()
+        at = np.log(found["level"].values)
+        x = np.linspace(2.0 * at[0] - at[1], at[-1], 100_001)
+        rates = covering(plan.hazard, found["level"].values).rate_at(np.exp(x))
+        shares = []
+        for number in found["number_mean"].sel(place="building").values:
+            falls = np.interp(0.5 * (x[1:] + x[:-1]), [x[0], *at], [0.0, *number])
+            every, rarer = (
+                falls @ -np.diff(one) + number[-1] * one[-1]
+                for one in (rates, np.minimum(rates, plan.hazard.rates[-1]))
+            )
+            shares.append(rarer / every)
+        share = max(shares)
         assert share > 0.05
         expected = (
             f"{100 * float(share):.0f} % of the annual overturnings comes from shaking above the hazard curve's last"
@@ -413,11 +418,15 @@ class TestPerformance:
         given = study(tmp_path, MODELS, MOTIONS, PERFORMANCE + "at_level = 8.0\n").run()
         assert "at_level" not in given.attrs["notes"]
 
-    def test_there_is_nothing_to_export(self, tmp_path, capsys):
+    def test_pieces_are_exported_and_no_curves(self, tmp_path, capsys):
         (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
         study(tmp_path, MODELS, MOTIONS, PERFORMANCE).run(tmp_path / "out")
-        assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv"]) == 2
-        assert "results of a performance study, which has no fragility curves" in capsys.readouterr().err
+        assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv"]) == 0
+        table = (tmp_path / "out/export/pieces.csv").read_text(encoding="utf-8")
+        assert table.startswith("item,room,floor,pieces,probability_at_level (1)")
+        assert main(["export", str(tmp_path / "out/results.nc"), "--format", "nrml"]) == 2
+        said = capsys.readouterr().err
+        assert "results of a performance study, which has no fragility curves: --format csv or xlsx writes" in said
 
 
 class TestTables:
