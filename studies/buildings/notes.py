@@ -17,6 +17,8 @@ from .assessment import BUILDING, covering
 
 NOTABLE_BELOW = 0.02
 """Share of an annual value from below the levels above which it is worth a sentence."""
+COARSE = 0.1
+"""Difference between lines and cubics through the levels above which an annual value is worth a sentence."""
 MOST_NAMED = 6
 """Most anchored items that a sentence names."""
 
@@ -60,7 +62,7 @@ def anchored_text(here: xr.Dataset) -> str:
 
 
 def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
-    """Notes on annual values that come from shaking above the hazard curve's own levels: a sentence each."""
+    """Notes on annual values that hang on few levels, or come from above the hazard curve's own: a sentence each."""
     levels = assessment["level"].values
     curve = covering(hazard, levels)
     last = float(hazard.levels[-1])
@@ -71,6 +73,12 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
     for one in _amounts(assessment):
         given = assessment[f"{one.name}_mean"].sel(place=BUILDING)
         annual = (given * whole).sum("level")
+        apart = float((annual / one.annual.where(one.annual > 0.0) - 1.0).fillna(0.0).max())
+        if apart > COARSE:
+            found.append(
+                f"the levels are coarse for this hazard curve: straight lines between them would give "
+                f"{whole_percent(apart)} more annual {one.text} than the cubics used: add levels"
+            )
         share = float(((given * beyond).sum("level") / annual.where(annual > 0.0)).fillna(0.0).max())
         if share > NOTABLE:
             found.append(

@@ -410,6 +410,18 @@ class TestPerformance:
         )
         assert expected in found.attrs["notes"]
 
+    @pytest.mark.parametrize(("number", "coarse"), [(5, True), (25, False)])
+    def test_coarse_levels_are_said(self, tmp_path, number, coarse):
+        """Lines and cubics through few levels differ, and which of them is right nobody knows."""
+        (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
+        levels = f'levels = {{ from = 0.5, to = 30.0, number = {number}, spacing = "log", unit = "m/s2" }}\n'
+        asked = f'[performance]\ninventory = "things.csv"\nim = "pga"\nreplicates = 100\n{levels}'
+        found = study(tmp_path, MODELS, MOTIONS, asked, '[hazard]\nunit = "g"\nk0 = 1e-4\nk = 3.5\n').run()
+        said = [line for line in found.attrs["notes"].splitlines() if "the levels are coarse" in line]
+        assert bool(said) == coarse, said
+        if coarse:
+            assert "more annual overturnings than the cubics used: add levels" in said[0]
+
     def test_the_level_of_the_ranking_is_said(self, tmp_path):
         (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
         sentence = "performance.at_level is not given: table and ranking are of the middle level, 0.408 g"
