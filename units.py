@@ -17,6 +17,7 @@ ACCELERATION: Final = "m s-2"
 ANGULAR_VELOCITY: Final = "rad s-1"
 ANGULAR_ACCELERATION: Final = "rad s-2"
 HERTZ: Final = "Hz"
+NEWTON: Final = "N"
 PER_YEAR: Final = "year-1"
 
 SCHEMA: Final = 1

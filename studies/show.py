@@ -140,7 +140,7 @@ def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
     from .kinds.performance import ranking_of  # noqa: PLC0415
     from .tables.assessment import annual_rows, consequence_rows, level_rows, ranking_rows  # noqa: PLC0415
-    from .tables.pieces import piece_rows  # noqa: PLC0415
+    from .tables.pieces import code_rows, piece_rows  # noqa: PLC0415
 
     for k, model in enumerate(results["model"].values):
         pieces = piece_rows(results, k)
@@ -152,6 +152,9 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
         if consequences is not None:
             yield plain_table(*consequences)
         yield plain_table(*ranking_rows(ranking_of(results), str(model)))
+    required = code_rows(results)
+    if required is not None:
+        yield plain_table(*required)
 
 
 def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:

@@ -344,6 +344,10 @@ def _laws(models: Any) -> list[Law]:
     return found
 
 
+_OPTIONAL = ("room", "code_class", "code_importance", "mass", "anchor_strength", "anchor_height")
+"""What is described where it is given."""
+
+
 def described(row: Contents) -> dict[str, Any]:
     """Return a row as plain values."""
     return {
@@ -356,7 +360,7 @@ def described(row: Contents) -> dict[str, Any]:
         "consequences": list(row.consequences),
         "anchored": row.anchored,
         "anchoring_cost": row.anchoring_cost,
-        **({"room": row.room} if row.room else {}),
+        **{name: getattr(row, name) for name in _OPTIONAL if getattr(row, name)},
     }
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from ... import checks
 from ...models import Block
+from ..codes.check import CLASSES
 from ..file.csv_table import MAX_TEXT
 from ..file.table import shown
 
@@ -48,6 +49,16 @@ class Contents:
         Cost of fixing a piece, in the inventory's currency, >= 0.
     room : str
         The room that it stands in, for tables.
+    code_class : str
+        What a building code takes it for (`toppling.studies.codes.check.CLASSES`), '' where it is not known.
+    code_importance : float, optional
+        Its importance factor, 1 to 1.5; that of the study's code where not given.
+    mass : float, optional
+        Mass of a piece, kg.
+    anchor_strength : float, optional
+        Design strength of a piece's anchors against a horizontal force, N.
+    anchor_height : float, optional
+        Height of these anchors above the floor, m.
 
     Raises
     ------
@@ -65,6 +76,11 @@ class Contents:
     anchored: bool = False
     anchoring_cost: float | None = None
     room: str = ""
+    code_class: str = ""
+    code_importance: float | None = None
+    mass: float | None = None
+    anchor_strength: float | None = None
+    anchor_height: float | None = None
 
     def __post_init__(self) -> None:
         _text("label", self.label)
@@ -83,6 +99,13 @@ class Contents:
         checks.number("value", self.value, at_least=0.0, at_most=MAX_VALUE)
         if self.anchoring_cost is not None:
             checks.number("anchoring_cost", self.anchoring_cost, at_least=0.0, at_most=MAX_VALUE)
+        if self.code_class not in ("", *CLASSES):
+            raise ValueError(f"code_class must be one of {', '.join(CLASSES)}, got {shown(self.code_class)}")
+        if self.code_importance is not None:
+            checks.number("code_importance", self.code_importance, at_least=1.0, at_most=1.5)
+        for name in ("mass", "anchor_strength", "anchor_height"):
+            if getattr(self, name) is not None:
+                checks.number(name, getattr(self, name), above=0.0, at_most=MAX_VALUE)
         words: Any = self.consequences
         if isinstance(words, str):
             raise TypeError(f"consequences must be a sequence of words, got the string {shown(words)}")

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ..codes.check import CLASSES
 from ..file.blocks import block_of_line
 from ..file.csv_table import CsvLine, CsvTable, TableKind
 from ..file.table import StudyError, shown
@@ -30,6 +31,11 @@ COLUMNS = (
     "consequence",
     "anchored",
     "anchoring_cost",
+    "mass_kg",
+    "code_class",
+    "code_importance",
+    "anchor_strength_n",
+    "anchor_height_m",
 )
 """Columns of an inventory file, in any order."""
 
@@ -65,25 +71,31 @@ def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = 
     The header names the columns, in any order; empty cells are treated as if the column were not there, lines that
     start with # are comments:
 
-    ================== ===============================================================================================
-    ``item``           name in results; the catalogue name where not given.  Where several lines have the same name,
-                       their floor is added
-    ``catalogue``      name of a catalogue item, which gives the sizes
-    ``width_m``,       or: full outer sizes, m, the width in the direction of shaking
+    ===================== ============================================================================================
+    ``item``              name in results; the catalogue name where not given.  Where several lines have the same name,
+                          their floor is added
+    ``catalogue``         name of a catalogue item, which gives the sizes
+    ``width_m``,          or: full outer sizes, m, the width in the direction of shaking
     ``height_m``
-    ``cm_height_m``    height of the centre of mass, m (mid-height), also beside ``catalogue``
-    ``inertia_factor`` I_O/(m R²), above 1 to 2 (4/3); must be given with ``cm_height_m``
-    ``floor``          floor that it stands on: 0 is the ground (the only column that must be filled)
-    ``room``           room that it stands in, for tables
-    ``count``          number of pieces (1)
-    ``e``              restitution, above 0 to 1 (that of the damping law); ``restitution`` is the same
-    ``value``          loss when a piece overturns
-    ``currency``       of ``value`` and ``anchoring_cost``, the same in every line that states it, such as EUR
-    ``consequence``    consequences when at least one piece overturns, such as blocks-exit; several are separated
-                       by |
-    ``anchored``       yes or no (no): anchored pieces do not overturn
-    ``anchoring_cost`` cost of fixing a piece
-    ================== ===============================================================================================
+    ``cm_height_m``       height of the centre of mass, m (mid-height), also beside ``catalogue``
+    ``inertia_factor``    I_O/(m R²), above 1 to 2 (4/3); must be given with ``cm_height_m``
+    ``floor``             floor that it stands on: 0 is the ground (the only column that must be filled)
+    ``room``              room that it stands in, for tables
+    ``count``             number of pieces (1)
+    ``e``                 restitution, above 0 to 1 (that of the damping law); ``restitution`` is the same
+    ``value``             loss when a piece overturns
+    ``currency``          of ``value`` and ``anchoring_cost``, the same in every line that states it, such as EUR
+    ``consequence``       consequences when at least one piece overturns, such as blocks-exit; several are separated
+                          by |
+    ``anchored``          yes or no (no): anchored pieces do not overturn
+    ``anchoring_cost``    cost of fixing a piece
+    ``mass_kg``           mass of a piece with its contents, kg, for the force that a building code asks for
+    ``code_class``        what the code takes it for: storage (permanent cabinets and shelves), laboratory, equipment
+                          (mechanical and electrical), furniture, movable
+    ``code_importance``   importance factor, 1 to 1.5 (that of the study's code)
+    ``anchor_strength_n`` design strength of a piece's anchors against a horizontal force, N
+    ``anchor_height_m``   height of these anchors above the floor, m
+    ===================== ============================================================================================
 
     Where semicolons or tabs separate the cells, numbers may have decimal commas; a file has either commas or points.
 
@@ -158,6 +170,9 @@ def _contents(line: CsvLine) -> Contents:
     anchored = line.text("anchored").lower()
     if anchored not in {"", *_YES, *_NO}:
         line.refuse("anchored", f"must be yes or no, got {shown(anchored)}")
+    code_class = line.text("code_class").lower()
+    if code_class not in ("", *CLASSES):
+        line.refuse("code_class", f"must be one of {', '.join(CLASSES)}, got {shown(code_class)}")
     words = [word.strip().lower() for word in re.split(r"[|,;]", line.text("consequence"))]
     e = line.number_in(e_column, above=0.0, at_most=1.0)
     value = line.number_in("value", at_least=0.0, at_most=MAX_VALUE)
@@ -175,6 +190,11 @@ def _contents(line: CsvLine) -> Contents:
             anchored=anchored in _YES,
             anchoring_cost=cost,
             room=line.text("room"),
+            code_class=code_class,
+            code_importance=line.number_in("code_importance", at_least=1.0, at_most=1.5),
+            mass=line.number_in("mass_kg", above=0.0, at_most=MAX_VALUE),
+            anchor_strength=line.number_in("anchor_strength_n", above=0.0, at_most=MAX_VALUE),
+            anchor_height=line.number_in("anchor_height_m", above=0.0, at_most=block.height),
         ),
     )
 

@@ -9,7 +9,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...aliases import Array
 from ...fragility.fitting.isotonic import crossings, isotonic_probabilities
+from ..codes.check import REQUIRED, CodeCheck
+from .budget import Choice, best_set
+from .code_checks import checks_of_items
 from .variables import JOINT
 
 SAFETY = ("injury", "blocks-exit")
@@ -21,7 +25,9 @@ MOST = 0.8
 SHARES = (0.1, 0.5)
 """Probabilities of falling at whose levels of shaking a piece is described."""
 
-REDUCES, SAFER, WORTH, UNRESOLVED, UNPRICED, SMALL, ANCHORED = (
+DUTY, WEAK, REDUCES, SAFER, WORTH, UNRESOLVED, UNPRICED, SMALL, ANCHORED = (
+    "required by code",
+    "anchor below code force",
     "reduces risk most",
     "makes people safer",
     "worth its cost",
@@ -30,7 +36,9 @@ REDUCES, SAFER, WORTH, UNRESOLVED, UNPRICED, SMALL, ANCHORED = (
     "small effect",
     "anchored",
 )
-_ORDER = (REDUCES, SAFER, WORTH, UNRESOLVED, UNPRICED, SMALL, ANCHORED)
+_ORDER = (DUTY, WEAK, REDUCES, SAFER, WORTH, UNRESOLVED, UNPRICED, SMALL, ANCHORED)
+HELD = (ANCHORED, WEAK)
+"""Recommendations for pieces that are anchored, which do not fall in any run."""
 SORTS = ("recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item")
 """What pieces can be sorted by."""
 
@@ -52,7 +60,9 @@ class Piece(NamedTuple):
 
     chance: annual rate of falling of a piece (1/year), or its probability at the study's level where there is no
     hazard.  levels: shaking (SI) at which it falls with the probabilities `SHARES`; 0 below all levels, inf above.
-    saving: money a year by anchoring the line; payback: years.  NaN where something is not known.
+    saving: money a year by anchoring the line; payback: years.  NaN where something is not known.  code: what the
+    study's building code says of it, None where there is none.  chosen: whether it is among the lines to anchor for the
+    study's budget, None where there is none.
     """
 
     item: str
@@ -68,6 +78,8 @@ class Piece(NamedTuple):
     payback: float
     safety: bool
     recommendation: str
+    code: CodeCheck | None = None
+    chosen: bool | None = None
 
 
 def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
@@ -87,7 +99,8 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
 
     Notes
     -----
-    Recommendations, for pieces that are not anchored.  Where the falling of a piece is a matter of safety (``safety``,
+    *Required by code* and *anchor below code force* come before all others, whatever the risk.  Other recommendations,
+    for pieces that are not anchored.  Where the falling of a piece is a matter of safety (``safety``,
     by default the consequences injury and blocks-exit), nothing is said of its cost: *reduces risk most* for those
     that, taken from the one that contributes most, make up four fifths of the expected falls of all such pieces, *makes
     people safer* for the others.  For pieces that are no matter of safety: *worth its cost*, if the lower end of what
@@ -107,6 +120,8 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
     observed = here["probability"].transpose("item", "level").values
     levels = here["level"].values
     runs = np.ones(levels.size)
+    checks = checks_of_items(results)
+    chosen = here["budget_chosen"].values if "budget_chosen" in here else None
     found = []
     for i, item in enumerate(here["item"].values):
         one = {name: here[name].values[i] for name in ("floor", "count", "anchored", "value", "anchoring_cost")}
@@ -129,10 +144,47 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
                 saving=saving,
                 payback=count * cost / saving.value if saving.value > 0.0 else math.nan,
                 safety=bool({*words} & {*safety}),
-                recommendation=ANCHORED if one["anchored"] else "",
+                recommendation=_settled(bool(one["anchored"]), None if checks is None else checks[i]),
+                code=None if checks is None else checks[i],
+                chosen=None if chosen is None else bool(chosen[i]),
             )
         )
     return _sorted(_recommended(found), str(results.attrs.get("sort", SORTS[0])))
+
+
+def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
+    """Choose the lines to anchor for a sum of money under one law: `chosen` in the order of the results' items.
+
+    What the code requires comes first (as many pieces as the budget allows), then the most falls of pieces that are a
+    matter of safety, then what the others save in money, or their falls where nothing has a value.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        As `pieces_of` takes them.
+    budget : float
+        Money, in the currency of the inventory.
+    model : int
+        Position of the law.
+    """
+    named = {one.item: one for one in pieces_of(results, model)}
+    pieces = [named[str(item)] for item in results["item"].values]
+    valued = any(one.value > 0.0 for one in pieces)
+    goals: list[list[float]] = [[], [], []]
+    for one in pieces:
+        falls = 0.0 if one.recommendation in HELD else one.number * one.chance.value
+        goals[0].append(float(one.number) if one.recommendation == DUTY else 0.0)
+        goals[1].append(falls if one.safety else 0.0)
+        goals[2].append(falls * (one.value if valued else 1.0))
+    costs: Array = np.array([one.number * one.cost for one in pieces])
+    return best_set(costs, budget, [np.array(one) for one in goals])
+
+
+def _settled(anchored: bool, code: CodeCheck | None) -> str:
+    """Return the recommendation that is settled before any risk is looked at, '' where there is none."""
+    if anchored:
+        return WEAK if code is not None and code.ratio > 1.0 else ANCHORED
+    return DUTY if code is not None and code.status == REQUIRED else ""
 
 
 def _recommended(pieces: Sequence[Piece]) -> list[Piece]:
@@ -188,11 +240,19 @@ def _sorted(pieces: list[Piece], by: str) -> list[Piece]:
     if by == "recommendation":
         pieces = sorted(pieces, key=falls)
         pieces.sort(key=lambda one: last(-one.saving.value) if not one.safety else (False, falls(one)))
-        return sorted(pieces, key=lambda one: (one.recommendation == ANCHORED, not one.safety, _place(one)))
+        return sorted(
+            pieces,
+            key=lambda one: (
+                one.recommendation == ANCHORED,
+                one.recommendation not in (DUTY, WEAK),
+                not one.safety,
+                _place(one),
+            ),
+        )
     keys = {
-        "chance": lambda one: (one.recommendation == ANCHORED, *last(-one.chance.value)),
-        "loss": lambda one: (one.recommendation == ANCHORED, *last(-one.saving.value)),
-        "payback": lambda one: (one.recommendation == ANCHORED, *last(one.payback)),
+        "chance": lambda one: (one.recommendation in HELD, *last(-one.chance.value)),
+        "loss": lambda one: (one.recommendation in HELD, *last(-one.saving.value)),
+        "payback": lambda one: (one.recommendation in HELD, *last(one.payback)),
         "value": lambda one: -one.value,
         "cost": lambda one: last(one.cost),
         "floor": lambda one: one.floor.zfill(10) if one.floor.isdecimal() else one.floor,

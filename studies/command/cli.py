@@ -301,7 +301,7 @@ def export(
     result = _result_file(result)
     folder = result.parent / "export" if out is None else out
     console = terminal()
-    if kind_of(result) == PERFORMANCE and format_ in ("csv", "xlsx"):
+    if format_ == "xlsx" or (format_ == "csv" and kind_of(result) == PERFORMANCE):
         say(console, f"written: {write_pieces(result, folder, format_, model, verify)}")
         return
     curves = read_curves(result, model, verify)

@@ -20,7 +20,8 @@ from ..report.results_file import refuse_newer
 from ..store.content import check_content
 from ..store.folder import UNREADABLE, damaged
 
-ExportFormat = Literal["pelicun", "nrml", "csv", "xlsx"]
+CurveFormat = Literal["pelicun", "nrml", "csv"]
+ExportFormat = CurveFormat | Literal["xlsx"]
 
 PERFORMANCE, UNCERTAINTY = "performance", "uncertainty"
 """Kinds of studies whose results are not curves alone."""
@@ -150,7 +151,7 @@ def missing_lines(written: Written) -> list[str]:
     return lines
 
 
-def write_curves(curves: xr.Dataset, folder: Path, format_: ExportFormat) -> Written:
+def write_curves(curves: xr.Dataset, folder: Path, format_: CurveFormat) -> Written:
     """Write curves into a folder, made where missing.
 
     Raises
@@ -158,8 +159,6 @@ def write_curves(curves: xr.Dataset, folder: Path, format_: ExportFormat) -> Wri
     StudyError
         One sentence: curves that the format cannot hold, a folder that cannot be written.
     """
-    if format_ not in _WRITERS:
-        raise StudyError(f"--format {format_} is for the pieces of a performance study: csv holds curves")
     write, name = _WRITERS[format_]
     made = not folder.exists()
     try:

@@ -1,9 +1,11 @@
-"""The pieces of a performance study's results as a table for spreadsheets: CSV or XLSX."""
+"""Tables of results for spreadsheets: the pieces of a performance study (CSV or XLSX), or blocks' rates (XLSX)."""
 
 from __future__ import annotations
 
 import csv
 import io
+import re
+import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,31 +17,34 @@ from ...writing import write_bytes
 from ..file.table import StudyError
 from ..report.results_file import read_results
 from ..store.content import check_content
-from ..tables.pieces import Cell, PieceTable, piece_table
+from ..tables.fragility import rate_values
+from ..tables.pieces import piece_table
+from ..tables.values import Cell, ValueTable
 from ..text.names import clean
-from ..text.words import level_text, reference_law
-from .export import laws_of
+from ..text.words import axis_of, level_text, reference_law
+from .export import PERFORMANCE, laws_of
 
 if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
 
+_TIME = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
 WIDEST = 40
 """Widest column of a sheet, characters."""
 
 
 def write_pieces(result: Path, folder: Path, format_: str, model: str | None = None, verify: bool = False) -> Path:
-    """Write the pieces of a performance study under one law into a folder, made where missing.
+    """Write the table of a performance study's pieces under one law, or of blocks' rates, into a folder.
 
     Parameters
     ----------
     result : Path
         The results.
     folder : Path
-        The folder for ``pieces.csv`` or ``pieces.xlsx``.
+        The folder for ``pieces.csv``, ``pieces.xlsx`` or ``rates.xlsx``, made where missing.
     format_ : {"csv", "xlsx"}
         A table with the units in its heading; or a workbook with that table and a sheet that says what it is of.
     model : str, optional
-        Label of the law, or its short name for the first of its kind; the reference where not given.
+        Label of the law, or its short name for the first of its kind; where not given the reference, for rates all.
     verify : bool
         Refuse results that were edited after they were written.
 
@@ -51,7 +56,7 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
     Raises
     ------
     StudyError
-        One sentence: results that cannot be read, no such law, a file that cannot be written.
+        One sentence: results that cannot be read or hold no rates, no such law, a file that cannot be written.
 
     Notes
     -----
@@ -59,10 +64,9 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
     """
     with read_results(result) as results:
         check_content(result, results, verify)
-        at = reference_law(results)[0] if model is None else int(laws_of(results, model, result)[0])
-        found = piece_table(results, at)
-        written = _csv(found) if format_ == "csv" else _xlsx(found, results, str(results["model"].values[at]))
-    path = folder / f"pieces.{format_}"
+        name, found, about = _table(results, result, model)
+        written = _csv(found) if format_ == "csv" else _xlsx(name, found, about)
+    path = folder / f"{name}.{format_}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_bytes(path, written)
@@ -71,7 +75,35 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
     return path
 
 
-def _csv(found: PieceTable) -> bytes:
+def _table(results: xr.Dataset, path: Path, model: str | None) -> tuple[str, ValueTable, list[list[Cell]]]:
+    """Return what a table is of, the table, and what it rests on."""
+    about: list[list[Cell]] = [
+        ["study", str(results.attrs.get("title", ""))],
+        ["intensity measure", str(axis_of(results).attrs.get("long_name", results.attrs.get("im", "")))],
+        ["intervals", f"{confidence_text(results)}, over motions; the hazard curve, where there is one, as given"],
+    ]
+    version: list[Cell] = ["toppling", str(results.attrs.get("toppling_version", ""))]
+    if str(results.attrs["kind"]) != PERFORMANCE:
+        if "rate" not in results or "block" not in results["rate"].dims:
+            raise StudyError(
+                f"{path}: --format xlsx is for pieces and annual rates, and there is no [hazard]: csv holds curves"
+            )
+        laws = None if model is None else laws_of(results, model, path).tolist()
+        about += [["chances", "of at least one fall, from the annual rate"], version]
+        return "rates", rate_values(results, laws), about
+    at = reference_law(results)[0] if model is None else int(laws_of(results, model, path)[0])
+    about += [
+        ["damping law", str(results["model"].values[at])],
+        ["chances, values and costs", "of one piece; savings and paybacks are of the line"],
+        ["code requirements", _code(results)],
+        version,
+    ]
+    if "item_rate" not in results and "at_level" in results.attrs:
+        about.append(["level of shaking", _level(results)])
+    return "pieces", piece_table(results, at), about
+
+
+def _csv(found: ValueTable) -> bytes:
     lines = io.StringIO()
     table = csv.writer(lines, lineterminator="\n")
     table.writerow(map(guarded, found.headings))
@@ -80,30 +112,35 @@ def _csv(found: PieceTable) -> bytes:
     return lines.getvalue().encode()
 
 
-def _xlsx(found: PieceTable, results: xr.Dataset, law: str) -> bytes:
+def _xlsx(name: str, found: ValueTable, about: list[list[Cell]]) -> bytes:
     from openpyxl import Workbook  # noqa: PLC0415 - for this format alone
 
     book = Workbook()
     sheet = book.active
     assert sheet is not None
-    sheet.title = "pieces"
+    sheet.title = name
     _fill(sheet, [[*found.headings], *found.rows])
     sheet.freeze_panes = "B2"
-    about: list[list[Cell]] = [
-        ["study", str(results.attrs.get("title", ""))],
-        ["damping law", law],
-        ["intensity measure", str(results["level"].attrs.get("long_name", results.attrs["im"]))],
-        ["intervals", f"{confidence_text(results)}, over motions; the hazard curve, where there is one, as given"],
-        ["chances, values and costs", "of one piece; savings and paybacks are of the line"],
-        ["code requirements", "not checked"],
-        ["toppling", str(results.attrs.get("toppling_version", ""))],
-    ]
-    if "item_rate" not in results and "at_level" in results.attrs:
-        about.append(["level of shaking", _level(results)])
     _fill(book.create_sheet("about"), [["what", "is"], *about])
     held = io.BytesIO()
     book.save(held)
+    return _timeless(held.getvalue())
+
+
+def _timeless(book: bytes) -> bytes:
+    """Return a workbook without the time of writing, so that the same results give the same bytes."""
+    held = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(book)) as old, zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            text = old.read(name)
+            if name == "docProps/core.xml":
+                text = _TIME.sub(b"1980-01-01T00:00:00Z", text)
+            new.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)
     return held.getvalue()
+
+
+def _code(results: xr.Dataset) -> str:
+    return f"{results.attrs['code']} ({results.attrs['code_site']})" if "code" in results.attrs else "not checked"
 
 
 def _level(results: xr.Dataset) -> str:

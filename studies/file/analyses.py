@@ -22,6 +22,7 @@ from ...motions.intensity.directions import PAIR_MEASURES
 from ...motions.intensity.parametric_measures import PARAMETRIC_MEASURES
 from ...units import DIMENSIONLESS, STANDARD_GRAVITY
 from ..plan.estimates import Fit
+from .code import CodeTable
 from .motions import MotionsTable
 from .table import KeyInfo, PartialTable, RelativePath, Table, nearest, one_of, shown
 
@@ -288,6 +289,14 @@ class PerformanceTable(Table):
         Literal["recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item"],
         Field(description="Order of the pieces in their table."),
     ] = "recommendation"
+    code: Annotated[
+        CodeTable | None, KeyInfo("code requirements are not checked"), Field(description="A building code.")
+    ] = None
+    budget: Annotated[
+        float | None,
+        KeyInfo("no set is chosen", unit="the inventory's currency"),
+        Field(gt=0.0, le=1e15, description="Money for anchoring: the best set for it is chosen."),
+    ] = None
     replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Resamples of the motions.")] = 1000
     seed: Annotated[int, Field(ge=0, description="Seed of the resamples.")] = 0
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Self
 
@@ -19,7 +19,7 @@ from ...models.friction import FixedFriction, Friction
 from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.designs import Design
-from ..plan.estimates import Fit, ranked
+from ..plan.estimates import LOW_SHARE, Fit, ranked
 from ..plan.risk import Risk
 from .study import (
     CURVE_BYTES,
@@ -56,6 +56,13 @@ OBSERVED = ("probability", "probability_lower", "probability_upper")
 SIZE = ("size_along", "size_probability")
 
 
+def _fit(content: StudyFile) -> Fit:
+    """Return the options of the fit; with a hazard the table of rates gives the level of a probability, too."""
+    found = LOGNORMAL if content.fit is None else content.fit.build()
+    asked = content.fit is not None and content.fit.fractiles is not None
+    return found if asked or content.hazard is None else replace(found, fractiles=(LOW_SHARE,))
+
+
 @dataclass(frozen=True)
 class FragilityStudy(BlockStudy, Study):
     """Blocks x damping laws x motions.
@@ -88,7 +95,7 @@ class FragilityStudy(BlockStudy, Study):
             content.design(folder),
             None if screening is None else screening.build(),
             UNDECIDED if screening is None or screening.undecided is None else screening.undecided,
-            LOGNORMAL if content.fit is None else content.fit.build(),
+            _fit(content),
             None if content.hazard is None else content.hazard.risk(content.analysis.im, folder),
             None if content.measures is None else tuple(content.measures.also or ()),
             OUTPUTS if content.outputs is None else tuple(content.outputs),

@@ -24,15 +24,18 @@ from ...models import Law
 from ...models.oscillator import Oscillator
 from ...motions import Building, Generator
 from ...motions.plausibility import ringing_doubts
+from ...units import DIMENSIONLESS
 from ...wording import counted
 from ..buildings.anchoring import anchoring
 from ..buildings.assessment import assess, described, distinct_runs
+from ..buildings.code_checks import code_variables
 from ..buildings.contents import Inventory
 from ..buildings.inventory import read_inventory
 from ..buildings.notes import hazard_notes, notes
-from ..buildings.pieces import SAFETY
+from ..buildings.pieces import SAFETY, budget_set
 from ..buildings.shaking import Shaking
-from ..buildings.variables import JOINT
+from ..buildings.variables import JOINT, variable
+from ..codes.check import Code
 from ..file.analyses import LevelsTable, PerformanceTable
 from ..file.schema import StudyFile
 from ..plan.reading import Reading
@@ -70,6 +73,8 @@ class PerformanceStudy(Study):
     seed: int
     safety: tuple[str, ...]
     sort: str
+    code: Code | None = None
+    budget: float | None = None
     generator: Generator | None = None
     kind: ClassVar[str] = "performance"
 
@@ -97,6 +102,12 @@ class PerformanceStudy(Study):
         if content.motions.floors_file is not None:
             known = Shaking.of(building, motions, None, im == SCALE).known
             inventory = read_inventory(folder / asked.inventory, known)
+        try:
+            code = None if asked.code is None else asked.code.build(building)
+        except ValueError as error:
+            raise ValueError(f"performance.code: {error}") from None
+        if asked.budget is not None and all(row.anchoring_cost is None for row in inventory.rows):
+            raise ValueError("performance.budget needs anchoring_cost in the inventory, which gives none")
         study = cls(
             content.title,
             plain(content),
@@ -114,6 +125,8 @@ class PerformanceStudy(Study):
             asked.seed,
             SAFETY if asked.safety is None else tuple(asked.safety),
             asked.sort,
+            code,
+            asked.budget,
             content.motions.made_by(folder),
         )
         allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
@@ -249,13 +262,29 @@ class PerformanceStudy(Study):
             middle = level_text(self.at, found["level"])
             said.append(f"performance.at_level is not given: table and ranking are of the middle level, {middle}")
         beside = {f"{RANKING}{name}": one for name, one in whole.data_vars.items()}
-        return found.assign({**beside, **screened.data_vars}).assign_attrs(
+        coded = {} if self.code is None else code_variables(self.inventory, self.code, self.building, self.safety)
+        results = found.assign({**beside, **coded, **screened.data_vars}).assign_attrs(
             ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
             notes="\n".join([*said, screened.attrs["notes"]]),
             safety=JOINT.join(self.safety),
             sort=self.sort,
             **({} if self.at is None else {"at_level": self.at}),
+            **({} if self.code is None else {"code": self.code.title, "code_site": self.code.site}),
         )
+        return results if self.budget is None else _with_set(results, self.budget)
+
+
+def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:
+    """Return the results with the lines to anchor for the budget under each law."""
+    choices = [budget_set(results, budget, k) for k in range(results.sizes["model"])]
+    chosen = np.stack([one.chosen for one in choices])
+    gaps = np.array([max(one.gaps) for one in choices])
+    text = "by how much the best of all sets can be better, relative to this one"
+    found = {
+        "budget_chosen": variable(("model", "item"), chosen, DIMENSIONLESS, "whether it is anchored for the budget"),
+        "budget_gap": variable(("model",), gaps, DIMENSIONLESS, text),
+    }
+    return results.assign(found).assign_attrs(budget=budget)
 
 
 def ranking_of(results: xr.Dataset) -> xr.Dataset:

@@ -19,6 +19,8 @@ from ..text.curve_notes import crossing_notes, curve_notes
 
 RANK = "measure_"
 """Prefix of the names of the ranking's variables, beside the other variables of the results."""
+LOW_SHARE = 0.1
+"""Probability whose level is given beside the median where there is a hazard."""
 
 
 @dataclass(frozen=True)

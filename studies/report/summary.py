@@ -21,14 +21,16 @@ from ...wording import (
     confidence_text,
     currency_of,
     interval_text,
+    short_digits,
     three_digits,
     years_between,
 )
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
-from ..buildings.pieces import REDUCES, SAFETY, WORTH, Piece, pieces_of
+from ..buildings.pieces import DUTY, REDUCES, SAFETY, WEAK, WORTH, Piece, pieces_of
 from ..buildings.pieces import YEARS as PIECE_YEARS
 from ..buildings.variables import JOINT
+from ..codes.check import UNCHECKED as NOT_CHECKED
 from ..sensitivity.claims import FAILS, HOLDS
 from ..tables.assessment import pieces_at
 from ..tables.sensitivity import GREEK, claims_of
@@ -234,6 +236,7 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
     at, _ = reference_law(results)
     if kind == "performance":
         pieces = pieces_of(results, at)
+        yield from _duties(pieces, results)
         first = [one for one in pieces if one.recommendation == REDUCES]
         if first:
             if all(one.safety for one in first):
@@ -245,7 +248,11 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
         worth = [one for one in pieces if one.recommendation == WORTH]
         if worth:
             yield f"Anchoring saves more than it costs within {PIECE_YEARS:g} years: {_pieces(worth)}."
-        yield "Code requirements are not checked: a piece that must be anchored by law is anchored whatever its risk."
+        yield from _spent(pieces, results)
+        if "code" not in results.attrs:
+            yield (
+                "Code requirements are not checked: a piece that must be anchored by law is anchored whatever its risk."
+            )
     elif "size_along" in results.attrs:
         yield "Choose the size that meets the target, or anchor what is smaller."
     elif kind == "fragility" and "rate" not in results:
@@ -253,6 +260,56 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
             "Hold these levels against the shaking expected at the site; with a [hazard] table in the study file the "
             "report says how often a year."
         )
+
+
+def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
+    """Yield what the building code requires."""
+    if "code" not in results.attrs:
+        return
+    duty = [one for one in pieces if one.recommendation == DUTY]
+    weak = [one for one in pieces if one.recommendation == WEAK]
+    unknown = [one for one in pieces if one.code is not None and one.code.status == NOT_CHECKED]
+    if duty:
+        yield f"Anchor, because {results.attrs['code']} requires it, whatever the risk: {_pieces(duty)}."
+    if weak:
+        yield (
+            "Strengthen the anchors, which are weaker than the force that the code asks for (all rates take them as "
+            f"holding): {_pieces(weak)}."
+        )
+    if unknown:
+        yield f"Whether the code requires anchors is not checked for {_pieces(unknown)}: the inventory says too little."
+
+
+def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
+    """Yield what is best done with the study's budget."""
+    if "budget" not in results.attrs:
+        return
+    at, _ = reference_law(results)
+    money = f" {currency_of(results)}" if currency_of(results) else ""
+    budget = f"{short_digits(float(results.attrs['budget']))}{money}"
+    chosen = [one for one in pieces if one.chosen]
+    if not chosen:
+        yield f"For {budget} nothing can be anchored that is known to matter."
+        return
+    cost = sum(one.number * one.cost for one in chosen)
+    yield f"With {budget} anchor {_pieces(chosen)}, for {short_digits(cost)}{money}{_effect(pieces, chosen)}."
+    gap = float(results["budget_gap"].values[at])
+    if gap > 0.0:
+        yield f"Another set may be better than this one, by up to {about_percent(gap)}: the search was stopped."
+    left = [one for one in pieces if one.recommendation == DUTY and not one.chosen]
+    if left:
+        yield f"The budget does not cover all that the code requires: {_pieces(left)}."
+
+
+def _effect(pieces: list[Piece], chosen: list[Piece]) -> str:
+    """Return what anchoring the chosen pieces prevents."""
+    said = []
+    for what, counted in (("falls that are a matter of safety", True), ("other falls", False)):
+        every = sum(one.number * one.chance.value for one in pieces if one.safety == counted)
+        here = sum(one.number * one.chance.value for one in chosen if one.safety == counted)
+        if here > 0.0:
+            said.append(f"{about_percent(here / every)} of the {what}")
+    return f": that prevents {' and '.join(said)}" if said else ""
 
 
 def _pieces(pieces: list[Piece]) -> str:

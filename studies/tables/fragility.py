@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
@@ -11,6 +12,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from ...fragility.fitting.states import OVERTURNED, state_name
+from ...fragility.hazard.rates import probability_in
+from ...units import PER_YEAR
 from ...wording import (
     chance_text,
     chances_between,
@@ -20,14 +23,16 @@ from ...wording import (
     interval_text,
     percent,
     three_digits,
+    two_digits,
     value_text,
     years_between,
 )
-from ..plan.estimates import ranking_of_measures
+from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
 from ..text.curve_notes import reached_of, verb_of
 from ..text.rows import Rows
 from ..text.words import axis_of, display_unit, floor_name, fractile_text, measure_name
+from .values import Cell, ValueTable, known, with_units
 
 OVERTURNING = state_name(OVERTURNED)
 
@@ -105,7 +110,12 @@ def risk_table(results: xr.Dataset) -> Table:
         pad_edge=False,
         title_justify="left",
     )
-    for heading in ("law", "once in (years)", percent, f"P in {years:g} years", percent):
+    scale, unit = display_unit(axis_of(results))
+    measure = f"{measure_name(str(axis_of(results).attrs.get('im', 'level')))}{f', {unit}' if unit else ''}"
+    low = LOW_SHARE in results["fraction"].values if "fractile" in results else False
+    shares = f"{given_percent(LOW_SHARE)[:-2]} / 50 %" if low else "50 %"
+    columns = ("law", "once in, years", "in a year", f"in {years:g} years", f"{shares} at {measure}")
+    for heading in columns:
         table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
     floors = results["floor"].values.tolist() if "floor" in results["rate"].dims else [None]
     for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
@@ -120,17 +130,61 @@ def risk_table(results: xr.Dataset) -> Table:
                 low, high = one["rate_lower"].item(), one["rate_upper"].item()
                 chance, least, most = (one[f"risk_probability{end}"].item() for end in ("", "_lower", "_upper"))
                 # (a note says why)
-                alike = "[italic]no width[/]" if low == high else ""
-                cells = (
-                    in_years(rate),
-                    alike or years_between(high, low),
-                    chance_text(chance),
-                    alike or chances_between(least, most),
+                years_text = "[italic]no width[/]" if low == high else years_between(high, low)
+                chances = "[italic]no width[/]" if low == high else chances_between(least, most)
+                cells: tuple[str, ...] = (
+                    f"{in_years(rate)} ({years_text})",
+                    chance_text(float(probability_in(np.float64(rate), 1.0))),
+                    f"{chance_text(chance)} ({chances})".replace("\u00a0%)", ")"),
+                    _at(one, scale),
                 )
             else:
-                cells = ("", "[italic]no curve[/]", "", "")
+                cells = ("[italic]no curve[/]", "", "", "")
             table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
     return table
+
+
+def _at(one: xr.Dataset, scale: float) -> str:
+    """Return the levels at which one curve reaches the low share, where it is given, and a half."""
+    found = [value for value in (_low_level(one), one["median"].item()) if np.isfinite(value)]
+    return " / ".join(two_digits(value / scale) for value in found)
+
+
+def _low_level(one: xr.Dataset) -> float:
+    """Return the level at which one curve reaches the low share, NaN where that was not asked for."""
+    known_there = "fractile" in one and LOW_SHARE in one["fraction"].values
+    return float(one["fractile"].sel(fraction=LOW_SHARE)) if known_there else np.nan
+
+
+def rate_values(results: xr.Dataset, laws: Sequence[int] | None = None) -> ValueTable:
+    """Return the rates of the blocks as values, for a spreadsheet; levels in SI.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        Results of a fragility study with a hazard.
+    laws : sequence of int, optional
+        Positions of the laws; all where not given.
+    """
+    years, level = float(results.attrs["years"]), str(axis_of(results).attrs.get("units", "1"))
+    in_all = f"chance_in_{years:g}_years"
+    ends = ("", "_lower", "_upper")
+    headings = ["block", "floor", "damping_law"]
+    for name, units in (("rate", PER_YEAR), ("chance_in_a_year", "1"), (in_all, "1")):
+        headings += [with_units(f"{name}{end}", units) for end in ends]
+    headings += [with_units(f"level_at_{share}_percent", level) for share in (10, 50)]
+    floors = results["floor"].values.tolist() if "floor" in results["rate"].dims else [None]
+    rows: list[list[Cell]] = []
+    for i, k, j in product(range(results.sizes["block"]), range(len(floors)), laws or range(results.sizes["model"])):
+        one = results.isel(block=i, model=j)
+        one = one if floors[k] is None else one.isel(floor=k)
+        rates = [one[f"rate{end}"].item() for end in ends]
+        chances = [float(probability_in(np.float64(rate), 1.0)) for rate in rates]
+        chances += [one[f"risk_probability{end}"].item() for end in ends]
+        values = [*rates, *chances, _low_level(one), one["median"].item()]
+        where = "" if floors[k] is None else str(floors[k])
+        rows.append([str(results["block"].values[i]), where, str(one["model"].item()), *map(known, values)])
+    return ValueTable(headings, rows)
 
 
 def size_table(results: xr.Dataset) -> Table:

@@ -3,31 +3,37 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ...fragility.hazard.rates import probability_in
 from ...wording import about_percent, chances_between, confidence_text, currency_of, short_digits, two_digits
-from ..buildings.pieces import ANCHORED, SHARES, YEARS, Piece, Range, pieces_of
+from ..buildings.pieces import HELD, SHARES, YEARS, Piece, Range, pieces_of
 from ..text.rows import Rows
 from ..text.words import display_unit, floor_name, level_text
+from .values import ValueTable, known, with_units
 
 EACH_PIECE = "Each piece"
 """Beginning of the title."""
 UNCHECKED = "code requirements not checked"
+CODE = "Code requirements"
+"""Beginning of the title of what a building code says of each piece."""
+MOST_ROWS = 60
+"""Most pieces that a table in a terminal or a report shows."""
 COLUMNS = {
     "item": "",
     "room": "",
     "floor": "",
     "pieces": "",
+    "damping_law": "",
     "chance_in_a_year": "1",
     "chance_in_a_year_lower": "1",
     "chance_in_a_year_upper": "1",
     "chance_in_50_years": "1",
     "chance_in_50_years_lower": "1",
     "chance_in_50_years_upper": "1",
+    "level": "level",
     "probability_at_level": "1",
     "probability_at_level_lower": "1",
     "probability_at_level_upper": "1",
@@ -41,6 +47,12 @@ COLUMNS = {
     "saving_a_year_upper": "money a year",
     "payback": "year",
     "recommendation": "",
+    "within_budget": "",
+    "code": "",
+    "code_clause": "",
+    "code_force": "newton",
+    "code_anchor_force": "newton",
+    "code_demand_over_strength": "1",
 }
 """Columns of the table in a file, and the kind of their units."""
 
@@ -54,20 +66,26 @@ def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
     valued = any(one.value > 0.0 for one in pieces)
     priced = any(math.isfinite(one.cost) for one in pieces)
     pays = any(math.isfinite(one.payback) for one in pieces)
+    coded = any(one.code is not None for one in pieces)
+    spent = any(one.chosen is not None for one in pieces)
+    budget = float(results.attrs.get("budget", math.nan))
+    money = currency_of(results)
     scale, unit = display_unit(results["level"])
     name, several = str(results.attrs["im"]), results.sizes["level"] > 1
     measure = f"{name.upper() if name.startswith('pg') else name}{f', {unit}' if unit else ''}"
     headings = ["piece", *(["room"] if rooms else []), "floor", "number"]
     headings += ["falls in a year", f"in {YEARS:g} years"] if yearly else ["falls"]
     headings.append("recommendation")
+    headings += ["code"] if coded else []
+    headings += [f"for {short_digits(budget)} {money}".rstrip()] if spent else []
     headings += [f"{' / '.join(f'{100.0 * share:g}' for share in SHARES)} % fall at {measure}"] if several else []
     headings += ["if it falls"] if meant else []
     headings += ["value of one"] if valued else []
     headings += ["anchoring one costs"] if priced else []
     headings += ["pays back, years"] if pays else []
     rows = []
-    for one in pieces:
-        held = one.recommendation == ANCHORED
+    for one in pieces[:MOST_ROWS]:
+        held = one.recommendation in HELD
         cells = [one.item, *([one.room] if rooms else []), floor_name(one.floor).removeprefix("floor ")]
         cells.append(f"{one.number:,}")
         chances: list[Range | float] = [one.chance]
@@ -75,6 +93,8 @@ def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
             chances = [in_years(one.chance, 1.0).value, in_years(one.chance, YEARS)]
         cells += ["–" if held else _chance(chance) for chance in chances]
         cells.append(one.recommendation)
+        cells += ["–" if one.code is None else one.code.status] if coded else []
+        cells += ["anchor" if one.chosen else "–"] if spent else []
         if several:
             at = [_level(level, results["level"], scale) for level in one.levels]
             cells.append("–" if held else at[0] if at[0] == at[1] else " / ".join(at))
@@ -88,25 +108,44 @@ def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
         if yearly or not several
         else f" at {name} = {level_text(float(results.attrs['at_level']), results['level'])}"
     )
-    money = currency_of(results)
     said = [
         f"{confidence_text(results)} over motions",
         *([f"values in {money}"] if money and (valued or priced) else []),
     ]
-    return Rows(f"{EACH_PIECE}{when} ({', '.join([*said, UNCHECKED])})", tuple(headings), rows)
+    said += _first(len(pieces))
+    return Rows(f"{EACH_PIECE}{when} ({', '.join([*said, code_text(results)])})", tuple(headings), rows)
 
 
-Cell = str | float | int | None
+def code_text(results: xr.Dataset) -> str:
+    """Return which building code was checked, or that none was."""
+    return f"code: {results.attrs['code']}" if "code" in results.attrs else UNCHECKED
 
 
-class PieceTable(NamedTuple):
-    """Headings with units, and rows of values (None: not known)."""
+def code_rows(results: xr.Dataset) -> Rows | None:
+    """Return what the building code says of each piece, with the design forces; None where the study names no code."""
+    if "code" not in results.attrs:
+        return None
+    headings = ("piece", "floor", "code says", "by clause", "force / weight", "force, N", "on anchor, N", "of strength")
+    rows = []
+    pieces = pieces_of(results)
+    for one in pieces[:MOST_ROWS]:
+        found = one.code
+        assert found is not None  # (the study names a code)
+        numbers = [found.coefficient, found.force, found.demand]
+        texts = [two_digits(value) if math.isfinite(value) else "–" for value in numbers]
+        ratio = about_percent(found.ratio) if math.isfinite(found.ratio) else "–"
+        floor = floor_name(one.floor).removeprefix("floor ")
+        rows.append((one.item, floor, found.status, found.clause, *texts, ratio))
+    about = "; ".join([str(results.attrs["code"]), str(results.attrs["code_site"]), *_first(len(pieces))])
+    title = (
+        f"{CODE} ({about}; forces on one piece; horizontal force on its "
+        "anchors by moments about the base where their height is given, else the whole force; neither the base's share "
+        "nor the anchor's fixing to the building is checked)"
+    )
+    return Rows(title, headings, rows)
 
-    headings: list[str]
-    rows: list[list[Cell]]
 
-
-def piece_table(results: xr.Dataset, model: int = 0) -> PieceTable:
+def piece_table(results: xr.Dataset, model: int = 0) -> ValueTable:
     """Return the pieces under one law as values, for a spreadsheet.
 
     Levels and money are in the units of the results (SI; the inventory's currency); levels beyond those that were run
@@ -121,12 +160,21 @@ def piece_table(results: xr.Dataset, model: int = 0) -> PieceTable:
         "money": money,
         "money a year": f"{money}/year" if money else "",
         "year": "years",
+        "newton": "N",
     }
     yearly = "item_rate" in results
-    kept = [name for name in COLUMNS if not name.startswith("probability_at" if yearly else "chance_in")]
-    headings = [f"{name} ({units[COLUMNS[name]]})" if units[COLUMNS[name]] else name for name in kept]
-    every = [_values(one, yearly) for one in pieces_of(results, model)]
-    return PieceTable(headings, [[_known(one[name]) for name in kept] for one in every])
+    left = [name for name in COLUMNS if name.startswith("probability_at" if yearly else "chance_in")]
+    left += ["level"] if yearly else []
+    left += [] if "code" in results.attrs else [name for name in COLUMNS if name.startswith("code")]
+    left += [] if "budget" in results.attrs else ["within_budget"]
+    kept = [name for name in COLUMNS if name not in left]
+    headings = [with_units(name, units[COLUMNS[name]]) for name in kept]
+    of_all: dict[str, str | float | int] = {
+        "damping_law": str(results["model"].values[model]),
+        "level": math.nan if yearly else float(results.attrs["at_level"]),
+    }
+    every = [of_all | _values(one, yearly) for one in pieces_of(results, model)]
+    return ValueTable(headings, [[known(one[name]) for name in kept] for one in every])
 
 
 def in_years(rate: Range, years: float) -> Range:
@@ -147,9 +195,18 @@ def _values(one: Piece, yearly: bool) -> dict[str, str | float | int]:
         "anchoring_cost": one.cost,
         "payback": one.payback,
         "recommendation": one.recommendation,
+        "within_budget": "yes" if one.chosen else "no",
     }
+    if one.code is not None:
+        found |= {
+            "code": one.code.status,
+            "code_clause": one.code.clause,
+            "code_force": one.code.force,
+            "code_anchor_force": one.code.demand,
+            "code_demand_over_strength": one.code.ratio,
+        }
     ranges = {"saving_a_year": one.saving}
-    if one.recommendation == ANCHORED or (one.chance.value == 0.0 and math.isnan(one.chance.upper)):
+    if one.recommendation in HELD or (one.chance.value == 0.0 and math.isnan(one.chance.upper)):
         one = one._replace(chance=Range(math.nan, math.nan, math.nan))  # (held, or never seen to fall)
     if yearly:
         ranges |= {"chance_in_a_year": in_years(one.chance, 1.0), "chance_in_50_years": in_years(one.chance, YEARS)}
@@ -160,8 +217,11 @@ def _values(one: Piece, yearly: bool) -> dict[str, str | float | int]:
     return found
 
 
-def _known(value: str | float | int) -> Cell:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def _first(number: int) -> list[str]:
+    """Return what a title says of a table that does not hold all pieces."""
+    if number <= MOST_ROWS:
+        return []
+    return [f"the first {MOST_ROWS} of {number:,}; `toppling export --format csv` writes all"]
 
 
 def _chance(chance: Range | float) -> str:

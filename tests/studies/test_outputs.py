@@ -59,13 +59,26 @@ def results(tmp_path_factory):
     return found
 
 
-TABLES = ("runs", "curves", "year", "measures", "samples", "varied", "given", "annual", "ranking", "standing", "screen")
+TABLES = (
+    "runs",
+    "curves",
+    "year",
+    "measures",
+    "samples",
+    "varied",
+    "given",
+    "annual",
+    "ranking",
+    "duties",
+    "standing",
+    "screen",
+)
 """The page's tables in their order."""
 OF_KIND = {
     "fragility": ("runs", "curves", "year", "measures", "standing", "screen"),
     "uncertainty": ("samples", "curves", "year", "standing"),
     "sensitivity": ("varied",),
-    "performance": ("given", "annual", "ranking", "standing"),
+    "performance": ("given", "annual", "ranking", "duties", "standing"),
 }
 UNITS = {
     "1/year": {"year-1"},

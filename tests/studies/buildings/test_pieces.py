@@ -3,31 +3,36 @@
 import csv
 import io
 import math
+import re
+import zipfile
 
 import numpy as np
 import openpyxl
 import pytest
 import xarray as xr
-from study_texts import crate_study
+from study_texts import HAZARD, crate_study
 
 import toppling as tp
 from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.contents import Contents, Inventory
 from toppling.studies.buildings.pieces import (
     ANCHORED,
+    DUTY,
     REDUCES,
     SAFER,
     SMALL,
     SORTS,
     UNPRICED,
     UNRESOLVED,
+    WEAK,
     WORTH,
+    budget_set,
     pieces_of,
 )
 from toppling.studies.command import piece_files
 from toppling.studies.command.cli import main
 from toppling.studies.store.content import AS_WRITTEN
-from toppling.studies.tables.pieces import piece_rows, piece_table
+from toppling.studies.tables.pieces import code_rows, piece_rows, piece_table
 
 SHELF = tp.catalogue["bookcase-5-shelf"]
 LEVELS = np.array([1.0, 2.0, 4.0, 8.0])
@@ -136,6 +141,7 @@ class TestRecommendations:
         assert "falls" in rows.headings
         heading, *_ = piece_table(given)
         assert "probability_at_level (1)" in heading
+        assert "level (m s-2)" in heading
         assert not any("chance" in one for one in heading)
 
     def test_falls_decide_where_nothing_has_a_value(self):
@@ -173,6 +179,85 @@ class TestRecommendations:
             numbers = [one for one in free if not (isinstance(one, float) and math.isnan(one))]
             assert numbers == sorted(numbers)
             assert free[: len(numbers)] == numbers
+
+
+CHECKS = {
+    "rack": ("required", 0.9),
+    "shelf": ("exempt", math.nan),
+    "crate": ("not checked", math.nan),
+    "held": ("required", 1.2),
+}
+
+
+def with_code(found):
+    """Results of a study that names a code, which says this of the lines (the others are exempt)."""
+    of = [CHECKS.get(str(item), ("exempt", math.nan)) for item in found["item"].values]
+    columns = {
+        "status": [status for status, _ in of],
+        "clause": ["4.3.5"] * len(of),
+        "factors": [""] * len(of),
+        "coefficient": [0.4 if status == "required" else math.nan for status, _ in of],
+        "force": [400.0 if status == "required" else math.nan for status, _ in of],
+        "demand": [250.0 if status == "required" else math.nan for status, _ in of],
+        "ratio": [ratio for _, ratio in of],
+    }
+    code = {f"code_{name}": ("item", values) for name, values in columns.items()}
+    return found.assign(code).assign_attrs(code="EN 1998-1, 4.3.5", code_site="a_g = 0.2 g, S = 1.2")
+
+
+class TestCode:
+    def test_duties_come_first_whatever_the_risk(self):
+        found = pieces_of(with_code(results()))
+        assert [(one.item, one.recommendation) for one in found[:3]] == [
+            ("held", WEAK),
+            ("rack", DUTY),
+            ("shelf", REDUCES),
+        ]
+        rows = piece_rows(with_code(results()))
+        held = dict(zip(rows.headings, next(row for row in rows.rows if row[0] == "held"), strict=True))
+        assert held["in 50 years"] == "–"  # (it falls no more as long as its anchors hold)
+
+    def test_tables(self):
+        given = with_code(results())
+        rows = piece_rows(given)
+        assert "code: EN 1998-1, 4.3.5)" in rows.title
+        assert "not checked" not in rows.title
+        cells = {row[0]: dict(zip(rows.headings, row, strict=True)) for row in rows.rows}
+        assert cells["rack"]["code"] == "required"
+        forces = code_rows(given)
+        rack = next(row for row in forces.rows if row[0] == "rack")
+        assert rack[2:] == ("required", "4.3.5", "0.40", "400", "250", "90\u00a0%")
+        assert code_rows(results()) is None
+        table = piece_table(given)
+        values = {row[0]: dict(zip(table.headings, row, strict=True)) for row in table.rows}
+        assert values["rack"]["code_force (N)"] == 400.0
+        assert values["held"]["code_demand_over_strength (1)"] == 1.2
+        assert not any("code" in heading for heading in piece_table(results()).headings)
+
+
+class TestBudget:
+    def test_law_before_safety_before_money(self):
+        """With 2,600: the rack (400, required), the shelves (2,000), the crate (20), and vase before cheap (200)."""
+        given = with_code(results())
+        items = given["item"].values
+        assert [*items[budget_set(given, 2650.0).chosen]] == ["rack", "shelf", "crate", "vase"]
+        assert [*items[budget_set(given, 2450.0).chosen]] == ["rack", "shelf", "crate"]
+        assert [*items[budget_set(given, 399.0).chosen]] == ["crate", "vase"]
+        # without a code the rack waits for the shelves, and pays best after them
+        assert [*items[budget_set(results(), 2100.0).chosen]] == ["shelf", "crate"]
+        assert [*items[budget_set(results(), 2420.0).chosen]] == ["rack", "shelf", "crate"]
+
+    def test_the_table_marks_them(self):
+        given = results()
+        chosen = budget_set(given, 2420.0).chosen
+        given = given.assign(budget_chosen=(("model", "item"), chosen[None])).assign_attrs(budget=2420.0)
+        rows = piece_rows(given)
+        cells = {row[0]: dict(zip(rows.headings, row, strict=True)) for row in rows.rows}
+        assert [name for name in LINES if cells[name]["for 2,420 EUR"] == "anchor"] == ["rack", "shelf", "crate"]
+        table = piece_table(given)
+        values = {row[0]: dict(zip(table.headings, row, strict=True)) for row in table.rows}
+        assert values["rack"]["within_budget"] == "yes"
+        assert values["vase"]["within_budget"] == "no"
 
 
 class TestTables:
@@ -237,9 +322,13 @@ class TestFiles:
         rack = next(row for row in rows if row["item"] == "rack")
         assert float(rack["payback (years)"]) == pytest.approx(400.0 / 120.0)
         assert rack["recommendation"] == WORTH
+        assert rack["damping_law"] == "one law"
 
     def test_xlsx(self, folder):
         path = piece_files.write_pieces(folder / "results.nc", folder / "export", "xlsx")
+        with zipfile.ZipFile(path) as parts:  # (nothing of it is of the clock)
+            assert {one.date_time[:3] for one in parts.infolist()} == {(1980, 1, 1)}
+            assert {*re.findall(rb"\d{4}-\d\d-\d\dT", parts.read("docProps/core.xml"))} == {b"1980-01-01T"}
         book = openpyxl.load_workbook(path)
         heading, *rows = book["pieces"].iter_rows(values_only=True)
         found = {row[0]: dict(zip(heading, row, strict=True)) for row in rows}
@@ -256,4 +345,28 @@ def test_curves_have_no_workbook(tmp_path, capsys):
     (tmp_path / "study.toml").write_text(crate_study("Curves", 3, 6, 0.02, 3), encoding="utf-8")
     tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
     assert main(["export", str(tmp_path / "out"), "--format", "xlsx"]) == 2
-    assert "--format xlsx is for the pieces of a performance study: csv holds curves" in capsys.readouterr().err
+    assert "--format xlsx is for pieces and annual rates, and there is no [hazard]" in capsys.readouterr().err
+
+
+def test_rates_of_blocks_as_a_workbook(tmp_path):
+    """Every block under every law: rate, chances, and the levels at which a tenth and a half fall."""
+    text = crate_study("Curves", 8, 6, 0.02, 6) + HAZARD
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+    found = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+    assert main(["export", str(tmp_path / "out"), "--format", "xlsx"]) == 0
+    book = openpyxl.load_workbook(tmp_path / "out" / "export" / "rates.xlsx")
+    heading, *rows = book["rates"].iter_rows(values_only=True)
+    assert [row[:3] for row in rows] == [
+        (block, None, law) for block in found["block"].values for law in found["model"].values
+    ]
+    first = dict(zip(heading, rows[0], strict=True))
+    rate = float(found["rate"][0, 0])
+    assert first["rate (year-1)"] == pytest.approx(rate)
+    assert first["chance_in_a_year (1)"] == pytest.approx(-math.expm1(-rate))
+    assert first["chance_in_50_years_upper (1)"] == pytest.approx(-math.expm1(-50.0 * float(found["rate_upper"][0, 0])))
+    median, beta = (float(found[name][0, 0]) for name in ("median", "dispersion"))
+    assert first["level_at_50_percent (m s-2)"] == pytest.approx(median)
+    assert first["level_at_10_percent (m s-2)"] == pytest.approx(median * math.exp(-1.2815515655 * beta))
+    assert main(["export", str(tmp_path / "out"), "--format", "xlsx", "--model", "housner"]) == 0
+    book = openpyxl.load_workbook(tmp_path / "out" / "export" / "rates.xlsx")
+    assert {row[2] for row in [*book["rates"].iter_rows(values_only=True)][1:]} == {"housner e=e_R"}

@@ -13,6 +13,7 @@ from toppling.studies.command.cli import main
 from toppling.studies.kinds.performance import ranking_of
 from toppling.studies.plan.estimates import ranking_of_measures
 from toppling.studies.plan.risk import risk_of
+from toppling.studies.report.summary import next_steps
 
 MODELS = """
 [[models]]
@@ -138,7 +139,8 @@ class TestRisk:
         for name in ("rate", "rate_lower", "probability", "probability_upper", "share"):
             np.testing.assert_array_equal(own[name], direct[name])
         out = capsys.readouterr().out
-        assert "P in 20 years" in out
+        assert "in 20 years" in out
+        assert "10 / 50 % at" in out
         said = " ".join(out.split())
         assert "Which width (m) overturns with a probability of 5 % in 20 years" in said
         width = found.size_width.values
@@ -249,6 +251,25 @@ class TestPerformance:
             "anchoring.png", "exceedance.png", "loss.png", "number.png",
         ]  # fmt: skip
 
+    def test_a_code_and_a_budget(self, tmp_path, capsys):
+        """The shelf is a matter of safety, on the ground: α S/2 by EN 1998-1; the cabinet names no risk to persons."""
+        columns = ",code_class,mass_kg,anchoring_cost,anchored,anchor_strength_n\n"
+        lines = INVENTORY.replace("\n", columns, 1).splitlines()
+        more = [lines[0], f"{lines[1]},storage,100,20,yes,100", f"{lines[2]},storage,80,50,no,"]
+        (tmp_path / "things.csv").write_text("\n".join(more), encoding="utf-8")
+        code = 'code = { standard = "ec8", ag_g = 0.25, soil_factor = 1.2, component_period_s = 0 }\nbudget = 100\n'
+        found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + code, HAZARD)
+        assert found["code_status"].values.tolist() == ["required", "not checked"]
+        np.testing.assert_allclose(found["code_force"].values, [0.3 / 2.0 * 980.665, np.nan])
+        np.testing.assert_allclose(found["code_ratio"].values, [0.3 / 2.0 * 9.80665, np.nan])
+        assert found["budget_chosen"].values.tolist() == [[False, True]] * found.sizes["model"]
+        out = capsys.readouterr().out
+        assert "Code requirements (EN 1998-1, 4.3.5; a_g = 0.25 g, S = 1.2; forces on one piece" in out
+        (sentence,) = (one for one in next_steps(found, []) if one.startswith("Strengthen"))
+        assert "“shelf”" in sentence
+        (sentence,) = (one for one in next_steps(found, []) if one.startswith("With 100 EUR"))
+        assert "anchor “cabinet” (floor 2), for 100 EUR: that prevents 100\u00a0% of the other falls" in sentence
+
     def test_given_a_level_and_as_a_scenario(self, tmp_path, capsys):
         found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + 'objective = "number"\nat_level = 4.0\n')
         assert found.attrs["basis"] == "intensity"
@@ -278,6 +299,24 @@ class TestPerformance:
             ((PERFORMANCE, IDA), "exactly one of ida, stripes, cloud, performance, got ida and performance"),
             ((PERFORMANCE, "[hazard]\nk0 = 1e-4\n"), "a hazard needs either file, or k0 and k"),
             ((PERFORMANCE + "variability = { restitution = 0.1 }\n",), "performance.variability.restitution"),
+            ((PERFORMANCE + "budget = 100\n",), "performance.budget needs anchoring_cost in the inventory"),
+            ((PERFORMANCE + "budget = -1\n",), "performance.budget: must be > 0"),
+            ((PERFORMANCE + 'code = { standard = "ec7" }\n',), "performance.code.standard: must be one of"),
+            (
+                (PERFORMANCE + 'code = { standard = "ec8", ag_g = 0.2 }\n',),
+                "performance.code: standard 'ec8' needs component_period_s and soil_factor",
+            ),
+            (
+                (PERFORMANCE + 'code = { standard = "asce7-22", sds_g = 1, design_category = "D", ag_g = 0.2 }\n',),
+                "performance.code: standard 'asce7-22' has no key 'ag_g'",
+            ),
+            (
+                (
+                    PERFORMANCE
+                    + 'code = { standard = "asce7-22", sds_g = 1, design_category = "D", importance = 1.2 }\n',
+                ),
+                r"performance.code: importance must be 1.0 or 1.5 by 'asce7-22' \(13.1.3\), got 1.2",
+            ),
         ],
     )
     def test_mistakes(self, tmp_path, parts, message):

@@ -14,7 +14,7 @@ from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
 from toppling.studies.tables.fragility import fragility_table, hints, measure_rows, risk_table, size_table
 from toppling.studies.text.curve_notes import crossing_notes, curve_notes, rate_notes
-from toppling.wording import three_digits
+from toppling.wording import three_digits, two_digits
 
 MODELS = """
 [[models]]
@@ -203,7 +203,7 @@ class TestRates:
         assert "of uplift" in str(fragility_table(found).title)
         housner = found.isel(model=0)
         assert (housner["rate_lower"] == housner["rate_upper"]).all()
-        assert cells(risk_table(found))[2].count("[italic]no width[/]") == 2
+        assert sum("no width" in cell for cell in cells(risk_table(found))[1]) == 2
         (note,) = (one for one in found.attrs["notes"].splitlines() if "no width" in one)
         assert "for 2 of 4 curves (narrow under housner e=e_R; wide under housner e=e_R)" in note
 
@@ -435,7 +435,7 @@ class TestPerformance:
         study(tmp_path, MODELS, MOTIONS, PERFORMANCE).run(tmp_path / "out")
         assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv"]) == 0
         table = (tmp_path / "out/export/pieces.csv").read_text(encoding="utf-8")
-        assert table.startswith("item,room,floor,pieces,probability_at_level (1)")
+        assert table.startswith("item,room,floor,pieces,damping_law,level (m s-2),probability_at_level (1)")
         assert main(["export", str(tmp_path / "out/results.nc"), "--format", "nrml"]) == 2
         said = capsys.readouterr().err
         assert "results of a performance study, which has no fragility curves: --format csv or xlsx writes" in said
@@ -455,14 +455,17 @@ class TestTables:
         found["rate"][0, 0], found["rate_lower"][0, 0], found["rate_upper"][0, 0] = 1 / 2137.0, 0.0, 1 / 1804.0
         for end, value in (("", 0.023456), ("_lower", 0.0), ("_upper", 0.0271)):
             found[f"risk_probability{end}"][0, 0] = value
+        ends = (found["fractile"][0, 0, 0], found["median"][0, 0])
+        levels = [two_digits(float(one) / 9.80665) for one in ends]
         table = risk_table(found)
         assert "(95 % over motions, hazard as given)" in str(table.title)
         assert [column[1] for column in cells(table)[1:]] == [
-            "2,140",
-            "above 1,800",
-            "2.35\u00a0%",
-            "0–2.71\u00a0%",
+            "2,140 (above 1,800)",
+            "0.0468\u00a0%",
+            "2.35\u00a0% (0–2.71)",
+            " / ".join(levels),
         ]
+        assert table.columns[-1].header == "10 / 50 % at PGA, g"
 
     def test_open_intervals_are_words(self, tmp_path):
         """No terminal table says inf: neither of medians nor of fractiles."""

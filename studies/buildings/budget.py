@@ -1,0 +1,99 @@
+"""The best lines of an inventory to anchor for a given sum of money."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import Bounds, LinearConstraint, milp
+
+from ...aliases import Array
+
+NODES = 20_000
+"""Most nodes of the search: lists of some hundred lines end long before, larger ones within the gap that is said."""
+RELATIVE = 1e-9
+"""Part of a gain that a later one may not cost."""
+
+
+class Choice(NamedTuple):
+    """The chosen lines, and by how much the best of all sets can be better, relative to it, at each goal."""
+
+    chosen: NDArray[np.bool_]
+    gaps: tuple[float, ...]
+
+
+def best_set(costs: Array, budget: float, goals: Sequence[Array]) -> Choice:
+    """Choose the lines whose cost is within the budget and that serve the first goal best, then the second, ….
+
+    Parameters
+    ----------
+    costs : ndarray, shape (line,)
+        Cost of each line, >= 0; lines with NaN are not chosen.
+    budget : float
+        Money that there is, >= 0.
+    goals : sequence of ndarray, shape (line,)
+        What each line adds to each goal, >= 0.
+
+    Returns
+    -------
+    Choice
+
+    Notes
+    -----
+    A knapsack problem for each goal, solved by branch and bound (scipy's HiGHS) with what the goals before gain as a
+    further constraint: exact where the search ends, which the gap says (0).  A line that adds to no goal is not chosen.
+
+    Examples
+    --------
+    >>> choice = best_set(np.array([6.0, 5.0, 5.0]), 10.0, [np.array([10.0, 6.0, 6.0])])
+    >>> choice.chosen.tolist(), choice.gaps
+    ([False, True, True], (0.0,))
+    """
+    gains = [np.asarray(one, dtype=float) for one in goals]
+    worth = np.any([one > 0.0 for one in gains], axis=0)
+    open_ = np.flatnonzero(np.isfinite(costs) & (costs <= budget) & worth)
+    chosen = np.zeros(costs.size, dtype=bool)
+    free = open_[costs[open_] == 0.0]
+    chosen[free] = True  # (nothing is saved by leaving them)
+    open_ = open_[costs[open_] > 0.0]
+    if not open_.size:
+        return Choice(chosen, (0.0,) * len(gains))
+    price = costs[open_] / budget
+    limits = [LinearConstraint(price[None], -np.inf, 1.0)]
+    gaps: list[float] = []
+    taken = np.zeros(open_.size, dtype=bool)
+    for gain in gains:
+        here = gain[open_]
+        whole = here.sum()
+        if not whole > 0.0:
+            gaps.append(0.0)
+            continue
+        found = milp(
+            -here / whole,
+            integrality=np.ones(open_.size, dtype=np.int64),
+            bounds=Bounds(0.0, 1.0),
+            constraints=limits,
+            options={"node_limit": NODES, "mip_rel_gap": 0.0},
+        )
+        if found.x is None:  # (the search stopped before it had any set that keeps the goals before)
+            gaps.append(math.inf)
+            break
+        taken = _affordable(found.x > 0.5, here, price)
+        reached = float((here[taken] / whole).sum())
+        bound = reached if found.mip_dual_bound is None else max(-float(found.mip_dual_bound), reached)
+        gaps.append((bound - reached) / reached if bound - reached > 1e-6 * reached else 0.0)
+        limits.append(LinearConstraint(here[None] / whole, reached * (1.0 - RELATIVE) - RELATIVE, np.inf))
+    chosen[open_[taken]] = True
+    return Choice(chosen, (*gaps, *(math.inf,) * (len(gains) - len(gaps))))
+
+
+def _affordable(taken: NDArray[np.bool_], gain: Array, price: Array) -> NDArray[np.bool_]:
+    """Return a set within the budget: the solver keeps to it up to its tolerance of a millionth."""
+    taken = taken.copy()
+    while math.fsum(price[taken]) > 1.0 + 1e-12:
+        inside = np.flatnonzero(taken)
+        taken[inside[np.argmin(gain[inside])]] = False
+    return taken

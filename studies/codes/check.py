@@ -1,0 +1,122 @@
+"""What any code says of a piece: whether it must be anchored, the design force, and what of it the anchor takes."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+from ...units import STANDARD_GRAVITY
+
+REQUIRED, EXEMPT, UNCHECKED = "required", "exempt", "not checked"
+CLASSES = ("storage", "laboratory", "equipment", "furniture", "movable")
+"""Classes of pieces: permanent floor-supported cabinets and shelves, laboratory equipment, mechanical and electrical
+equipment, other furniture, and what is temporary or moved about."""
+
+
+@dataclass(frozen=True)
+class Component:
+    """A piece as a code sees it: sizes (m), mass (kg), and what is known of its place and its anchor.
+
+    `kind` is one of `CLASSES`, '' where it is not known.  `z` is the height of its floor above the base, and `h` that
+    of the roof, m; None where they are not known.  `strength` is the design strength (N) of the anchors of one piece
+    against a horizontal force at `anchor_height` (m above its floor), None where they are not known.
+    """
+
+    width: float
+    height: float
+    cm_height: float
+    kind: str = ""
+    mass: float | None = None
+    importance: float | None = None
+    z: float | None = None
+    h: float | None = None
+    at_grade: bool = False
+    safety: bool = False
+    anchored: bool = False
+    strength: float | None = None
+    anchor_height: float | None = None
+
+    @property
+    def weight(self) -> float:
+        """Weight, N; NaN where the mass is not known."""
+        return math.nan if self.mass is None else self.mass * STANDARD_GRAVITY
+
+
+class Duty(NamedTuple):
+    """Whether a piece must be anchored, and the clause that says so."""
+
+    status: str
+    clause: str
+
+
+class CodeCheck(NamedTuple):
+    """What a code says of a piece; NaN where something is not known.
+
+    coefficient: design force over weight.  force: design force at the centre of mass, N.  demand: force on the anchor,
+    N.  ratio: demand over the strength of the anchor.  factors: how the coefficient comes about, in words.
+    """
+
+    status: str
+    clause: str
+    factors: str
+    coefficient: float
+    force: float
+    demand: float
+    ratio: float
+
+
+class Code(ABC):
+    """A building code with the parameters of a site and a building."""
+
+    title: ClassVar[str]
+    """The code and its clause on components."""
+
+    @property
+    @abstractmethod
+    def site(self) -> str:
+        """The parameters of the site, in words."""
+
+    @property
+    @abstractmethod
+    def held_down(self) -> float:
+        """Share of the weight that may be counted against overturning."""
+
+    @abstractmethod
+    def duty(self, one: Component) -> Duty:
+        """Return whether a piece must be anchored."""
+
+    @abstractmethod
+    def coefficient(self, one: Component) -> tuple[float, str]:
+        """Return the design force over the weight, and its factors in words; NaN with what is missing."""
+
+    def check(self, one: Component) -> CodeCheck:
+        """Check a piece; forces are computed where it must be anchored."""
+        status, clause = self.duty(one)
+        if status != REQUIRED:
+            return CodeCheck(status, clause, "", math.nan, math.nan, math.nan, math.nan)
+        found, factors = self.coefficient(one)
+        force = found * one.weight
+        demand = anchor_demand(force, self.held_down, one)
+        ratio = demand / one.strength if one.strength else math.nan
+        return CodeCheck(status, clause, factors, found, force, demand, ratio)
+
+
+def anchor_demand(force: float, held_down: float, one: Component) -> float:
+    """Return the horizontal force on the anchor of a piece, N.
+
+    With the height of the anchor h_a, by moments about the edge of the base, (F h_cm - w W b)/h_a with half the width b
+    and the share w of the weight W that may be counted, at least 0: the rest of F is to be held at the base, which is
+    not checked here.  Without that height the whole force F.
+
+    Examples
+    --------
+    >>> shelf = Component(width=0.4, height=2.0, cm_height=1.0, mass=100.0, anchor_height=1.9)
+    >>> round(anchor_demand(500.0, 0.9, shelf), 1)
+    170.2
+    """
+    if one.anchor_height is None:
+        return force
+    turning = force * one.cm_height - held_down * one.weight * one.width / 2.0
+    return max(turning, 0.0) / one.anchor_height

@@ -1,0 +1,90 @@
+"""EN 1998-1, 4.3.5: non-structural elements that must resist the design seismic action, and the force F_a."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from .check import EXEMPT, REQUIRED, UNCHECKED, Code, Component, Duty
+
+VERY_LOW, VERY_LOW_ON_SOIL = 0.04, 0.05
+"""a_g and a_g S, in g, up to which a site is of very low seismicity (recommended values)."""
+
+
+@dataclass(frozen=True)
+class Eurocode8(Code):
+    """EN 1998-1 at a site.
+
+    Parameters
+    ----------
+    ag : float
+        Design ground acceleration on type A ground a_g, in g.
+    soil : float
+        Soil factor S.
+    period : float
+        Fundamental period T_a of the anchored piece, s; 0 where it is rigid and rigidly held.
+    building_period : float, optional
+        Fundamental period T_1 of the building, s.
+    importance : float
+        Importance factor gamma_a of pieces that state none.
+    q : float, optional
+        Behaviour factor q_a of all pieces; where it is not given 2 for storage (table 4.4: anchorage of permanent
+        cabinets and book stacks supported by the floor) and 1 for others.
+
+    Notes
+    -----
+    F_a = S_a W_a gamma_a / q_a (4.24), S_a = alpha S [3 (1 + z/H)/(1 + (1 - T_a/T_1)²) - 0.5], at least alpha S (4.25).
+    Elements that might cause risks to persons in case of failure shall be verified (4.3.5.1(1)P): here those whose
+    consequences are a matter of safety, and those with gamma_a above 1.  In very low seismicity (a_g up to 0.04 g, or
+    a_g S up to 0.05 g: recommended values, national choice) the code need not be observed (3.2.1(5)P).
+
+    References
+    ----------
+    EN 1998-1:2004, Design of structures for earthquake resistance, 3.2.1, 4.3.5 (4.3.5.1 read, the formulas recalled).
+    """
+
+    ag: float
+    soil: float
+    period: float
+    building_period: float | None = None
+    importance: float = 1.0
+    q: float | None = None
+    title: ClassVar[str] = "EN 1998-1, 4.3.5"
+
+    @property
+    def site(self) -> str:
+        return f"a_g = {self.ag:g} g, S = {self.soil:g}"
+
+    @property
+    def held_down(self) -> float:
+        return 1.0
+
+    def duty(self, one: Component) -> Duty:
+        if self.ag <= VERY_LOW or self.ag * self.soil <= VERY_LOW_ON_SOIL:
+            return Duty(EXEMPT, "3.2.1(5)P: very low seismicity, where the national annex keeps its values")
+        if one.safety or (one.importance or self.importance) > 1.0:
+            return Duty(REQUIRED, "4.3.5.1(1)P")
+        return Duty(UNCHECKED, "4.3.5.1(1)P: its consequences name no risk to persons")
+
+    def coefficient(self, one: Component) -> tuple[float, str]:
+        if one.at_grade:
+            height = 0.0
+        elif one.z is None or one.h is None:
+            return math.nan, "the height of the floor is not known"
+        else:
+            height = one.z / one.h
+        if self.period == 0.0:
+            ratio = 0.0
+        elif self.building_period is None:
+            return math.nan, "the period of the building is not known"
+        else:
+            ratio = self.period / self.building_period
+        spectral = self.ag * self.soil * max(3.0 * (1.0 + height) / (1.0 + (1.0 - ratio) * (1.0 - ratio)) - 0.5, 1.0)
+        importance = one.importance or self.importance
+        q = self.q or (2.0 if one.kind == "storage" else 1.0)
+        words = (
+            f"S_a γ_a/q_a with S_a = {spectral:.3g} g (α = {self.ag:g}, S = {self.soil:g}, z/H = {height:.3g}, "
+            f"T_a/T_1 = {ratio:.3g}), γ_a = {importance:g}, q_a = {q:g}"
+        )
+        return spectral * importance / q, words
