@@ -20,6 +20,7 @@ FIGURES = {
     "uncertainty": ("uncertainty", "sobol"),
     "clinic": ("number", "exceedance", "anchoring"),
     "tower": ("fragility",),
+    "branches": ("branches",),
 }
 """What is shown of each study."""
 

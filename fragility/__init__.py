@@ -24,7 +24,9 @@ from .hazard.rates import discrete_rate, probability_in, rate_from_probability
 from .hazard.reading import HazardError
 from .numerics.proportions import binomial_interval, wilson_interval
 from .risk.annual_rate import annual_rate, rate_share_above
+from .risk.epistemic import Branch, epistemic_rates
 from .risk.inversion import Design, design_for_rate, size_for_rate
+from .risk.modelling import with_modelling
 from .risk.slenderness import slenderness_for_rate
 from .runs.plan import Chunk, Work, plan_chunks, run_chunk
 from .uncertainty.distributions import Beta, Categorical, Distribution, Lognormal, Normal, Uniform
@@ -41,6 +43,7 @@ from .validity.undecided import undecided_outcomes
 __all__ = [
     "FORMS",
     "Beta",
+    "Branch",
     "Categorical",
     "Chunk",
     "Design",
@@ -63,6 +66,7 @@ __all__ = [
     "curve_probability",
     "design_for_rate",
     "discrete_rate",
+    "epistemic_rates",
     "fit_fragility",
     "fit_lognormal",
     "goodness_of_fit",
@@ -97,6 +101,7 @@ __all__ = [
     "undecided_outcomes",
     "variance_shares",
     "wilson_interval",
+    "with_modelling",
     "write_curve_csv",
     "write_nrml",
     "write_pelicun",

@@ -83,12 +83,15 @@ def draw(results: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .tables.fragility import fragility_table, measure_rows, risk_table, size_table  # noqa: PLC0415
+    from .tables.fragility import fragility_table, measure_rows, risk_table, size_table, spread_rows  # noqa: PLC0415
 
     first = shown(results)
     yield fragility_table(first)
     if "rate" in results:
         yield risk_table(shown(results, RATE))
+    spread = spread_rows(shown(results, RATE) if "rate" in results else results)
+    if spread is not None:
+        yield plain_table(*spread)
     if "size_along" in results.attrs:
         yield size_table(results)
     if "measure_rank" in results:
@@ -98,6 +101,7 @@ def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
 
 def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .plan.estimates import ranking_of_measures  # noqa: PLC0415
+    from .plots.branches import spread_figure  # noqa: PLC0415
     from .plots.efficiency import ranking_figure  # noqa: PLC0415
     from .plots.fragility import fragility_figure  # noqa: PLC0415
     from .plots.risk import risk_figure  # noqa: PLC0415
@@ -106,6 +110,8 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     yield FRAGILITY, fragility_figure(first)
     if "rate" in results:
         yield "risk", risk_figure(shown(results, RATE))
+    if "epistemic_rate" in results:
+        yield "branches", spread_figure(shown(results, RATE))
     if "measure_rank" in results:
         ranking = ranking_of_measures(first)
         floors = ranking["floor"].values.tolist() if "floor" in ranking.dims else [None]

@@ -19,6 +19,7 @@ from ...doubts import warn
 from ...fragility import HazardCurve
 from ...fragility.curves.means import REPLICATES
 from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights
+from ...fragility.risk.modelling import MODELLING, blurred
 from ...fragility.runs.factors import dense
 from ...fragility.runs.labels import block_coordinates, law_coordinates
 from ...fragility.runs.request import runner_of
@@ -56,6 +57,7 @@ def assess(
     *,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     variability: Variability | None = None,
+    modelling_dispersion: float = 0.0,
     quantiles: Sequence[float] = (0.1, 0.5, 0.9),
     losses: Any = None,
     confidence: float = 0.95,
@@ -88,6 +90,10 @@ def assess(
         The ground motions of floor motions, with their labels; floor 0 of the floor motions where not given.
     variability : Variability, optional
         The differences between pieces of a line; where not given, pieces are alike and overturn together.
+    modelling_dispersion : float
+        beta_m of annual values, as `toppling.fragility.with_modelling` explains: how well the model's capacities are
+        known.  It is common to all pieces, so that the number that falls in a year is as wide as it can be; values
+        given a level hold none of it.
     quantiles : sequence of float
         Wanted quantiles of number and loss, between 0 and 1.
     losses : array_like, optional
@@ -168,7 +174,10 @@ def assess(
     shaking = Shaking.of(building, motions, ground, im == SCALE)
     floors = shaking.used(inventory)
     scaled = scaling(levels, shaking.ground, im, (), shaking.ground)
-    weights = None if hazard is None else _weights(scaled, hazard)
+    beta = checks.number("modelling_dispersion", modelling_dispersion, at_least=0.0, at_most=5.0)
+    if beta > 0.0 and hazard is None:
+        raise ValueError(f"modelling_dispersion is of annual values, which need a hazard, got {beta:g} without one")
+    weights = None if hazard is None else _weights(scaled, hazard, beta)
     thresholds = _losses(losses, inventory)
     warn([*block_doubts([row.block for row in inventory.rows]), *record_doubts(shaking.ground)])
     flags = _run(inventory, laws, shaking, floors, scaled, im, variability, runner, progress)
@@ -199,6 +208,7 @@ def assess(
         "variability": None if variability is None else variability.plain,
         "replicates": precision.replicates,
         "seed": precision.seed,
+        MODELLING: beta,
     }
     as_they_are = scaled.name == SCALE and scaled.levels.tolist() == [1.0]
     return xr.Dataset(
@@ -221,6 +231,7 @@ def assess(
             "currency": inventory.currency,
             "confidence": precision.confidence,
             "pieces": "alike" if variability is None else variability.pieces,
+            MODELLING: beta,
             **provenance(configuration),
         },
     )
@@ -293,7 +304,7 @@ def _shifted(progress: Callable[[int, int], None], before: int, total: int) -> C
     return lambda done, _: progress(before + done, total)
 
 
-def _weights(scaled: Scaling, hazard: Hazard) -> LevelWeights:
+def _weights(scaled: Scaling, hazard: Hazard, beta: float) -> LevelWeights:
     """Return the hazard curve as weights of the levels; ValueError where it is of another measure."""
     hazard_points(hazard)
     of, units = getattr(hazard, "im", None), getattr(hazard, "units", None)
@@ -303,11 +314,20 @@ def _weights(scaled: Scaling, hazard: Hazard) -> LevelWeights:
         raise ValueError(f"levels of the hazard must be in {scaled.units}, got {units!r}")
     if getattr(hazard, "at", "ground") != "ground":
         raise ValueError("hazard must be of the ground, whose measure the levels are of, got one of a floor")
-    return level_weights(scaled.levels, covering(hazard, scaled.levels) if isinstance(hazard, HazardCurve) else hazard)
+    if isinstance(hazard, HazardCurve):
+        return level_weights(scaled.levels, covering(hazard, scaled.levels, beta))
+    if beta > 0.0:
+        raise TypeError(f"modelling_dispersion needs a HazardCurve, got {checks.kind(hazard)}")
+    return level_weights(scaled.levels, hazard)
 
 
-def covering(hazard: HazardCurve, levels: Array) -> HazardCurve:
-    """Return the hazard as points from a step below the levels to above them, its ends extended with their slopes."""
+def covering(hazard: HazardCurve, levels: Array, modelling: float = 0.0) -> HazardCurve:
+    """Return the hazard as points from a step below the levels to above them, its ends extended with their slopes.
+
+    With `modelling` (beta_m) the hazard is that of `blurred`, under which rates are means over what the model may be.
+    """
+    if modelling > 0.0:
+        return blurred(hazard, modelling, levels)
     lowest = min(hazard.levels[0], levels[0] ** 2 / levels[1] if levels.size > 1 else levels[0])
     highest = max(hazard.levels[-1], levels[-1])
     # (between points this close a second-order curve is nearly straight)

@@ -10,6 +10,7 @@ import xarray as xr
 from ...aliases import Array
 from ...fragility import HazardCurve
 from ...fragility.hazard.levels import line_weights
+from ...fragility.risk.modelling import MODELLING
 from ...wording import whole_percent
 from ..text.curve_notes import NOTABLE, SETTLED
 from ..text.words import level_text
@@ -64,7 +65,7 @@ def anchored_text(here: xr.Dataset) -> str:
 def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
     """Notes on annual values that hang on few levels, or come from above the hazard curve's own: a sentence each."""
     levels = assessment["level"].values
-    curve = covering(hazard, levels)
+    curve = covering(hazard, levels, float(assessment.attrs.get(MODELLING, 0.0)))
     last = float(hazard.levels[-1])
     # only events above the hazard curve's last level count; without the others the curve is flat below that level
     rarer = _Points(np.asarray(curve.levels), np.minimum(curve.rates, float(hazard.rates[-1])), curve.im, curve.units)

@@ -289,6 +289,9 @@ class PerformanceTable(Table):
         Literal["recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item"],
         Field(description="Order of the pieces in their table."),
     ] = "recommendation"
+    modelling_dispersion: Annotated[
+        float, Field(ge=0.0, le=5.0, description="β_m of annual values, common to all pieces; 0: not counted.")
+    ] = 0.0
     code: Annotated[
         CodeTable | None, KeyInfo("code requirements are not checked"), Field(description="A building code.")
     ] = None
@@ -324,6 +327,20 @@ class FitTable(Table):
         str | float, Field(description="What counts: overturned, uplifted, or a number, |θ|/α beyond it.")
     ] = "overturned"
     confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")] = 0.95
+    modelling_dispersion: Annotated[
+        float, Field(ge=0.0, le=5.0, description="β_m: how well the medians of the model are known; 0: not counted.")
+    ] = 0.0
+    modelling: Annotated[
+        Literal["mean", "fractiles"], Field(description="Whether β_m is in the mean rate or in its fractiles.")
+    ] = "mean"
+
+    @model_validator(mode="after")
+    def _modelled(self) -> Self:
+        if self.modelling_dispersion > 0.0 and self.form != "lognormal":
+            raise ValueError(f"fit.modelling_dispersion is for lognormal curves, got form {self.form!r}")
+        if self.modelling == "fractiles" and self.modelling_dispersion == 0.0:
+            raise ValueError("fit.modelling = 'fractiles' needs fit.modelling_dispersion > 0")
+        return self
 
     def build(self) -> Fit:
         """Make the options of the fit; ValueError where there is no such state."""

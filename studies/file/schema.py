@@ -23,6 +23,7 @@ from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
 from .analyses import CloudTable, FitTable, IdaTable, MeasuresTable, PerformanceTable, ScreenTable, StripesTable
 from .blocks import BlockTable
+from .branches import OF_HAZARD, OF_MOTIONS, BranchTable, HazardSetTable, MotionSetTable
 from .hazard import HazardTable
 from .include import read_content
 from .models import ModelTable
@@ -111,6 +112,22 @@ class StudyFile(Table):
         None
     )
 
+    branches: Annotated[
+        list[BranchTable] | None,
+        KeyInfo("none"),
+        Field(min_length=1, max_length=3, description="Weights of what is not known, one table for each kind."),
+    ] = None
+    motion_sets: Annotated[
+        list[MotionSetTable] | None,
+        KeyInfo("none"),
+        Field(min_length=1, max_length=20, description="Other motions, for branches of motions."),
+    ] = None
+    hazards: Annotated[
+        list[HazardSetTable] | None,
+        KeyInfo("none"),
+        Field(min_length=1, max_length=100, description="Other hazard curves, for branches of the hazard."),
+    ] = None
+
     @field_validator("title")
     @classmethod
     def _seen(cls, title: str) -> str:
@@ -159,6 +176,7 @@ class StudyFile(Table):
             given = [name for name in apart if getattr(self, name) is not None]
             if given:
                 raise ValueError(f"a study with sensitivity has no {given[0]}")
+        self._check_branches()
         if self.building is not None and self.buildings is not None:
             raise ValueError("a study has one building or several buildings, not both keys")
         names = [one.name for one in self.buildings or []]
@@ -169,6 +187,38 @@ class StudyFile(Table):
         if self._stand and self.motions.floors_file is not None:
             raise ValueError("a building needs ground motions, got motions.floors_file, which are of floors already")
         return self
+
+    def _check_branches(self) -> None:
+        """Raise a ValueError where branches, their motions and their hazards do not go together."""
+        sets = {
+            OF_MOTIONS: [one.name for one in self.motion_sets or []],
+            OF_HAZARD: [one.name for one in self.hazards or []],
+        }
+        keys = {OF_MOTIONS: "motion_sets", OF_HAZARD: "hazards"}
+        kinds = [one.of for one in self.branches or []]
+        modelled = self.fit is not None and self.fit.modelling == "fractiles"
+        if self.branches is None and not any(sets.values()) and not modelled:
+            return
+        if self.kind != "fragility":
+            raise ValueError(f"branches are for fragility studies of known blocks, not for a {self.kind} study")
+        if self.hazard is None:
+            what = "branches" if self.branches is not None or any(sets.values()) else "fit.modelling = 'fractiles'"
+            raise ValueError(f"{what}: they spread an annual rate, which needs a [hazard]")
+        if len(set(kinds)) < len(kinds):
+            raise ValueError(f"branches hold one table for each kind, got {', '.join(kinds)}")
+        for kind, names in sets.items():
+            known = [kind, *names]
+            if len(set(known)) < len(known):
+                raise ValueError(f"{keys[kind]} need names that differ from each other and from {kind!r}")
+            asked = next((one.names for one in self.branches or [] if one.of == kind), [])
+            for name in asked:
+                if name not in known:
+                    raise ValueError(f"branches of {kind} must name {', '.join(map(repr, known))}, got {name!r}")
+            unused = [name for name in names if name not in asked]
+            if unused:
+                raise ValueError(f"{keys[kind]} {unused[0]!r} is in no branch: name it with its weight")
+        if sets[OF_MOTIONS] and self.stripes is not None:
+            raise ValueError("branches of motions need ida or cloud: stripes have motions of their own at each level")
 
     @property
     def kind(self) -> str:
@@ -191,6 +241,10 @@ class StudyFile(Table):
     def _stand(self) -> list[BuildingTable]:
         """The tables of the buildings that blocks stand in."""
         return [self.building] if self.building is not None else self.buildings or []
+
+    def other(self, motions: MotionsTable) -> Self:
+        """Return the study with other motions, and without branches."""
+        return self.model_copy(update={"motions": motions, "branches": None, "motion_sets": None, "hazards": None})
 
     def shaking(self, folder: Path) -> list[MotionSet]:
         """Compute the motions in the buildings, one set for all levels or each stripe; ValueError as of the tables."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Self
@@ -9,7 +10,8 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import xarray as xr
 
 from ...aliases import Progress
-from ...fragility import notes, screen
+from ...doubts import Doubt
+from ...fragility import notes, screen, with_modelling
 from ...fragility.fitting.states import state_name
 from ...fragility.risk.inversion import check_family
 from ...fragility.runs.scaling import BLOCK_MEASURES
@@ -17,10 +19,14 @@ from ...fragility.validity.undecided import perturbed_runs
 from ...models import Block, Law
 from ...models.friction import FixedFriction, Friction
 from ...wording import counted
+from ..file.branches import OF_HAZARD, OF_MODELS, OF_MOTIONS
 from ..file.schema import StudyFile
+from ..plan.branches import BRANCH_COORDINATES, Branches
 from ..plan.designs import Design
 from ..plan.estimates import LOW_SHARE, Fit, ranked
 from ..plan.risk import Risk
+from ..text.curve_notes import modelling_note
+from ..text.words import reference_position
 from .study import (
     CURVE_BYTES,
     REPLICATE_BYTES,
@@ -56,6 +62,44 @@ OBSERVED = ("probability", "probability_lower", "probability_upper")
 SIZE = ("size_along", "size_probability")
 
 
+def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branches | None:
+    """Return the weighted branches of a study, None where it has none; ValueError for laws that it lacks."""
+    modelling = study.fit.in_fractiles
+    if study.risk is None or (content.branches is None and modelling == 0.0):
+        return None
+    asked = {one.of: one.shares for one in content.branches or []}
+    labels = [model.label for model in study.models]
+    if OF_MODELS in asked:
+        models: dict[str, float] = {}
+        for name, weight in asked[OF_MODELS].items():
+            found = [model.label for model in study.models if name in (model.label, model.law)]
+            if len(found) != 1 or found[0] in models:
+                allowed = ", ".join(map(repr, labels))
+                raise ValueError(f"branches of models must name one law each of {allowed}, got {name!r}")
+            models[found[0]] = weight
+    else:  # (the law that every report takes first)
+        models = {labels[reference_position([model.law for model in study.models])[0]]: 1.0}
+    others = {one.name: one.motions for one in content.motion_sets or []}
+    motions: dict[str, tuple[Design | None, float]] = {}
+    for name, weight in asked.get(OF_MOTIONS, {OF_MOTIONS: 1.0}).items():
+        if name == OF_MOTIONS:
+            motions[name] = None, weight
+            continue
+        try:
+            motions[name] = content.other(others[name]).design(folder), weight
+        except ValueError as error:
+            raise ValueError(f"motion_sets {name!r}: {error}") from None
+    curves = {one.name: one.hazard for one in content.hazards or []}
+    hazards = {}
+    for name, weight in asked.get(OF_HAZARD, {OF_HAZARD: 1.0}).items():
+        try:
+            curve = study.risk.hazard if name == OF_HAZARD else curves[name].build(content.analysis.im, folder)
+        except ValueError as error:
+            raise ValueError(f"hazards {name!r}: {error}") from None
+        hazards[name] = replace(curve, at=study.risk.hazard.at), weight
+    return Branches(models, motions, hazards, modelling)
+
+
 def _fit(content: StudyFile) -> Fit:
     """Return the options of the fit; with a hazard the table of rates gives the level of a probability, too."""
     found = LOGNORMAL if content.fit is None else content.fit.build()
@@ -82,6 +126,7 @@ class FragilityStudy(BlockStudy, Study):
     risk: Risk | None = None
     measures: tuple[str, ...] | None = None
     outputs: tuple[str, ...] = OUTPUTS
+    branches: Branches | None = None
     kind: ClassVar[str] = "fragility"
 
     @classmethod
@@ -100,11 +145,19 @@ class FragilityStudy(BlockStudy, Study):
             None if content.measures is None else tuple(content.measures.also or ()),
             OUTPUTS if content.outputs is None else tuple(content.outputs),
         )
+        study = replace(study, branches=_branches(content, folder, study))
         # errors in the combination of blocks, laws, motions and levels are raised before the work, not during it
         check_laws(content, study.blocks, study.models)
         study.design.check(study.blocks)
         if study.risk is not None:
             study.risk.check(study.design, content.motions.floors_file is not None)
+        for name, design in study.further.items():
+            try:
+                design.check(study.blocks)
+                if design.floors != study.design.floors:
+                    raise ValueError(f"must be of the same floors, got {', '.join(design.floors) or 'the ground'}")
+            except ValueError as error:
+                raise ValueError(f"motion_sets {name!r}: {error}") from None
         if study.risk is not None and study.risk.along is not None:
             if len(study.blocks) < 2:
                 raise ValueError(f"hazard.along {study.risk.along!r} needs blocks that differ in it, got one block")
@@ -119,7 +172,11 @@ class FragilityStudy(BlockStudy, Study):
     def words(self) -> str:
         of = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')} × {self.design.words}"
         again = f", and {self.perturbed_runs:,} more, perturbed by one millionth, to see whether outcomes are stable"
-        return f"{of} = {counted(self.runs, 'run')}{again if self.perturbed_runs else ''}"
+        other = f", and {self.further_runs:,} under the motions of {counted(len(self.further), 'branch')}"
+        return (
+            f"{of} = {counted(self.runs, 'run')}{again if self.perturbed_runs else ''}"
+            f"{other if self.further_runs else ''}"
+        )
 
     @property
     def runs(self) -> int:
@@ -127,7 +184,27 @@ class FragilityStudy(BlockStudy, Study):
 
     @property
     def work(self) -> int:
-        return self.runs + self.perturbed_runs
+        return self.runs + self.perturbed_runs + self.further_runs
+
+    @property
+    def further(self) -> dict[str, Design]:
+        """The designs of branches beside the study's own, by name."""
+        return {} if self.branches is None else self.branches.designs
+
+    @property
+    def further_runs(self) -> int:
+        """Number of runs under the motions of branches."""
+        return len(self.blocks) * len(self.models) * sum(design.runs for design in self.further.values())
+
+    @property
+    def arrays(self) -> Iterable[xr.DataArray]:
+        others = [array for design in self.further.values() for array in (*design.arrays, *design.below)]
+        return (*super().arrays, *others)
+
+    @property
+    def doubts(self) -> list[Doubt]:
+        others = [one for design in self.further.values() for one in design.doubts]
+        return [*super().doubts, *others]
 
     @property
     def curves(self) -> int:
@@ -171,6 +248,21 @@ class FragilityStudy(BlockStudy, Study):
         each_motion = self.design.runs // self.design.shakes
         return perturbed_runs(len(self.blocks), self.models, each_motion, self.design.shakes, self.undecided)
 
+    def _spread(self, curves: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
+        """Run the motions of branches, and return the rates over all branches."""
+        assert self.branches is not None
+        assert self.risk is not None
+        done = self.runs + self.perturbed_runs
+
+        def fitted(design: Design) -> xr.Dataset:
+            nonlocal done
+            each = part_of(progress, done, self.work)
+            runs = design.run(self.blocks, self.models, self.fit.outputs, client, each)
+            done += len(self.blocks) * len(self.models) * design.runs
+            return self.fit.curves(runs, True, telling=client.tell)
+
+        return self.branches.of(curves, fitted, self.risk, self.fit.seed)
+
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         results = self.design.run(
             self.blocks,
@@ -195,22 +287,34 @@ class FragilityStudy(BlockStudy, Study):
             found |= ranking.data_vars
             attributes["ranking"] = ranking.attrs["ranking"]
         said = self.fit.notes(curves, results)
+        coordinates = {}
         if self.risk is not None:
             highest = self.design.highest(results)
-            rates = self.risk.of(curves, self.fit.confidence, highest, self.fit.state, client.tell)
-            said += self.risk.notes(rates, curves, highest, self.design)
+            modelled = with_modelling(curves, self.fit.in_mean) if self.fit.in_mean else curves
+            rates = self.risk.of(modelled, self.fit.confidence, highest, self.fit.state, client.tell)
+            said += self.risk.notes(rates, modelled, highest, self.design)
             found |= rates.data_vars
             attributes |= {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}
+            if self.branches is not None:
+                spread = self._spread(curves, client, progress)
+                found |= spread.data_vars
+                coordinates = {name: spread.coords[name] for name in BRANCH_COORDINATES}
+            attributes |= {"modelling_dispersion": self.fit.modelling_dispersion, "modelling": self.fit.modelling}
+            said.append(modelling_note(self.fit.modelling_dispersion, self.fit.modelling))
         kept = curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
         found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
         if self.design.levels.size:
             found |= self.fit.probabilities(results).data_vars
         if "floor" in curves.dims:  # (the dimension of the curves takes the name)
             results = results.rename(floor="motion_floor")
-        return results.assign(found).assign_attrs(
-            **attributes,
-            confidence=self.fit.confidence,
-            state=state_name(self.fit.state),
-            screen=screened.attrs["screen"],
-            notes="\n".join([*said, *notes(screened)]),
+        return (
+            results.assign_coords(coordinates)
+            .assign(found)
+            .assign_attrs(
+                **attributes,
+                confidence=self.fit.confidence,
+                state=state_name(self.fit.state),
+                screen=screened.attrs["screen"],
+                notes="\n".join([*said, *notes(screened)]),
+            )
         )

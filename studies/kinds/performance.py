@@ -38,7 +38,9 @@ from ..buildings.variables import JOINT, variable
 from ..codes.check import Code
 from ..file.analyses import LevelsTable, PerformanceTable
 from ..file.schema import StudyFile
+from ..plan.estimates import MEAN as IN_MEAN
 from ..plan.reading import Reading
+from ..text.curve_notes import modelling_note
 from ..text.words import level_text
 from .study import SLAB_BYTES_A_RUN, Study, each, plain
 
@@ -75,6 +77,7 @@ class PerformanceStudy(Study):
     sort: str
     code: Code | None = None
     budget: float | None = None
+    modelling: float = 0.0
     generator: Generator | None = None
     kind: ClassVar[str] = "performance"
 
@@ -106,6 +109,8 @@ class PerformanceStudy(Study):
             code = None if asked.code is None else asked.code.build(building)
         except ValueError as error:
             raise ValueError(f"performance.code: {error}") from None
+        if asked.modelling_dispersion > 0.0 and hazard is None:
+            raise ValueError("performance.modelling_dispersion is of annual values, which need a [hazard]")
         if asked.budget is not None and all(row.anchoring_cost is None for row in inventory.rows):
             raise ValueError("performance.budget needs anchoring_cost in the inventory, which gives none")
         study = cls(
@@ -127,6 +132,7 @@ class PerformanceStudy(Study):
             asked.sort,
             code,
             asked.budget,
+            asked.modelling_dispersion,
             content.motions.made_by(folder),
         )
         allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
@@ -241,6 +247,7 @@ class PerformanceStudy(Study):
                 self.building,
                 self.hazard,
                 variability=self.variability,
+                modelling_dispersion=self.modelling,
                 replicates=self.replicates,
                 seed=self.seed,
                 client=client,
@@ -257,7 +264,9 @@ class PerformanceStudy(Study):
         whole = ranked.reindex(item=found["item"])
         blocks = [row.block for row in self.inventory.rows]
         screened = preliminary_screen(blocks, self.models, found.sizes["motion"], "item")
-        said = [*notes(found), *([] if self.hazard is None else hazard_notes(found, self.hazard))]
+        said = notes(found)
+        if self.hazard is not None:
+            said += [*hazard_notes(found, self.hazard), modelling_note(self.modelling, IN_MEAN)]
         if self.at is not None and self.levels.size > 1 and "at_level" not in self.configuration["performance"]:
             middle = level_text(self.at, found["level"])
             said.append(f"performance.at_level is not given: table and ranking are of the middle level, {middle}")

@@ -19,6 +19,8 @@ from ..text.curve_notes import crossing_notes, curve_notes
 
 RANK = "measure_"
 """Prefix of the names of the ranking's variables, beside the other variables of the results."""
+MEAN = "mean"
+"""Where the modelling uncertainty goes: into the mean rate, else into its fractiles."""
 LOW_SHARE = 0.1
 """Probability whose level is given beside the median where there is a hazard."""
 
@@ -36,6 +38,18 @@ class Fit:
     seed: int = 0
     state: State = OVERTURNED
     confidence: float = 0.95
+    modelling_dispersion: float = 0.0
+    modelling: str = MEAN
+
+    @property
+    def in_mean(self) -> float:
+        """beta_m where the mean rate holds it, else 0."""
+        return self.modelling_dispersion if self.modelling == MEAN else 0.0
+
+    @property
+    def in_fractiles(self) -> float:
+        """beta_m where the fractiles of the rate hold it, else 0."""
+        return 0.0 if self.modelling == MEAN else self.modelling_dispersion
 
     @property
     def outputs(self) -> tuple[str, ...]:

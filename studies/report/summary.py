@@ -36,6 +36,7 @@ from ..tables.assessment import pieces_at
 from ..tables.sensitivity import GREEK, claims_of
 from ..text.block_order import places
 from ..text.curve_notes import reached_of, verb_of
+from ..text.spread import spread_sentence
 from ..text.words import axis_of, display_unit, floor_name, level_text, reference_law
 from .answers import largest_share
 from .results_file import without_motions
@@ -102,7 +103,10 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     most = largest_share(first) if str(results.attrs["kind"]) == "uncertainty" else None
     if most is not None:
         yield f"Of why that differs from case to case, the largest part ({100.0 * most[1]:.0f}\u00a0%) is: {most[0]}."
-    if "risk_probability" in first:
+    if "epistemic_rate" in first:
+        modelling = float(results.attrs.get("modelling_dispersion", 0.0))
+        yield spread_sentence(first, f"{name}{where}", verb, modelling)
+    elif "risk_probability" in first:
         yield _chance_in_years(first, f"{name}{where}", verb, float(results.attrs["years"]))
 
 
@@ -166,7 +170,8 @@ def _chance_in_years(first: xr.Dataset, name: str, verb: str, years: float) -> s
     chance, low, high = (float(first[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
     if not np.isfinite(chance):
         return "How often that is cannot be told: there is no curve."
-    ends = "" if low == high else f" ({chances_between(low, high, about_percent)}, taking the hazard as given)"
+    rest = "from the choice of motions alone; law, hazard and model are taken as given"
+    ends = "" if low == high else f" ({chances_between(low, high, about_percent)}, {rest})"
     return f"The chance that {name} {verb} within {years:g} years is about {about_percent(chance)}{ends}."
 
 

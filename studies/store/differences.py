@@ -40,6 +40,7 @@ def _motions_of(study: Any) -> list[dict[str, Any]]:
         return []
     tables = [study.get("motions")]
     tables += [one.get("motions") or {} for one in (study.get("stripes") or {}).get("at", [])]
+    tables += [one.get("motions") for one in study.get("motion_sets") or []]
     found = [one for one in tables if isinstance(one, dict)]
     return found if len(found) == len(tables) else []
 

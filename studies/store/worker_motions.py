@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...fragility.runs.cluster import Cluster, Remake
 from ...motions.arrays import Record, records
+from ..file.motions import MotionsTable
 from ..file.schema import StudyFile
 from .differences import makes_motions
 
@@ -28,8 +29,13 @@ def cluster(client: Client, configuration: dict[str, Any], digests: Iterable[str
 def motions_again(configuration: str) -> list[Record]:
     """Generate all motions of a study, of floors and of the ground below them, from its file's content (JSON)."""
     content = json.loads(configuration)
-    # (the hazard does not affect the motions, and with its defaults filled in it is not valid for every study)
-    content.pop("hazard", None)
-    sets = StudyFile.model_validate(content).shaking(Path())
+    others = content.pop("motion_sets", [])
+    # (these do not affect the motions, and with defaults filled in a hazard is not valid for every study)
+    for key in ("hazard", "hazards", "branches", "fit"):
+        content.pop(key, None)
+    study = StudyFile.model_validate(content)
+    sets = study.shaking(Path())
+    for one in others:
+        sets += study.other(MotionsTable.model_validate(one["motions"])).shaking(Path())
     arrays = [array for one in sets for array in (*one.motions, *one.ground)]
     return [record for array in arrays for record in records(array)]

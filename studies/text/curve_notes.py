@@ -176,6 +176,23 @@ def _span(low: float, high: float, like: xr.DataArray) -> str:
     return f"{level_text(low, like)} to {level_text(high, like)}"
 
 
+def modelling_note(dispersion: float, where: str) -> str:
+    """Return what the rates hold of modelling uncertainty, in a sentence.
+
+    Examples
+    --------
+    >>> modelling_note(0.3, "mean")
+    'rates hold a modelling uncertainty of β_m = 0.3, in the mean'
+    """
+    if dispersion == 0.0:
+        return (
+            "rates hold no modelling uncertainty (modelling_dispersion = 0; FEMA P-58 combines two parts of 0.1 to "
+            "0.4 each)"
+        )
+    place = "in the mean" if where == "mean" else "in the fractiles, not in the rates of single curves"
+    return f"rates hold a modelling uncertainty of β_m = {dispersion:g}, {place}"
+
+
 def rate_notes(rates: xr.Dataset, settled: xr.DataArray, hazard_end: float, levels_end: str, cure: str) -> list[str]:
     """Notes on rates that come from shaking beyond the hazard curve or beyond the levels: one sentence each.
 

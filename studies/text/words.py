@@ -5,7 +5,8 @@ Nothing here draws, so that tables and messages load no plotting library.
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
+
 import xarray as xr
 
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
@@ -101,7 +102,10 @@ def reference_law(results: xr.Dataset) -> tuple[int, bool]:
     """
     law = results.coords.get("law")
     if law is not None and law.dims == ("model",):
-        found = np.flatnonzero(law.values == REFERENCE_LAW)
-        if found.size:
-            return int(found[0]), True
+        return reference_position([str(one) for one in law.values])
     return 0, False
+
+
+def reference_position(laws: Sequence[str]) -> tuple[int, bool]:
+    """Return what `reference_law` returns, of short names of laws."""
+    return (laws.index(REFERENCE_LAW), True) if REFERENCE_LAW in laws else (0, False)

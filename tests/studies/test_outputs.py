@@ -29,6 +29,7 @@ STUDIES = {
     "cloud": ("cloud", "", ""),
     "risk": ("risk", EVERY_OUTPUT, FIT + "[screen]\nfriction = 0.4\nfriction_dispersion = 0.2\n"),
     "tower": ("tower", "", FIT),
+    "branches": ("branches", "", ""),
     "uplift": ("cloud", "", FIT + 'form = "uplift-lognormal"\n'),
     "isotonic": ("stripes", "", '[fit]\nform = "isotonic"\nreplicates = 100\n'),
     "uncertainty": ("uncertainty", "", YEAR + FIT),
@@ -60,22 +61,12 @@ def results(tmp_path_factory):
 
 
 TABLES = (
-    "runs",
-    "curves",
-    "year",
-    "measures",
-    "samples",
-    "varied",
-    "given",
-    "annual",
-    "ranking",
-    "duties",
-    "standing",
-    "screen",
+    *("runs", "curves", "year", "branches", "measures", "samples", "varied"),
+    *("given", "annual", "ranking", "duties", "standing", "screen"),
 )
 """The page's tables in their order."""
 OF_KIND = {
-    "fragility": ("runs", "curves", "year", "measures", "standing", "screen"),
+    "fragility": ("runs", "curves", "year", "branches", "measures", "standing", "screen"),
     "uncertainty": ("samples", "curves", "year", "standing"),
     "sensitivity": ("varied",),
     "performance": ("given", "annual", "ranking", "duties", "standing"),

@@ -1,0 +1,290 @@
+"""Annual rates over weighted branches of models, motions and hazards, with modelling uncertainty: what is not known.
+
+What differs from earthquake to earthquake is in the curves; what one does not know (which model is right, which motions
+the site will see, where the hazard curve lies, how far the model is off) spreads the rate itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ...streams import stream
+from ...units import DIMENSIONLESS, PER_YEAR, provenance
+from ..curves.curve import REFUSE, CurveArrays, TabulatedCurves, coordinates_on, has_replicates
+from ..hazard.curve import HazardCurve
+from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND
+from .common_measure import in_hazard_measure
+from .convolution import rates_of
+from .modelling import MODELLING, with_modelling
+
+FRACTILES = (0.05, 0.16, 0.5, 0.84, 0.95)
+SAMPLES = 1000
+"""Samples of the modelling uncertainty where curves hold no replicates."""
+MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT = (
+    "models",
+    "motions",
+    "hazard",
+    "modelling",
+    "number of motions",
+    "together",
+)
+SOURCES = (MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT)
+"""What spreads a rate: branches of models, motions and hazards; beta_m; the finite number of motions; and what branches
+do together."""
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """One combination: curves under one model and set of motions, a hazard curve, names, and its weight (> 0)."""
+
+    model: str
+    motions: str
+    hazard_name: str
+    curves: xr.Dataset
+    hazard: HazardCurve
+    weight: float
+
+
+class _Rates(NamedTuple):
+    """Rates of one branch: of its best estimate (curve,), and samples (curve, replicate, realisation) with and without
+    modelling uncertainty; weights of the realisations.
+    """
+
+    mean: Array
+    samples: Array
+    modelled: Array
+    weights: Array
+
+
+def epistemic_rates(
+    branches: Sequence[Branch],
+    modelling_dispersion: float = 0.0,
+    *,
+    fractiles: Sequence[float] = FRACTILES,
+    below: str = EXTEND,
+    above: str = EXTEND,
+    outside: str = REFUSE,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Return fractiles and the mean of annual rates over weighted branches, and what spreads them.
+
+    Parameters
+    ----------
+    branches : sequence of Branch
+        All combinations of models, motions and hazards with their weights, which sum to 1.  Curves are of the same
+        blocks, in the measure of their hazard; with replicates (`fit_fragility`, ``keep_replicates``) the finite number
+        of motions counts, with realisations of a hazard its own uncertainty.
+    modelling_dispersion : float
+        beta_m, the modelling uncertainty of the medians, as `with_modelling` explains; common to all branches.
+    fractiles : sequence of float
+        Probabilities, between 0 and 1.
+    below, above, outside : str
+        As for `annual_rate`.
+    seed : int
+        Of the pairing of replicates with samples of the modelling uncertainty.
+
+    Returns
+    -------
+    xarray.Dataset
+        On the dimensions of the curves: rate_mean, the mean of the rate (1/year); rate_fractile on fractile: the rate
+        is below it with that probability; branch_rate on branch, the rate of each branch by itself (without beta_m),
+        with the coordinates branch_model, branch_motions, branch_hazard and branch_weight; spread on source, the share
+        of each source in the variance of ln(rate), which sum to 1 (NaN where the rate is 0 or has no spread).
+
+    Raises
+    ------
+    TypeError, ValueError
+        No branches; weights that do not sum to 1; the same combination twice, or one missing; curves that are not
+        lognormal with modelling uncertainty, or hold it already; as `annual_rate`.
+
+    Notes
+    -----
+    Fractiles are order statistics of all samples: every branch, its realisations and its replicates by their weights,
+    each replicate paired with one of as many equally probable values of exp(beta_m Z).  The mean is that of the
+    branches' best estimates, with beta_m by sqrt(beta² + beta_m²).  Shares of the variance of ln(rate): main effects of
+    the branches, whose realisations count as hazard; what is left of their variance is *together*; to which the mean
+    over branches of the variance by beta_m and by replicates is added.
+
+    Examples
+    --------
+    >>> curves = xr.Dataset({"median": ((), 0.6, {"units": "m s-2"}), "dispersion": 0.4}, attrs={"im": "pga"})
+    >>> hazard = HazardCurve.power_law(1e-4, 2.5, "pga")
+    >>> found = epistemic_rates([Branch("a law", "records", "hazard", curves, hazard, 1.0)], 0.4)
+    >>> [f"{rate:.2e}" for rate in found["rate_fractile"].values]
+    ['1.14e-04', '2.18e-04', '5.91e-04', '1.60e-03', '3.05e-03']
+    """
+    beta = checks.number("modelling_dispersion", modelling_dispersion, at_least=0.0, at_most=5.0)
+    shares = [checks.number("fractiles", one, above=0.0, below=1.0) for one in fractiles]
+    checks.choice("below", below, BELOW_RULES)
+    checks.choice("above", above, ABOVE_RULES)
+    every = _checked(branches)
+    first, dims = every[0].curves, in_hazard_measure(every[0].curves, every[0].hazard)[1]
+    found = [_rates(one, beta, below, above, outside, seed) for one in every]
+    weights = np.array([one.weight for one in every])
+    own = np.stack([one.mean for one in found], axis=-1)
+    mean = own @ weights
+    if beta > 0.0:
+        modelled = [_rates_of(with_modelling(one.curves, beta), one.hazard, below, above, outside) for one in every]
+        mean = np.stack(modelled, axis=-1) @ weights
+    spread = _spread(every, found, weights)
+    quantiles = _fractiles(found, weights, shares)
+    shape = [first.sizes[dim] for dim in dims]
+    text = "annual rate of overturning"
+    variables = {
+        "rate_mean": (dims, mean.reshape(shape), PER_YEAR, f"{text}, mean over all branches"),
+        "rate_fractile": ((*dims, "fractile"), quantiles.reshape(*shape, -1), PER_YEAR, f"{text} of the fractile"),
+        "branch_rate": ((*dims, "branch"), own.reshape(*shape, -1), PER_YEAR, f"{text} of the branch"),
+        "spread": ((*dims, "source"), spread.reshape(*shape, -1), DIMENSIONLESS, "share of the variance of ln(rate)"),
+    }
+    return xr.Dataset(
+        {
+            name: (on, values, {"units": units, "long_name": said})
+            for name, (on, values, units, said) in variables.items()
+        },
+        coords={
+            **{name: one for name, one in coordinates_on(first, dims).items() if one.dims},
+            "fractile": _labelled("fractile", np.array(shares), "probability that the rate is lower"),
+            "source": _labelled("source", np.array(SOURCES, object), "what spreads the rate"),
+            "branch_model": _labelled("branch", np.array([one.model for one in every], object), "model"),
+            "branch_motions": _labelled("branch", np.array([one.motions for one in every], object), "motions"),
+            "branch_hazard": _labelled("branch", np.array([one.hazard_name for one in every], object), "hazard"),
+            "branch_weight": _labelled("branch", weights, "weight of the branch"),
+        },
+        attrs={
+            "title": "Annual rates over branches",
+            **provenance({MODELLING: beta, "fractiles": shares, "below": below, "above": above, "outside": outside}),
+            MODELLING: beta,
+            "im": every[0].hazard.im,
+        },
+    )
+
+
+def _checked(branches: Sequence[Branch]) -> list[Branch]:
+    every = list(branches)
+    if not every:
+        raise ValueError("branches must hold at least one, got none")
+    for one in every:
+        if not isinstance(one, Branch):
+            raise TypeError(f"branches must be Branch, got {checks.kind(one)}")
+        checks.number("weight of a branch", one.weight, above=0.0, at_most=1.0)
+    total = math.fsum(one.weight for one in every)
+    if not math.isclose(total, 1.0, rel_tol=1e-9):
+        raise ValueError(f"weights of the branches must sum to 1, got {total:.9g}")
+    names = [(one.model, one.motions, one.hazard_name) for one in every]
+    whole = math.prod(len({name[i] for name in names}) for i in range(3))
+    if len(set(names)) < len(names) or len(names) < whole:
+        raise ValueError(f"branches must be every combination of models, motions and hazards once, got {len(names)}")
+    return every
+
+
+def _rates(one: Branch, beta: float, below: str, above: str, outside: str, seed: int) -> _Rates:
+    """Return the rates of one branch."""
+    if beta > 0.0:
+        with_modelling(one.curves, 0.0)  # (refuses curves that it cannot be in, or is in already)
+    pieces = one.hazard.pieces(below, above)
+    realisations = pieces[1:] if one.hazard.weights is not None else pieces
+    weights = np.ones(1) if one.hazard.weights is None else np.asarray(one.hazard.weights)
+    mean = rates_of(in_hazard_measure(one.curves, one.hazard)[0].flat(), pieces[0], outside).rate
+    arrays = _sampled(one, SAMPLES if beta > 0.0 else 1)
+    samples = np.stack([rates_of(arrays.flat(), piece, outside).rate for piece in realisations], axis=-1)
+    count = arrays.shape[-1]
+    shaped = samples.reshape(mean.size, count, weights.size)
+    if beta == 0.0:
+        return _Rates(mean, shaped, shaped, weights)
+    order = stream(seed, 0).permutation(count)
+    z = scipy.special.ndtri((order + 0.5) / count)
+    moved = arrays.shifted(np.broadcast_to(beta * z, arrays.shape))
+    modelled = np.stack([rates_of(moved.flat(), piece, outside).rate for piece in realisations], axis=-1)
+    return _Rates(mean, shaped, modelled.reshape(shaped.shape), weights)
+
+
+def _sampled(one: Branch, least: int) -> CurveArrays:
+    """Return the curves of a branch (curve, replicate): its bootstrap replicates, or copies of its curves."""
+    if has_replicates(one.curves):
+        return in_hazard_measure(one.curves, one.hazard, True)[0]
+    arrays = in_hazard_measure(one.curves, one.hazard)[0].flat()
+    if isinstance(
+        arrays, TabulatedCurves
+    ):  # (tabulated curves are never shifted by beta_m, so that one copy is enough)
+        return arrays._replace(values=arrays.values[:, None], shift=arrays.shift[:, None])
+    return type(arrays)(*(np.repeat(part[:, None], least, axis=1) for part in arrays))
+
+
+def _rates_of(curves: xr.Dataset, hazard: HazardCurve, below: str, above: str, outside: str) -> Array:
+    return rates_of(in_hazard_measure(curves, hazard)[0].flat(), hazard.pieces(below, above)[0], outside).rate
+
+
+def _fractiles(found: Sequence[_Rates], weights: Array, shares: Sequence[float]) -> Array:
+    """Return weighted order statistics (curve, fractile); NaN for a curve without an estimate in some branch."""
+    curves = found[0].mean.size
+    out = np.full((curves, len(shares)), np.nan)
+    each = []
+    for one, weight in zip(found, weights, strict=True):
+        part = np.broadcast_to(one.weights, one.modelled.shape[1:])
+        each.append((weight * part / part.sum()).ravel())
+    mass = np.concatenate(each)
+    for i in range(curves):
+        if any(np.isnan(one.mean[i]) for one in found):
+            continue
+        values = np.concatenate([one.modelled[i].ravel() for one in found])
+        known = ~np.isnan(values)  # (a replicate may have no curve)
+        order = np.argsort(values[known], kind="stable")
+        total = np.cumsum(mass[known][order])
+        at = np.searchsorted(total / total[-1], np.array(shares) - 1e-12)
+        out[i] = values[known][order][np.minimum(at, order.size - 1)]
+    return out
+
+
+def _spread(every: Sequence[Branch], found: Sequence[_Rates], weights: Array) -> Array:
+    """Return the shares (curve, source) of the variance of ln(rate)."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        plain = [np.log(one.samples) for one in found]
+        modelled = [np.log(one.modelled) for one in found]
+        # (of each branch: the mean over replicates, on its realisations)
+        central = [np.nanmean(one, axis=1) for one in plain]
+    cells: list[tuple[str, str, str]] = []
+    columns, mass = [], []
+    for branch, one, values, weight in zip(every, found, central, weights, strict=True):
+        for k, share in enumerate(one.weights):
+            cells.append((branch.model, branch.motions, f"{branch.hazard_name} {k}"))
+            columns.append(values[:, k])
+            mass.append(weight * share / one.weights.sum())
+    means, part = np.stack(columns, axis=1), np.array(mass)
+    out = np.zeros((means.shape[0], len(SOURCES)))
+    between = _variance(means, part)
+    for i in range(3):
+        names = list(dict.fromkeys(cell[i] for cell in cells))
+        of = [np.array([cell[i] == name for cell in cells]) for name in names]
+        main = np.stack([(means[:, at] @ part[at]) / part[at].sum() for at in of], axis=1)
+        out[:, i] = _variance(main, np.array([part[at].sum() for at in of]))
+    out[:, SOURCES.index(JOINT)] = np.maximum(between - out[:, :3].sum(axis=1), 0.0)
+    finite, both = np.zeros(means.shape[0]), np.zeros(means.shape[0])
+    for one, before, after, weight in zip(found, plain, modelled, weights, strict=True):
+        of_realisations = one.weights / one.weights.sum()
+        finite += weight * np.nanvar(before, axis=1) @ of_realisations
+        both += weight * np.nanvar(after, axis=1) @ of_realisations
+    out[:, SOURCES.index(FINITE)] = finite
+    # (replicates and beta_m are independent of each other)
+    out[:, SOURCES.index(MODEL_ERROR)] = np.maximum(both - finite, 0.0)
+    whole = out.sum(axis=1, keepdims=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(np.isfinite(whole) & (whole > 0.0), out / whole, np.nan)
+
+
+def _variance(values: Array, weights: Array) -> Array:
+    mean = values @ weights / weights.sum()
+    off = values - mean[:, None]
+    return np.asarray((off * off) @ weights / weights.sum())
+
+
+def _labelled(dim: str, values: Array, long_name: str) -> xr.Variable:
+    return xr.Variable(dim, values, {"units": DIMENSIONLESS, "long_name": long_name})

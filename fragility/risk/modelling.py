@@ -1,0 +1,123 @@
+"""Modelling uncertainty beta_m of fragility curves: how well the model is known, beside how motions differ."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ...units import DIMENSIONLESS
+from ..curves.curve import LognormalCurves, form_name
+from ..fitting.links import LOGNORMAL
+from ..hazard.curve import HazardCurve
+from ..hazard.pieces import EXTEND
+from .convolution import rates_of
+
+MODELLING = "modelling_dispersion"
+"""Attribute of curves whose dispersion holds modelling uncertainty, with its value."""
+POINTS = 1000
+"""Points of a blurred hazard curve."""
+
+
+def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
+    """Return lognormal curves whose dispersion holds modelling uncertainty too: the mean over what the model may be.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        Lognormal curves, as `fit_fragility` returns them, whose dispersion is of the motions alone.
+    dispersion : float
+        beta_m, the standard deviation of ln(true median / median of the model), >= 0.  It must hold nothing that is
+        counted otherwise, such as laws or motions that are branches.  FEMA P-58 combines two parts of 0.10 (superior),
+        0.25 (average) or 0.40 (limited), the construction's and the model's, as the root of their squares.
+
+    Returns
+    -------
+    xarray.Dataset
+        The curves with sqrt(beta² + beta_m²) in place of beta, in ends of intervals and replicates too, and beta_m in
+        the attribute ``modelling_dispersion``.  Standard errors and fractiles, which hold only for the plain curves,
+        are left out.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No dataset of lognormal curves; curves that hold modelling uncertainty already; a negative dispersion.
+
+    Notes
+    -----
+    With ln(median) normal around that of the model, E[Phi(ln(x/median)/beta)] = Phi(ln(x/median)/sqrt(beta² +
+    beta_m²)).  Rates of these curves are mean rates; fractiles of the rate (`epistemic_rates`) start from curves
+    without it, so that it is never counted twice.  With a hazard H = k0 x^-k the mean rate is exp(k² beta_m²/2) times
+    that of the plain curve (Cornell et al. 2002).
+
+    References
+    ----------
+    FEMA (2018). Seismic performance assessment of buildings, volume 1, methodology. FEMA P-58-1, 2nd ed., section
+    5.2.6 (recalled).
+
+    Cornell, C. A., Jalayer, F., Hamburger, R. O. and Foutch, D. A. (2002). Probabilistic basis for 2000 SAC Federal
+    Emergency Management Agency steel moment frame guidelines. Journal of Structural Engineering 128(4), 526-533.
+
+    Examples
+    --------
+    >>> curves = xr.Dataset({"median": ((), 0.6, {"units": "m s-2"}), "dispersion": 0.4}, attrs={"im": "pga"})
+    >>> with_modelling(curves, 0.3)["dispersion"].item()
+    0.5
+    """
+    beta = checks.number("dispersion", dispersion, at_least=0.0, at_most=5.0)
+    form = form_name(curves)
+    if form != LOGNORMAL:
+        raise ValueError(f"modelling uncertainty is for lognormal curves, got curves of the form {form!r}")
+    if curves.attrs.get(MODELLING, 0.0):
+        raise ValueError(f"curves hold modelling uncertainty already (beta_m = {curves.attrs[MODELLING]:g})")
+    if beta == 0.0:
+        return curves
+    plain = [f"{name}_se" for name in ("median", "dispersion")]
+    plain += [f"fractile{end}" for end in ("", "_lower", "_upper")]
+    found = curves.drop_vars([name for name in plain if name in curves])
+    text = f"dispersion of motions and model (beta_m = {beta:g})"
+    for name in ("dispersion", "dispersion_lower", "dispersion_upper", "dispersion_sample"):
+        if name in found:
+            whole = found[name].copy(data=np.hypot(found[name].values, beta))
+            long_name = text if name == "dispersion" else f"{text}: {name.rpartition('_')[2]}"
+            found[name] = whole.assign_attrs({"units": DIMENSIONLESS, "long_name": long_name})
+    return found.assign_attrs({MODELLING: beta})
+
+
+def blurred(hazard: HazardCurve, dispersion: float, levels: Array) -> HazardCurve:
+    """Return the hazard curve under which capacities known exactly have the mean rates of capacities known to beta_m.
+
+    Parameters
+    ----------
+    hazard : HazardCurve
+        The hazard curve, extended with its slopes at both ends.
+    dispersion : float
+        beta_m, > 0, common to all capacities.
+    levels : ndarray, shape (level,)
+        Levels (SI) that the curve has to reach beyond.
+
+    Returns
+    -------
+    HazardCurve
+        E[H(x exp(beta_m Z))] at points that reach four beta_m beyond levels and hazard: the rate of a lognormal curve
+        with the median x.
+
+    Notes
+    -----
+    A capacity c exp(beta_m Z) is exceeded at the rate H(c exp(beta_m Z)), whose mean over Z is that of c under this
+    curve.  It holds for any number of capacities with the same Z, for their sums, and for events of several of them.
+
+    Examples
+    --------
+    >>> found = blurred(HazardCurve.power_law(1e-4, 2.0, "pga"), 0.5, np.array([1.0]))
+    >>> print(f"{np.interp(0.0, np.log(found.levels), np.log(found.rates)):.6f} {np.log(1e-4) + 0.5:.6f}")
+    -8.710340 -8.710340
+    """
+    beta = checks.number("dispersion", dispersion, above=0.0, at_most=5.0)
+    ends = np.log([min(hazard.levels[0], levels[0]), max(hazard.levels[-1], levels[-1])])
+    points = np.exp(np.linspace(ends[0] - 4.0 * beta, ends[1] + 4.0 * beta, POINTS))
+    zeros = np.zeros(points.size)
+    curves = LognormalCurves(np.log(points), zeros + beta, zeros - np.inf, zeros)
+    rates = rates_of(curves, hazard.pieces(EXTEND, EXTEND)[0]).rate
+    return HazardCurve(points.tolist(), rates.tolist(), hazard.im, hazard.source, at=hazard.at)

@@ -1,0 +1,77 @@
+"""What spreads an annual rate, in words: ranges over weighted branches, and the sources of the range."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from ...wording import about_percent, counted, two_digits
+
+WORDS = {
+    "models": "the choice of law",
+    "motions": "the choice of motions",
+    "hazard": "the hazard curve",
+    "modelling": "the modelling uncertainty",
+    "number of motions": "the number of motions",
+    "together": "what these do together",
+}
+"""Sources of the spread of a rate in words."""
+HEADINGS = {
+    "models": "law",
+    "motions": "motions",
+    "hazard": "hazard",
+    "modelling": "modelling",
+    "number of motions": "few motions",
+    "together": "together",
+}
+"""Sources in headings of tables."""
+OUTER = (0.05, 0.95)
+"""Fractiles between which the range is said."""
+
+
+def one_digit(value: float) -> str:
+    """Return a number with one significant digit, two where it begins with 1.
+
+    Examples
+    --------
+    >>> one_digit(27.4), one_digit(473.0), one_digit(1234.0)
+    ('30', '500', '1,200')
+    """
+    if not math.isfinite(value) or value <= 0.0:
+        return "∞" if value > 0.0 else "0"
+    lead = f"{value:.1e}"
+    digits = (2 if lead[0] == "1" else 1) - 1 - math.floor(math.log10(float(lead)))
+    return f"{round(value, digits):,.{max(digits, 0)}f}"
+
+
+def range_text(here: xr.Dataset) -> str:
+    """Return the range of years between two falls over all branches, such as 30 to 500 years, of one block."""
+    low, high = (float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
+    often, seldom = (one_digit(1.0 / rate) if rate > 0.0 else "∞" for rate in (high, low))
+    return f"{often} years" if often == seldom else f"{often} to {seldom} years"
+
+
+def sources(here: xr.Dataset) -> list[tuple[str, float]]:
+    """Return the sources of the spread of one block's rate in words with their shares, the largest first."""
+    shares = here["epistemic_spread"].values
+    names = [str(one) for one in here["epistemic_source"].values]
+    found = [(WORDS[name], float(share)) for name, share in zip(names, shares, strict=True) if share > 0.0]
+    return sorted(found, key=lambda one: -one[1])
+
+
+def spread_sentence(here: xr.Dataset, name: str, verb: str, modelling: float) -> str:
+    """Return the sentence on how often one block falls over all branches."""
+    if not np.isfinite(here["epistemic_rate"]):
+        return "How often that is cannot be told: a branch has no curve."
+    branches = here.sizes["branch"]
+    over = f"{counted(branches, 'combination')} of laws, motions and hazard curves" if branches > 1 else "one law"
+    beta = f" with a modelling uncertainty of {modelling:g}" if modelling else ""
+    text = f"{name} {verb} about once in {range_text(here)} (nine tenths of the range over {over}{beta})"
+    found = sources(here)
+    if found:
+        text += f"; most of the range comes from {found[0][0]} ({about_percent(found[0][1])})"
+    rate = float(here["epistemic_rate"])
+    mean = f" The mean rate is once in {two_digits(1.0 / rate)} years." if rate > 0.0 else ""
+    return f"{text}.{mean}"

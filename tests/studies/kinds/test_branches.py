@@ -1,0 +1,153 @@
+"""Branches in study files: held to studies of their own, one for each combination, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+from study_texts import HAZARD, IDA
+
+import toppling as tp
+from toppling.motions.arrays import digest, records
+from toppling.studies import StudyError
+from toppling.studies.report.page import write_report
+from toppling.studies.report.summary import plain_answer
+from toppling.studies.store.worker_motions import motions_again
+
+BLOCK = '[[blocks]]\ncatalogue = "bookcase-5-shelf"\n'
+LAWS = '[[models]]\nlaw = "housner"\n[[models]]\nlaw = "discrete"\n'
+
+
+def motions(seed, table="motions"):
+    made = f'generator = "clough-penzien"\nnumber = 12\nseed = {seed}\nduration_s = 6\ndt_s = 0.02\n'
+    return f"[{table}]\n{made}"
+
+
+OTHER = f'[[motion_sets]]\nname = "other"\n{motions(5, "motion_sets.motions")}'
+HIGH = '[[hazards]]\nname = "high"\nhazard = { k0 = 3e-4, k = 2, unit = "g" }\n'
+
+
+def branches(of, **weights):
+    names, values = json.dumps([*weights]), [*weights.values()]
+    return f'[[branches]]\nof = "{of}"\nnames = {names}\nweights = {values}\n'
+
+
+ALL = (
+    branches("models", housner=0.75, discrete=0.25)
+    + branches("motions", motions=0.6, other=0.4)
+    + branches("hazard", hazard=0.5, high=0.5)
+)
+FIT = "[fit]\nreplicates = 100\n"
+
+
+def study(folder, *parts):
+    (folder / "study.toml").write_text('title = "A study"\n' + "".join(parts), encoding="utf-8")
+    return tp.Study.from_toml(folder / "study.toml")
+
+
+class TestBranches:
+    @pytest.fixture(scope="class")
+    def found(self, tmp_path_factory):
+        parts = (BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
+        return study(tmp_path_factory.mktemp("branches"), *parts).run()
+
+    def test_each_branch_is_a_study_of_its_own(self, found, tmp_path):
+        rates = {}
+        for name, seed in (("motions", 1), ("other", 5)):
+            for hazard, text in (("hazard", HAZARD), ("high", '[hazard]\nk0 = 3e-4\nk = 2\nunit = "g"\n')):
+                own = study(tmp_path, BLOCK, LAWS, motions(seed), IDA, text, FIT).run()
+                rates |= {(law, name, hazard): own["rate"].values[0, k] for k, law in enumerate(own["law"].values)}
+        laws = dict(zip(found["model"].values, found["law"].values, strict=True))
+        names = zip(*(found[f"branch_{of}"].values for of in ("model", "motions", "hazard")), strict=True)
+        each = np.array([rates[laws[model], motions, hazard] for model, motions, hazard in names])
+        np.testing.assert_array_equal(found["branch_rate"].values[0], each)
+        assert found["epistemic_rate"].item() == pytest.approx(float(each @ found["branch_weight"].values), rel=1e-12)
+        assert found["branch_weight"].sum().item() == pytest.approx(1.0, rel=1e-12)
+        assert found["epistemic_spread"].sum().item() == pytest.approx(1.0)
+
+    def test_the_study_itself_stays_as_it_is(self, found, tmp_path):
+        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run()
+        for name in plain.data_vars:
+            np.testing.assert_array_equal(found[name], plain[name])
+        assert {*plain.coords} <= {*found.coords}
+        assert found["law"].dims == ("model",)
+
+    def test_the_report(self, found, tmp_path):
+        (sentence,) = (one for one in plain_answer(found) if "combinations of laws" in one)
+        assert "nine tenths of the range over 8 combinations" in sentence
+        found.to_netcdf(tmp_path / "results.nc")
+        (page,) = write_report(tmp_path / "results.nc")
+        text = page.read_text(encoding="utf-8")
+        assert "How often over 8 weighted branches" in text
+        assert text.count("<svg") == 3
+
+    def test_workers_make_the_motions_of_branches(self, tmp_path):
+        one = study(tmp_path, BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
+        made = {digest(record) for record in motions_again(json.dumps(one.configuration))}
+        assert made == {digest(record) for array in one.arrays for record in records(array)}
+        assert len(made) == 24
+
+    def test_the_size_counts_the_runs_of_branches(self, tmp_path):
+        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT)
+        one = study(tmp_path, BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
+        assert one.work - plain.work == 2 * 12 * 7
+        assert "168 under the motions of 1 branch" in one.words
+        assert one.identity != plain.identity
+
+
+class TestModelling:
+    def test_in_the_mean(self, tmp_path):
+        """With a power-law hazard every rate is exp(k² beta_m²/2) times that without, and the curves are the same."""
+        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run()
+        found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, "modelling_dispersion = 0.4\n").run()
+        np.testing.assert_allclose(found["rate"], plain["rate"] * np.exp(0.5 * 2.5**2 * 0.4**2), rtol=1e-10)
+        np.testing.assert_array_equal(found["dispersion"], plain["dispersion"])
+        assert "epistemic_rate" not in found
+        assert "rates hold a modelling uncertainty of β_m = 0.4, in the mean" in found.attrs["notes"]
+        assert "rates hold no modelling uncertainty (modelling_dispersion = 0" in plain.attrs["notes"]
+
+    def test_in_the_fractiles(self, tmp_path):
+        more = 'modelling_dispersion = 0.4\nmodelling = "fractiles"\n'
+        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run()
+        found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, more).run()
+        np.testing.assert_array_equal(found["rate"], plain["rate"])
+        factor = float(found["epistemic_rate"].item() / plain["rate"].values[0, 0])
+        assert factor == pytest.approx(np.exp(0.5 * 2.5**2 * 0.4**2), rel=1e-10)
+        assert found["branch_model"].values.tolist() == ["housner e=e_R"]
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ((ALL,), "branches of motions must name 'motions', got 'other'"),
+        ((OTHER, HIGH, branches("motions", motions=1)), "motion_sets 'other' is in no branch"),
+        ((HIGH,), "hazards 'high' is in no branch"),
+        (
+            (branches("models", housner=0.5, discrete=0.4),),
+            "weights of the branches of models must sum to 1",
+        ),
+        ((branches("models", housner=0.5, viscous=0.5),), "branches of models must name one law each of .*'viscous'"),
+        ((branches("models", housner=1), branches("models", discrete=1)), "branches hold one table for each kind"),
+        (('[fit]\nmodelling = "fractiles"\n',), "fit: fit.modelling = 'fractiles' needs fit.modelling_dispersion > 0"),
+        (
+            ('[fit]\nmodelling_dispersion = 0.3\nform = "isotonic"\n',),
+            "fit.modelling_dispersion is for lognormal curves, got form 'isotonic'",
+        ),
+        (
+            (OTHER.replace("seed = 5", "sed = 5"), branches("motions", motions=0.5, other=0.5)),
+            r"motion_sets\[1\].motions",
+        ),
+        (
+            (HIGH.replace("unit", "years = 5, unit"), branches("hazard", hazard=0.5, high=0.5)),
+            "hazards hold curves alone, years stands in",
+        ),
+    ],
+)
+def test_mistakes(tmp_path, parts, message):
+    with pytest.raises(StudyError, match=message) as error:
+        study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, *parts)
+    assert "\n" not in str(error.value)
+
+
+def test_branches_need_a_hazard(tmp_path):
+    with pytest.raises(StudyError, match=r"branches: they spread an annual rate, which needs a \[hazard\]"):
+        study(tmp_path, BLOCK, LAWS, motions(1), IDA, branches("models", housner=1))
