@@ -356,7 +356,7 @@ def _entry(found: CurveSet, rows: Sequence[CurveRow]) -> dict[str, Any]:
     reason = ours.get("status")
     return {
         "Description": f"{', '.join(ours['labels'].values()) or found.title}: fragility in {found.long_name}",
-        "Comments": " ".join([*([ours["note"]] if "note" in ours else []), ADVICE])
+        "Comments": " ".join([*([ours["note"]] if "note" in ours else []), _parts(rows), ADVICE])
         if reason is None
         else f"No estimate: {reason}.",
         "SuggestedComponentBlockSize": "1 EA",
@@ -367,6 +367,16 @@ def _entry(found: CurveSet, rows: Sequence[CurveRow]) -> dict[str, Any]:
         },
         COMPONENT_KEY: ours,
     }
+
+
+def _parts(rows: Sequence[CurveRow]) -> str:
+    """Return which parts the dispersions of a component hold."""
+    beta = next((one.numbers["modelling_dispersion"] for one in rows if "modelling_dispersion" in one.numbers), None)
+    if beta is None:
+        return "Which parts the dispersion holds is not stated."
+    if beta == 0.0:
+        return "The dispersion is of the motions alone and holds no modelling uncertainty."
+    return f"The dispersion holds that of the motions and a modelling uncertainty of {beta:g}."
 
 
 def read_metadata(file: Path) -> Metadata:

@@ -58,6 +58,10 @@ CURVE_NUMBERS: dict[str, tuple[str, str]] = {
     "median_upper": (LEVEL, "upper end of the interval of the median"),
     "dispersion_lower": (DIMENSIONLESS, "lower end of the interval of the dispersion"),
     "dispersion_upper": (DIMENSIONLESS, "upper end of the interval of the dispersion"),
+    "modelling_dispersion": (
+        DIMENSIONLESS,
+        "modelling uncertainty that the dispersion holds beside that of the motions",
+    ),
     "lowest_level": (LEVEL, "level below which the curve is held constant"),
     "highest_level": (LEVEL, "level above which the curve is held constant"),
     "no_damage_level": (LEVEL, "level up to which the probability is zero"),

@@ -289,6 +289,9 @@ def export(
     model: Annotated[
         str | None, Parameter(help="Label of one law, or its short name for all of its kind; all where not given.")
     ] = None,
+    with_modelling: Annotated[
+        bool, Parameter(help="Dispersions hold the study's modelling uncertainty, too.", negative="")
+    ] = False,
     verify: Verify = False,
 ) -> None:
     """Write the fragility curves of a study's results, or the pieces of a building, for another program.
@@ -304,7 +307,7 @@ def export(
     if format_ == "xlsx" or (format_ == "csv" and kind_of(result) == PERFORMANCE):
         say(console, f"written: {write_pieces(result, folder, format_, model, verify)}")
         return
-    curves = read_curves(result, model, verify)
+    curves = read_curves(result, model, verify, with_modelling)
     written = write_curves(curves, folder, format_)
     lines = [f"{counted(len(written.ids) - len(set(written.missing) & set(written.ids)), 'curve')} for {format_}"]
     lines += [*guessed_lines(curves), *missing_lines(written)]

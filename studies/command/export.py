@@ -12,9 +12,10 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Index
-from ...fragility import ExchangeError, Written, write_curve_csv, write_nrml, write_pelicun
+from ...fragility import ExchangeError, Written, with_modelling, write_curve_csv, write_nrml, write_pelicun
 from ...fragility.curves.curve import TABULATED
 from ...fragility.fitting.states import SEPARATED
+from ...fragility.risk.modelling import MODELLING
 from ..file.table import StudyError
 from ..report.results_file import refuse_newer
 from ..store.content import check_content
@@ -37,15 +38,16 @@ _WRITERS: dict[str, tuple[Callable[[xr.Dataset, Path], Written], str]] = {
 }
 
 
-def read_curves(path: Path, model: str | None = None, verify: bool = False) -> xr.Dataset:
+def read_curves(path: Path, model: str | None = None, verify: bool = False, modelling: bool = False) -> xr.Dataset:
     """Read the curves of a result file, of every law or of the laws that `model` names by label or short name.
 
-    Results that were edited after they were written are warned of, and with `verify` refused.
+    Results that were edited after they were written are warned of, and with `verify` refused.  With `modelling` the
+    dispersions hold the study's modelling uncertainty, too; ``modelling_dispersion`` says how much they hold.
 
     Raises
     ------
     StudyError
-        One sentence: no such file, no result file, no curves in it, no such law.
+        One sentence: no such file, no result file, no curves in it, no such law, no modelling uncertainty in the study.
     """
     try:
         with xr.open_dataset(path) as whole:
@@ -82,11 +84,26 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False) -> x
         curves = curves.assign_attrs(im=im)
     if len(floors) == 1:  # (results of one floor have no such dimension, but a format may need the floor)
         curves = curves.assign_coords(floor=floors[0])
+    curves = _modelled(curves, path, modelling)
     if model is None:
         return curves
     if "model" not in curves.dims:
         raise StudyError(f"--model {model}: {path} does not tell laws apart")
     return curves.isel(model=laws_of(curves, model, path))
+
+
+def _modelled(curves: xr.Dataset, path: Path, asked: bool) -> xr.Dataset:
+    """Return curves with what their dispersions hold of modelling uncertainty: the study's where it is asked for."""
+    beta = float(curves.attrs.get(MODELLING, 0.0))
+    if asked and beta == 0.0:
+        raise StudyError(
+            f"--with-modelling: the study of {path} has no modelling uncertainty (modelling_dispersion = 0)"
+        )
+    if "median" not in curves:
+        return curves
+    plain = curves.assign_attrs({MODELLING: 0.0})
+    held = with_modelling(plain, beta) if asked else plain
+    return held.assign({MODELLING: beta if asked else 0.0})
 
 
 def laws_of(results: xr.Dataset, model: str, path: Path) -> Index:

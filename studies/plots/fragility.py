@@ -24,8 +24,8 @@ MOST_PANELS = 36
 """Panels of one figure at the most; the results hold all curves."""
 FAR = 3.0
 """Number of dispersions above the median beyond which a curve is flat."""
-APART, MOST_APART = 0.005, 0.02
-"""Distance between the points of two laws, and the largest distance of a point from its level, shares of the axis."""
+LOW_ROWS = 2
+"""Rows of panels up to which panels of laws are high."""
 FULL_BIN, MOST_BINS = 30, 8
 """Motions of a cloud that make a bin, and the largest number of bins."""
 
@@ -41,10 +41,6 @@ class Span(NamedTuple):
         """Return the levels along the axis at which a curve is drawn."""
         return np.geomspace(self.low, self.high, n) if self.log else np.linspace(0.0, self.high, n + 1)[1:]
 
-    def moved(self, x: Array, share: float) -> Array:
-        """Return levels moved along the axis by a share of its length."""
-        return x * (self.high / self.low) ** share if self.log else x + share * self.high
-
 
 def fragility(
     results: xr.Dataset,
@@ -56,6 +52,7 @@ def fragility(
     observed: bool = True,
     color: str | None = None,
     label: str | None = None,
+    legend: bool = True,
 ) -> Axes:
     """Draw the fragility curves of one block: a fitted line for each law, and observed fractions with their intervals.
 
@@ -65,7 +62,7 @@ def fragility(
         A study's results; or curves, as `toppling.fit_fragility` returns them; or observed fractions, as
         `toppling.overturning_probability` returns them.
     ax : matplotlib Axes, optional
-        Axes to draw into; by default those of a new figure with a legend.
+        Axes to draw into; by default those of a new figure.
     block, model : str, optional
         Labels of the block (needed where there are several) and of one law (all laws by default).
     floor : int or str, optional
@@ -74,11 +71,12 @@ def fragility(
         True to draw the observed fractions (for a cloud: every motion, and fractions in bins) with the curves.
     color, label : str, optional
         Matplotlib's colour for one law, and the law's text in the legend.
+    legend : bool
+        True for a legend where there are several laws, or a label.
 
     Returns
     -------
     matplotlib Axes
-        Where `ax` was given, the legend is left to the caller (``ax.legend()``).
 
     Raises
     ------
@@ -89,7 +87,7 @@ def fragility(
     Notes
     -----
     Levels that are spaced logarithmically are drawn on a logarithmic axis, other levels on a linear axis from zero.
-    Points of several laws are drawn side by side, none further than 2 % of the axis from its level.  The motions of a
+    Points lie at their levels; those of several laws may cover each other, which `model` avoids.  The motions of a
     cloud are ticks: below the curves where the block stands, above them where it falls.  The points of a cloud are
     fractions in bins of equally many motions, with Wilson intervals, at the bin's geometric mean.
 
@@ -108,7 +106,6 @@ def fragility(
     laws = selection.laws(here, model, color)
     if label is not None and len(laws) > 1:
         raise ValueError(f"label must be of one law, got {len(laws)} laws: say which model")
-    alone = ax is None
     if ax is None:
         ax = axes.new(6.0, 4.2)
     axis = _axis(results)
@@ -119,13 +116,10 @@ def fragility(
     if curves:
         lines[:] = _curves(here if model is None else laws[0].results, span.points() * scale)
     for i, law in enumerate(laws):
-        # all points of a level together reach no further than 2 % of the axis on either side
-        step = min(APART, 2.0 * MOST_APART / max(len(laws) - 1, 1))
-        share = step * (i - 0.5 * (len(laws) - 1))
         if observed and cloud and "overturned" in law.results:
-            _motions(law, ax, scale, i, span, share, floor)
+            _motions(law, ax, scale, i, floor)
         elif observed and _observed(law.results):
-            _fractions(law, ax, scale, span, share)
+            _fractions(law, ax, scale)
         fitted = bool(np.isfinite(lines[i]).any())
         if fitted:
             ax.plot(span.points(), lines[i], color=law.colour, lw=1.8, ls=law.line)
@@ -142,7 +136,7 @@ def fragility(
     where = "" if floor is None else f", {floor_name(floor)}".replace("r ", "r\u00a0")
     # (a title may extend over the numbers beside the axis)
     ax.set_title(_title(here, where, axes.width_of(ax) + 0.5), fontsize=10)
-    if alone and (len(laws) > 1 or label is not None):
+    if legend and (len(laws) > 1 or label is not None):
         ax.legend(frameon=False, fontsize=9)
     return ax
 
@@ -186,13 +180,13 @@ def _span(results: xr.Dataset, axis: xr.DataArray, scale: float) -> Span:
     return Span(0.0, far if math.isfinite(far) else 1.0, False)
 
 
-def _fractions(law: selection.DrawnLaw, ax: Axes, scale: float, span: Span, share: float) -> None:
+def _fractions(law: selection.DrawnLaw, ax: Axes, scale: float) -> None:
     """Draw observed fractions with their intervals."""
     one = law.results
     _points(
         ax,
         law,
-        span.moved(one["level"].values / scale, share),
+        one["level"].values / scale,
         one["probability"].values,
         (one["lower"].values, one["upper"].values),
     )
@@ -203,9 +197,7 @@ def _points(ax: Axes, law: selection.DrawnLaw, x: Array, p: Array, ends: tuple[A
     ax.errorbar(x, p, yerr=errors, fmt=law.marker, ms=3.5, mew=0.0, lw=0.8, color=law.colour, alpha=0.7)
 
 
-def _motions(
-    law: selection.DrawnLaw, ax: Axes, scale: float, i: int, span: Span, share: float, floor: int | str | None
-) -> None:
+def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int | str | None) -> None:
     """Draw every motion of a cloud at its own intensity, and fractions in bins of equally many motions."""
     one = law.results
     if floor is not None and "motion_floor" in one.coords:
@@ -220,7 +212,7 @@ def _motions(
     runs = np.array([part.size for part in parts])
     ends = wilson_interval(falls, runs, float(one.attrs.get("confidence", 0.95)))
     middle = np.array([math.exp(float(np.log(at[part]).mean())) for part in parts])
-    _points(ax, law, span.moved(middle, share), falls / runs, (np.asarray(ends[0]), np.asarray(ends[1])))
+    _points(ax, law, middle, falls / runs, (np.asarray(ends[0]), np.asarray(ends[1])))
 
 
 def _curves(here: xr.Dataset, x: Array) -> Array:
@@ -243,29 +235,63 @@ def _title(here: xr.Dataset, where: str, inches: float) -> str:
 
 
 def fragility_figure(results: xr.Dataset) -> Figure:
-    """Return the figure of fragility curves: a panel for each block (and floor), with one legend for all."""
+    """Return the figure of fragility curves: a panel for each block (and floor) and law, the other laws in grey."""
     floors = selection.floors(results)
     every = [(str(block), floor) for block in results["block"].values for floor in floors]
     if len(every) > MOST_PANELS:
         every = [every[i] for i in np.argsort(places(results).values.ravel())]
-    cases = every[:MOST_PANELS]
-    # each block has its own row where its floors fit into one row
-    one_row = floors != [None] and len(floors) <= axes.PANEL_COLUMNS
-    columns = len(floors) if one_row else axes.columns_for(len(cases))
-    rows = math.ceil(len(cases) / columns)
-    laws = results.sizes["model"]
+    laws = [str(one) for one in results["model"].values]
+    cases = every[: max(1, MOST_PANELS // len(laws))]
+    # (each block has its own row where its laws, or the floors of one law, fit into one)
+    if len(laws) > 1:
+        columns = axes.columns_for(len(laws))
+    else:
+        one_row = floors != [None] and len(floors) <= axes.PANEL_COLUMNS
+        columns = len(floors) if one_row else axes.columns_for(len(cases))
+    each = math.ceil(len(laws) / columns) * columns if len(laws) > 1 else 1
+    rows = math.ceil(len(cases) * each / columns)
     width = max(3.0 * columns, 6.4)
-    figure = Figure(figsize=(width, 3.1 * rows + 0.3 * math.ceil(laws / columns) + 0.7), layout="constrained")
+    height = 3.1 if rows <= LOW_ROWS or len(laws) == 1 else 2.3
+    figure = Figure(figsize=(width, height * rows + 1.0), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
     shown = _drawn_of(results)
-    for i, (ax, (block, floor)) in enumerate(zip(panels.flat, cases, strict=False)):
-        fragility(shown, ax, block=block, floor=floor)
-        axes.outer_labels(ax, i, columns, len(cases))
-    axes.remove_spare(panels, len(cases))
-    axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
+    spare = set(range(rows * columns))
+    for k, (block, floor) in enumerate(cases):
+        for j, law in enumerate(laws):
+            i = k * each + j
+            spare.discard(i)
+            ax = panels.flat[i]
+            one = {"block": block, "floor": floor, "legend": False}
+            if len(laws) > 1:
+                _others(selection.one(shown, block=block, floor=floor), ax, j)
+                fragility(shown, ax, model=law, **one)
+                where = "" if floor is None else f", {floor_name(floor)}"
+                ax.set_title(
+                    axes.wrapped(f"{block}{where}\n{axes.model_name(law)}", axes.width_of(ax) + 0.5), fontsize=10
+                )
+            else:
+                fragility(shown, ax, **one)
+            if len(laws) > 1:
+                axes.outer_labels(ax, j, columns, len(laws))
+            else:
+                axes.outer_labels(ax, i, columns, len(cases))
+    for i in spare:
+        panels.flat[i].remove()
     text = _reading_note(results, len(floors), len(cases), len(every))
     axes.heading(figure, str(results.attrs.get("title", "Fragility")), text)
     return figure
+
+
+def _others(here: xr.Dataset, ax: Axes, own: int) -> None:
+    """Draw the curves of all laws but one in grey."""
+    if "median" not in here and "curve_probability" not in here and not _tabulated(here):
+        return
+    axis = _axis(here)
+    scale, _ = display_unit(axis)
+    x = _span(here, axis, scale).points()
+    for j, line in enumerate(_curves(here, x * scale)):
+        if j != own:
+            ax.plot(x, line, color="0.75", lw=1.0, zorder=0)
 
 
 def _drawn_of(results: xr.Dataset) -> xr.Dataset:
@@ -293,7 +319,7 @@ def _reading_note(results: xr.Dataset, floors: int, panels: int, every: int) -> 
             bins = min(MOST_BINS, motions // FULL_BIN)
             parts.append(f"points: fractions in {bins} bins of equally many motions, {confidence} Wilson intervals")
     if results.sizes["model"] > 1:
-        parts[-1] += ", laws side by side"
+        parts.append("grey: the other laws")
     if bool(results["converged"].any()):
         parts.append(f"lines: {results.attrs.get('form', 'lognormal')} fits")
     return "; ".join(parts)

@@ -9,6 +9,7 @@ from study_texts import HAZARD, IDA
 import toppling as tp
 from toppling.motions.arrays import digest, records
 from toppling.studies import StudyError
+from toppling.studies.command.cli import main
 from toppling.studies.report.page import write_report
 from toppling.studies.report.summary import plain_answer
 from toppling.studies.store.worker_motions import motions_again
@@ -104,6 +105,26 @@ class TestModelling:
         assert "epistemic_rate" not in found
         assert "rates hold a modelling uncertainty of β_m = 0.4, in the mean" in found.attrs["notes"]
         assert "rates hold no modelling uncertainty (modelling_dispersion = 0" in plain.attrs["notes"]
+
+    def test_exported_dispersions_say_what_they_hold(self, tmp_path, capsys):
+        more = "modelling_dispersion = 0.4\n"
+        found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, more).run(tmp_path / "out")
+        beta = found["dispersion"].values[0]
+        for option, held, total in (((), 0.0, beta), (("--with-modelling",), 0.4, np.hypot(beta, 0.4))):
+            assert main(["export", str(tmp_path / "out"), "--format", "csv", *option]) == 0
+            curves = tp.fragility.read_curve_csv(tmp_path / "out/export/curves.csv")
+            np.testing.assert_allclose(curves["dispersion"].values[0], total, rtol=1e-12)
+            assert (curves["modelling_dispersion"] == held).all()
+            law = ("--model", "housner")
+            assert main(["export", str(tmp_path / "out"), "--format", "pelicun", *law, *option]) == 0
+            table = tp.fragility.read_pelicun(tmp_path / "out/export/fragility.csv")
+            np.testing.assert_allclose(table["dispersion"].values.ravel(), total[:1], rtol=1e-12)
+            said = (tmp_path / "out/export/fragility.json").read_text(encoding="utf-8")
+            assert ("a modelling uncertainty of 0.4" if option else "holds no modelling uncertainty") in said
+        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run(tmp_path / "plain")
+        assert plain.attrs["modelling_dispersion"] == 0.0
+        assert main(["export", str(tmp_path / "plain"), "--format", "csv", "--with-modelling"]) == 2
+        assert "has no modelling uncertainty (modelling_dispersion = 0)" in capsys.readouterr().err
 
     def test_in_the_fractiles(self, tmp_path):
         more = 'modelling_dispersion = 0.4\nmodelling = "fractiles"\n'

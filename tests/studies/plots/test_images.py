@@ -39,7 +39,7 @@ def of(function, *args, **options):
 
 LAW = "energy-consistent e=e_R δ=0.05"
 FIGURES = {
-    "fragility": lambda: fragility_figure(cases.curves()),
+    "fragility": lambda: fragility_figure(cases.curves(("shelf",))),
     "cloud": lambda: of("fragility", cases.cloud()),
     "risk": lambda: of("risk", cases.rates(), block="shelf"),
     "share": lambda: of("risk", cases.rates(), block="shelf", quantity="share"),
@@ -91,7 +91,7 @@ def test_images_are_small_and_all_there():
 
 def test_a_change_is_seen(tmp_path):
     """The tolerances detect that the median of one law in one panel is a tenth higher."""
-    moved = cases.curves()
+    moved = cases.curves(("shelf",))
     moved["median"][0, 2] *= 1.1
     drawn = save(fragility_figure(moved), tmp_path / "moved.png", text=False)
     found = compare_images(str(IMAGES / "fragility_plain.png"), str(drawn), 0.0, in_decorator=True)
