@@ -170,10 +170,13 @@ class Block:
 
     @property
     def label(self) -> str:
-        """The name, or alpha and R if the block has no name."""
+        """The name, or the sizes if the block has no name (and the height of its mass where it is not the middle)."""
         if self.name is not None:
             return self.name
-        return f"alpha={self.alpha:.4g} R={self.R:.4g} m"
+        assert self.cm_height is not None  # (set above)
+        middle = math.isclose(self.cm_height, 0.5 * self.height, rel_tol=1e-9)
+        mass = "" if middle else f", mass at {self.cm_height:.4g} m"
+        return f"{self.width:.4g} m × {self.height:.4g} m{mass}"
 
 
 def describe_block(block: Block) -> dict[str, Any]:

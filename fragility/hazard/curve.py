@@ -101,10 +101,7 @@ class HazardCurve:
         levels = checks.finite_array("levels of a hazard curve", self.levels, unit=measure.units)
         if levels.size < 2:
             raise ValueError(f"levels of a hazard curve must be at least two, got {levels.size}")
-        if levels[0] <= 0.0 or np.any(np.diff(levels) <= 0.0):
-            at = 0 if levels[0] <= 0.0 else int(np.argmax(np.diff(levels) <= 0.0)) + 1
-            after = f" after {levels[at - 1]:g}" if at else ""
-            raise ValueError(f"levels of a hazard curve must be > 0 and strictly increasing, got {levels[at]:g}{after}")
+        _check_levels(levels, measure.units)
         curvature = checks.number("curvature", self.curvature, at_least=0.0)
         if self.fractile is not None:
             checks.number("fractile", self.fractile, above=0.0, below=1.0)
@@ -113,7 +110,8 @@ class HazardCurve:
             raise TypeError(f"source must be a text, got {checks.kind(self.source)}")
         rows, weights = _realisations(self.realisations, self.weights, levels.size)
         for row in () if rows is None else rows:
-            _check_rates("rates of a realisation", row, levels, curvature)
+            _check_rates("rates of a realisation", row, levels, measure.units)
+            _check_slopes("rates of a realisation", row, levels, curvature)
         mean = None if rows is None or weights is None else weights @ rows
         computed = mean is not None and np.asarray(self.rates).size == 0
         if computed and self.fractile is not None:
@@ -121,7 +119,8 @@ class HazardCurve:
                 f"rates of a fractile curve must be given with its realisations, fractile {self.fractile:g}"
             )
         rates = checks.finite_array("rates of a hazard curve", mean if computed else self.rates, unit="1/year")
-        _check_rates("rates of a hazard curve", rates, levels, curvature)
+        _check_rates("rates of a hazard curve", rates, levels, measure.units)
+        _check_slopes("rates of a hazard curve", rates, levels, curvature)
         if rows is not None and mean is not None:
             _check_agreement(rates, mean, rows, levels, self.fractile)
         values: dict[str, Any] = {
@@ -164,6 +163,8 @@ class HazardCurve:
         """
         factor = unit_to_si(units, im)
         values = checks.finite_array("levels of a hazard curve", levels, unit=units or "SI")
+        if units is not None:
+            check_points(values, [np.asarray(rates, dtype=np.float64)], units)
         with np.errstate(over="ignore"):
             return cls((values * factor).tolist(), rates, im, source, **other)
 
@@ -366,20 +367,41 @@ def unit_to_si(units: str | None, im: str | Measure) -> float:
     return factor
 
 
-def _check_rates(what: str, rates: Array, levels: Array, curvature: float) -> None:
+def check_points(levels: Array, rows: Sequence[Array], units: str) -> None:
+    """Raise ValueError, in the unit of the levels as they are given, where points make no hazard curve."""
+    _check_levels(levels, units)
+    for row in rows:
+        _check_rates("rates of a hazard curve" if len(rows) == 1 else "rates of a realisation", row, levels, units)
+
+
+def _check_levels(levels: Array, units: str) -> None:
+    """Raise ValueError where levels are not positive and increasing."""
+    if levels[0] <= 0.0 or np.any(np.diff(levels) <= 0.0):
+        at = 0 if levels[0] <= 0.0 else int(np.argmax(np.diff(levels) <= 0.0)) + 1
+        after = f" after {levels[at - 1]:g} {units}" if at else ""
+        raise ValueError(
+            f"levels of a hazard curve must be > 0 and strictly increasing, got {levels[at]:g} {units}{after}"
+        )
+
+
+def _check_rates(what: str, rates: Array, levels: Array, units: str) -> None:
     """Raise ValueError where rates are not positive or rise anywhere."""
     if rates.size != levels.size:
         raise ValueError(f"{what} must be one a level, got {rates.size} for {levels.size} levels")
     if not np.all(rates > 0.0):
         at = int(np.argmin(rates > 0.0))
-        raise ValueError(f"{what} must be > 0 per year, got {rates[at]:g} at a level of {levels[at]:g}: leave it out")
+        raise ValueError(f"{what} must be > 0 per year, got {rates[at]:g} at {levels[at]:g} {units}: leave it out")
     rising = np.diff(rates) > 0.0
     if rising.any():
         at = int(np.argmax(rising))
         raise ValueError(
-            f"{what} must never rise, got {rates[at]:g} per year at {levels[at]:g} and {rates[at + 1]:g} at "
-            f"{levels[at + 1]:g}"
+            f"{what} must never rise, got {rates[at]:g} per year at {levels[at]:g} {units} and {rates[at + 1]:g} at "
+            f"{levels[at + 1]:g} {units}"
         )
+
+
+def _check_slopes(what: str, rates: Array, levels: Array, curvature: float) -> None:
+    """Raise ValueError where the curvature makes rates rise."""
     slopes = segment_slopes(np.log(levels), np.log(rates), curvature)
     if np.any(slopes < -FLAT):
         at = int(np.argmin(slopes))

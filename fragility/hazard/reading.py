@@ -18,7 +18,7 @@ from ...aliases import Array
 from ...motions.intensity.measure import Measure
 from ...motions.readers.lines import Lines, plain
 from ...units import ACCELERATION
-from .curve import HazardCurve, hazard_measure, unit_to_si
+from .curve import HazardCurve, check_points, hazard_measure, unit_to_si
 
 MOST_LEVELS = 10_000
 # Measures of other programs by their own names, and the units that OpenQuake and USGS use for them.
@@ -88,7 +88,10 @@ def curve_of(
     try:
         # (the curve refuses levels that overflow)
         with np.errstate(over="ignore"):
-            x = x * unit_to_si(units, im)
+            factor = unit_to_si(units, im)
+            if units is not None:
+                check_points(x, [*rows], units)
+            x = x * factor
         source = ", ".join(plain(one, 200) for one in notes)
         if weights is None:
             return HazardCurve(x.tolist(), rows[0].tolist(), im, source, fractile=fractile)

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ...aliases import Array
+from ...doubts import first_names
 from ...fragility import HazardCurve
 from ...fragility.hazard.levels import line_weights
 from ...fragility.risk.modelling import MODELLING
 from ...wording import whole_percent
+from ..codes.check import Code
 from ..text.curve_notes import NOTABLE, SETTLED
 from ..text.words import level_text
 from .assessment import BUILDING, covering
+from .contents import Inventory
 
 NOTABLE_BELOW = 0.02
 """Share of an annual value from below the levels above which it is worth a sentence."""
 COARSE = 0.1
 """Difference between lines and cubics through the levels above which an annual value is worth a sentence."""
+NEAR = 0.7
+"""Similarity of a consequence to one that is a matter of safety, from which it may be a slip of the pen."""
 MOST_NAMED = 6
 """Most anchored items that a sentence names."""
 
@@ -60,6 +67,38 @@ def anchored_text(here: xr.Dataset) -> str:
         f"{number:,} of {every:,} pieces {'is' if one else 'are'} anchored and {'counts' if one else 'count'} as not "
         f"overturning: {', '.join(named)}{more}"
     )
+
+
+def inventory_notes(inventory: Inventory, safety: Sequence[str], code: Code | None) -> list[str]:
+    """Notes on what an inventory may have meant, and on what a building code would need of it: a sentence each.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.studies.buildings.contents import Contents
+    >>> shelf = Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=0, consequences=("injuries",))
+    >>> inventory_notes(Inventory((shelf,)), ("injury", "blocks-exit"), None)[0]
+    "the consequence 'injuries' is no matter of safety: is 'injury' meant?"
+    """
+    found = []
+    words = [word for word in inventory.consequences if word not in safety]
+    for word in words:
+        near = difflib.get_close_matches(word, safety, n=1, cutoff=NEAR)
+        if near:
+            found.append(f"the consequence {word!r} is no matter of safety: is {near[0]!r} meant?")
+    if words and len(words) == len(inventory.consequences):
+        found.append(
+            f"no consequence in the inventory ({', '.join(words)}) is a matter of safety ({', '.join(safety)}): every "
+            "piece is judged by money; performance.safety names others"
+        )
+    if code is not None:
+        for column, missing, what in (
+            ("mass_kg", [row.label for row in inventory.rows if row.mass is None], "no design force is known of"),
+            ("code_class", [row.label for row in inventory.rows if not row.code_class], "the code cannot place"),
+        ):
+            if missing:
+                found.append(f"{column} is not given, so that {what} {first_names(missing)}")
+    return found
 
 
 def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:

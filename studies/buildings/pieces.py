@@ -156,7 +156,8 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
     """Choose the lines to anchor for a sum of money under one law: `chosen` in the order of the results' items.
 
     What the code requires comes first (as many pieces as the budget allows), then the most falls of pieces that are a
-    matter of safety, then what the others save in money, or their falls where nothing has a value.
+    matter of safety, then of the others what they save in 50 years beyond their cost: none is chosen that costs more
+    than it saves.  Without a hazard, or where nothing has a value, the loss or the falls of the others.
 
     Parameters
     ----------
@@ -170,12 +171,16 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
     named = {one.item: one for one in pieces_of(results, model)}
     pieces = [named[str(item)] for item in results["item"].values]
     valued = any(one.value > 0.0 for one in pieces)
+    priced = any(math.isfinite(one.saving.value) for one in pieces)
     goals: list[list[float]] = [[], [], []]
     for one in pieces:
         falls = 0.0 if one.recommendation in HELD else one.number * one.chance.value
         goals[0].append(float(one.number) if one.recommendation == DUTY else 0.0)
         goals[1].append(falls if one.safety else 0.0)
-        goals[2].append(falls * (one.value if valued else 1.0))
+        gain = falls * (one.value if valued else 1.0)
+        if priced:
+            gain = YEARS * one.saving.value - one.number * one.cost if math.isfinite(one.saving.value) else 0.0
+        goals[2].append(0.0 if one.safety or one.recommendation in (*HELD, DUTY) else max(gain, 0.0))
     costs: Array = np.array([one.number * one.cost for one in pieces])
     return best_set(costs, budget, [np.array(one) for one in goals])
 

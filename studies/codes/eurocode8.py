@@ -65,7 +65,7 @@ class Eurocode8(Code):
             return Duty(EXEMPT, "3.2.1(5)P: very low seismicity, where the national annex keeps its values")
         if one.safety or (one.importance or self.importance) > 1.0:
             return Duty(REQUIRED, "4.3.5.1(1)P")
-        return Duty(UNCHECKED, "4.3.5.1(1)P: its consequences name no risk to persons")
+        return Duty(UNCHECKED, "4.3.5.1(1)P: the inventory names no risk to persons")
 
     def coefficient(self, one: Component) -> tuple[float, str]:
         if one.at_grade:
@@ -86,5 +86,6 @@ class Eurocode8(Code):
         words = (
             f"S_a γ_a/q_a with S_a = {spectral:.3g} g (α = {self.ag:g}, S = {self.soil:g}, z/H = {height:.3g}, "
             f"T_a/T_1 = {ratio:.3g}), γ_a = {importance:g}, q_a = {q:g}"
+            f"{'' if self.q or one.kind else ' (code_class is not given)'}"
         )
         return spectral * importance / q, words

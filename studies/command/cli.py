@@ -14,7 +14,7 @@ from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import App, Parameter
+from cyclopts import App, Group, Parameter
 from cyclopts.exceptions import CycloptsError
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -53,16 +53,23 @@ Verify = Annotated[
 ]
 COMMANDS = ("run", "status", "simulate", "motions", "catalogue", "bench", "export", "report", "schema")
 
+RUN = Group("Run a study", sort_key=1)
+READ = Group("Read its results", sort_key=2)
+INPUTS = Group("Look at inputs", sort_key=3)
+TOPPLING = Group("Look at toppling itself", sort_key=4)
+"""Commands by task."""
+
 app = App(
     name="toppling",
     help="How likely is this block to fall over in an earthquake?",
     help_format="plaintext",
+    group_commands=Group("Options", sort_key=5),
     result_action="return_value",
     suppress_keyboard_interrupt=False,
 )
 
 
-@app.command
+@app.command(group=RUN)
 def run(
     study: Path,
     *,
@@ -76,8 +83,11 @@ def run(
     dry_run: Annotated[
         bool, Parameter(negative="", help="Say what it takes (runs, chunks, time, memory, disk); run nothing.")
     ] = False,
+    verbose: Annotated[
+        bool, Parameter(negative="", help="Print all tables and notes, as the report has them.")
+    ] = False,
 ) -> None:
-    """Run a study: print its tables, write results.nc and its figures.
+    """Run a study: print its answer, write results.nc and its figures.
 
     Every finished chunk is kept in that folder: after an interruption the same command goes on where it stopped, and
     finished results of the same study are not computed again; docs/study.md lists every key.
@@ -126,25 +136,30 @@ def run(
     elif display.watch.kept:
         say(console, f"went on from {display.watch.kept:,} runs that were kept")
     try:
-        _show(console, plan, results, folder)
+        _show(console, plan, results, folder, verbose)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"interrupted: the results are written ({folder / RESULT_NAME}), not all of the figures"
         ) from None
 
 
-def _show(console: Console, plan: Study, results: Dataset, folder: Path) -> None:
-    """Print a study's tables and write its figures."""
-    for table in show.tables(results):
+def _show(console: Console, plan: Study, results: Dataset, folder: Path, verbose: bool) -> None:
+    """Print a study's answer, or all its tables and notes, and write its figures."""
+    for table in show.tables(results) if verbose else show.short(results):
         for part in fitted(table, console.width):
             console.print(part)
     said_before = plan.notes
     notes = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in said_before]
-    say(console, *show.hints(results), *(f"note: {note}" for note in notes))
+    if verbose:
+        say(console, *show.hints(results), *(f"note: {note}" for note in notes))
+    else:
+        say(console, *show.hints(results), *show.verdict(results))
+        more = f" and {counted(len(notes), 'note')}" if notes else ""
+        say(console, f"all tables{more}: toppling report {folder / RESULT_NAME}, or --verbose here")
     say(console, f"results: {folder / RESULT_NAME}", *(f"figure:  {path}" for path in show.draw(results, folder)))
 
 
-@app.command
+@app.command(group=RUN)
 def status(
     folder: Path,
     *,
@@ -165,10 +180,10 @@ def status(
         say(terminal(), *found.lines(folder))
 
 
-app.command(simulate_one, name="simulate")
+app.command(simulate_one, name="simulate", group=INPUTS)
 
 
-@app.command(name="motions")
+@app.command(name="motions", group=INPUTS)
 def look_at_motions(
     inputs: Annotated[list[str], Parameter(negative_iterable="")],
     /,
@@ -220,7 +235,7 @@ def look_at_motions(
         console.print(f"figure: {figure}", highlight=False, markup=False, soft_wrap=True)
 
 
-@app.command(name="catalogue")
+@app.command(name="catalogue", group=INPUTS)
 def show_catalogue() -> None:
     """List the catalogue of real contents: sizes, slenderness, FEMA P-58 id and quality of the source."""
     table = Table(
@@ -243,7 +258,7 @@ def show_catalogue() -> None:
     terminal().print(table)
 
 
-@app.command
+@app.command(group=TOPPLING)
 def bench(
     *,
     out: Annotated[Path, Parameter(help="Folder for performance.md and its figures.")] = Path("results/bench"),
@@ -275,7 +290,7 @@ def bench(
     console.print("\n".join(f"written: {path}" for path in written), highlight=False, markup=False, soft_wrap=True)
 
 
-@app.command
+@app.command(group=READ)
 def export(
     result: Path,
     *,
@@ -315,7 +330,7 @@ def export(
     console.print("\n".join(lines), highlight=False, markup=False, soft_wrap=True)
 
 
-@app.command
+@app.command(group=READ)
 def report(
     result: Path,
     *,
@@ -343,7 +358,7 @@ def report(
     say(console, *(f"written: {path}" for path in written))
 
 
-@app.command
+@app.command(group=TOPPLING)
 def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed where not given.")] = None) -> None:
     """Print the JSON schema of study files (draft 2020-12): every key with its unit, default and meaning."""
     from ..file.json_schema import study_schema  # noqa: PLC0415 - not for every command

@@ -22,7 +22,7 @@ from ..store.content import check_content
 from ..store.folder import UNREADABLE, damaged
 
 CurveFormat = Literal["pelicun", "nrml", "csv"]
-ExportFormat = CurveFormat | Literal["xlsx"]
+ExportFormat = Literal["pelicun", "nrml", "csv", "xlsx"]
 
 PERFORMANCE, UNCERTAINTY = "performance", "uncertainty"
 """Kinds of studies whose results are not curves alone."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...fragility.runs.runners import thread_count
-from ...wording import part_text, size_text, time_text
+from ...wording import counted, part_text, size_text, time_text
 from ..file.table import StudyError
 from ..kinds.study import Study
 from ..report.results_file import refuse_newer
@@ -42,7 +42,8 @@ class Forecast(NamedTuple):
         return [
             f"runs:    {self.runs:,}",
             f"chunks:  about {self.chunks:,}",
-            f"time:    {'about ' if self.seconds >= 1.0 else ''}{time_text(self.seconds)} on {self.threads} threads, "
+            f"time:    {'about ' if self.seconds >= 1.0 else ''}{time_text(self.seconds)} on "
+            f"{counted(self.threads, 'thread')}, "
             f"then {self.fits} and figures",
             f"memory:  about {size_text(self.memory)}",
             f"disk:    about {size_text(self.disk)} while it runs, {size_text(self.left)} afterwards"

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
 
 _TIME = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
+LARGE = 10.0
+"""Numbers from which one decimal is shown; smaller ones have four, chances are in per cent."""
 WIDEST = 40
 """Widest column of a sheet, characters."""
 
@@ -121,6 +123,7 @@ def _xlsx(name: str, found: ValueTable, about: list[list[Cell]]) -> bytes:
     sheet.title = name
     _fill(sheet, [[*found.headings], *found.rows])
     sheet.freeze_panes = "B2"
+    sheet.auto_filter.ref = sheet.dimensions
     _fill(book.create_sheet("about"), [["what", "is"], *about])
     held = io.BytesIO()
     book.save(held)
@@ -158,6 +161,9 @@ def _fill(sheet: Worksheet, rows: list[list[Cell]]) -> None:
             cell = sheet.cell(i, j, clean(value) if isinstance(value, str) else value)
             if isinstance(value, str):
                 cell.data_type = "s"
+            elif isinstance(value, float):
+                share = str(rows[0][j - 1]).startswith(("chance", "probability"))
+                cell.number_format = "0.00%" if share else "#,##0.0" if abs(value) >= LARGE else "0.0000"
             if i == 1:
                 cell.font = Font(bold=True)
     for j, column in enumerate(zip(*rows, strict=True), start=1):

@@ -31,7 +31,7 @@ from ..buildings.assessment import assess, described, distinct_runs
 from ..buildings.code_checks import code_variables
 from ..buildings.contents import Inventory
 from ..buildings.inventory import read_inventory
-from ..buildings.notes import hazard_notes, notes
+from ..buildings.notes import hazard_notes, inventory_notes, notes
 from ..buildings.pieces import SAFETY, budget_set
 from ..buildings.shaking import Shaking
 from ..buildings.variables import JOINT, variable
@@ -206,6 +206,10 @@ class PerformanceStudy(Study):
     @property
     def of_each_law(self) -> list[Oscillator]:
         return [model.oscillator(self.inventory.rows[0].block) for model in self.models]
+
+    @property
+    def notes(self) -> list[str]:
+        return [*super().notes, *inventory_notes(self.inventory, self.safety, self.code)]
 
     @property
     def squat(self) -> list[str]:

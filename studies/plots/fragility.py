@@ -261,16 +261,15 @@ def fragility_figure(results: xr.Dataset) -> Figure:
             i = k * each + j
             spare.discard(i)
             ax = panels.flat[i]
-            one = {"block": block, "floor": floor, "legend": False}
             if len(laws) > 1:
                 _others(selection.one(shown, block=block, floor=floor), ax, j)
-                fragility(shown, ax, model=law, **one)
+                fragility(shown, ax, block=block, floor=floor, model=law, legend=False)
                 where = "" if floor is None else f", {floor_name(floor)}"
                 ax.set_title(
                     axes.wrapped(f"{block}{where}\n{axes.model_name(law)}", axes.width_of(ax) + 0.5), fontsize=10
                 )
             else:
-                fragility(shown, ax, **one)
+                fragility(shown, ax, block=block, floor=floor, legend=False)
             if len(laws) > 1:
                 axes.outer_labels(ax, j, columns, len(laws))
             else:

@@ -23,11 +23,12 @@ from ...wording import (
     interval_text,
     short_digits,
     three_digits,
+    two_digits,
     years_between,
 )
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
-from ..buildings.pieces import DUTY, REDUCES, SAFETY, WEAK, WORTH, Piece, pieces_of
+from ..buildings.pieces import DUTY, HELD, REDUCES, SAFETY, WEAK, WORTH, Piece, pieces_of
 from ..buildings.pieces import YEARS as PIECE_YEARS
 from ..buildings.variables import JOINT
 from ..codes.check import UNCHECKED as NOT_CHECKED
@@ -282,7 +283,9 @@ def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
             f"holding): {_pieces(weak)}."
         )
     if unknown:
-        yield f"Whether the code requires anchors is not checked for {_pieces(unknown)}: the inventory says too little."
+        clauses = [one.code.clause for one in unknown if one.code is not None]
+        why = ", ".join(dict.fromkeys(clause.partition(": ")[2] or clause for clause in clauses))
+        yield f"Whether the code requires anchors is not checked for {_pieces(unknown)}: {why}."
 
 
 def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
@@ -297,7 +300,12 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
         yield f"For {budget} nothing can be anchored that is known to matter."
         return
     cost = sum(one.number * one.cost for one in chosen)
-    yield f"With {budget} anchor {_pieces(chosen)}, for {short_digits(cost)}{money}{_effect(pieces, chosen)}."
+    names = _pieces(chosen, len(chosen))
+    yield f"With {budget} anchor {names}, for {short_digits(cost)}{money}{_effect(pieces, chosen, money)}."
+    others = [one for one in pieces if not one.chosen and one.recommendation not in (DUTY, *HELD)]
+    over = float(results.attrs["budget"]) - cost
+    if any(one.number * one.cost <= over for one in others):
+        yield f"{short_digits(over)}{money} are left: no other piece that they would pay for saves more than it costs."
     gap = float(results["budget_gap"].values[at])
     if gap > 0.0:
         yield f"Another set may be better than this one, by up to {about_percent(gap)}: the search was stopped."
@@ -306,20 +314,29 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
         yield f"The budget does not cover all that the code requires: {_pieces(left)}."
 
 
-def _effect(pieces: list[Piece], chosen: list[Piece]) -> str:
-    """Return what anchoring the chosen pieces prevents."""
+def _effect(pieces: list[Piece], chosen: list[Piece], money: str) -> str:
+    """Return what anchoring the chosen pieces prevents, and saves."""
+
+    def falls(counted: list[Piece]) -> float:
+        return sum(one.number * one.chance.value for one in counted)
+
     said = []
-    for what, counted in (("falls that are a matter of safety", True), ("other falls", False)):
-        every = sum(one.number * one.chance.value for one in pieces if one.safety == counted)
-        here = sum(one.number * one.chance.value for one in chosen if one.safety == counted)
-        if here > 0.0:
-            said.append(f"{about_percent(here / every)} of the {what}")
-    return f": that prevents {' and '.join(said)}" if said else ""
+    safe, of_all = [[one for one in every if one.safety] for every in (chosen, pieces)]
+    if falls(safe) > 0.0:
+        said.append(
+            f"prevents {about_percent(falls(safe) / falls(of_all))} of the falls of pieces that matter for safety"
+        )
+    saved = sum(one.saving.value for one in chosen if math.isfinite(one.saving.value))
+    if saved > 0.0:
+        said.append(f"saves {two_digits(saved)}{money} a year")
+    elif not said and falls(chosen) > 0.0:
+        said.append(f"prevents {about_percent(falls(chosen) / falls(pieces))} of the falls")
+    return f": that {' and '.join(said)}" if said else ""
 
 
-def _pieces(pieces: list[Piece]) -> str:
-    named = [f"“{one.item}” ({floor_name(one.floor)})" for one in pieces[:MOST_PIECES]]
-    more = f" and {len(pieces) - MOST_PIECES} more" if len(pieces) > MOST_PIECES else ""
+def _pieces(pieces: list[Piece], most: int = MOST_PIECES) -> str:
+    named = [f"“{one.item}” ({floor_name(one.floor)})" for one in pieces[:most]]
+    more = f" and {len(pieces) - most} more" if len(pieces) > most else ""
     return f"{', '.join(named)}{more}"
 
 

@@ -171,11 +171,14 @@ def _uplift(results: xr.Dataset) -> xr.DataArray | None:
 
 def _zone(results: xr.Dataset) -> Check:
     question = "Is δ, the half width of the law’s elastic zone over α, small enough?"
-    cure = "Trust a law without such a zone first (housner, energy-consistent), and make δ smaller."
-    found = np.unique(results["delta"].values.astype(float)) if "delta" in results.coords else np.array([])
-    delta = found[np.isfinite(found)]
+    cure = "Rely first on a law whose rest is rigid (housner, energy-consistent), and make δ smaller."
+    widths = results["delta"].values.astype(float) if "delta" in results.coords else np.array([])
+    if "rest" in results.coords and results["rest"].shape == widths.shape:
+        # (a law with a rigid rest has no elastic mode that could resonate)
+        widths = np.where(results["rest"].values.astype(str) == "rigid", np.nan, widths)
+    delta = np.unique(widths[np.isfinite(widths)])
     if not delta.size:
-        return Check(question, GOOD, "No law of this study has one.")
+        return Check(question, GOOD, "No law of this study is elastic at rest.")
     largest = f"The law is elastic up to {delta[-1]:.3g} of the angle at which the block tips (δ)"
     bound = f"{'above' if delta[-1] > LARGE_DELTA else 'not above'} {LARGE_DELTA:g}"
     if "outside" not in results:

@@ -42,6 +42,7 @@ COLUMNS = {
     "consequences": "",
     "value": "money",
     "anchoring_cost": "money",
+    "anchoring_cost_of_all": "money",
     "saving_a_year": "money a year",
     "saving_a_year_lower": "money a year",
     "saving_a_year_upper": "money a year",
@@ -125,7 +126,8 @@ def code_rows(results: xr.Dataset) -> Rows | None:
     """Return what the building code says of each piece, with the design forces; None where the study names no code."""
     if "code" not in results.attrs:
         return None
-    headings = ("piece", "floor", "code says", "by clause", "force / weight", "force, N", "on anchor, N", "of strength")
+    headings = ("piece", "floor", "code says", "by clause")
+    headings += ("force / weight", "force, N", "anchor force, N", "demand / strength")
     rows = []
     pieces = pieces_of(results)
     for one in pieces[:MOST_ROWS]:
@@ -186,16 +188,17 @@ def _values(one: Piece, yearly: bool) -> dict[str, str | float | int]:
     found: dict[str, str | float | int] = {
         "item": one.item,
         "room": one.room,
-        "floor": one.floor,
+        "floor": int(one.floor) if one.floor.isdecimal() else one.floor,
         "pieces": one.number,
         "level_at_10_percent": one.levels[0] or math.nan,
         "level_at_50_percent": one.levels[1] or math.nan,
         "consequences": ", ".join(one.consequences),
         "value": one.value,
         "anchoring_cost": one.cost,
+        "anchoring_cost_of_all": one.number * one.cost,
         "payback": one.payback,
         "recommendation": one.recommendation,
-        "within_budget": "yes" if one.chosen else "no",
+        "within_budget": "" if one.recommendation in HELD else "yes" if one.chosen else "no",
     }
     if one.code is not None:
         found |= {

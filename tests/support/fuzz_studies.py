@@ -87,7 +87,8 @@ def bases() -> list[dict[str, str]]:
     """The example studies with the inventory beside them, their motions few and short: what counts is the plan."""
     inventory = (EXAMPLES / "inventory.csv").read_text(encoding="utf-8")
     found = []
-    for path in sorted(EXAMPLES.glob("*.toml")):
+    # (the clinic first: what follows is made of it, and of the first other study that has what it needs)
+    for path in sorted(EXAMPLES.glob("*.toml"), key=lambda one: (one.stem != "clinic", one.stem == "branches", one)):
         text = re.sub(r"(?m)^dt_s = .*\n", "", path.read_text(encoding="utf-8"))
         text = re.sub(r"(?m)^number = \d+", "number = 2\ndt_s = 0.2", text)
         text = text.replace("samples = 64", "samples = 2").replace("sobol = 64", "sobol = 8")

@@ -237,12 +237,14 @@ class TestCode:
 
 class TestBudget:
     def test_law_before_safety_before_money(self):
-        """With 2,600: the rack (400, required), the shelves (2,000), the crate (20), and vase before cheap (200)."""
+        """The rack (400, required), the shelves (2,000) and the crate (20); the vase saves no more than its 200."""
         given = with_code(results())
         items = given["item"].values
-        assert [*items[budget_set(given, 2650.0).chosen]] == ["rack", "shelf", "crate", "vase"]
+        assert [*items[budget_set(given, 2650.0).chosen]] == ["rack", "shelf", "crate"]
         assert [*items[budget_set(given, 2450.0).chosen]] == ["rack", "shelf", "crate"]
-        assert [*items[budget_set(given, 399.0).chosen]] == ["crate", "vase"]
+        assert [*items[budget_set(given, 399.0).chosen]] == ["crate"]
+        dear = results({**LINES, "vase": ((0.004, 0.001, 0.007), 1, 1010.0, 200.0, "", False)})
+        assert "vase" in items[budget_set(dear, 2650.0).chosen]  # (202 in 50 years)
         # without a code the rack waits for the shelves, and pays best after them
         assert [*items[budget_set(results(), 2100.0).chosen]] == ["shelf", "crate"]
         assert [*items[budget_set(results(), 2420.0).chosen]] == ["rack", "shelf", "crate"]

@@ -264,7 +264,7 @@ class TestCommand:
 
     def test_separated_data_are_said_in_the_table(self, tmp_path, capsys):
         text = SMALL.replace("from = 0.1, to = 1.0, number = 6", "from = 0.001, to = 0.002, number = 2")
-        assert main(["run", str(write(tmp_path, text)), "--out", str(tmp_path / "out")]) == 0
+        assert main(["run", str(write(tmp_path, text)), "--out", str(tmp_path / "out"), "--verbose"]) == 0
         printed = capsys.readouterr().out
         assert printed.count("no overturning") == 5
         assert ": nothing fell at any level: raise ida.levels.to" in printed

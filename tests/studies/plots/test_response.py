@@ -55,7 +55,7 @@ class TestHistory:
     def test_names_tell_apart(self, discrete):
         other = tp.free_rocking(tp.Block(0.4, 1.8, name="shelf"), tp.DiscreteDamping(e=E), 0.05, 1.0)
         texts = [text.get_text() for text in plot.history([discrete, other]).get_legend().get_texts()]
-        assert texts == ["alpha=0.2 R=0.38 m", "shelf"]
+        assert texts == ["0.151 m × 0.7449 m", "shelf"]
 
     def test_the_cross_stands_at_the_last_balance(self, falling):
         """The cross is where |θ| = α for the last time, before the curve leaves the frame and the block lies flat."""

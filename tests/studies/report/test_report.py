@@ -448,6 +448,9 @@ class TestChecks:
     def test_of_the_zone(self, folder):
         results = loaded(folder).copy(deep=True)
         assert self.word(results.isel(model=[1]), "δ") == GOOD
+        rigid = results.assign_coords(rest=("model", ["rigid"] * results.sizes["model"]))
+        assert self.word(rigid.assign_coords(delta=results["delta"] * 4.0), "δ") == GOOD  # (nothing that resonates)
+        results = results.assign_coords(rest=("model", ["elastic"] * results.sizes["model"]))
         results["outside"].loc[{"reason": "elastic_mode"}] = 0.0
         assert self.word(results, "δ") == GOOD
         assert self.word(results.assign_coords(delta=results["delta"] * 4.0), "δ") == CARE

@@ -331,7 +331,7 @@ class TestUncertainRates:
         path = tmp_path / "study.toml"
         fit = "[fit]\nfractiles = [0.1]\nreplicates = 100\n"
         study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, UNCERTAIN, HAZARD, fit)
-        assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
+        assert main(["run", str(path), "--out", str(tmp_path / "out"), "--verbose"]) == 0
         out = capsys.readouterr().out
         assert "Overturns once in so many years (P: mean over the samples; 95 % over motions," in " ".join(out.split())
         assert "P = 10 %" in out

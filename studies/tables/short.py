@@ -1,0 +1,78 @@
+"""The table that a study ends with on a terminal: what a reader looks for first, in a few lines."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.fitting.states import OVERTURNED, state_name
+from ...wording import about_percent, confidence_text, in_years, interval_text, three_digits, years_between
+from ..buildings.pieces import HELD, YEARS, pieces_of
+from ..text.block_order import RATE, chosen_of, shown
+from ..text.curve_notes import verb_of
+from ..text.rows import Rows
+from ..text.words import axis_of, display_unit, floor_name, measure_name, reference_law
+from .pieces import code_text
+from .pieces import in_years as chances_in
+
+MOST = 9
+"""Most lines of the table."""
+
+
+def short_rows(results: xr.Dataset) -> Rows | None:
+    """Return the table of a fragility or a performance study under its reference law; None of other kinds."""
+    kind = str(results.attrs["kind"])
+    return _blocks(results) if kind == "fragility" else _pieces(results) if kind == "performance" else None
+
+
+def _blocks(results: xr.Dataset) -> Rows:
+    """Return medians with intervals, the medians of the other laws, and how often, of the blocks that fall first."""
+    yearly = "rate" in results
+    here = shown(results, RATE, MOST) if yearly else shown(results, most=MOST)
+    at, known = reference_law(here)
+    axis = axis_of(here)
+    scale, unit = display_unit(axis)
+    floors = here["floor"].values.tolist() if "floor" in here["median"].dims else [None]
+    rows: list[tuple[str, ...]] = []
+    for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
+        one = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
+        own, others = one.isel(model=at), np.delete(one["median"].values / scale, at)
+        middle, low, high = (float(own[f"median{end}"]) / scale for end in ("", "_lower", "_upper"))
+        beta = three_digits(float(own["dispersion"])) if "dispersion" in own else "–"
+        text = f"{three_digits(middle)} ({interval_text(low, high)})"
+        found = others[np.isfinite(others)]
+        ends = [three_digits(float(end)) for end in (found.min(), found.max())] if found.size else []
+        cells: list[str] = [text, beta] if np.isfinite(middle) else [str(own["status"].item()), "–"]
+        cells += [" to ".join(dict.fromkeys(ends)) or "–"] if others.size else []
+        if yearly:
+            rate, *limits = (float(own[f"rate{end}"]) for end in ("", "_upper", "_lower"))
+            cells.append(f"{in_years(rate)} ({years_between(*limits)})" if np.isfinite(rate) else "–")
+        where = "" if floor is None else f", {floor_name(floor)}"
+        rows.append((f"{here['block'].values[i]}{where}", *cells))
+    law = f"{here['model'].values[at]}{', the reference law' if known else ''}"
+    verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
+    name = measure_name(str(axis.attrs.get("im", "level")))
+    heading = f"median {name}{f', {unit}' if unit else ''}"
+    headings = ["", heading, "β", *(["other laws"] if here.sizes["model"] > 1 else [])]
+    headings += ["once in, years"] if yearly else []
+    chosen = f"; {chosen_of(here)}" if chosen_of(here) else ""
+    title = f"What {verb} under {law} ({confidence_text(here)} intervals over motions{chosen})"
+    return Rows(title, tuple(headings), rows[: max(MOST, len(floors))])
+
+
+def _pieces(results: xr.Dataset) -> Rows:
+    """Return the first pieces with their chance of falling and the recommendation."""
+    at, _ = reference_law(results)
+    yearly = "item_rate" in results
+    every = pieces_of(results, at)
+    rows = []
+    for one in every[:MOST]:
+        chance = chances_in(one.chance, YEARS).value if yearly else one.chance.value
+        falls = "–" if one.recommendation in HELD else about_percent(chance) if chance > 0.0 else "never seen"
+        floor = floor_name(one.floor).removeprefix("floor ")
+        rows.append((one.item, floor, f"{one.number:,}", falls, one.recommendation))
+    first = f"; the first {MOST} of {len(every):,}" if len(every) > MOST else ""
+    headings = ("piece", "floor", "number", f"falls in {YEARS:g} years" if yearly else "falls", "recommendation")
+    return Rows(f"Each piece under {results['model'].values[at]} ({code_text(results)}{first})", headings, rows)

@@ -1,0 +1,47 @@
+"""What a study prints on a terminal: an answer in a few lines, everything with --verbose, and help by task."""
+
+import pytest
+from study_texts import HAZARD, crate_study
+
+from toppling.studies.command.cli import main
+
+BLOCKS = "".join(f'[[blocks]]\nname = "shelf {i}"\nwidth_m = {0.3 + 0.02 * i}\nheight_m = 1.8\n' for i in range(12))
+
+
+@pytest.fixture
+def study(tmp_path):
+    """Fourteen blocks under two laws, with a hazard."""
+    text = crate_study("Many shelves", 6, 6, 0.02, 5).replace("[motions]", f"{BLOCKS}[motions]", 1)
+    (tmp_path / "study.toml").write_text(text + HAZARD, encoding="utf-8")
+    return tmp_path / "study.toml"
+
+
+def test_an_answer_in_a_few_lines(study, capsys):
+    assert main(["run", str(study), "--out", str(study.parent / "out")]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) < 25
+    text = "\n".join(lines)
+    assert "What overturns under housner e=e_R, the reference law" in text
+    assert "the 9 of 14 blocks with the highest rates" in text.replace("\n", " ")
+    assert sum(line.startswith(" shelf") for line in lines) >= 7
+    assert any(line.startswith("validity: ") for line in lines)
+    assert "notes: toppling report" in text
+    assert "note: vertical shaking" not in text
+
+
+def test_everything_with_verbose(study, capsys):
+    assert main(["run", str(study), "--out", str(study.parent / "out"), "--verbose"]) == 0
+    text = capsys.readouterr().out
+    assert "How often each overturns" in text
+    assert "note: vertical shaking, sliding and bouncing are not modelled" in text
+    assert all(f"shelf {i}" in text for i in range(12))
+
+
+def test_help_lists_commands_by_task(capsys):
+    assert main(["--help"]) == 0
+    text = capsys.readouterr().out
+    order = [
+        text.index(name) for name in ("Run a study", "Read its results", "Look at inputs", "Look at toppling itself")
+    ]
+    assert order == sorted(order)
+    assert order[1] < text.index("report") < order[2] < text.index("catalogue") < order[3] < text.index("schema")
