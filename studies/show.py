@@ -48,19 +48,6 @@ def short(results: xr.Dataset) -> list[Table]:
     return [] if rows is None else [plain_table(*rows)]
 
 
-def verdict(results: xr.Dataset) -> list[str]:
-    """Return the answer in sentences where no short table says it, and how valid the results are, a line each."""
-    from .report.summary import plain_answer  # noqa: PLC0415
-    from .report.validity import GOOD, INVALID, checks_of, worst_word  # noqa: PLC0415
-
-    said = plain_answer(results) if not short(results) else []
-    found = checks_of(results)
-    word = worst_word(found)
-    bad = sorted((one for one in found if one.word != GOOD), key=lambda one: one.word != INVALID)
-    worst = f": {bad[0].reason}" if bad else ""
-    return [*said, f"validity: {word}{worst}"]
-
-
 def hints(results: xr.Dataset) -> list[str]:
     """Return advice on curves and values that could not be found, one line each."""
     from .tables.fragility import hints as of_curves  # noqa: PLC0415

@@ -31,7 +31,7 @@ ALLOWED = {
 # A new arrow that lifts a room is a decision, made here.
 FLOORS = """
 benchmarks/kernels benchmarks/multiprecision fragility/kernels fragility/numerics models/block models/engine
-motions/arrays motions/kernels
+motions/arrays motions/kernels studies/codes
 
 models/friction models/items models/oscillator motions/corrections motions/intensity motions/readers
 

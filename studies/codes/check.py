@@ -114,7 +114,7 @@ def anchor_demand(force: float, held_down: float, one: Component) -> float:
     --------
     >>> shelf = Component(width=0.4, height=2.0, cm_height=1.0, mass=100.0, anchor_height=1.9)
     >>> round(anchor_demand(500.0, 0.9, shelf), 1)
-    170.2
+    170.3
     """
     if one.anchor_height is None:
         return force

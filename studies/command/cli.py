@@ -145,7 +145,10 @@ def run(
 
 def _show(console: Console, plan: Study, results: Dataset, folder: Path, verbose: bool) -> None:
     """Print a study's answer, or all its tables and notes, and write its figures."""
-    for table in show.tables(results) if verbose else show.short(results):
+    from .verdict import verdict  # noqa: PLC0415 - checks and sentences of reports
+
+    tables = show.tables(results) if verbose else show.short(results)
+    for table in tables:
         for part in fitted(table, console.width):
             console.print(part)
     said_before = plan.notes
@@ -153,7 +156,7 @@ def _show(console: Console, plan: Study, results: Dataset, folder: Path, verbose
     if verbose:
         say(console, *show.hints(results), *(f"note: {note}" for note in notes))
     else:
-        say(console, *show.hints(results), *show.verdict(results))
+        say(console, *show.hints(results), *verdict(results, bool(tables)))
         more = f" and {counted(len(notes), 'note')}" if notes else ""
         say(console, f"all tables{more}: toppling report {folder / RESULT_NAME}, or --verbose here")
     say(console, f"results: {folder / RESULT_NAME}", *(f"figure:  {path}" for path in show.draw(results, folder)))

@@ -24,7 +24,6 @@ from ...wording import (
     short_digits,
     three_digits,
     two_digits,
-    years_between,
 )
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
@@ -187,9 +186,10 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         if rate > 0.0:
             chance, *ends = (-math.expm1(-YEARS * each) for each in (rate, low, high))
             yield (
-                f"At least one item in this building overturns about once in {three_digits(1.0 / rate)} years "
-                f"({years_between(high, low)}): a probability of about {about_percent(chance)} in {YEARS:g} years "
-                f"({chances_between(ends[0], ends[1], about_percent)}; {sure} over motions, for the given hazard)."
+                f"At least one item in this building overturns about once in {_years(rate)} years "
+                f"({_range(high, low)}): a probability of about {about_percent(chance)} in {YEARS:g} years "
+                f"({chances_between(ends[0], ends[1], about_percent)}). Both ranges ({sure}) come from the choice of "
+                f"motions alone{_held(results)}; law and hazard curve are taken as given."
             )
         else:
             yield "Under none of the motions does anything fall."
@@ -205,17 +205,36 @@ def _building(results: xr.Dataset) -> Iterator[str]:
     if "annual_loss" in one:
         loss, low, high = (float(one[f"annual_loss{end}"]) for end in ("", "_lower", "_upper"))
         money = f" {currency_of(results)}" if currency_of(results) else ""
-        yield f"What falls costs {three_digits(loss)}{money} in a mean year ({interval_text(low, high)})."
+        interval = interval_text(low, high, two_digits)
+        yield f"What falls costs about {two_digits(loss)}{money} in a mean year ({interval})."
     if "consequence_rate" in one and float(one["consequence_rate"].max()) > 0.0:
         worst = one.isel(consequence=int(one["consequence_rate"].values.argmax()))
         rate, low, high = (float(worst[f"consequence_rate{end}"]) for end in ("", "_lower", "_upper"))
         yield (
             f"The most frequent consequence is “{worst['consequence'].item()}”: about once in "
-            f"{three_digits(1.0 / rate)} years ({years_between(high, low)})."
+            f"{_years(rate)} years ({_range(high, low)})."
         )
     held = anchored_text(results)
     if held:
         yield f"{held[:1].upper()}{held[1:]}."
+
+
+def _years(rate: float) -> str:
+    """Return the mean number of years between two events, in two digits."""
+    return two_digits(1.0 / rate) if rate > 0.0 else "∞"
+
+
+def _range(often: float, seldom: float) -> str:
+    """Return the ends of a rate's interval as years between two events."""
+    if not math.isfinite(often) or not math.isfinite(seldom):
+        return "no interval"
+    return f"above {_years(often)}" if seldom == 0.0 else f"{_years(often)} to {_years(seldom)}"
+
+
+def _held(results: xr.Dataset) -> str:
+    """Return what rates hold of modelling uncertainty."""
+    beta = float(results.attrs.get("modelling_dispersion", 0.0))
+    return f" (the rate holds a modelling uncertainty of {beta:g})" if beta else " and hold no modelling uncertainty"
 
 
 def _strength(results: xr.Dataset) -> str:

@@ -126,8 +126,8 @@ def code_rows(results: xr.Dataset) -> Rows | None:
     """Return what the building code says of each piece, with the design forces; None where the study names no code."""
     if "code" not in results.attrs:
         return None
-    headings = ("piece", "floor", "code says", "by clause")
-    headings += ("force / weight", "force, N", "anchor force, N", "demand / strength")
+    forces = ("force / weight", "force, N", "anchor force, N", "demand / strength")
+    headings = ("piece", "floor", "code says", "by clause", *forces)
     rows = []
     pieces = pieces_of(results)
     for one in pieces[:MOST_ROWS]:

@@ -26,7 +26,7 @@ from toppling.studies.store.content import sealed
 from toppling.studies.text.names import clean, drawable
 from toppling.studies.text.rows import plain_table
 from toppling.studies.text.words import reference_law
-from toppling.wording import three_digits
+from toppling.wording import three_digits, two_digits
 
 BASE = """
 title = "A <small> study"
@@ -387,10 +387,12 @@ class TestPlainWords:
         rate = float(one["any_rate"])
         said = plain_answer(results)
         assert said[0].startswith(
-            f"At least one item in this building overturns about once in {three_digits(1 / rate)} years ("
+            f"At least one item in this building overturns about once in {two_digits(1 / rate)} years ("
         )
         assert f"a probability of about {100 * (1 - np.exp(-50 * rate)):.2g}\u00a0% in 50 years" in said[0]
-        assert said[1].startswith(f"What falls costs {three_digits(float(one['annual_loss']))} EUR in a mean year (")
+        assert said[1].startswith(
+            f"What falls costs about {two_digits(float(one['annual_loss']))} EUR in a mean year ("
+        )
         assert "The most frequent consequence is “injury”: about once in" in said[2]
         assert len(said) == 3
         held = results.assign_coords(anchored=("item", [True]))
