@@ -195,7 +195,7 @@ def _savings(
         "saving": (mean, goal.units, f"saved by anchoring it alone of: {goal.text}"),
         "saving_lower": (interval.lower, goal.units, f"lower end of the {percent} interval of the saving"),
         "saving_upper": (interval.upper, goal.units, f"upper end of the {percent} interval of the saving"),
-        "saving_share": (share, DIMENSIONLESS, "saving over all there is to save"),
+        "saving_share": (share, DIMENSIONLESS, "saving over all that anchoring could save"),
         "alone": (alone, goal.units, f"if it stood alone: {goal.text}"),
         "rank": (_ranks(score_of(mean, price), alone), DIMENSIONLESS, f"rank by {by}, 1 is the first to anchor"),
         "rank_lower": (first, DIMENSIONLESS, f"first rank of the {percent} interval of the rank"),

@@ -42,7 +42,7 @@ REFUSED = {
     "screen": "the screen is of single runs of known blocks, and here every sample is another block: leave uncertainty "
     "out to screen the block as it is thought to be",
     "measures": "measures are ranked for known blocks: leave uncertainty out to rank them",
-    "outputs": "of so many runs only the verdicts are kept",
+    "outputs": "of so many runs only the outcomes are kept",
 }
 """Keys that are refused in a study with uncertainty, and the reasons."""
 FORMS = (LOGNORMAL, *LINKED)

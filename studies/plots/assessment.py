@@ -166,7 +166,7 @@ def _levels(results: xr.Dataset, laws: list[selection.DrawnLaw], quantity: str, 
     log = axes.log_spaced(x)
     name = f"{measure_name(str(results['level'].attrs['im']))}{f' ({unit})' if unit else ''} of the ground motion"
     axes.level_axis(ax, float(x[0]) / 1.06, float(x[-1]) * 1.06, log, name)
-    ax.set_title(axes.wrapped(f"{place_name(place)}: {free} free to fall", axes.width_of(ax) + 0.5), fontsize=10)
+    ax.set_title(axes.wrapped(f"{place_name(place)}: {free} not anchored", axes.width_of(ax) + 0.5), fontsize=10)
     axes.grid(ax)
 
 

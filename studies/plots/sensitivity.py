@@ -100,7 +100,7 @@ QUANTITIES = {
     "dispersion": "dispersion β",
     "probability": "P(overturn) at {level}",
     "excess": "P(overturn) less that\nof {reference}, {level}",
-    "flipped": "verdicts that differ from\n{reference}, {level}",
+    "flipped": "outcomes that differ from\n{reference}, {level}",
     "decay_error": "peaks of free rocking\nover the rigid block's",
 }
 

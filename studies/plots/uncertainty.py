@@ -209,7 +209,7 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
             ax.set_title(axes.wrapped(f"{block}\n{law.label}", axes.width_of(ax)), fontsize=10)
             axes.outer_labels(ax, i, columns, len(laws))
         shares = uncertainty(here, figure.add_subplot(cells[top + rows, :]), view="variance")
-        shares.set_title(f"{block}: where the variance of the verdict comes from", fontsize=10)
+        shares.set_title(f"{block}: sources of the variance of the outcome", fontsize=10)
     axes.legend_below(figure, *shares.get_legend_handles_labels())
     samples, motions = results.sizes["sample"], results.sizes["motion"]
     text = f"{samples} samples under {motions} motions; "

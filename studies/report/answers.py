@@ -282,7 +282,7 @@ def _largest_share(here: xr.Dataset) -> str:
     found = largest_share(here)
     if found is None:
         return "Where the scatter comes from could not be told."
-    what = "the logarithm of its capacity" if "capacity_share" in here else "its verdict where that is least certain"
+    what = "the logarithm of its capacity" if "capacity_share" in here else "its outcome where that is least certain"
     return f"The largest part of the variance of {what}, {whole_percent(found[1])}, is {found[0]}."
 
 
@@ -332,7 +332,7 @@ def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
     _, unit = objective_unit(ranking)
     for row in rows.rows:
         found = dict(zip((heading.partition(",")[0] for heading in rows.headings), row, strict=True))
-        share = "" if found["share"] == "–" else f" ({found['share']} of all there is to save)"
+        share = "" if found["share"] == "–" else f" ({found['share']} of all that anchoring could save)"
         place = found["rank"].partition(" ")[2].strip("()")
         sure = f"; its rank may be {place}" if place else "; its rank is the same in every bootstrap resample"
         yield (

@@ -61,7 +61,7 @@ CAPTIONS = {
     "median_ratio": "Medians over those of the reference, over the values that are varied.",
     "dispersion": "Dispersions of the fragility curves over the values that are varied.",
     "probability": "Probability of overturning over the values that are varied.",
-    "flipped": "Share of runs whose verdict differs from the reference’s, over the values that are varied.",
+    "flipped": "Share of runs whose outcome differs from the reference’s, over the values that are varied.",
     "decay_error": "How far free rocking lies from the rigid block’s closed form, over the values that are varied.",
     "free_rocking": "Free rocking of a block let go, beside the rigid block’s.",
     "convergence": "How the response to a pulse converges as the value that is varied becomes small.",

@@ -127,20 +127,20 @@ def _rocking(results: xr.Dataset) -> Check:
     named = [str(one) for one in needs[needs.dims[0]].values[squat]]
     if not named:
         return Check(question, GOOD, "Every mass centre is at least two half widths high.")
-    cure = "Leave them out, or look at them with a model that knows sliding and bouncing."
+    cure = "Leave them out, or look at them with a model that includes sliding and bouncing."
     reason = f"{_names_text(named)}: the mass centre is less than two half widths high, so that bouncing decides."
     return Check(question, INVALID if squat.all() else CARE, reason, cure)
 
 
 def _sliding(results: xr.Dataset) -> Check:
     question = "Does the block rock rather than slide?"
-    cure = "Give [screen] friction = the coefficient there is; where blocks slide, use a model that knows sliding."
+    cure = "Give the available coefficient as [screen] friction; where blocks slide, use a model that includes sliding."
     if "outside" not in results:
         needs = _uplift(results)
         if needs is None:
             return Check(question, UNKNOWN, "The results hold no need of friction.")
         reason = f"Uplift alone needs a coefficient of friction of up to {float(needs.max()):.2f}, strong shaking more."
-        return Check(question, UNKNOWN, reason, "Compare that with the friction there is.")
+        return Check(question, UNKNOWN, reason, "Compare that with the available friction.")
     given = json.loads(str(results.attrs["screen"]))["friction"] is not None
     reasons = (SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SLIDES_AT_IMPACT)
     shares = results["outside"].sel(reason=[one.name for one in reasons]).max("reason")

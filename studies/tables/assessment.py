@@ -52,7 +52,7 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
         cells.append(_period(one, "any_rate"))
         rows.append(tuple(cells))
     money = currency_of(here)
-    sure = f"{confidence_text(here)} over motions, hazard as given"
+    sure = f"{confidence_text(here)} over motions, for the given hazard curve"
     title = f"In a year{f', {money}' if money and has_loss else ''} ({sure})"
     return Rows(_dashed(title, rows), tuple(headings), rows)
 

@@ -107,7 +107,7 @@ def risk_table(results: xr.Dataset) -> Table:
     percent = confidence_text(results)
     table = Table(
         title=f"How often each {_verb(results)}, and with what probability in {years:g} years ({percent} over "
-        f"motions, hazard as given){_chosen(results)}",
+        f"motions, for the given hazard curve){_chosen(results)}",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",
@@ -226,7 +226,7 @@ def size_table(results: xr.Dataset) -> Table:
     units = results[f"size_{along}"].attrs["units"]
     table = Table(
         title=f"Which {along} ({units}) {_verb(results)} with a probability of {percent(target)} in {years:g} "
-        f"years ({confidence_text(results)} over motions, hazard as given)",
+        f"years ({confidence_text(results)} over motions, for the given hazard curve)",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",

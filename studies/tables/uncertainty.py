@@ -64,7 +64,8 @@ def rate_rows(results: xr.Dataset) -> Rows:
             )
     percent = confidence_text(results)
     headings = ("", "all together", percent, "mean of samples", "90 % of samples", f"P in {years:g} years")
-    title = f"Overturns once in so many years (P: mean over the samples; {percent} over motions, hazard as given)"
+    rests_on = f"{percent} over motions, for the given hazard curve"
+    title = f"Overturns once in so many years (P: mean over the samples; {rests_on})"
     return Rows(title, headings, rows)
 
 
@@ -79,7 +80,7 @@ def share_rows(results: xr.Dataset) -> Rows:
         share = one["capacity_share"] if known else one["flag_share"].isel(level=middle_level(one["probability"]))
         columns.append([whole_percent(float(value)) for value in share.values])
     # where capacities are not known, the shares are taken at the level where the outcome is least certain
-    what = "ln capacity" if known else "the verdict, where it is least certain,"
+    what = "ln capacity" if known else "the outcome, where it is least certain,"
     rows = list(zip(words, *columns, strict=True))
     return Rows(f"Where the variance of {what} comes from", ("", *map(str, results["block"].values)), rows)
 

@@ -618,7 +618,9 @@ def test_hostile(options, error, message):
 class TestTablesAndFigures:
     def test_annual_rows(self, found):
         title, headings, rows = annual_rows(found)
-        assert title == "In a year, EUR (95 % over motions, hazard as given) (–: nothing fell under any motion)"
+        assert (
+            title == "In a year, EUR (95 % over motions, for the given hazard curve) (–: nothing fell under any motion)"
+        )
         assert headings[:4] == ("", "free pieces", "overturned a year", "lost a year")
         assert [row[0] for row in rows] == ["building", "ground", "floor 1", "floor 3"]
         assert [row[1] for row in rows] == ["12", "2", "0", "10"]

@@ -458,7 +458,7 @@ class TestTables:
         ends = (found["fractile"][0, 0, 0], found["median"][0, 0])
         levels = [two_digits(float(one) / 9.80665) for one in ends]
         table = risk_table(found)
-        assert "(95 % over motions, hazard as given)" in str(table.title)
+        assert "(95 % over motions, for the given hazard curve)" in str(table.title)
         assert [column[1] for column in cells(table)[1:]] == [
             "2,140 (above 1,800)",
             "0.0468\u00a0%",
