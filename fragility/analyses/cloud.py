@@ -14,7 +14,7 @@ from ...motions.intensity.measure import Measure
 from ..runs.factors import unscaled
 from ..runs.provenance import CLOUD, GROUND
 from ..runs.request import check_request
-from ..runs.scaling import SCALE, ground_of, intensities, intensity_measure, of_the_ground, scaling
+from ..runs.scaling import SCALE, ground_of, intensities, intensity_measure, name_at, scaling
 from .analysis import Design, analyse, specimens_of
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def cloud(
         raise ValueError(f"im must be a measure of the motions in a cloud analysis, got {im!r}")
     values = intensities(measure, at, request.blocks)
     scaled = scaling([1.0], plain, SCALE)
-    long_name = measure.long_name if ground is None else of_the_ground(measure.long_name)
+    long_name = name_at(measure.long_name, plain, None if ground is None else at)
     attributes = {"units": measure.units, "long_name": long_name, "im": measure.label}
     dims = ("motion",) if values.ndim == 1 else ("block", "motion")
     design = Design(

@@ -14,7 +14,7 @@ from ...units import DIMENSIONLESS, PER_YEAR, provenance
 from ...wording import given_percent
 from ..curves.curve import OUTSIDE, REFUSE, coordinates_on, has_replicates
 from ..fitting.bootstrap import percentile_interval
-from ..hazard.curve import HazardCurve
+from ..hazard.curve import FLOOR, HazardCurve
 from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND
 from ..hazard.rates import probability_in
 from ..runs.provenance import configuration_of, levels_of_the_ground
@@ -121,6 +121,8 @@ def annual_rate(
     units, measure = hazard.units, hazard.measure.long_name
     if levels_of_the_ground(curves):
         measure = of_the_ground(measure)
+    elif hazard.at != FLOOR:
+        measure = measure.replace("floor", "ground")
     text = f"probability of overturning in {time:g} years"
     variables: dict[str, tuple[tuple[str, ...], NDArray[Any], str, str]] = {
         "rate": (dims, found.rate, PER_YEAR, "annual rate of overturning"),

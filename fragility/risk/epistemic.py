@@ -250,7 +250,7 @@ def _spread(every: Sequence[Branch], found: Sequence[_Rates], weights: Array) ->
         plain = [np.log(one.samples) for one in found]
         modelled = [np.log(one.modelled) for one in found]
         # (of each branch: the mean over replicates, on its realisations)
-        central = [np.nanmean(one, axis=1) for one in plain]
+        central = [_moments(one)[0] for one in plain]
     cells: list[tuple[str, str, str]] = []
     columns, mass = [], []
     for branch, one, values, weight in zip(every, found, central, weights, strict=True):
@@ -270,14 +270,24 @@ def _spread(every: Sequence[Branch], found: Sequence[_Rates], weights: Array) ->
     finite, both = np.zeros(means.shape[0]), np.zeros(means.shape[0])
     for one, before, after, weight in zip(found, plain, modelled, weights, strict=True):
         of_realisations = one.weights / one.weights.sum()
-        finite += weight * np.nanvar(before, axis=1) @ of_realisations
-        both += weight * np.nanvar(after, axis=1) @ of_realisations
+        finite += weight * _moments(before)[1] @ of_realisations
+        both += weight * _moments(after)[1] @ of_realisations
     out[:, SOURCES.index(FINITE)] = finite
     # (replicates and beta_m are independent of each other)
     out[:, SOURCES.index(MODEL_ERROR)] = np.maximum(both - finite, 0.0)
     whole = out.sum(axis=1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(np.isfinite(whole) & (whole > 0.0), out / whole, np.nan)
+
+
+def _moments(values: Array) -> tuple[Array, Array]:
+    """Return mean and variance over replicates (curve, realisation) of those that are known, NaN without any."""
+    known = np.isfinite(values)
+    number = known.sum(axis=1)
+    part = np.where(number > 0, 1.0 / np.maximum(number, 1), np.nan)
+    mean = np.where(known, values, 0.0).sum(axis=1) * part
+    off = np.where(known, values - mean[:, None], 0.0)
+    return mean, (off * off).sum(axis=1) * part
 
 
 def _variance(values: Array, weights: Array) -> Array:

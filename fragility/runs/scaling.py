@@ -19,6 +19,8 @@ from ...motions.intensity.measure import MEASURES, Measure
 from ...units import DIMENSIONLESS, STANDARD_GRAVITY
 from .factors import BlockFactors, Factors, ScaleFactors, unscaled
 
+ON_THE_GROUND = ("", "0", "ground")
+"""Labels of floors whose motion is that of the ground."""
 SCALE = "scale"
 MIN_FACTOR = 1e-100
 
@@ -144,7 +146,7 @@ def scaling(
     else:
         factors = BlockFactors(values, measured, base, np.ones(values.size))
     _check_factors(factors, motions)
-    text = one.long_name if ground is None else of_the_ground(one.long_name)
+    text = name_at(one.long_name, motions, ground)
     return Scaling(values, factors, one.label, one.units, text, measured, ground is not None, base)
 
 
@@ -179,6 +181,13 @@ def ground_of(motions: Sequence[Record], ground: Sequence[Record]) -> list[Recor
             raise ValueError(f"ground must hold the ground motion {label!r} of motion {motion.label!r}, got none")
         found.append(known[label])
     return found
+
+
+def name_at(long_name: str, motions: Sequence[Record], ground: Sequence[Record] | None) -> str:
+    """Return the long name of a measure of `ground`, or of the motions themselves, which may be of the ground."""
+    if ground is not None:
+        return of_the_ground(long_name)
+    return long_name.replace("floor", "ground") if all(one.floor in ON_THE_GROUND for one in motions) else long_name
 
 
 def of_the_ground(long_name: str) -> str:

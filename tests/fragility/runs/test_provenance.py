@@ -61,6 +61,9 @@ CALLS = {
     "capacity_variance_shares": lambda runs, curves, _: fragility.capacity_variance_shares(runs),
     "cloud": lambda *_: fragility.cloud(BLOCKS, LAWS, SHAKES),
     "compare_forms": lambda runs, *_: fragility.compare_forms(runs),
+    "epistemic_rates": lambda runs, curves, _: fragility.epistemic_rates(
+        [fragility.Branch("a law", "motions", "a hazard", curves.isel(model=0), SITE, 1.0)]
+    ),
     "fit_fragility": lambda runs, curves, _: curves,
     "goodness_of_fit": lambda runs, *_: fragility.goodness_of_fit(runs, replicates=5),
     "ida": lambda runs, *_: runs,
@@ -87,6 +90,7 @@ CALLS = {
     "tornado": lambda *_: fragility.tornado(INPUTS, response),
     "uncertain_ida": lambda *_: uncertain(),
     "variance_shares": lambda runs, *_: fragility.variance_shares(runs["overturned"], ("motion", "model")),
+    "with_modelling": lambda runs, curves, _: fragility.with_modelling(curves, 0.3),
 }
 OTHERS = {
     "RandomInputs.sample": lambda *_: INPUTS.sample(4),

@@ -676,7 +676,7 @@ class TestStudy:
         text = STUDY.replace("height_m = 1.2", "height_m = 0.8")
         (tmp_path / "study.toml").write_text(text)
         for _ in range(2):  # computed, and read again
-            assert main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out")]) == 0
+            assert main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out"), "--verbose"]) == 0
             printed = capsys.readouterr().out
             assert printed.count("note: crate: its centre of mass is 1.6 half widths high") == 1
             assert "note: no coefficient of friction is given" in printed

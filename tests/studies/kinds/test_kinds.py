@@ -106,7 +106,7 @@ motions = { seed = 8 }
         found = run(tmp_path, BLOCKS, MODELS, strong, '[cloud]\nim = "pgv"\n', "[screen]\nundecided = 0.0\n")
         assert "level" not in found.dims
         assert found.overturned.dims == ("block", "model", "motion")
-        assert "peak floor velocity (m/s)" in capsys.readouterr().out
+        assert "peak ground velocity (m/s)" in capsys.readouterr().out
 
     def test_several_buildings(self, tmp_path):
         buildings = """

@@ -358,7 +358,7 @@ class TestPlainWords:
         g = 9.80665
         first, second, third = plain_answer(results)
         assert first == "Of all that is looked at here, “shelf” overturns first."
-        strong = f"Of 100 earthquakes as strong as a peak floor acceleration of {float(one['level'][at]) / g:.3g} g, "
+        strong = f"Of 100 earthquakes as strong as a peak ground acceleration of {float(one['level'][at]) / g:.3g} g, "
         few = [round(100 * float(one[end][at])) for end in ("probability", "lower", "upper")]
         assert second.startswith(f"{strong}about {few[0]} would overturn “shelf” ({few[1]} to {few[2]}, 95 % interval)")
         level, low, high = (three_digits(float(one[f"median{end}"]) / g) for end in ("", "_lower", "_upper"))
