@@ -183,7 +183,29 @@ def _checked(branches: Sequence[Branch]) -> list[Branch]:
     whole = math.prod(len({name[i] for name in names}) for i in range(3))
     if len(set(names)) < len(names) or len(names) < whole:
         raise ValueError(f"branches must be every combination of models, motions and hazards once, got {len(names)}")
+    shares: list[dict[str, float]] = [{}, {}, {}]
+    for one, words in zip(every, names, strict=True):
+        for share, word in zip(shares, words, strict=True):
+            share[word] = share.get(word, 0.0) + one.weight
+    for one, name in zip(every, names, strict=True):
+        product = math.prod(share[word] for share, word in zip(shares, name, strict=True))
+        if not math.isclose(one.weight, product, rel_tol=1e-6):
+            raise ValueError(
+                "weights of branches must be products of those of their models, motions and hazards, got "
+                f"{one.weight:g} for {' / '.join(name)!r:.100} in place of {product:g}"
+            )
+    for one in every[1:]:
+        _refuse_others(every[0].curves, one.curves)
     return every
+
+
+def _refuse_others(first: xr.Dataset, curves: xr.Dataset) -> None:
+    """Raise ValueError where curves are not of the same blocks and floors, in their order."""
+    for name in ("block", "floor"):
+        own, other = (np.atleast_1d(one[name].values) if name in one.coords else None for one in (first, curves))
+        same = (own is None) == (other is None) and (own is None or np.array_equal(own, np.asarray(other)))
+        if not same or first.sizes.get(name) != curves.sizes.get(name):
+            raise ValueError(f"curves of all branches must be of the same {name}s in the same order")
 
 
 def _rates(one: Branch, beta: float, below: str, above: str, outside: str, seed: int) -> _Rates:
@@ -236,9 +258,18 @@ def _fractiles(found: Sequence[_Rates], weights: Array, shares: Sequence[float])
         if any(np.isnan(one.mean[i]) for one in found):
             continue
         values = np.concatenate([one.modelled[i].ravel() for one in found])
-        known = ~np.isnan(values)  # (a replicate may have no curve)
+        known = ~np.isnan(values)
+        part = mass.copy()
+        begin = 0
+        for own, weight in zip(
+            found, weights, strict=True
+        ):  # (a replicate may have no curve; its branch keeps its weight)
+            end = begin + own.modelled[i].size
+            held = part[begin:end][known[begin:end]].sum()
+            part[begin:end] *= weight / held if held > 0.0 else np.nan
+            begin = end
         order = np.argsort(values[known], kind="stable")
-        total = np.cumsum(mass[known][order])
+        total = np.cumsum(part[known][order])
         at = np.searchsorted(total / total[-1], np.array(shares) - 1e-12)
         out[i] = values[known][order][np.minimum(at, order.size - 1)]
     return out

@@ -14,8 +14,10 @@ from ...aliases import Array
 
 NODES = 20_000
 """Most nodes of the search: lists of some hundred lines end long before, larger ones within the gap that is said."""
-RELATIVE = 1e-9
-"""Part of a gain that a later one may not cost."""
+SCALE = 1e6
+"""Sum of all gains of a goal in the search, whose tolerance is a millionth."""
+SAME = 1e-9
+"""Part of what a goal has reached that a later one may cost by rounding."""
 
 
 class Choice(NamedTuple):
@@ -61,9 +63,10 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array]) -> Choice:
     open_ = open_[costs[open_] > 0.0]
     if not open_.size:
         return Choice(chosen, (0.0,) * len(gains))
-    price = costs[open_] / budget
-    limits = [LinearConstraint(price[None], -np.inf, 1.0)]
+    price = costs[open_]
+    limits = [LinearConstraint(price[None], -np.inf, budget)]
     gaps: list[float] = []
+    kept: list[tuple[Array, float]] = []
     taken = np.zeros(open_.size, dtype=bool)
     for gain in gains:
         here = gain[open_]
@@ -72,7 +75,7 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array]) -> Choice:
             gaps.append(0.0)
             continue
         found = milp(
-            -here / whole,
+            -SCALE * here / whole,
             integrality=np.ones(open_.size, dtype=np.int64),
             bounds=Bounds(0.0, 1.0),
             constraints=limits,
@@ -81,19 +84,25 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array]) -> Choice:
         if found.x is None:  # (the search stopped before it had any set that keeps the goals before)
             gaps.append(math.inf)
             break
-        taken = _affordable(found.x > 0.5, here, price)
-        reached = float((here[taken] / whole).sum())
-        bound = reached if found.mip_dual_bound is None else max(-float(found.mip_dual_bound), reached)
-        gaps.append((bound - reached) / reached if bound - reached > 1e-6 * reached else 0.0)
-        limits.append(LinearConstraint(here[None] / whole, reached * (1.0 - RELATIVE) - RELATIVE, np.inf))
+        new = _affordable(found.x > 0.5, np.stack([one[open_] for one in gains]), price, budget)
+        if any(math.fsum(goal[new]) < least * (1.0 - SAME) for goal, least in kept):
+            gaps.append(math.inf)  # (rounding in the search would cost an earlier goal)
+            break
+        taken = new
+        reached = math.fsum(here[taken])
+        bound = reached if found.mip_dual_bound is None else max(-float(found.mip_dual_bound) * whole / SCALE, reached)
+        over = bound - reached
+        gaps.append(0.0 if over <= 1e-6 * reached or over <= SAME * whole else over / reached if reached else math.inf)
+        limits.append(LinearConstraint(SCALE * here[None] / whole, SCALE * reached / whole, np.inf))
+        kept.append((here, reached))
     chosen[open_[taken]] = True
     return Choice(chosen, (*gaps, *(math.inf,) * (len(gains) - len(gaps))))
 
 
-def _affordable(taken: NDArray[np.bool_], gain: Array, price: Array) -> NDArray[np.bool_]:
-    """Return a set within the budget: the solver keeps to it up to its tolerance of a millionth."""
+def _affordable(taken: NDArray[np.bool_], gains: Array, price: Array, budget: float) -> NDArray[np.bool_]:
+    """Return a set within the budget, which the solver keeps to within a millionth; what matters least goes first."""
     taken = taken.copy()
-    while math.fsum(price[taken]) > 1.0 + 1e-12:
+    while math.fsum(price[taken]) > budget * (1.0 + 1e-12):
         inside = np.flatnonzero(taken)
-        taken[inside[np.argmin(gain[inside])]] = False
+        taken[inside[np.lexsort(gains[::-1, inside])[0]]] = False
     return taken

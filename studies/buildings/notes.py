@@ -78,14 +78,14 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], code: Code | No
     >>> from toppling.studies.buildings.contents import Contents
     >>> shelf = Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=0, consequences=("injuries",))
     >>> inventory_notes(Inventory((shelf,)), ("injury", "blocks-exit"), None)[0]
-    "the consequence 'injuries' is no matter of safety: is 'injury' meant?"
+    "the consequence 'injuries' is not among the safety consequences: did you mean 'injury'?"
     """
     found = []
     words = [word for word in inventory.consequences if word not in safety]
     for word in words:
         near = difflib.get_close_matches(word, safety, n=1, cutoff=NEAR)
         if near:
-            found.append(f"the consequence {word!r} is no matter of safety: is {near[0]!r} meant?")
+            found.append(f"the consequence {word!r} is not among the safety consequences: did you mean {near[0]!r}?")
     if words and len(words) == len(inventory.consequences):
         found.append(
             f"no consequence in the inventory ({', '.join(words)}) is a matter of safety ({', '.join(safety)}): every "
@@ -93,8 +93,12 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], code: Code | No
         )
     if code is not None:
         for column, missing, what in (
-            ("mass_kg", [row.label for row in inventory.rows if row.mass is None], "no design force is known of"),
-            ("code_class", [row.label for row in inventory.rows if not row.code_class], "the code cannot place"),
+            ("mass_kg", [row.label for row in inventory.rows if row.mass is None], "no design force is computed for"),
+            (
+                "code_class",
+                [row.label for row in inventory.rows if not row.code_class],
+                "the code's class is not known of",
+            ),
         ):
             if missing:
                 found.append(f"{column} is not given, so that {what} {first_names(missing)}")
@@ -104,11 +108,13 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], code: Code | No
 def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
     """Notes on annual values that hang on few levels, or come from above the hazard curve's own: a sentence each."""
     levels = assessment["level"].values
-    curve = covering(hazard, levels, float(assessment.attrs.get(MODELLING, 0.0)))
+    plain, curve = covering(hazard, levels), covering(hazard, levels, float(assessment.attrs.get(MODELLING, 0.0)))
     last = float(hazard.levels[-1])
     # only events above the hazard curve's last level count; without the others the curve is flat below that level
-    rarer = _Points(np.asarray(curve.levels), np.minimum(curve.rates, float(hazard.rates[-1])), curve.im, curve.units)
-    beyond, whole = (xr.DataArray(line_weights(levels, one).weights, dims="level") for one in (rarer, curve))
+    rarer = _Points(np.asarray(plain.levels), np.minimum(plain.rates, float(hazard.rates[-1])), plain.im, plain.units)
+    beyond, shaking, whole = (
+        xr.DataArray(line_weights(levels, one).weights, dims="level") for one in (rarer, plain, curve)
+    )
     found = []
     for one in _amounts(assessment):
         given = assessment[f"{one.name}_mean"].sel(place=BUILDING)
@@ -119,7 +125,8 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
                 f"the levels are coarse for this hazard curve: straight lines between them would give "
                 f"{whole_percent(apart)} more annual {one.text} than the cubics used: add levels"
             )
-        share = float(((given * beyond).sum("level") / annual.where(annual > 0.0)).fillna(0.0).max())
+        of_all = (given * shaking).sum("level")
+        share = float(((given * beyond).sum("level") / of_all.where(of_all > 0.0)).fillna(0.0).max())
         if share > NOTABLE:
             found.append(
                 f"{whole_percent(share)} of the annual {one.text} comes from shaking above the hazard curve's last "

@@ -53,9 +53,9 @@ class Asce7(Code):
 
     Exempt by 13.1.4: furniture other than storage cabinets; temporary and movable equipment; architectural components
     in category B with I_p = 1; mechanical and electrical ones in B, in C with I_p = 1 where they are attached, and in D
-    to F with I_p = 1 where they are attached with flexible connections and weigh up to 1780 N with the centre of mass
-    up to 1.22 m above the floor, or up to 89 N.  Everything in category A (11.7).  Storage cabinets and shelves are
-    components from 1.829 m (table 13.5-1).
+    to F with I_p = 1 where they are attached with flexible connections (which are not known here: *not checked*) and
+    weigh up to 1780 N with the centre of mass up to 1.22 m above the floor, or up to 89 N.  Everything in category A
+    (11.7).  Storage cabinets and shelves are components from 1.829 m (table 13.5-1).
 
     References
     ----------
@@ -106,7 +106,7 @@ class Asce7(Code):
         if self.category == "C":
             return Duty(EXEMPT, "13.1.4: category C, I_p = 1, attached")
         if one.weight <= VERY_LIGHT or (one.weight <= LIGHT and one.cm_height <= LOW):
-            return Duty(EXEMPT, "13.1.4: I_p = 1, light and low, attached, where its connections are flexible")
+            return Duty(UNCHECKED, "13.1.4: light and low: exempt where its connections are flexible")
         return required
 
     def coefficient(self, one: Component) -> tuple[float, str]:

@@ -99,7 +99,7 @@ def _modelled(curves: xr.Dataset, path: Path, asked: bool) -> xr.Dataset:
         raise StudyError(
             f"--with-modelling: the study of {path} has no modelling uncertainty (modelling_dispersion = 0)"
         )
-    if "median" not in curves:
+    if "median" not in curves or MODELLING not in curves.attrs:
         return curves
     plain = curves.assign_attrs({MODELLING: 0.0})
     held = with_modelling(plain, beta) if asked else plain

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
 
 _TIME = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
+SMALL = 1e-3
+"""Chances below which a workbook shows four decimals of a per cent."""
 LARGE = 10.0
 """Numbers from which one decimal is shown; smaller ones have four, chances are in per cent."""
 WIDEST = 40
@@ -84,6 +86,8 @@ def _table(results: xr.Dataset, path: Path, model: str | None) -> tuple[str, Val
         ["intensity measure", str(axis_of(results).attrs.get("long_name", results.attrs.get("im", "")))],
         ["intervals", f"{confidence_text(results)}, over motions; the hazard curve, where there is one, as given"],
     ]
+    beta = float(results.attrs.get("modelling_dispersion", 0.0))
+    about.append(["modelling uncertainty", f"β_m = {beta:g}" if beta else "none in rates and chances"])
     version: list[Cell] = ["toppling", str(results.attrs.get("toppling_version", ""))]
     if str(results.attrs["kind"]) != PERFORMANCE:
         if "rate" not in results or "block" not in results["rate"].dims:
@@ -150,6 +154,15 @@ def _level(results: xr.Dataset) -> str:
     return f"{results.attrs['im']} = {level_text(float(results.attrs['at_level']), results['level'])}"
 
 
+def _format(heading: str, value: float) -> str:
+    """Return the format of a number in a workbook."""
+    if heading.startswith("rate"):
+        return "0.00E+00"
+    if heading.startswith(("chance", "probability")):
+        return "0.0000%" if abs(value) < SMALL else "0.00%"
+    return "#,##0.0" if abs(value) >= LARGE else "0.0000"
+
+
 def _fill(sheet: Worksheet, rows: list[list[Cell]]) -> None:
     """Write rows into a sheet, the first in bold, with columns as wide as their texts."""
     from openpyxl.styles import Font  # noqa: PLC0415 - for this format alone
@@ -162,8 +175,7 @@ def _fill(sheet: Worksheet, rows: list[list[Cell]]) -> None:
             if isinstance(value, str):
                 cell.data_type = "s"
             elif isinstance(value, float):
-                share = str(rows[0][j - 1]).startswith(("chance", "probability"))
-                cell.number_format = "0.00%" if share else "#,##0.0" if abs(value) >= LARGE else "0.0000"
+                cell.number_format = _format(str(rows[0][j - 1]), value)
             if i == 1:
                 cell.font = Font(bold=True)
     for j, column in enumerate(zip(*rows, strict=True), start=1):

@@ -11,7 +11,7 @@ import xarray as xr
 
 from ...aliases import Progress
 from ...doubts import Doubt
-from ...fragility import notes, screen, with_modelling
+from ...fragility import notes, screen
 from ...fragility.fitting.states import state_name
 from ...fragility.risk.inversion import check_family
 from ...fragility.runs.scaling import BLOCK_MEASURES
@@ -259,7 +259,7 @@ class FragilityStudy(BlockStudy, Study):
             each = part_of(progress, done, self.work)
             runs = design.run(self.blocks, self.models, self.fit.outputs, client, each)
             done += len(self.blocks) * len(self.models) * design.runs
-            return self.fit.curves(runs, True, telling=client.tell)
+            return self.fit.modelled(self.fit.curves(runs, True, telling=client.tell))
 
         return self.branches.of(curves, fitted, self.risk, self.fit.seed)
 
@@ -281,7 +281,12 @@ class FragilityStudy(BlockStudy, Study):
         )
         curves = self.fit.curves(results, self.risk is not None, telling=client.tell)
         found = dict(screened.data_vars)
-        attributes = {"fit_method": curves.attrs["method"], "form": curves.attrs["form"]}
+        attributes = {
+            "fit_method": curves.attrs["method"],
+            "form": curves.attrs["form"],
+            "modelling_dispersion": self.fit.modelling_dispersion,
+            "modelling": self.fit.modelling,
+        }
         if self.measures is not None:
             ranking = ranked(results, self.design.arrays, self.measures, self.fit.state)
             found |= ranking.data_vars
@@ -290,16 +295,15 @@ class FragilityStudy(BlockStudy, Study):
         coordinates = {}
         if self.risk is not None:
             highest = self.design.highest(results)
-            modelled = with_modelling(curves, self.fit.in_mean) if self.fit.in_mean else curves
+            modelled = self.fit.modelled(curves)
             rates = self.risk.of(modelled, self.fit.confidence, highest, self.fit.state, client.tell)
             said += self.risk.notes(rates, modelled, highest, self.design)
             found |= rates.data_vars
             attributes |= {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}
             if self.branches is not None:
-                spread = self._spread(curves, client, progress)
+                spread = self._spread(modelled, client, progress)
                 found |= spread.data_vars
                 coordinates = {name: spread.coords[name] for name in BRANCH_COORDINATES}
-            attributes |= {"modelling_dispersion": self.fit.modelling_dispersion, "modelling": self.fit.modelling}
             said.append(modelling_note(self.fit.modelling_dispersion, self.fit.modelling))
         kept = curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
         found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars

@@ -35,6 +35,7 @@ from ..buildings.notes import hazard_notes, inventory_notes, notes
 from ..buildings.pieces import SAFETY, budget_set
 from ..buildings.shaking import Shaking
 from ..buildings.variables import JOINT, variable
+from ..codes.asce7 import Asce7
 from ..codes.check import Code
 from ..file.analyses import LevelsTable, PerformanceTable
 from ..file.schema import StudyFile
@@ -109,6 +110,12 @@ class PerformanceStudy(Study):
             code = None if asked.code is None else asked.code.build(building)
         except ValueError as error:
             raise ValueError(f"performance.code: {error}") from None
+        for row in inventory.rows:
+            if isinstance(code, Asce7) and row.code_importance not in (None, 1.0, 1.5):
+                raise ValueError(
+                    f"code_importance must be 1.0 or 1.5 by 'asce7-22' (13.1.3), got {row.code_importance:g} for "
+                    f"{row.label!r}"
+                )
         if asked.modelling_dispersion > 0.0 and hazard is None:
             raise ValueError("performance.modelling_dispersion is of annual values, which need a [hazard]")
         if asked.budget is not None and all(row.anchoring_cost is None for row in inventory.rows):
@@ -275,7 +282,11 @@ class PerformanceStudy(Study):
             middle = level_text(self.at, found["level"])
             said.append(f"performance.at_level is not given: table and ranking are of the middle level, {middle}")
         beside = {f"{RANKING}{name}": one for name, one in whole.data_vars.items()}
-        coded = {} if self.code is None else code_variables(self.inventory, self.code, self.building, self.safety)
+        coded = (
+            {}
+            if self.code is None
+            else code_variables(self.inventory, self.code, self.building, (*SAFETY, *self.safety))
+        )
         results = found.assign({**beside, **coded, **screened.data_vars}).assign_attrs(
             ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
             notes="\n".join([*said, screened.attrs["notes"]]),

@@ -268,6 +268,11 @@ def _refuse(content: StudyFile) -> None:
                 f"fit.form of a study with uncertainty must be one of {', '.join(FORMS)}, got {content.fit.form!r}: "
                 "every sample needs a median and a dispersion"
             )
+        if content.fit.modelling_dispersion > 0.0:
+            raise ValueError(
+                "fit.modelling_dispersion is not for a study with uncertainty, whose inputs say what is not known: "
+                "leave it out"
+            )
         if content.fit.state != OVERTURNED:
             raise ValueError(
                 f"fit.state of a study with uncertainty must be 'overturned', got {content.fit.state!r}: its shares "

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...fragility import fit_fragility, overturning_probability, rank_measures
+from ...fragility import fit_fragility, overturning_probability, rank_measures, with_modelling
 from ...fragility.fitting.states import OVERTURNED, UPLIFTED, State, reached, state_name
 from ...fragility.numerics.slabs import gathered
 from ...fragility.runs.provenance import motions_by_floor, scaled_to_levels
@@ -101,6 +101,10 @@ class Fit:
             return found
 
         return gathered(fitted, runs)
+
+    def modelled(self, curves: xr.Dataset) -> xr.Dataset:
+        """Return curves whose dispersions hold the modelling uncertainty where the mean rate is to hold it."""
+        return with_modelling(curves, self.in_mean) if self.in_mean else curves
 
     def probabilities(self, runs: xr.Dataset) -> xr.Dataset:
         """Observed probabilities of runs that have levels."""

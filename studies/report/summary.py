@@ -27,7 +27,7 @@ from ...wording import (
 )
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
-from ..buildings.pieces import DUTY, HELD, REDUCES, SAFETY, WEAK, WORTH, Piece, pieces_of
+from ..buildings.pieces import DUTY, HELD, REDUCES, SAFETY, SMALL, WEAK, WORTH, Piece, pieces_of
 from ..buildings.pieces import YEARS as PIECE_YEARS
 from ..buildings.variables import JOINT
 from ..codes.check import UNCHECKED as NOT_CHECKED
@@ -104,8 +104,11 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     if most is not None:
         yield f"Of why that differs from case to case, the largest part ({100.0 * most[1]:.0f}\u00a0%) is: {most[0]}."
     if "epistemic_rate" in first:
-        modelling = float(results.attrs.get("modelling_dispersion", 0.0))
-        yield spread_sentence(first, f"{name}{where}", verb, modelling)
+        beta = float(results.attrs.get("modelling_dispersion", 0.0))
+        spread = str(results.attrs.get("modelling")) == "fractiles"
+        yield spread_sentence(first, f"{name}{where}", verb, beta if spread else 0.0)
+        if beta and not spread:
+            yield f"Each of these rates is a mean over a modelling uncertainty of {beta:g}."
     elif "risk_probability" in first:
         yield _chance_in_years(first, f"{name}{where}", verb, float(results.attrs["years"]))
 
@@ -316,21 +319,28 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     budget = f"{short_digits(float(results.attrs['budget']))}{money}"
     chosen = [one for one in pieces if one.chosen]
     if not chosen:
-        yield f"For {budget} nothing can be anchored that is known to matter."
+        yield f"No line that matters can be anchored for {budget}."
         return
     cost = sum(one.number * one.cost for one in chosen)
     names = _pieces(chosen, len(chosen))
     yield f"With {budget} anchor {names}, for {short_digits(cost)}{money}{_effect(pieces, chosen, money)}."
-    others = [one for one in pieces if not one.chosen and one.recommendation not in (DUTY, *HELD)]
-    over = float(results.attrs["budget"]) - cost
-    if any(one.number * one.cost <= over for one in others):
-        yield f"{short_digits(over)}{money} are left: no other piece that they would pay for saves more than it costs."
     gap = float(results["budget_gap"].values[at])
+    over = float(results.attrs["budget"]) - cost
+    others = [
+        one for one in pieces if not one.chosen and one.number * one.cost <= over and one.recommendation not in HELD
+    ]
+    if others and gap == 0.0 and all(one.recommendation == SMALL for one in others):
+        yield f"{short_digits(over)}{money} are left: no other line that they would pay for saves more than it costs."
     if gap > 0.0:
-        yield f"Another set may be better than this one, by up to {about_percent(gap)}: the search was stopped."
+        by = f", by up to {two_digits(100.0 * gap)} %" if math.isfinite(gap) else ""
+        yield f"Another set may be better than this one{by}: the search was stopped."
     left = [one for one in pieces if one.recommendation == DUTY and not one.chosen]
-    if left:
-        yield f"The budget does not cover all that the code requires: {_pieces(left)}."
+    dear = [one for one in left if math.isfinite(one.cost)]
+    unknown = [one for one in left if not math.isfinite(one.cost)]
+    if dear:
+        yield f"The budget does not cover all that the code requires: {_pieces(dear)}."
+    if unknown:
+        yield f"What anchoring {_pieces(unknown)} costs, as the code requires, is not given."
 
 
 def _effect(pieces: list[Piece], chosen: list[Piece], money: str) -> str:

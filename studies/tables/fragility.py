@@ -168,7 +168,7 @@ def spread_rows(results: xr.Dataset) -> Rows | None:
             *(about_percent(share) if np.isfinite(share) else "–" for share in shares),
         ))  # fmt: skip
     ends = [f"{given_percent(1.0 - p)}" for p in fractiles[::-1]]
-    headings = ("", "mean", *ends, *(HEADINGS[name] for name in there))
+    headings = ("", "1 / mean", *ends, *(HEADINGS[name] for name in there))
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
     held = f", β_m = {beta:g}" if beta and str(results.attrs.get("modelling")) == "fractiles" else ""
     over = f"{results.sizes['branch']:,} weighted branches{held}"

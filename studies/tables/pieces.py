@@ -51,6 +51,7 @@ COLUMNS = {
     "within_budget": "",
     "code": "",
     "code_clause": "",
+    "code_factors": "",
     "code_force": "newton",
     "code_anchor_force": "newton",
     "code_demand_over_strength": "1",
@@ -135,9 +136,10 @@ def code_rows(results: xr.Dataset) -> Rows | None:
         assert found is not None  # (the study names a code)
         numbers = [found.coefficient, found.force, found.demand]
         texts = [two_digits(value) if math.isfinite(value) else "–" for value in numbers]
-        ratio = about_percent(found.ratio) if math.isfinite(found.ratio) else "–"
+        ratio = two_digits(found.ratio) if math.isfinite(found.ratio) else "–"
         floor = floor_name(one.floor).removeprefix("floor ")
-        rows.append((one.item, floor, found.status, found.clause, *texts, ratio))
+        missing = found.factors if math.isnan(found.coefficient) else ""
+        rows.append((one.item, floor, found.status, "; ".join(filter(None, (found.clause, missing))), *texts, ratio))
     about = "; ".join([str(results.attrs["code"]), str(results.attrs["code_site"]), *_first(len(pieces))])
     title = (
         f"{CODE} ({about}; forces on one piece; horizontal force on its "
@@ -204,6 +206,7 @@ def _values(one: Piece, yearly: bool) -> dict[str, str | float | int]:
         found |= {
             "code": one.code.status,
             "code_clause": one.code.clause,
+            "code_factors": one.code.factors,
             "code_force": one.code.force,
             "code_anchor_force": one.code.demand,
             "code_demand_over_strength": one.code.ratio,

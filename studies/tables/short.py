@@ -13,6 +13,7 @@ from ..buildings.pieces import HELD, YEARS, pieces_of
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import verb_of
 from ..text.rows import Rows
+from ..text.spread import range_text
 from ..text.words import axis_of, display_unit, floor_name, measure_name, reference_law
 from .pieces import code_text
 from .pieces import in_years as chances_in
@@ -30,11 +31,12 @@ def short_rows(results: xr.Dataset) -> Rows | None:
 def _blocks(results: xr.Dataset) -> Rows:
     """Return medians with intervals, the medians of the other laws, and how often, of the blocks that fall first."""
     yearly = "rate" in results
-    here = shown(results, RATE, MOST) if yearly else shown(results, most=MOST)
+    floors = results["floor"].values.tolist() if "floor" in results["median"].dims else [None]
+    most = max(1, MOST // len(floors))
+    here = shown(results, RATE, most) if yearly else shown(results, most=most)
     at, known = reference_law(here)
     axis = axis_of(here)
     scale, unit = display_unit(axis)
-    floors = here["floor"].values.tolist() if "floor" in here["median"].dims else [None]
     rows: list[tuple[str, ...]] = []
     for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
         one = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
@@ -49,6 +51,8 @@ def _blocks(results: xr.Dataset) -> Rows:
         if yearly:
             rate, *limits = (float(own[f"rate{end}"]) for end in ("", "_upper", "_lower"))
             cells.append(f"{in_years(rate)} ({years_between(*limits)})" if np.isfinite(rate) else "–")
+        if "epistemic_rate" in one:
+            cells.append(range_text(one).removesuffix(" years") if np.isfinite(one["epistemic_rate"]) else "–")
         where = "" if floor is None else f", {floor_name(floor)}"
         rows.append((f"{here['block'].values[i]}{where}", *cells))
     law = f"{here['model'].values[at]}{', the reference law' if known else ''}"
@@ -57,9 +61,10 @@ def _blocks(results: xr.Dataset) -> Rows:
     heading = f"median {name}{f', {unit}' if unit else ''}"
     headings = ["", heading, "β", *(["other laws"] if here.sizes["model"] > 1 else [])]
     headings += ["once in, years"] if yearly else []
+    headings += ["over branches (90 %)"] if "epistemic_rate" in here else []
     chosen = f"; {chosen_of(here)}" if chosen_of(here) else ""
     title = f"What {verb} under {law} ({confidence_text(here)} intervals over motions{chosen})"
-    return Rows(title, tuple(headings), rows[: max(MOST, len(floors))])
+    return Rows(title, tuple(headings), rows)
 
 
 def _pieces(results: xr.Dataset) -> Rows:

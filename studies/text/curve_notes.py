@@ -189,8 +189,9 @@ def modelling_note(dispersion: float, where: str) -> str:
             "rates hold no modelling uncertainty (modelling_dispersion = 0; FEMA P-58 combines two parts of 0.1 to "
             "0.4 each)"
         )
-    place = "in the mean" if where == "mean" else "in the fractiles, not in the rates of single curves"
-    return f"rates hold a modelling uncertainty of β_m = {dispersion:g}, {place}"
+    if where == "mean":
+        return f"rates hold a modelling uncertainty of β_m = {dispersion:g}, in the mean"
+    return f"fractiles of the rate hold a modelling uncertainty of β_m = {dispersion:g}; rates of single curves do not"
 
 
 def rate_notes(rates: xr.Dataset, settled: xr.DataArray, hazard_end: float, levels_end: str, cure: str) -> list[str]:

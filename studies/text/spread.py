@@ -66,12 +66,16 @@ def spread_sentence(here: xr.Dataset, name: str, verb: str, modelling: float) ->
     if not np.isfinite(here["epistemic_rate"]):
         return "How often that is cannot be told: a branch has no curve."
     branches = here.sizes["branch"]
-    over = f"{counted(branches, 'combination')} of laws, motions and hazard curves" if branches > 1 else "one law"
+    over = (
+        f"{counted(branches, 'combination')} of laws, motions and hazard curves"
+        if branches > 1
+        else "what is not known"
+    )
     beta = f" with a modelling uncertainty of {modelling:g}" if modelling else ""
-    text = f"{name} {verb} about once in {range_text(here)} (nine tenths of the range over {over}{beta})"
+    text = f"{name} {verb} about once in {range_text(here)} (with a probability of 90 %, over {over}{beta})"
     found = sources(here)
     if found:
-        text += f"; most of the range comes from {found[0][0]} ({about_percent(found[0][1])})"
+        text += f"; the largest part of that range ({about_percent(found[0][1])}) comes from {found[0][0]}"
     rate = float(here["epistemic_rate"])
-    mean = f" The mean rate is once in {two_digits(1.0 / rate)} years." if rate > 0.0 else ""
+    mean = f" The mean of the rate is one fall in {two_digits(1.0 / rate)} years." if rate > 0.0 else ""
     return f"{text}.{mean}"

@@ -23,6 +23,12 @@ def power(k=2.5, k0=1e-4):
     return tp.HazardCurve.power_law(k0, k, "pga")
 
 
+def named(*blocks):
+    """Curves of two blocks, by name."""
+    found = {"median": ("block", [0.6, 0.9], {"units": "m s-2"}), "dispersion": ("block", [0.4, 0.4])}
+    return xr.Dataset(found, {"block": [*blocks]}, {"im": "pga"})
+
+
 def branch(weight, *, model="a", motions="m", hazard="h", median=0.6, k0=1e-4, found=None):
     return Branch(model, motions, hazard, curves(median) if found is None else found, power(k0=k0), weight)
 
@@ -41,11 +47,11 @@ class TestModelling:
         assert found == pytest.approx(plain * math.exp(0.5 * k * k * beta * beta), rel=1e-10)
 
     def test_it_is_the_mean_of_shifted_curves(self):
-        """Held to the average of 20,001 shifted curves under a hazard curve with kinks."""
+        """Held to the average of 201 shifted curves under a hazard curve with kinks."""
         hazard = tp.HazardCurve([0.1, 0.5, 1.0, 3.0], [1e-2, 8e-4, 2e-4, 1e-5], "pga")
-        z = np.linspace(-8.0, 8.0, 20_001)
-        shifted = [tp.annual_rate(curves(0.6 * math.exp(0.3 * one)), hazard)["rate"].item() for one in z[::100]]
-        density = np.exp(-0.5 * z[::100] ** 2)
+        z = np.linspace(-8.0, 8.0, 201)
+        shifted = [tp.annual_rate(curves(0.6 * math.exp(0.3 * one)), hazard)["rate"].item() for one in z]
+        density = np.exp(-0.5 * z**2)
         mean = float(np.sum(shifted * density) / density.sum())
         assert tp.annual_rate(with_modelling(curves(), 0.3), hazard)["rate"].item() == pytest.approx(mean, rel=1e-6)
 
@@ -143,6 +149,18 @@ class TestFractiles:
         for source in ("models", "motions", "together"):
             assert share(found, source) == pytest.approx(1.0 / 3.0, rel=1e-9)
 
+    def test_a_branch_keeps_its_weight_where_replicates_are_unknown(self):
+        """Two branches of a half, 60 % of one's replicates without a curve: the median lies between both."""
+        low = curves(
+            0.9, median_sample=("replicate", np.full(10, 0.9)), dispersion_sample=("replicate", np.full(10, 0.4))
+        )
+        few = np.where(np.arange(10) < 6, np.nan, 0.6)
+        high = curves(0.6, median_sample=("replicate", few), dispersion_sample=("replicate", np.full(10, 0.4)))
+        every = [branch(0.5, found=low), branch(0.5, model="b", found=high)]
+        found = epistemic_rates(every, fractiles=[0.49, 0.51])
+        own = [tp.annual_rate(curves(median), power())["rate"].item() for median in (0.9, 0.6)]
+        np.testing.assert_allclose(found["rate_fractile"], own, rtol=1e-12)
+
     def test_blocks_and_curves_without_an_estimate(self):
         two = xr.Dataset(
             {"median": ("block", [0.6, np.nan], {"units": "m s-2"}), "dispersion": ("block", [0.4, np.nan])},
@@ -163,6 +181,17 @@ class TestFractiles:
             ([branch(0.5), branch(0.5)], "every combination"),
             ([branch(0.4), branch(0.3, model="b"), branch(0.3, motions="n")], "every combination"),
             ([branch(1.0, found=with_modelling(curves(), 0.2))], "already"),
+            (
+                [
+                    branch(w, model=m, motions=n)
+                    for m, n, w in (("a", "m", 0.49), ("a", "n", 0.01), ("b", "m", 0.01), ("b", "n", 0.49))
+                ],
+                "must be products of those of their .* got 0.49 for 'a / m / h' in place of 0.25",
+            ),
+            (
+                [branch(0.5, found=named("x", "y")), branch(0.5, model="b", found=named("y", "x"))],
+                "must be of the same blocks in the same order",
+            ),
         ],
     )
     def test_refuses(self, every, message):

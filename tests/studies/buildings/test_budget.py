@@ -45,6 +45,22 @@ class TestBestSet:
         found = best_set(np.array([np.nan, 1.0, 1.0, 0.0]), 10.0, [np.array([5.0, 0.0, 1.0, 2.0])])
         assert found.chosen.tolist() == [False, False, True, True]
 
+    def test_a_budget_is_not_overspent_by_a_cent(self):
+        """Two lines that cost 1 more than there is, and what is required is the one that stays."""
+        found = best_set(np.array([2_500_001.0, 2_500_001.0]), 5e6, [np.array([1.0, 0.0]), np.array([0.0, 1.0])])
+        assert found.chosen.tolist() == [True, False]
+
+    def test_a_small_gain_is_not_sold(self):
+        """Half a millionth of the first goal stands before all of the second."""
+        first, second = np.array([1.0, 5e-7, 0.0]), np.array([0.0, 0.0, 1.0])
+        found = best_set(np.array([5.0, 5.0, 5.0]), 10.0, [first, second])
+        assert found.chosen.tolist() == [True, True, False]
+
+    def test_the_first_goal_may_use_all(self):
+        found = best_set(np.array([10.0, 1.0]), 10.0, [np.array([1.0, 0.0]), np.array([0.0, 1.0])])
+        assert found.chosen.tolist() == [True, False]
+        assert found.gaps == (0.0, 0.0)
+
     def test_nothing_affordable(self):
         found = best_set(np.array([11.0, 12.0]), 10.0, [np.array([1.0, 2.0])])
         assert not found.chosen.any()

@@ -74,7 +74,7 @@ class TestBranches:
 
     def test_the_report(self, found, tmp_path):
         (sentence,) = (one for one in plain_answer(found) if "combinations of laws" in one)
-        assert "nine tenths of the range over 8 combinations" in sentence
+        assert "with a probability of 90 %, over 8 combinations" in sentence
         found.to_netcdf(tmp_path / "results.nc")
         (page,) = write_report(tmp_path / "results.nc")
         text = page.read_text(encoding="utf-8")
@@ -105,6 +105,18 @@ class TestModelling:
         assert "epistemic_rate" not in found
         assert "rates hold a modelling uncertainty of β_m = 0.4, in the mean" in found.attrs["notes"]
         assert "rates hold no modelling uncertainty (modelling_dispersion = 0" in plain.attrs["notes"]
+
+    def test_in_the_mean_of_branches(self, tmp_path):
+        """Every rate of the branches holds beta_m, as the rates of the laws do, and no fractile spreads it again."""
+        of = branches("models", housner=0.75, discrete=0.25)
+        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, of).run()
+        more = "modelling_dispersion = 0.4\n"
+        found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, more, of).run()
+        for name in ("rate", "epistemic_rate", "epistemic_rate_fractile", "branch_rate"):
+            np.testing.assert_allclose(found[name], plain[name] * np.exp(0.5 * 2.5**2 * 0.4**2), rtol=1e-9)
+        said = " ".join(plain_answer(found))
+        assert "Each of these rates is a mean over a modelling uncertainty of 0.4." in said
+        assert "with a modelling uncertainty" not in said
 
     def test_exported_dispersions_say_what_they_hold(self, tmp_path, capsys):
         more = "modelling_dispersion = 0.4\n"
