@@ -58,6 +58,21 @@ def two_digits(value: float) -> str:
     return f"{round(value, digits):,.{max(digits, 0)}f}"
 
 
+def one_digit(value: float) -> str:
+    """Return a number with one significant digit, two where it begins with 1.
+
+    Examples
+    --------
+    >>> one_digit(27.4), one_digit(473.0), one_digit(1234.0)
+    ('30', '500', '1,200')
+    """
+    if not math.isfinite(value) or value <= 0.0:
+        return "∞" if value > 0.0 else "0"
+    lead = f"{value:.1e}"
+    digits = (2 if lead[0] == "1" else 1) - 1 - math.floor(math.log10(float(lead)))
+    return f"{round(value, digits):,.{max(digits, 0)}f}"
+
+
 def interval_text(low: float, high: float, write: Callable[[float], str] = three_digits) -> str:
     """The ends of an interval, each formatted by `write`; an interval with an open end is described in words.
 
@@ -170,6 +185,17 @@ def in_years(rate: float) -> str:
     ('2,140', '3.33', '∞')
     """
     return three_digits(1.0 / rate) if rate > 0.0 else "∞"
+
+
+def about_years(rate: float, write: Callable[[float], str] = two_digits) -> str:
+    """The mean number of years between two events of an annual rate, as an approximate number.
+
+    Examples
+    --------
+    >>> about_years(1.0 / 2137.0), about_years(0.0), about_years(1.0 / 2137.0, one_digit)
+    ('2,100', '∞', '2,000')
+    """
+    return write(1.0 / rate) if rate > 0.0 else "∞"
 
 
 def years_between(often: float, seldom: float) -> str:

@@ -103,8 +103,9 @@ def epistemic_rates(
     Raises
     ------
     TypeError, ValueError
-        No branches; weights that do not sum to 1; the same combination twice, or one missing; curves that are not
-        lognormal with modelling uncertainty, or hold it already; as `annual_rate`.
+        No branches; weights that do not sum to 1, or are no products of those of their models, motions and hazards; the
+        same combination twice, or one missing; curves of other blocks; a hazard curve that is a fractile of its
+        realisations; curves that are not lognormal with modelling uncertainty, or hold it already; as `annual_rate`.
 
     Notes
     -----
@@ -176,6 +177,11 @@ def _checked(branches: Sequence[Branch]) -> list[Branch]:
         if not isinstance(one, Branch):
             raise TypeError(f"branches must be Branch, got {checks.kind(one)}")
         checks.number("weight of a branch", one.weight, above=0.0, at_most=1.0)
+        if one.hazard.fractile is not None and one.hazard.weights is not None:
+            raise ValueError(
+                f"hazard {one.hazard_name!r:.60} of a branch must be the mean of its realisations, got their fractile "
+                f"{one.hazard.fractile:g}"
+            )
     total = math.fsum(one.weight for one in every)
     if not math.isclose(total, 1.0, rel_tol=1e-9):
         raise ValueError(f"weights of the branches must sum to 1, got {total:.9g}")

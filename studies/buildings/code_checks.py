@@ -1,4 +1,4 @@
-"""What a building code asks of every line of an inventory, as variables of a study's results."""
+"""The demands of a building code on every line of an inventory, as variables of a study's results."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What a building code asks of the pieces of an inventory: who must be anchored, for which force, and is it enough."""
+"""Building codes: the pieces of an inventory that must be anchored, the design forces, and the anchors held to them."""

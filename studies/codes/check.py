@@ -1,4 +1,4 @@
-"""What any code says of a piece: whether it must be anchored, the design force, and what of it the anchor takes."""
+"""The parts that all codes share: a piece as a code sees it, the duty to anchor it, and the force on its anchors."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Duty(NamedTuple):
 
 
 class CodeCheck(NamedTuple):
-    """What a code says of a piece; NaN where something is not known.
+    """A code's demands on a piece; NaN where something is not known.
 
     coefficient: design force over weight.  force: design force at the centre of mass, N.  demand: force on the anchor,
     N.  ratio: demand over the strength of the anchor.  factors: how the coefficient comes about, in words.

@@ -323,6 +323,8 @@ def export(
     folder = result.parent / "export" if out is None else out
     console = terminal()
     if format_ == "xlsx" or (format_ == "csv" and kind_of(result) == PERFORMANCE):
+        if with_modelling:
+            raise StudyError("--with-modelling is of curves: rates and chances hold what their study says")
         say(console, f"written: {write_pieces(result, folder, format_, model, verify)}")
         return
     curves = read_curves(result, model, verify, with_modelling)

@@ -1,4 +1,4 @@
-"""What a study ends with on a terminal, beside its short table: the answer in sentences, and how valid it is."""
+"""The end of a study on a terminal, below its short table: the answer in sentences, and how valid it is."""
 
 from __future__ import annotations
 

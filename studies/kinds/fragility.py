@@ -248,20 +248,23 @@ class FragilityStudy(BlockStudy, Study):
         each_motion = self.design.runs // self.design.shakes
         return perturbed_runs(len(self.blocks), self.models, each_motion, self.design.shakes, self.undecided)
 
-    def _spread(self, curves: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
-        """Run the motions of branches, and return the rates over all branches."""
+    def _spread(self, curves: xr.Dataset, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[str]]:
+        """Run the motions of branches, and return the rates over all branches, with notes on the branches' curves."""
         assert self.branches is not None
         assert self.risk is not None
         done = self.runs + self.perturbed_runs
+        said: list[str] = []
 
-        def fitted(design: Design) -> xr.Dataset:
+        def fitted(name: str, design: Design) -> xr.Dataset:
             nonlocal done
             each = part_of(progress, done, self.work)
             runs = design.run(self.blocks, self.models, self.fit.outputs, client, each)
             done += len(self.blocks) * len(self.models) * design.runs
-            return self.fit.modelled(self.fit.curves(runs, True, telling=client.tell))
+            found = self.fit.curves(runs, True, telling=client.tell)
+            said.extend(f"under the motions {name!r}: {note}" for note in self.fit.notes(found, runs))
+            return self.fit.modelled(found)
 
-        return self.branches.of(curves, fitted, self.risk, self.fit.seed)
+        return self.branches.of(curves, fitted, self.risk, self.fit.seed), said
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         results = self.design.run(
@@ -301,7 +304,8 @@ class FragilityStudy(BlockStudy, Study):
             found |= rates.data_vars
             attributes |= {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}
             if self.branches is not None:
-                spread = self._spread(modelled, client, progress)
+                spread, of_branches = self._spread(modelled, client, progress)
+                said += of_branches
                 found |= spread.data_vars
                 coordinates = {name: spread.coords[name] for name in BRANCH_COORDINATES}
             said.append(modelling_note(self.fit.modelling_dispersion, self.fit.modelling))

@@ -47,7 +47,7 @@ class Branches:
         """The designs beside the study's own, by name."""
         return {name: design for name, (design, _) in self.motions.items() if design is not None}
 
-    def of(self, curves: xr.Dataset, fitted: Callable[[Design], xr.Dataset], risk: Risk, seed: int) -> xr.Dataset:
+    def of(self, curves: xr.Dataset, fitted: Callable[[str, Design], xr.Dataset], risk: Risk, seed: int) -> xr.Dataset:
         """Return the rates over all combinations, under the names that they have in the results.
 
         Parameters
@@ -55,13 +55,13 @@ class Branches:
         curves : xarray.Dataset
             The study's own curves with their replicates, of all laws.
         fitted : callable
-            Returns the curves of another design, of all laws.
+            Returns the curves of another design, of all laws, given its name and itself.
         risk : Risk
             The rules beyond the ends of hazard curves.
         seed : int
             Of the pairing of replicates with samples of the modelling uncertainty.
         """
-        every = {name: curves if design is None else fitted(design) for name, (design, _) in self.motions.items()}
+        every = {name: curves if design is None else fitted(name, design) for name, (design, _) in self.motions.items()}
         branches = [
             Branch(
                 model,

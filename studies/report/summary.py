@@ -17,6 +17,7 @@ from ...aliases import Array
 from ...fragility.fitting.states import ALL, OVERTURNED, state_name
 from ...wording import (
     about_percent,
+    about_years,
     chances_between,
     confidence_text,
     currency_of,
@@ -110,7 +111,7 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
         if beta and not spread:
             yield f"Each of these rates is a mean over a modelling uncertainty of {beta:g}."
     elif "risk_probability" in first:
-        yield _chance_in_years(first, f"{name}{where}", verb, float(results.attrs["years"]))
+        yield _chance_in_years(first, f"{name}{where}", verb, float(results.attrs["years"]), _held(results))
 
 
 def _missing_curves(status: NDArray[np.object_]) -> str:
@@ -169,11 +170,11 @@ def _infinitive(verb: str, name: str) -> str:
     return f"{verb[:-1]} {name}" if verb.endswith("s") else f"bring {name} to {verb.removeprefix('reaches ')}"
 
 
-def _chance_in_years(first: xr.Dataset, name: str, verb: str, years: float) -> str:
+def _chance_in_years(first: xr.Dataset, name: str, verb: str, years: float, held: str) -> str:
     chance, low, high = (float(first[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
     if not np.isfinite(chance):
         return "How often that is cannot be told: there is no curve."
-    rest = "from the choice of motions alone; law, hazard and model are taken as given"
+    rest = f"from the choice of motions alone{held}; law and hazard curve are taken as given"
     ends = "" if low == high else f" ({chances_between(low, high, about_percent)}, {rest})"
     return f"The chance that {name} {verb} within {years:g} years is about {about_percent(chance)}{ends}."
 
@@ -189,7 +190,7 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         if rate > 0.0:
             chance, *ends = (-math.expm1(-YEARS * each) for each in (rate, low, high))
             yield (
-                f"At least one item in this building overturns about once in {_years(rate)} years "
+                f"At least one item in this building overturns about once in {about_years(rate)} years "
                 f"({_range(high, low)}): a probability of about {about_percent(chance)} in {YEARS:g} years "
                 f"({chances_between(ends[0], ends[1], about_percent)}). Both ranges ({sure}) come from the choice of "
                 f"motions alone{_held(results)}; law and hazard curve are taken as given."
@@ -215,29 +216,26 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         rate, low, high = (float(worst[f"consequence_rate{end}"]) for end in ("", "_lower", "_upper"))
         yield (
             f"The most frequent consequence is “{worst['consequence'].item()}”: about once in "
-            f"{_years(rate)} years ({_range(high, low)})."
+            f"{about_years(rate)} years ({_range(high, low)})."
         )
     held = anchored_text(results)
     if held:
         yield f"{held[:1].upper()}{held[1:]}."
 
 
-def _years(rate: float) -> str:
-    """Return the mean number of years between two events, in two digits."""
-    return two_digits(1.0 / rate) if rate > 0.0 else "∞"
-
-
 def _range(often: float, seldom: float) -> str:
     """Return the ends of a rate's interval as years between two events."""
     if not math.isfinite(often) or not math.isfinite(seldom):
         return "no interval"
-    return f"above {_years(often)}" if seldom == 0.0 else f"{_years(often)} to {_years(seldom)}"
+    return f"above {about_years(often)}" if seldom == 0.0 else f"{about_years(often)} to {about_years(seldom)}"
 
 
 def _held(results: xr.Dataset) -> str:
     """Return what rates hold of modelling uncertainty."""
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
-    return f" (the rate holds a modelling uncertainty of {beta:g})" if beta else " and hold no modelling uncertainty"
+    return (
+        f" (a modelling uncertainty of {beta:g} is in the rate itself)" if beta else ", without modelling uncertainty"
+    )
 
 
 def _strength(results: xr.Dataset) -> str:

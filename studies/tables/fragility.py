@@ -16,6 +16,7 @@ from ...fragility.hazard.rates import probability_in
 from ...units import PER_YEAR
 from ...wording import (
     about_percent,
+    about_years,
     chance_text,
     chances_between,
     confidence_text,
@@ -114,8 +115,8 @@ def risk_table(results: xr.Dataset) -> Table:
     )
     scale, unit = display_unit(axis_of(results))
     measure = f"{measure_name(str(axis_of(results).attrs.get('im', 'level')))}{f', {unit}' if unit else ''}"
-    low = LOW_SHARE in results["fraction"].values if "fractile" in results else False
-    shares = f"{given_percent(LOW_SHARE)[:-2]} / 50 %" if low else "50 %"
+    both = "fractile" in results and LOW_SHARE in results["fraction"].values
+    shares = f"{100.0 * LOW_SHARE:g} / 50 %" if both else "50 %"
     columns = ("law", "once in, years", "in a year", f"in {years:g} years", f"{shares} at {measure}")
     for heading in columns:
         table.add_column(heading, justify="left" if heading == "law" else "right", overflow="fold")
@@ -159,11 +160,11 @@ def spread_rows(results: xr.Dataset) -> Rows | None:
         one = results.isel(block=i) if floor is None else results.isel(block=i, floor=k)
         where = "" if floor is None else f", {floor_name(floor)}"
         mean = one["epistemic_rate"].item()
-        years = [f"{two_digits(1.0 / rate)}" if rate > 0.0 else "–" for rate in one["epistemic_rate_fractile"].values]
+        years = [about_years(rate) for rate in one["epistemic_rate_fractile"].values]
         shares = [float(one["epistemic_spread"].sel(epistemic_source=name)) for name in there]
         rows.append((
             f"{results['block'].values[i]}{where}",
-            two_digits(1.0 / mean) if mean > 0.0 else "–",
+            about_years(mean),
             *years[::-1],
             *(about_percent(share) if np.isfinite(share) else "–" for share in shares),
         ))  # fmt: skip

@@ -8,7 +8,15 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.hazard.rates import probability_in
-from ...wording import about_percent, chances_between, confidence_text, currency_of, short_digits, two_digits
+from ...wording import (
+    about_percent,
+    chances_between,
+    confidence_text,
+    currency_of,
+    short_digits,
+    three_digits,
+    two_digits,
+)
 from ..buildings.pieces import HELD, SHARES, YEARS, Piece, Range, pieces_of
 from ..text.rows import Rows
 from ..text.words import display_unit, floor_name, level_text
@@ -134,8 +142,8 @@ def code_rows(results: xr.Dataset) -> Rows | None:
     for one in pieces[:MOST_ROWS]:
         found = one.code
         assert found is not None  # (the study names a code)
-        numbers = [found.coefficient, found.force, found.demand]
-        texts = [two_digits(value) if math.isfinite(value) else "–" for value in numbers]
+        numbers = (found.coefficient, found.force, found.demand)
+        texts = [three_digits(value) if math.isfinite(value) else "–" for value in numbers]
         ratio = two_digits(found.ratio) if math.isfinite(found.ratio) else "–"
         floor = floor_name(one.floor).removeprefix("floor ")
         missing = found.factors if math.isnan(found.coefficient) else ""

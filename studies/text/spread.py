@@ -1,13 +1,11 @@
-"""What spreads an annual rate, in words: ranges over weighted branches, and the sources of the range."""
+"""The spread of an annual rate in words: ranges over weighted branches, and the sources of the range."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 import xarray as xr
 
-from ...wording import about_percent, counted, two_digits
+from ...wording import about_percent, about_years, counted, one_digit
 
 WORDS = {
     "models": "the choice of law",
@@ -31,25 +29,10 @@ OUTER = (0.05, 0.95)
 """Fractiles between which the range is said."""
 
 
-def one_digit(value: float) -> str:
-    """Return a number with one significant digit, two where it begins with 1.
-
-    Examples
-    --------
-    >>> one_digit(27.4), one_digit(473.0), one_digit(1234.0)
-    ('30', '500', '1,200')
-    """
-    if not math.isfinite(value) or value <= 0.0:
-        return "∞" if value > 0.0 else "0"
-    lead = f"{value:.1e}"
-    digits = (2 if lead[0] == "1" else 1) - 1 - math.floor(math.log10(float(lead)))
-    return f"{round(value, digits):,.{max(digits, 0)}f}"
-
-
 def range_text(here: xr.Dataset) -> str:
     """Return the range of years between two falls over all branches, such as 30 to 500 years, of one block."""
     low, high = (float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
-    often, seldom = (one_digit(1.0 / rate) if rate > 0.0 else "∞" for rate in (high, low))
+    often, seldom = (about_years(rate, one_digit) for rate in (high, low))
     return f"{often} years" if often == seldom else f"{often} to {seldom} years"
 
 
@@ -77,5 +60,5 @@ def spread_sentence(here: xr.Dataset, name: str, verb: str, modelling: float) ->
     if found:
         text += f"; the largest part of that range ({about_percent(found[0][1])}) comes from {found[0][0]}"
     rate = float(here["epistemic_rate"])
-    mean = f" The mean of the rate is one fall in {two_digits(1.0 / rate)} years." if rate > 0.0 else ""
+    mean = f" The mean of the rate is one fall in {about_years(rate)} years." if rate > 0.0 else ""
     return f"{text}.{mean}"

@@ -173,6 +173,16 @@ class TestFractiles:
         assert np.isnan(found["rate_fractile"].sel(block="y")).all()
         assert [*found["source"].values] == [*SOURCES]
 
+    def test_a_fractile_is_no_mean(self):
+        levels, rates = [0.1, 1.0, 10.0], np.array([1e-2, 1e-4, 1e-6])
+        upper = tp.HazardCurve(
+            levels, 3.0 * rates, "pga", realisations=[rates, 3.0 * rates], weights=[0.25, 0.75], fractile=0.9
+        )
+        with pytest.raises(
+            ValueError, match="'h' of a branch must be the mean of its realisations, got their fractile"
+        ):
+            epistemic_rates([Branch("a", "m", "h", curves(), upper, 1.0)])
+
     @pytest.mark.parametrize(
         ("every", "message"),
         [

@@ -265,15 +265,15 @@ def replace_curve(**changes):
     return SimpleNamespace(**{**CURVE.__dict__, "rates": [0.1, 1e-4], **changes})
 
 
+@pytest.fixture(scope="module")
+def both():
+    """The building without and with modelling uncertainty, under a power law."""
+    options = LAW, shaking(), LEVELS, "pga", FRAME, tp.HazardCurve.power_law(1e-3, 1.8, "pga")
+    return assess(INVENTORY, *options), assess(INVENTORY, *options, modelling_dispersion=0.4)
+
+
 class TestModelling:
     """One capacity factor, not known, common to all pieces: annual values are means over it."""
-
-    HAZARD = tp.HazardCurve.power_law(1e-3, 1.8, "pga")
-
-    @pytest.fixture(scope="class")
-    def both(self):
-        options = LAW, shaking(), LEVELS, "pga", FRAME, self.HAZARD
-        return assess(INVENTORY, *options), assess(INVENTORY, *options, modelling_dispersion=0.4)
 
     def test_every_annual_value_has_the_closed_form_s_factor(self, both):
         """Under a power law exp(k² beta_m²/2): rates, numbers, losses, events and exceedances, with their intervals."""

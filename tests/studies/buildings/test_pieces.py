@@ -226,7 +226,7 @@ class TestCode:
         assert cells["rack"]["code"] == "required"
         forces = code_rows(given)
         rack = next(row for row in forces.rows if row[0] == "rack")
-        assert rack[2:] == ("required", "4.3.5", "0.40", "400", "250", "0.90")
+        assert rack[2:] == ("required", "4.3.5", "0.400", "400", "250", "0.90")
         assert next(row for row in forces.rows if row[0] == "held")[-1] == "1.2"
         assert code_rows(results()) is None
         table = piece_table(given)

@@ -45,12 +45,14 @@ def study(folder, *parts):
     return tp.Study.from_toml(folder / "study.toml")
 
 
-class TestBranches:
-    @pytest.fixture(scope="class")
-    def found(self, tmp_path_factory):
-        parts = (BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
-        return study(tmp_path_factory.mktemp("branches"), *parts).run()
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """The results of a study with two laws, two sets of motions and two hazard curves."""
+    parts = (BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
+    return study(tmp_path_factory.mktemp("branches"), *parts).run()
 
+
+class TestBranches:
     def test_each_branch_is_a_study_of_its_own(self, found, tmp_path):
         rates = {}
         for name, seed in (("motions", 1), ("other", 5)):
@@ -71,6 +73,14 @@ class TestBranches:
             np.testing.assert_array_equal(found[name], plain[name])
         assert {*plain.coords} <= {*found.coords}
         assert found["law"].dims == ("model",)
+
+    def test_notes_name_the_motions(self, tmp_path):
+        """Curves of a branch that rest on few runs are said to, as those of the study's own motions are."""
+        few = OTHER.replace("number = 12", "number = 2")
+        weights = branches("motions", motions=0.6, other=0.4)
+        found = study(tmp_path, BLOCK, LAWS, motions(1), few, IDA, HAZARD, FIT, weights).run()
+        said = [one for one in found.attrs["notes"].splitlines() if one.startswith("under the motions 'other': ")]
+        assert any("data are separated for 2 of 2 curves" in one for one in said)
 
     def test_the_report(self, found, tmp_path):
         (sentence,) = (one for one in plain_answer(found) if "combinations of laws" in one)
@@ -133,6 +143,8 @@ class TestModelling:
             np.testing.assert_allclose(table["dispersion"].values.ravel(), total[:1], rtol=1e-12)
             said = (tmp_path / "out/export/fragility.json").read_text(encoding="utf-8")
             assert ("a modelling uncertainty of 0.4" if option else "holds no modelling uncertainty") in said
+        assert main(["export", str(tmp_path / "out"), "--format", "xlsx", "--with-modelling"]) == 2
+        assert "--with-modelling is of curves" in capsys.readouterr().err
         plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run(tmp_path / "plain")
         assert plain.attrs["modelling_dispersion"] == 0.0
         assert main(["export", str(tmp_path / "plain"), "--format", "csv", "--with-modelling"]) == 2
