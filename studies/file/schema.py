@@ -29,6 +29,7 @@ from .include import read_content
 from .models import ModelTable
 from .motions import BuildingTable, MotionsTable
 from .refusals import refusal
+from .report import ReportTable
 from .sensitivity import SensitivityTable
 from .table import KeyInfo, RelativePath, StudyError, Table, one_of
 from .uncertainty import UncertaintyTable
@@ -90,6 +91,9 @@ class StudyFile(Table):
     stripes: Annotated[StripesTable | None, Field(description="Motions that differ from level to level.")] = None
     cloud: Annotated[CloudTable | None, Field(description="Every motion once, as it is.")] = None
     screen: Annotated[ScreenTable | None, Field(description="The validity screen.")] = None
+    report: Annotated[
+        ReportTable | None, KeyInfo("none: no cover"), Field(description="What the cover of the report says.")
+    ] = None
 
     accept: Annotated[
         list[Annotated[str, one_of(KINDS)]] | None,

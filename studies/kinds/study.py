@@ -52,6 +52,8 @@ MOST_VARIED = 2000
 # Memory of a block and its curve, from the file to the results; and of each replicate of a curve.
 CURVE_BYTES = 3e3
 REPLICATE_BYTES = 50.0
+APART = ("title", "accept", "report")
+"""Keys of a study file that change no result, and are no part of the study's identity."""
 SLAB_BYTES_A_RUN = 100.0
 """Most memory for each run of a slab, which the ranking of measures needs."""
 __version__ = metadata.version("toppling")
@@ -351,7 +353,7 @@ class Study(ABC):
         return found.assign_attrs(**self._named(found), **read, kind=self.kind, identity=self.identity)
 
     def _named(self, results: xr.Dataset) -> dict[str, str]:
-        """Return the attributes that title and accepted doubts decide, which are no part of the identity."""
+        """Return the attributes that title, accepted doubts and cover decide, which are no part of the identity."""
         doubted = {one.sentence for one in self.doubts}
         said = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in doubted]
         return {
@@ -364,7 +366,7 @@ class Study(ABC):
     @cached_property
     def identity(self) -> str:
         """Hashes of all that decides the results: of the tables and the version, and of the motions' samples."""
-        content = {key: value for key, value in self.configuration.items() if key not in ("title", "accept")}
+        content = {key: value for key, value in self.configuration.items() if key not in APART}
         inputs = hashlib.sha256(json.dumps([__version__, content, self._read], sort_keys=True).encode())
         found = hashlib.sha256()
         plain = (record for array in self.arrays for record in records(array))

@@ -5,7 +5,7 @@ Every sentence gives its interval, or says that there is none.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -32,7 +32,7 @@ from ..tables.sensitivity import GREEK, claims_of
 from ..text.block_order import places, shown
 from ..text.curve_notes import reached_of, verb_of
 from ..text.rows import Rows
-from ..text.words import axis_of, display_unit, floor_name, input_name, reference_law
+from ..text.words import INPUTS, axis_of, display_unit, floor_name, reference_law
 from .results_file import without_motions
 
 SPREAD = (0.1, 0.5, 0.9)
@@ -61,10 +61,8 @@ def answer(results: xr.Dataset) -> Answer:
 def _fragility(results: xr.Dataset) -> Answer:
     verb = verb_of(str(results.attrs.get("state", state_name(OVERTURNED))))
     cases = list(product(range(results.sizes["block"]), _floors(results)))
-    question = f"How strong must shaking be until each of these {_blocks(results)} {verb}"
-    if results.sizes["block"] == 1:
-        question = f"How strong must shaking be until this block {verb}"
-    question += ", and how often is that?" if "rate" in results else "?"
+    question = f"How strong must the shaking be before {_each_block(results)} {verb}"
+    question += ", and how often does that happen?" if "rate" in results else "?"
     said = []
     if len(cases) > MOST_DESCRIBED:
         held = "the tables hold all" if shown(results) is results else "tables hold more, the results all"
@@ -241,12 +239,8 @@ def _size_sentences(results: xr.Dataset) -> Iterator[str]:
 
 
 def _uncertainty(results: xr.Dataset) -> Answer:
-    question = (
-        "How strong must shaking be until this block overturns"
-        if results.sizes["block"] == 1
-        else f"How strong must shaking be until each of these {_blocks(results)} overturns"
-    )
-    question += " when its size, restitution and law are not known exactly, and what matters most?"
+    question = f"How strong must the shaking be before {_each_block(results)} overturns"
+    question += ", where its size, restitution and law are not known exactly, and what matters most?"
     at, _ = reference_law(results)
     scale, unit = display_unit(results["level"])
     said = []
@@ -267,23 +261,26 @@ def _uncertainty(results: xr.Dataset) -> Answer:
     return Answer(question, said)
 
 
-def largest_share(here: xr.Dataset) -> tuple[str, float] | None:
-    """Return the component with the largest share of one block's variance, and its share; None where it is unknown."""
+def largest_share(here: xr.Dataset, words: Mapping[str, str] = INPUTS) -> tuple[str, float] | None:
+    """Return the component with the largest share of one block's variance, and its share; None where it is unknown.
+
+    `words`: names of inputs.
+    """
     known = "capacity_share" in here
     share = here["capacity_share"] if known else here["flag_share"].isel(level=middle_level(here["probability"]))
     if not np.isfinite(share.values).any():
         return None
     first = int(np.nanargmax(share.values))
-    name = " × ".join(input_name(part) for part in str(here["component"].values[first]).split(" × "))
-    return f"what {name} do together" if " × " in name else name, float(share[first])
+    names = [words.get(part, part) for part in str(here["component"].values[first]).split(" × ")]
+    return names[0] if len(names) == 1 else f"the interaction of {' and '.join(names)}", float(share[first])
 
 
 def _largest_share(here: xr.Dataset) -> str:
     found = largest_share(here)
     if found is None:
-        return "Where the scatter comes from could not be told."
+        return "Where the scatter comes from could not be determined."
     what = "the logarithm of its capacity" if "capacity_share" in here else "its outcome where that is least certain"
-    return f"The largest part of the variance of {what}, {whole_percent(found[1])}, is {found[0]}."
+    return f"{whole_percent(found[1])} of the variance of {what}, the largest part, comes from {found[0]}."
 
 
 def _performance(results: xr.Dataset) -> Answer:
@@ -336,8 +333,8 @@ def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
         place = found["rank"].partition(" ")[2].strip("()")
         sure = f"; its rank may be {place}" if place else "; its rank is the same in every bootstrap resample"
         yield (
-            f"Of the {ranking.attrs['objective_text']}, anchoring {found['item']} on {floor_name(found['floor'])} "
-            f"saves most: {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."
+            f"Anchoring “{found['item']}” ({floor_name(found['floor'])}) saves the most of the "
+            f"{ranking.attrs['objective_text']}: {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."
         )
 
 
@@ -357,8 +354,9 @@ def _capitalised(text: str) -> str:
     return text if text[1:2] == "_" else f"{text[:1].upper()}{text[1:]}"
 
 
-def _blocks(results: xr.Dataset) -> str:
-    return f"{results.sizes['block']:,} blocks"
+def _each_block(results: xr.Dataset) -> str:
+    number = results.sizes["block"]
+    return "this block" if number == 1 else f"each of these {number:,} blocks"
 
 
 def _floors(results: xr.Dataset) -> list[tuple[int, str | None]]:

@@ -20,14 +20,16 @@ from markupsafe import Markup
 
 from ...writing import write_bytes
 from .. import show
+from ..file.report import ReportTable
 from ..file.table import StudyError
 from ..store.content import check_content
-from ..tables.pieces import EACH_PIECE
+from ..tables.client import client_rows
 from ..text.block_order import shown
+from ..text.glossary import used
 from ..text.names import clean
 from ..text.rows import Rows, plain_table
-from ..text.words import reference_law
 from .answers import answer
+from .basis import basis
 from .cells import PageTable, longest_word, markdown, page_table
 from .figures import Picture, pictures
 from .method import assumptions, block_rows, law_rows, method, provenance_rows, study_file_rows, study_of
@@ -36,7 +38,7 @@ from .summary import next_steps, plain_answer
 from .validity import checks_of, not_checked, worst_word
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 ReportFormat = Literal["html", "pdf", "md"]
 
@@ -111,20 +113,18 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     """Return the contents of a report without its figures: text, tables and checks, as the templates need them."""
     said = answer(results)
     found = checks_of(results, state)
-    tables = [page_table(table) for table in show.tables(results)]
-    # (what an owner decides by belongs to the answer)
-    lead = [one for one in tables if one.title.startswith(EACH_PIECE)][reference_law(results)[0] :][:1]
     notes = [line for line in str(results.attrs.get("notes", "")).splitlines() if line]
-    return {
+    of_client = {
         "title": str(results.attrs.get("title", "")) or "A study",
-        "kind": str(results.attrs["kind"]),
         "question": said.question,
         "plain": plain_answer(results),
-        "sentences": said.sentences,
-        "steps": [*show.hints(results), *next_steps(results, found)],
-        "numbers": _shortened(" ".join(said.sentences)),
-        "lead": lead,
-        "tables": [one for one in tables if one not in lead],
+        "lead": _tables_of([client_rows(results)]),
+        "steps": next_steps(results, found),
+        "basis": basis(results),
+    }
+    technical = {
+        "sentences": [*said.sentences, *show.hints(results)],
+        "tables": [page_table(table) for table in show.tables(results)],
         "method": method(results),
         "made_of": [
             *_tables_of([law_rows(results)], words=True),
@@ -133,12 +133,43 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         ],
         "assumptions": assumptions(results),
         "checks": found,
-        "verdict": worst_word(found),
         "not_checked": not_checked(results),
         "notes": notes,
+    }
+    terms = used(_texts(of_client))
+    return {
+        **of_client,
+        **technical,
+        "kind": str(results.attrs["kind"]),
+        "lead_title": "Each piece" if str(results.attrs["kind"]) == "performance" else "Each block",
+        "cover": [(name.capitalize(), text) for name, text in _cover(results)],
+        "terms": terms,
+        "technical_terms": used(_texts(technical), terms),
+        "numbers": _shortened(" ".join(said.sentences)),
+        "verdict": worst_word(found),
         "provenance": _tables_of([provenance_rows(results, path, state)], words=True),
         "study": _study_text(results),
     }
+
+
+def _cover(results: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """Yield the lines of the cover, by their names in the study file."""
+    given = study_of(results).get("report")
+    for name in ReportTable.model_fields:
+        text = given.get(name) if isinstance(given, dict) else None
+        if isinstance(text, str):
+            yield name, text
+
+
+def _texts(part: object) -> Iterator[str]:
+    """Yield every text of a part of the page."""
+    if isinstance(part, str):
+        yield part
+    elif isinstance(part, dict):
+        yield from _texts(list(part.values()))
+    elif isinstance(part, list | tuple):
+        for one in part:
+            yield from _texts(one)
 
 
 def _tables_of(every: list[Rows | None], words: bool = False) -> list[PageTable]:

@@ -23,7 +23,6 @@ from ...wording import (
     currency_of,
     interval_text,
     short_digits,
-    three_digits,
     two_digits,
 )
 from ..buildings.assessment import BUILDING
@@ -36,12 +35,12 @@ from ..sensitivity.claims import FAILS, HOLDS
 from ..tables.assessment import pieces_at
 from ..tables.sensitivity import GREEK, claims_of
 from ..text.block_order import places
-from ..text.curve_notes import reached_of, verb_of
+from ..text.curve_notes import action_of, reached_of, verb_of
 from ..text.spread import spread_sentence
 from ..text.words import axis_of, display_unit, floor_name, level_text, reference_law
 from .answers import largest_share
 from .results_file import without_motions
-from .validity import GOOD, INVALID, Check
+from .validity import GOOD, Check
 
 RARE = 0.1
 """Probability of overturning, rare but still relevant to an owner, at whose level the summary also gives counts."""
@@ -49,8 +48,23 @@ YEARS = 50.0
 """Years for which chances are given where the study names no time."""
 MOST_PIECES = 5
 """Largest number of pieces that a next step names."""
-MOST_STEPS = 3
-"""Largest number of checks whose cures are among the next steps."""
+SOURCES = {
+    "alpha": "the slenderness",
+    "alpha_factor": "the slenderness",
+    "R": "the size",
+    "R_factor": "the size",
+    "inertia_factor": "the moment of inertia",
+    "e": "the restitution",
+    "restitution_factor": "the restitution",
+    "delta": "the width of the zone of damping",
+    "zeta": "the damping ratio",
+    "law": "the damping law",
+    "model": "the damping law",
+    "sample": "the properties of the block",
+    "cm_height": "the height of the mass centre",
+    "motion": "the motion",
+}
+"""Uncertain inputs in plain words, by their names."""
 
 
 def plain_answer(results: xr.Dataset) -> list[str]:
@@ -69,14 +83,16 @@ def plain_answer(results: xr.Dataset) -> list[str]:
 
 
 def next_steps(results: xr.Dataset, checks: list[Check]) -> list[str]:
-    """Return the next steps: those that follow from the answer, then the cures of the worst checks."""
-    found = list(_actions(results))
-    bad = [one for one in checks if one.word != GOOD and one.cure]
-    bad.sort(key=lambda one: one.word != INVALID)
-    cures = list(dict.fromkeys(f"{one.reason} {one.cure}" for one in bad))
-    more = len(cures) - MOST_STEPS
-    rest = [f"{more} more check{'s need' if more > 1 else ' needs'} a look: see Validity checks."] if more > 0 else []
-    return [*found, *cures[:MOST_STEPS], *rest]
+    """Return the next steps: those that follow from the answer, and what an engineer should look at first."""
+    bad = sum(one.word != GOOD for one in checks)
+    if not bad:
+        return list(_actions(results))
+    them = "check that is" if bad == 1 else "checks that are"
+    look = (
+        f"Before a decision that cannot be undone, have an engineer look at the {bad} of {len(checks)} validity {them} "
+        "not good; the technical appendix says what to do about each."
+    )
+    return [*_actions(results), look]
 
 
 def _curves(results: xr.Dataset) -> Iterator[str]:
@@ -87,7 +103,7 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     cases = small["median"].transpose("block", ...)
     status = small["status"].transpose(*cases.dims).values.ravel()
     if not np.isfinite(cases.values).any():
-        yield f"The runs do not tell how strong shaking must be: {_missing_curves(status)}."
+        yield f"The runs do not show how strong the shaking must be: {_missing_curves(status)}."
         return
     always = int((status == ALL).sum())
     if always:
@@ -99,17 +115,19 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     where = f" on {floor_name(first['floor'].item())}" if "floor" in small.dims else ""
     verb = verb_of(state)
     if cases.size > 1:
-        yield f"Of {'the others' if always else 'all that is looked at here'}, {name}{where} {verb} first."
+        others = cases.size - always
+        of = f"the other {others:,}" if always else f"the {others:,} {'blocks' if not where else 'blocks and floors'}"
+        yield f"{name}{where} is the first of {of}: it {verb} at the lowest level of shaking."
     yield from _hundred_earthquakes(first, results, f"{name}{where}", verb)
-    most = largest_share(first) if str(results.attrs["kind"]) == "uncertainty" else None
+    most = largest_share(first, SOURCES) if str(results.attrs["kind"]) == "uncertainty" else None
     if most is not None:
-        yield f"Of why that differs from case to case, the largest part ({100.0 * most[1]:.0f}\u00a0%) is: {most[0]}."
+        yield f"The largest contribution to the scatter, {about_percent(most[1])}, comes from {most[0]}."
     if "epistemic_rate" in first:
         beta = float(results.attrs.get("modelling_dispersion", 0.0))
         spread = str(results.attrs.get("modelling")) == "fractiles"
         yield spread_sentence(first, f"{name}{where}", verb, beta if spread else 0.0)
         if beta and not spread:
-            yield f"Each of these rates is a mean over a modelling uncertainty of {beta:g}."
+            yield f"Each of these rates is a mean over the modelling uncertainty of {beta:g}."
     elif "risk_probability" in first:
         yield _chance_in_years(first, f"{name}{where}", verb, float(results.attrs["years"]), _held(results))
 
@@ -139,22 +157,23 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     measure = str(axis.attrs.get("long_name", "level"))
     median, low, high = (float(first[f"median{end}"]) / scale for end in ("", "_lower", "_upper"))
     sure = confidence_text(results)
-    if math.isfinite(high):
-        known = f"(that level itself is known to {interval_text(low, high)}{unit}, {sure} interval)"
-    elif low > 0.0:
-        known = f"(that level itself is {interval_text(low, high)}{unit}, {sure} interval)"
+    if math.isfinite(high) or low > 0.0:
+        known = f" ({interval_text(low, high, two_digits)})"
     else:
-        known = "(these motions do not tell how well that level itself is known)"
+        known = " (how well that level is known, these motions do not show)"
+    at_median = f"{two_digits(median)}{unit}{known}"
     rare = _rare(first, results["level"].values, median * scale) if {"probability", "lower"} <= {*first} else None
     if rare is None:
-        strong = f"as strong as a {measure} of {three_digits(median)}{unit}"
-        yield f"Of 100 earthquakes {strong}, about 50 would {_infinitive(verb, name)} {known}."
+        yield (
+            f"Of 100 earthquakes with a {measure} of {at_median}, about 50 would {action_of(verb, name)}. The range in "
+            f"brackets is a {sure} interval."
+        )
         return
     few, least, most = (round(100.0 * float(first[end][rare])) for end in ("probability", "lower", "upper"))
+    weak = f"{two_digits(float(results['level'][rare]) / scale)}{unit}"
     yield (
-        f"Of 100 earthquakes as strong as a {measure} of {level_text(float(results['level'][rare]), axis)}, "
-        f"about {few} would {_infinitive(verb, name)} ({least} to {most}, {sure} interval); at "
-        f"{three_digits(median)}{unit} about half of them would {known}."
+        f"Of 100 earthquakes with a {measure} of {weak}, about {few} ({least} to {most}) would "
+        f"{action_of(verb, name)}; at {at_median} about half of them would. Ranges in brackets are {sure} intervals."
     )
 
 
@@ -165,15 +184,10 @@ def _rare(first: xr.Dataset, levels: Array, median: float) -> int | None:
     return int(found[np.abs(np.log(seen[found] / RARE)).argmin()]) if found.size else None
 
 
-def _infinitive(verb: str, name: str) -> str:
-    """Return the infinitive of what an earthquake does to a block: overturn it, uplift it, bring it to a rotation."""
-    return f"{verb[:-1]} {name}" if verb.endswith("s") else f"bring {name} to {verb.removeprefix('reaches ')}"
-
-
 def _chance_in_years(first: xr.Dataset, name: str, verb: str, years: float, held: str) -> str:
     chance, low, high = (float(first[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
     if not np.isfinite(chance):
-        return "How often that is cannot be told: there is no curve."
+        return "How often that happens cannot be said: there is no curve."
     rest = f"from the choice of motions alone{held}; law and hazard curve are taken as given"
     ends = "" if low == high else f" ({chances_between(low, high, about_percent)}, {rest})"
     return f"The chance that {name} {verb} within {years:g} years is about {about_percent(chance)}{ends}."
@@ -196,21 +210,21 @@ def _building(results: xr.Dataset) -> Iterator[str]:
                 f"motions alone{_held(results)}; law and hazard curve are taken as given."
             )
         else:
-            yield "Under none of the motions does anything fall."
+            yield "Nothing falls under any of the motions."
     else:
         here = one.sel(level=float(results.attrs["at_level"]))
         chance, low, high = (100.0 * float(here[f"any_probability{end}"]) for end in ("", "_lower", "_upper"))
         number, *ends = (float(here[f"number_mean{end}"]) for end in ("", "_lower", "_upper"))
         yield (
-            f"Of 100 earthquakes {_strength(results)}, about {chance:.0f} would overturn something ({low:.0f} to "
-            f"{high:.0f}), and on average {three_digits(number)} of the {pieces:,} pieces that stand free would fall "
-            f"({interval_text(ends[0], ends[1])}; {sure} over motions)."
+            f"Of 100 earthquakes {_strength(results)}, about {chance:.0f} ({low:.0f} to {high:.0f}) would overturn "
+            f"something, and on average {two_digits(number)} ({interval_text(ends[0], ends[1], two_digits)}) of the "
+            f"{pieces:,} pieces that are not anchored would fall ({sure} over motions)."
         )
     if "annual_loss" in one:
         loss, low, high = (float(one[f"annual_loss{end}"]) for end in ("", "_lower", "_upper"))
         money = f" {currency_of(results)}" if currency_of(results) else ""
         interval = interval_text(low, high, two_digits)
-        yield f"What falls costs about {two_digits(loss)}{money} in a mean year ({interval})."
+        yield f"The expected loss is about {two_digits(loss)}{money} a year ({interval})."
     if "consequence_rate" in one and float(one["consequence_rate"].max()) > 0.0:
         worst = one.isel(consequence=int(one["consequence_rate"].values.argmax()))
         rate, low, high = (float(worst[f"consequence_rate{end}"]) for end in ("", "_lower", "_upper"))
@@ -268,9 +282,9 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
             if all(one.safety for one in first):
                 safety = str(results.attrs.get("safety", JOINT.join(SAFETY))).split(JOINT)
                 words = dict.fromkeys(word for one in first for word in one.consequences if word in safety)
-                yield f"Anchor first, because of what their falling means ({', '.join(words)}): {_pieces(first)}."
+                yield f"Anchor first, for safety ({', '.join(words)}): {_pieces(first)}."
             else:
-                yield f"Most of the risk comes from {_pieces(first)}."
+                yield f"Most of the risk comes from {_pieces(first)}: anchor them first."
         worth = [one for one in pieces if one.recommendation == WORTH]
         if worth:
             yield f"Anchoring saves more than it costs within {PIECE_YEARS:g} years: {_pieces(worth)}."
@@ -283,8 +297,8 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
         yield "Choose the size that meets the target, or anchor what is smaller."
     elif kind == "fragility" and "rate" not in results:
         yield (
-            "Hold these levels against the shaking expected at the site; with a [hazard] table in the study file the "
-            "report says how often a year."
+            "Compare these levels with the shaking expected at the site; with a hazard curve of the site this report "
+            "also says how often that happens."
         )
 
 

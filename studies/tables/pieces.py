@@ -22,8 +22,6 @@ from ..text.rows import Rows
 from ..text.words import display_unit, floor_name, level_text
 from .values import ValueTable, known, with_units
 
-EACH_PIECE = "Each piece"
-"""Beginning of the title."""
 UNCHECKED = "code requirements not checked"
 CODE = "Code requirements"
 """Beginning of the title of what a building code says of each piece."""
@@ -123,7 +121,7 @@ def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
         *([f"values in {money}"] if money and (valued or priced) else []),
     ]
     said += _first(len(pieces))
-    return Rows(f"{EACH_PIECE}{when} ({', '.join([*said, code_text(results)])})", tuple(headings), rows)
+    return Rows(f"Each piece{when} ({', '.join([*said, code_text(results)])})", tuple(headings), rows)
 
 
 def code_text(results: xr.Dataset) -> str:
@@ -235,7 +233,7 @@ def _first(number: int) -> list[str]:
     """Return what a title says of a table that does not hold all pieces."""
     if number <= MOST_ROWS:
         return []
-    return [f"the first {MOST_ROWS} of {number:,}; `toppling export --format csv` writes all"]
+    return [f"the first {MOST_ROWS} of {number:,}; the exported table holds all of them"]
 
 
 def _chance(chance: Range | float) -> str:

@@ -43,6 +43,11 @@ def reached_of(state: str) -> str:
     return REACHED.get(state, f"reached {state}")
 
 
+def action_of(verb: str, name: str) -> str:
+    """What a motion does to a block, in the infinitive: overturn it, uplift it, bring it to a rotation."""
+    return f"{verb[:-1]} {name}" if verb.endswith("s") else f"bring {name} to {verb.removeprefix('reaches ')}"
+
+
 def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, state: str) -> list[str]:
     """Notes on curves that rest on few runs, and on medians with wide intervals: one sentence each.
 

@@ -301,7 +301,7 @@ class TestManyBlocks:
         assert len(answer(few).sentences) == 2 + 11
         always, first, *_ = plain_answer(changed)
         assert always == "2 of 120 (“b110” and 1 more) overturned in every run, even in the weakest shaking."
-        assert first == "Of the others, “b10” overturns first."
+        assert first == "“b10” is the first of the other 118: it overturns at the lowest level of shaking."
         status[10:110, law] = status[111:115, law] = status[116:, law] = "no overturning"
         nothing = changed.assign(median=changed["median"] * np.nan, status=(results["status"].dims, status))
         assert plain_answer(nothing) == [

@@ -1,0 +1,83 @@
+"""The table of a report's first part: each piece or block under the reference law, in two digits, without symbols."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.fitting.states import ALL, NONE, OVERTURNED, state_name
+from ...wording import about_percent, about_years, chances_between, confidence_text, interval_text, two_digits
+from ..text.block_order import RATE, chosen_of, shown
+from ..text.curve_notes import action_of, verb_of
+from ..text.rows import Rows
+from ..text.spread import range_text
+from ..text.words import axis_of, display_unit, floor_name, measure_name, reference_law
+from .pieces import piece_rows
+
+MOST = 30
+"""Most blocks of the table."""
+NEVER, ALWAYS, UNKNOWN = "never seen", "at every level", "not known"
+
+
+def client_rows(results: xr.Dataset) -> Rows | None:
+    """Return the table of the pieces of a performance study, or of the blocks of others; None without either."""
+    kind = str(results.attrs["kind"])
+    if kind == "performance":
+        return piece_rows(results, reference_law(results)[0])
+    return _blocks(results) if kind in ("fragility", "uncertainty") else None
+
+
+def _blocks(results: xr.Dataset) -> Rows:
+    """Return the level at which half of the motions reach the state, and how often in a year, of each block."""
+    yearly = "rate" in results
+    here = shown(results, RATE, MOST) if yearly else shown(results, most=MOST)
+    at, _ = reference_law(here)
+    axis = axis_of(here)
+    scale, unit = display_unit(axis)
+    floors = here["floor"].values.tolist() if "floor" in here["median"].dims else [None]
+    rows: list[tuple[str, ...]] = []
+    for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
+        every = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
+        one = every.isel(model=at)
+        cells = [str(here["block"].values[i])]
+        cells += [] if floor is None else [floor_name(floor).removeprefix("floor ")]
+        cells.append(_median(one, scale))
+        if yearly:
+            cells += [_years(one, every), _chance(one)]
+        rows.append(tuple(cells))
+    verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
+    name = f"{measure_name(str(axis.attrs.get('im', 'level')))}{f', {unit}' if unit else ''}"
+    headings = [
+        "block",
+        *([] if floors == [None] else ["floor"]),
+        f"half of the motions {action_of(verb, 'it')} at {name}",
+    ]
+    years = f"{float(results.attrs['years']):g} years" if yearly else ""
+    headings += ["about once in, years", f"in {years}"] if yearly else []
+    chosen = f"; {chosen_of(here)}" if chosen_of(here) else ""
+    title = f"When each block {verb} ({confidence_text(here)} intervals over motions{chosen})"
+    return Rows(title, tuple(headings), rows)
+
+
+def _median(one: xr.Dataset, scale: float) -> str:
+    middle, low, high = (float(one[f"median{end}"]) / scale for end in ("", "_lower", "_upper"))
+    if np.isfinite(middle):
+        return f"{two_digits(middle)} ({interval_text(low, high, two_digits)})"
+    return {ALL: ALWAYS, NONE: NEVER}.get(str(one["status"].item()), UNKNOWN)
+
+
+def _years(one: xr.Dataset, every: xr.Dataset) -> str:
+    if "epistemic_rate" in every:
+        return range_text(every).removesuffix(" years") if np.isfinite(every["epistemic_rate"]) else UNKNOWN
+    rate = float(one["rate"])
+    return about_years(rate) if np.isfinite(rate) and rate > 0.0 else UNKNOWN
+
+
+def _chance(one: xr.Dataset) -> str:
+    chance, low, high = (float(one[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
+    if not np.isfinite(chance):
+        return UNKNOWN
+    ends = "" if low == high else f" ({chances_between(low, high, about_percent)})"
+    return f"{about_percent(chance)}{ends}"
