@@ -116,8 +116,13 @@ def anchoring_figure(results: xr.Dataset) -> Figure:
     laws = selection.laws(ranking)
     n = len(order_of(ranking))
     each = max(0.3, 0.14 * len(laws))
-    figure = Figure(figsize=(8.4, max(3.8, each * n + 1.9)), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+    height = max(3.8, each * n + 1.9)
+    if axes.has_room():
+        figure = axes.figure(8.4, height)
+        left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+    else:
+        figure = axes.figure(8.4, height + 2.6)
+        left, right = figure.subplots(2, 1, height_ratios=(height, 2.6))
     bars(ranking, laws, left)
     remainder(ranking, laws, right)
     handles, labels = left.get_legend_handles_labels()

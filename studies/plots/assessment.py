@@ -261,9 +261,9 @@ def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
     places = [str(place) for place in results["place"].values]
     if len(places) == 2:  # a single floor is the same as the building
         places = places[1:]
-    columns = min(axes.PANEL_COLUMNS, len(places))
+    columns = axes.columns_for(len(places))
     rows = math.ceil(len(places) / columns)
-    figure = Figure(figsize=(max(2.8 * columns, 6.0), 2.7 * rows + 1.3), layout="constrained")
+    figure = axes.figure(max(2.8 * columns, 6.0), 2.7 * rows + 1.3)
     panels = figure.subplots(rows, columns, squeeze=False)
     for i, (ax, place) in enumerate(zip(panels.flat, places, strict=False)):
         inventory(results, ax, quantity=quantity, place=place)
@@ -296,7 +296,7 @@ def exceedance_figure(results: xr.Dataset, quantity: str = "loss") -> Figure:
     columns = axes.columns_for(len(laws))
     rows = math.ceil(len(laws) / columns)
     width = 6.6 if columns == 1 else 2.7 * columns + 0.6
-    figure = Figure(figsize=(width, (3.6 if columns == 1 else 3.2) * rows + 1.2), layout="constrained")
+    figure = axes.figure(width, (3.6 if columns == 1 else 3.2) * rows + 1.2)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     bottoms, tops = [], []
     for i, (ax, law) in enumerate(zip(panels.flat, laws, strict=False)):

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any, Literal
 
 import numpy as np
@@ -26,7 +28,9 @@ __all__ = [
     "REFERENCE",
     "colour",
     "columns_for",
+    "figure",
     "grid",
+    "has_room",
     "heading",
     "legend_below",
     "level_axis",
@@ -35,6 +39,7 @@ __all__ = [
     "model_name",
     "named_rows",
     "new",
+    "on_a_phone",
     "outer_labels",
     "own_legend",
     "plain_log",
@@ -56,9 +61,34 @@ LETTERS = 13.0
 """Letters of 10 points that fit into one inch."""
 
 
+PHONE = 3.7
+"""Width of a figure for a phone, inches."""
+_widest: ContextVar[float] = ContextVar("_widest", default=math.inf)
+
+
+@contextmanager
+def on_a_phone() -> Iterator[None]:
+    """Draw the figures within for the width of a phone: panels stand one below the other."""
+    before = _widest.set(PHONE)
+    try:
+        yield
+    finally:
+        _widest.reset(before)
+
+
+def has_room() -> bool:
+    """Return whether two panels fit beside each other."""
+    return math.isinf(_widest.get())
+
+
+def figure(width: float, height: float) -> Figure:
+    """Return a new figure of a width and a height in inches, no wider than the page that it is drawn for."""
+    return Figure(figsize=(min(width, _widest.get()), height), layout="constrained")
+
+
 def new(width: float, height: float) -> Axes:
     """Return the axes of a new figure of a width and a height in inches."""
-    return Figure(figsize=(width, height), layout="constrained").add_subplot()
+    return figure(width, height).add_subplot()
 
 
 def colour(i: int) -> str:
@@ -122,8 +152,8 @@ def legend_below(figure: Figure, handles: Sequence[Artist], labels: Sequence[str
 
 
 def columns_for(panels: int) -> int:
-    """Return the number of columns for a number of panels: three at the most, and two for four panels."""
-    return 2 if panels == 4 else min(PANEL_COLUMNS, panels)
+    """Return the number of columns for a number of panels: three at the most, two for four panels, one on a phone."""
+    return 1 if not has_room() else 2 if panels == 4 else min(PANEL_COLUMNS, panels)
 
 
 def outer_labels(ax: Axes, i: int, columns: int, panels: int, *, ticks: bool = True) -> None:

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, PercentFormatter
+from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, NullFormatter, PercentFormatter
 
 from ...wording import two_digits
 from ..text.spread import WORDS
@@ -27,8 +27,13 @@ def spread_figure(results: xr.Dataset) -> Figure:
     flat = flat.isel(row=slice(MOST_ROWS))
     names = _names(results, dims)[:MOST_ROWS]
     rows = len(names)
-    figure = Figure(figsize=(8.4, 1.9 + 0.55 * rows), layout="constrained")
-    ranges, shares = figure.subplots(1, 2, sharey=True, width_ratios=(1.25, 1.0))
+    height = 1.9 + 0.55 * rows
+    if axes.has_room():
+        figure = axes.figure(8.4, height)
+        ranges, shares = figure.subplots(1, 2, sharey=True, width_ratios=(1.25, 1.0))
+    else:
+        figure = axes.figure(8.4, 2.0 * height + 0.6)
+        ranges, shares = figure.subplots(2, 1, sharey=True)
     y = np.arange(rows)
     fractiles = flat["epistemic_rate_fractile"].transpose("row", "epistemic_fractile")
     for (low, high), width in ((THIN, 1.4), (THICK, 5.0)):
@@ -47,6 +52,10 @@ def spread_figure(results: xr.Dataset) -> Figure:
     years = ranges.secondary_xaxis("top", functions=(_years, _years))
     years.set_xlabel("once in so many years")
     years.xaxis.set_major_formatter(FuncFormatter(lambda value, _: two_digits(value)))
+    for axis in (ranges.xaxis, years.xaxis):  # (of less than a decade the numbers between powers of ten would overlap)
+        axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+        axis.set_minor_formatter(NullFormatter())
+    ranges.xaxis.set_major_formatter(LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(np.inf, np.inf)))
     axes.grid(ranges)
     before = np.zeros(rows)
     for k, name in enumerate(str(one) for one in results["epistemic_source"].values):

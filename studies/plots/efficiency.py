@@ -163,7 +163,7 @@ def ranking_figure(found: xr.Dataset, block: str | None = None, floor: int | str
     rows = math.ceil(laws / columns)
     height = 0.24 * here.sizes["measure"] + 0.75
     width = max(2.6 * columns + 1.8, 6.0)
-    figure = Figure(figsize=(width, height * rows + 1.2), layout="constrained")
+    figure = axes.figure(width, height * rows + 1.2)
     panels = figure.subplots(rows, columns, squeeze=False, sharey=True, sharex=True)
     order = by_rank(here)
     axes.remove_spare(panels, laws)

@@ -246,13 +246,13 @@ def fragility_figure(results: xr.Dataset) -> Figure:
     if len(laws) > 1:
         columns = axes.columns_for(len(laws))
     else:
-        one_row = floors != [None] and len(floors) <= axes.PANEL_COLUMNS
+        one_row = floors != [None] and len(floors) <= axes.PANEL_COLUMNS and axes.has_room()
         columns = len(floors) if one_row else axes.columns_for(len(cases))
     each = math.ceil(len(laws) / columns) * columns if len(laws) > 1 else 1
     rows = math.ceil(len(cases) * each / columns)
     width = max(3.0 * columns, 6.4)
     height = 3.1 if rows <= LOW_ROWS or len(laws) == 1 else 2.3
-    figure = Figure(figsize=(width, height * rows + 1.0), layout="constrained")
+    figure = axes.figure(width, height * rows + 1.0)
     panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
     shown = _drawn_of(results)
     spare = set(range(rows * columns))

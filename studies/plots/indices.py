@@ -212,7 +212,7 @@ def index_figure(results: xr.Dataset, name: str) -> Figure:
     rows = -(-len(cases) // columns)
     inputs = results.sizes["input"]
     height = {"sobol": 0.5 * inputs + 1.3, "morris": 3.2}[name]
-    figure = Figure(figsize=(max(2.7 * columns + 0.4, 6.0), height * rows + 1.2), layout="constrained")
+    figure = axes.figure(max(2.7 * columns + 0.4, 6.0), height * rows + 1.2)
     panels = figure.subplots(rows, columns, squeeze=False)
     for ax, (block, model) in zip(panels.flat, cases, strict=False):
         indices(results, ax, method=name, block=block or None, model=model or None)

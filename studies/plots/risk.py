@@ -107,7 +107,7 @@ def _rates(here: xr.Dataset, ax: Axes | None, model: str | None, color: str | No
         text = f"once in {in_years(rate)} years"
         ax.annotate(text, (rate, i), xytext=(0, 6), textcoords="offset points", ha="center", fontsize=9)
     ax.set_xscale("log")
-    ax.set_yticks(np.arange(len(laws)), [axes.wrapped(law.label, 0.4 * axes.width_of(ax)) for law in laws])
+    ax.set_yticks(np.arange(len(laws)), [axes.wrapped(law.label, max(1.5, 0.4 * axes.width_of(ax))) for law in laws])
     ax.set_ylim(len(laws) - 0.5, -0.8)
     ax.margins(x=0.45)
     axes.plain_log(ax)
@@ -158,7 +158,8 @@ def _shares(here: xr.Dataset, every: xr.Dataset, ax: Axes | None, model: str | N
             said["from above the levels run"] = far
     if said:
         text = "; ".join(f"{_range_text(parts)} {where}" for where, parts in said.items())
-        ax.set_title(axes.wrapped(f"hatched: {text}" if hatched else text, axes.width_of(ax), 9.0), fontsize=9)
+        room = (0.9 if axes.has_room() else 0.75) * axes.width_of(ax)
+        ax.set_title(axes.wrapped(f"hatched: {text}" if hatched else text, room, 9.0), fontsize=9)
     if alone and len(laws) > 1:
         ax.legend(frameon=False, fontsize=9)
     return ax
@@ -213,15 +214,22 @@ def risk_figure(results: xr.Dataset) -> Figure:
         every = [every[i] for i in np.argsort(falling.places(results, falling.RATE).values.ravel())]
     rows = every[:MOST_ROWS]
     laws = found.sizes["model"]
-    figure = Figure(figsize=(8.2, max(2.7, 0.45 * laws + 1.5) * len(rows) + 0.9), layout="constrained")
-    panels = figure.subplots(len(rows), 2, squeeze=False, sharex="col")
+    height = max(2.7, 0.45 * laws + 1.5) * len(rows)
+    figure = axes.figure(8.2, height * (1.0 if axes.has_room() else 2.0) + 0.9)
+    if axes.has_room():
+        panels = figure.subplots(len(rows), 2, squeeze=False, sharex="col")
+    else:  # (each block has its rate, and below it where that comes from)
+        panels = figure.subplots(2 * len(rows), 1, squeeze=False).reshape(len(rows), 2)
+        for first, *others in panels.T:
+            for ax in others:
+                ax.sharex(first)
     for (left, right), (block, floor) in zip(panels, rows, strict=True):
         risk(found, left, block=block, floor=floor)
         risk(found, right, quantity=SHARE, block=block, floor=floor)
         name = block if floor is None else f"{block}, {floor_name(floor)}"
         left.set_title(axes.wrapped(name, axes.width_of(left)), fontsize=10)
         hatched = right.get_title()
-        right.set_title(f"where its rate comes from\n{hatched}".strip(), fontsize=10)
+        right.set_title(f"where its rate comes from\n{hatched}".strip(), fontsize=10 if axes.has_room() else 9)
         for ax in (left, right):
             ax.tick_params(labelbottom=True)
             if (block, floor) != rows[-1]:

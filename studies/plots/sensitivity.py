@@ -43,7 +43,7 @@ def tornado_panel(results: xr.Dataset, ax: Axes | None = None, *, block: str | N
         ax.plot(high, y, "o", color=law.colour, ms=5.0, label=law.label)
     ax.set_xlim(-0.03, 1.03)
     ax.xaxis.set_major_formatter(PercentFormatter(1.0))
-    ax.set_xlabel("P(overturn), input low (open) and high (full)")
+    ax.set_xlabel(axes.wrapped("P(overturn), input low (open) and high (full)", axes.width_of(ax)))
     return ax
 
 
@@ -260,10 +260,11 @@ def free_rocking_figure(results: xr.Dataset, block: str | None = None) -> Figure
     """Return the figure of free rocking of one block (needed where there are several): a panel for each law."""
     here = selection.one(results, block=block)
     labels = selection.labels(results, "model")
-    rows = math.ceil(len(labels) / 2)
+    columns = min(2, axes.columns_for(len(labels)))
+    rows = math.ceil(len(labels) / columns)
     with mpl.rc_context({"font.size": TEXT - 0.5}):
-        figure = Figure(figsize=(WIDTH, 1.75 * rows + 1.3), layout="constrained")
-        panels = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
+        figure = axes.figure(WIDTH, 1.75 * rows + 1.3)
+        panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for ax, label in zip(panels.flat, labels, strict=False):
             free_rocking_panel(here, ax, model=label)
         for ax in list(panels.flat)[len(labels) :]:
@@ -274,7 +275,7 @@ def free_rocking_figure(results: xr.Dataset, block: str | None = None) -> Figure
         name = here["block"].item()
         symbol = GREEK[str(results.attrs["parameter"])]
         figure.suptitle(f"{name}: colours are {symbol}", fontsize=TEXT)
-        _legend(figure, panels.flat[0], 3)
+        _legend(figure, panels.flat[0], 3 if axes.has_room() else 2)
     return figure
 
 
@@ -298,7 +299,7 @@ def _column(results: xr.Dataset, draw: Callable[..., Axes], said: str) -> Figure
     blocks = selection.labels(results, "block")
     with mpl.rc_context({"font.size": TEXT}):
         laws = results.sizes["model"]
-        figure = Figure(figsize=(WIDTH, 2.9 * len(blocks) + 0.22 * laws + 0.6), layout="constrained")
+        figure = axes.figure(WIDTH, 2.9 * len(blocks) + 0.22 * laws + 0.6)
         panels = figure.subplots(len(blocks), 1, squeeze=False)[:, 0]
         for ax, block in zip(panels, blocks, strict=True):
             draw(results, ax, block=block)

@@ -192,7 +192,7 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
     blocks, laws = selection.labels(results, "block"), selection.laws(results)
     columns = axes.columns_for(len(laws))
     rows = math.ceil(len(laws) / columns)
-    figure = Figure(figsize=(8.4, (2.9 * rows + 3.3) * len(blocks) + 0.8), layout="constrained")
+    figure = axes.figure(8.4, (2.9 * rows + 3.3) * len(blocks) + 0.8)
     ratios = ([2.9] * rows + [3.2]) * len(blocks)
     cells = figure.add_gridspec((rows + 1) * len(blocks), columns, height_ratios=ratios)
     for k, block in enumerate(blocks):
@@ -209,7 +209,9 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
             ax.set_title(axes.wrapped(f"{block}\n{law.label}", axes.width_of(ax)), fontsize=10)
             axes.outer_labels(ax, i, columns, len(laws))
         shares = uncertainty(here, figure.add_subplot(cells[top + rows, :]), view="variance")
-        shares.set_title(f"{block}: sources of the variance of the outcome", fontsize=10)
+        shares.set_title(
+            axes.wrapped(f"{block}: sources of the variance of the outcome", 0.9 * figure.get_figwidth()), fontsize=10
+        )
     axes.legend_below(figure, *shares.get_legend_handles_labels())
     samples, motions = results.sizes["sample"], results.sizes["motion"]
     text = f"{samples} samples under {motions} motions; "

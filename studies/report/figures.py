@@ -40,6 +40,7 @@ class Picture(NamedTuple):
     caption: str
     description: str
     svg: str
+    phone: str
     png: bytes
 
 
@@ -86,11 +87,15 @@ def pictures(results: xr.Dataset, numbers: str, *, png: bool = False) -> Iterato
     Picture
         Its ``svg`` is safe inside HTML: no script, no external reference, and ids that no other figure has.
     """
-    for i, (name, figure) in enumerate(_figures(results), start=1):
+    for i, (name, figure, narrow) in enumerate(_figures(results, phone=not png), start=1):
         described = f"{describe(figure)} {clean(numbers)}".strip()
-        svg, content = ("", _png(figure)) if png else (_svg(figure, f"figure-{i}-"), b"")
+        svg, phone, content = "", "", b""
+        if narrow is None:
+            content = _png(figure)
+        else:
+            svg, phone = _svg(figure, f"figure-{i}-"), _svg(narrow, f"phone-{i}-")
         caption = CAPTIONS.get(name) or CAPTIONS.get(name.rpartition("_")[0]) or name.replace("_", " ").capitalize()
-        yield Picture(name, caption, described, svg, content)
+        yield Picture(name, caption, described, svg, phone, content)
 
 
 def describe(figure: Figure) -> str:
@@ -133,9 +138,25 @@ def _settings() -> Iterator[None]:
         yield
 
 
-def _figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
+def _figures(results: xr.Dataset, *, phone: bool) -> Iterator[tuple[str, Figure, Figure | None]]:
+    """Yield every figure, and with `phone` the same figure drawn for a phone."""
     with _settings():
-        yield from show.figures(results)
+        narrow = _on_a_phone(results)
+        for name, figure in show.figures(results):
+            yield name, figure, next(narrow) if phone else None
+
+
+def _on_a_phone(results: xr.Dataset) -> Iterator[Figure]:
+    from ..plots.axes import on_a_phone  # noqa: PLC0415 - matplotlib loads slowly
+
+    figures = show.figures(results)
+    while True:
+        # (the width is set while a figure is drawn, not while its reader has it)
+        with on_a_phone():
+            found = next(figures, None)
+        if found is None:
+            return
+        yield found[1]
 
 
 def _png(figure: Figure) -> bytes:
@@ -159,7 +180,7 @@ def _svg(figure: Figure, prefix: str) -> str:
         element.attrib = {key: _renamed(key, value, prefix) for key, value in named}
     for name in ("width", "height", "version"):
         root.attrib.pop(name, None)
-    # limits on the width: on a narrow screen the figure stays legible, and its box scrolls
+    # limits on the width, within which the figure's text is legible
     width = PIXELS_AN_INCH * float(figure.get_figwidth())
     size = f"max-width:{WIDEST * width:.0f}px;min-width:{NARROWEST * width:.0f}px"
     root.attrib |= {"style": size, "aria-hidden": "true", "focusable": "false"}

@@ -104,7 +104,7 @@ def html_page(results: xr.Dataset, path: Path, state: str, *, opened: bool = Fal
     With `opened` nothing on the page is folded, as a printed page needs.  The same results give the same text.
     """
     found = content(results, path, state)
-    drawn = [(one, Markup(one.svg)) for one in pictures(results, found["numbers"])]
+    drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in pictures(results, found["numbers"])]
     template = _environment(escaping=True).get_template("report.html.j2")
     return template.render(**found, figures=drawn, opened=opened)
 
