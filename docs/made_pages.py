@@ -87,6 +87,13 @@ def study_file_page() -> str:
     return head + key_reference().replace("\n### ", "\n## ").replace("### Top", "## Top", 1)
 
 
+def glossary_page() -> str:
+    """Every term that reports define, with its definition."""
+    terms = importlib.import_module("toppling.studies.text.glossary").TERMS
+    head = "# Glossary\n\nThe terms that reports use; a report defines those that it uses, in these words.\n\n"
+    return head + "\n".join(f"**{one.name}**\n: {one.definition}\n" for one in terms)
+
+
 def gallery_text(_configuration: object, _script: str) -> None:
     """Text of the gallery's figures, 5.2 in wide, so large that a phone shows it at 8 pt."""
     mpl.rcParams["font.size"] = 11.0
@@ -94,7 +101,7 @@ def gallery_text(_configuration: object, _script: str) -> None:
 
 def write(docs: Path) -> None:
     """Write every made page under `docs`/_made, where it is new or another."""
-    pages = {"study-file.md": study_file_page()}
+    pages = {"study-file.md": study_file_page(), "glossary.md": glossary_page()}
     for package, about in {**PACKAGES, **MODULES}.items():
         pages[f"api/{package}.rst"] = api_page(package, about)
     for name, text in pages.items():

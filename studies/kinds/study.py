@@ -93,7 +93,9 @@ class Study(ABC):
             study = Study._kinds[content.kind].of(content, file.parent)
             for one in study.doubts:
                 if one.grave and one.kind not in study.accepted:
-                    raise ValueError(f'{one.sentence} (accept = ["{one.kind}"] takes it as it is)')
+                    raise ValueError(
+                        f'{one.sentence} (accept = ["{one.kind}"] at the top of the study file takes it as it is)'
+                    )
         except StudyError:
             raise
         except (ValueError, ArithmeticError) as error:

@@ -57,7 +57,8 @@ CAPTIONS = {
     "loss": "What is lost at each level of shaking.",
     "exceedance": "How often a year so much or more falls. At the left edge: anything at all; where a line drops to "
     "the axis, none of the motions brings down more.",
-    "anchoring": "What anchoring each item saves, and what is left as one after the other is anchored.",
+    "anchoring": "What anchoring each item saves, and what is left as one after the other is anchored. Items stand by "
+    "what they save; the table of pieces has the order of its recommendations, in which safety comes before money.",
     "median": "Medians of the fragility curves over the values that are varied.",
     "median_ratio": "Medians over those of the reference, over the values that are varied.",
     "dispersion": "Dispersions of the fragility curves over the values that are varied.",
@@ -93,7 +94,7 @@ def pictures(results: xr.Dataset, numbers: str, *, png: bool = False) -> Iterato
         if narrow is None:
             content = _png(figure)
         else:
-            svg, phone = _svg(figure, f"figure-{i}-"), _svg(narrow, f"phone-{i}-")
+            svg, phone = _svg(figure, f"f{i}-"), _svg(narrow, f"p{i}-")
         caption = CAPTIONS.get(name) or CAPTIONS.get(name.rpartition("_")[0]) or name.replace("_", " ").capitalize()
         yield Picture(name, caption, described, svg, phone, content)
 
@@ -166,7 +167,7 @@ def _png(figure: Figure) -> bytes:
 
 
 def _svg(figure: Figure, prefix: str) -> str:
-    """Return a figure as an HTML element: without a file's header and metadata, with a prefix to ids and references."""
+    """Return a figure as an HTML element: without a file's header and metadata, its ids a prefix and short numbers."""
     file = StringIO()
     figure.savefig(file, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
     root = ElementTree.fromstring(_without_comments(file.getvalue()))
@@ -174,10 +175,13 @@ def _svg(figure: Figure, prefix: str) -> str:
         for child in list(parent):
             if _local_name(child.tag) in ("metadata", "style", "script"):
                 parent.remove(child)
+    # only what is referred to keeps an id, a short one: names of thousands of letters and groups are half of a figure
+    referred = sorted({name for one in root.iter() for value in one.attrib.values() for name in _references(value)})
+    ids = {name: f"{prefix}{n:x}" for n, name in enumerate(referred)}
     for element in root.iter():
         element.tag = _local_name(element.tag)
         named = [(_local_name(key), value) for key, value in element.attrib.items()]
-        element.attrib = {key: _renamed(key, value, prefix) for key, value in named}
+        element.attrib = {key: _renamed(key, value, ids) for key, value in named if key != "id" or value in ids}
     for name in ("width", "height", "version"):
         root.attrib.pop(name, None)
     # limits on the width, within which the figure's text is legible
@@ -196,11 +200,16 @@ def _local_name(name: str) -> str:
     return name.rpartition("}")[2]
 
 
-def _renamed(key: str, value: str, prefix: str) -> str:
+def _references(value: str) -> list[str]:
+    """Return the ids to which an attribute refers."""
+    return [value[1:]] if value.startswith("#") else _REFERENCE.findall(value)
+
+
+def _renamed(key: str, value: str, ids: dict[str, str]) -> str:
     if key == "id":
-        return prefix + value
-    if key in _PLACES:
-        return _DIGITS.sub(lambda found: f"{float(found[0]):.2f}".rstrip("0").rstrip("."), value)
+        return ids[value]
+    if key in _PLACES or value.startswith("translate("):
+        return " ".join(_DIGITS.sub(lambda found: f"{float(found[0]):.2f}".rstrip("0").rstrip("."), value).split())
     if key == "href" and value.startswith("#"):
-        return f"#{prefix}{value[1:]}"
-    return _REFERENCE.sub(lambda found: f"url(#{prefix}{found[1]})", value)
+        return f"#{ids[value[1:]]}"
+    return _REFERENCE.sub(lambda found: f"url(#{ids[found[1]]})", value)

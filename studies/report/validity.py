@@ -231,7 +231,7 @@ def _inputs(results: xr.Dataset) -> Check:
             question,
             CARE,
             " ".join(f"{one[:1].upper()}{one[1:]}." for one in said),
-            f"Correct them; where they are meant so, accept = [{names}].",
+            f"Correct them; where they are meant so, put accept = [{names}] at the top of the study file.",
         )
     if doubts:
         names = ", ".join(dict.fromkeys(str(kind) for kind, *_ in doubts))

@@ -59,7 +59,10 @@ class TestNotes:
         check = looks(results)
         assert check.word == CARE
         assert "The record keeps an offset (shake" in check.reason
-        assert check.cure == 'Correct them; where they are meant so, accept = ["offset", "drift", "displacement"].'
+        assert (
+            check.cure == "Correct them; where they are meant so, put "
+            'accept = ["offset", "drift", "displacement"] at the top of the study file.'
+        )
 
     def test_a_key_cures_it(self, tmp_path):
         study = tp.Study.from_toml(write(tmp_path, keys="baseline_order = 1"))
@@ -100,7 +103,9 @@ class TestNotes:
         (note,) = study.notes
         assert note.startswith("2 of 2 motions miss the target spectrum (SpectrumCompatible 0-0: mean misfit")
         assert [one for one in recwarn if issubclass(one.category, mo.TargetMissed)] == []
-        assert looks(study.run()).cure == 'Correct them; where they are meant so, accept = ["misfit"].'
+        assert looks(study.run()).cure == (
+            'Correct them; where they are meant so, put accept = ["misfit"] at the top of the study file.'
+        )
         path.write_text(f'accept = ["misfit"]\n{text}', encoding="utf-8")
         assert tp.Study.from_toml(path).notes == []
 

@@ -600,7 +600,7 @@ class TestHostile:
     def test_forty_blocks_under_six_laws(self, chromium, folder):
         path = write_hostile(folder, 40)
         outside(path)
-        assert path.stat().st_size < 3e6
+        assert path.stat().st_size < 3.5e6  # (every figure is there twice, for a page and for a phone)
         for width in WIDTHS:
             assert chromium.see(path, width, OVERFLOW).value == [width, width, "complete"]
 
