@@ -166,7 +166,9 @@ class TestRefused:
     )
     def test_what_cannot_be_meant(self, tmp_path, options, kind, said):
         options = {**options, "offset": 0.0}
-        with pytest.raises(StudyError, match=rf"{said}.*accept = \[\"{kind}\"\] takes it as it is"):
+        with pytest.raises(
+            StudyError, match=rf"{said}.*accept = \[\"{kind}\"\] at the top of the study file takes it as it is"
+        ):
             tp.Study.from_toml(write(tmp_path, **options))
         assert tp.Study.from_toml(write(tmp_path, top=f'accept = ["{kind}"]', **options)).notes == []
 
