@@ -5,6 +5,8 @@ Results therefore depend neither on the chunks in which items are computed, nor 
 
 from __future__ import annotations
 
+import hashlib
+
 import numpy as np
 
 
@@ -17,3 +19,15 @@ def stream(seed: int, *key: int) -> np.random.Generator:
     True
     """
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
+
+
+def key_of(label: str) -> tuple[int, ...]:
+    """Return a key of four numbers for a label, by which an item draws the same whatever else there is.
+
+    Examples
+    --------
+    >>> len(key_of("shelf"))
+    4
+    """
+    digest = hashlib.sha256(label.encode()).digest()
+    return tuple(int.from_bytes(digest[i : i + 4], "little") for i in range(0, 16, 4))

@@ -2,6 +2,7 @@
 
 from .buildings.anchoring import anchoring
 from .buildings.assessment import assess
+from .buildings.consequences import Consequence, Injury
 from .buildings.contents import Contents, Inventory
 from .buildings.inventory import read_inventory
 from .file.table import StudyError
@@ -12,8 +13,10 @@ from .kinds.study import Study
 from .kinds.uncertainty import UncertaintyStudy
 
 __all__ = [
+    "Consequence",
     "Contents",
     "FragilityStudy",
+    "Injury",
     "Inventory",
     "PerformanceStudy",
     "SensitivityStudy",

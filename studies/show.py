@@ -181,6 +181,8 @@ def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
             yield quantity, levels_figure(results, quantity)
     if "annual_number" in results:
         yield "exceedance", exceedance_figure(results, quantities[-1])
+    if "downtime_rate" in results:
+        yield "downtime_exceedance", exceedance_figure(results, "downtime")
     yield "anchoring", anchoring_figure(results)
 
 

@@ -6,7 +6,6 @@ slenderness are then drawn at random, and only the motion is common to them.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -20,7 +19,7 @@ from ...models import Block, Law
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
 from ...motions.arrays import Record
-from ...streams import stream
+from ...streams import key_of, stream
 from ..runs.request import Request, collect, runner_of, work_of
 from ..runs.runners import Runner
 from .distributions import Beta, Lognormal
@@ -102,9 +101,7 @@ class Variability:
 
     def draws(self, label: str, count: int) -> Index:
         """Return the number of pieces of a line of each variant (realisation, variant), drawn from its label alone."""
-        digest = hashlib.sha256(label.encode()).digest()
-        key = tuple(int.from_bytes(digest[i : i + 4], "little") for i in range(0, 16, 4))
-        generator = stream(self.seed, *key)
+        generator = stream(self.seed, *key_of(label))
         if self.pieces == "independent":
             even = np.full(self.variants, 1.0 / self.variants)
             return generator.multinomial(count, even, size=self.realisations)

@@ -7,7 +7,9 @@ each level is exceeded.  The terms are those of FEMA P-58.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,8 +36,9 @@ from ...motions.arrays import motion_coordinates
 from ...motions.intensity.measure import Measure
 from ...motions.plausibility import record_doubts
 from ...units import DIMENSIONLESS, provenance
+from .consequences import REALISATIONS, PieceScores
 from .contents import Contents, Inventory
-from .outcomes import JointFlags
+from .outcomes import DAY, JointFlags, thresholds_up_to, upper_tail
 from .shaking import Shaking
 from .variables import JOINT, Precision, annual_variables, conditional_variables, variable
 
@@ -60,6 +63,7 @@ def assess(
     modelling_dispersion: float = 0.0,
     quantiles: Sequence[float] = (0.1, 0.5, 0.9),
     losses: Any = None,
+    consequence_correlation: float = 1.0,
     confidence: float = 0.95,
     replicates: int = REPLICATES,
     seed: int = 0,
@@ -98,9 +102,13 @@ def assess(
         Wanted quantiles of number and loss, between 0 and 1.
     losses : array_like, optional
         Losses at which exceedance is given, currency, >= 0, increasing; 0 and 60 from a thousandth of all to all where
-        not given.
+        not given (of costs that have a spread, all is what one in a thousand pieces exceeds).
+    consequence_correlation : float
+        Correlation of the normal scores of cost, downtime and injuries of one piece, 0 to 1.  Pieces are independent.
+        It changes no mean and no exceedance of one of them, only how they come together.
     confidence, replicates, seed
-        Of the intervals: their confidence, the number of resamples of the motions and the seed that decides them.
+        Of the intervals: their confidence, the number of resamples of the motions and the seed that decides them, and
+        the draws of costs, downtimes and injuries.
     client, progress
         As for `toppling.ida`.
 
@@ -109,7 +117,7 @@ def assess(
     xarray.Dataset
         Places are ``building`` and each floor; (model, …, level) are conditional on the level, names with `annual` and
         `rate` are per year and only there with a hazard curve, names with `loss` only where something has a value, with
-        `consequence` only where something has one.
+        `consequence` only where something has one, with `downtime` or `injuries` only where lines give them.
 
         - ``overturned`` (model, item, level, motion): flags; (…, item, variant, …) with `variability`.
         - ``number``, ``loss`` (model, place, level, motion): what overturns under each motion; one axis more,
@@ -120,6 +128,9 @@ def assess(
           that has the consequence.
         - ``annual_number``, ``annual_loss``, ``any_rate``, ``consequence_rate``, ``number_rate``, ``loss_rate``: the
           same in a year; ``item_rate``, ``item_annual_number``, ``item_annual_loss`` (model, item).
+        - ``downtime`` (days): the longest of what overturned; ``injuries``: injured persons; with the same names as the
+          loss in a mean, quantiles, exceedance and in a year.  ``item_annual_downtime`` is that of one piece.  Costs,
+          downtimes and injuries are drawn: ``loss``, ``downtime`` and ``injuries`` have an axis realisation then.
         - ``level_weight`` (level): the annual rate that each level stands for; ``level_weight_below`` and ``_above``
           say which parts of the first and the last lie outside the levels, ``annual_number_below`` … what comes of it.
 
@@ -141,6 +152,10 @@ def assess(
     motions (`fragility.means.mean_interval`), each with all its levels, floors and items; of quantiles from ranks.
     Where nothing overturns under any motion, annual values are 0 and their intervals NaN: the motions cannot tell.
     The intervals leave out the uncertainty of the hazard, the building and the blocks.
+
+    Costs, downtimes and injuries given the motion: means of sums are exact (the mean of each distribution times the
+    probability of its fall), quantiles and exceedances are of the realisations, and so is the mean of the longest
+    downtime (`studies.buildings.consequences`).
 
     In a year: integral of the conditional value over the hazard curve (`fragility.hazard.levels.level_weights`: cubics
     in the logarithm of the level, constant above the last one, to zero within one step below the first).
@@ -179,13 +194,16 @@ def assess(
         raise ValueError(f"modelling_dispersion is of annual values, which need a hazard, got {beta:g} without one")
     weights = None if hazard is None else _weights(scaled, hazard, beta)
     thresholds = _losses(losses, inventory)
+    realisations = REALISATIONS if variability is None else variability.realisations
+    scores = PieceScores(realisations, consequence_correlation, precision.seed)
+    check_drawn(inventory, realisations)
     warn([*block_doubts([row.block for row in inventory.rows]), *record_doubts(shaking.ground)])
     flags = _run(inventory, laws, shaking, floors, scaled, im, variability, runner, progress)
     places = [BUILDING, *(f"floor {floor}" for floor in floors)]
     members = np.array(
         [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
     )
-    joint = JointFlags(inventory, flags, members, thresholds, variability, runner.array)
+    joint = JointFlags(inventory, flags, members, thresholds, variability, runner.array, scores)
     precision = precision.over(len(shaking.ground))
     variables = conditional_variables(joint, precision)
     if weights is not None:
@@ -208,6 +226,7 @@ def assess(
         "variability": None if variability is None else variability.plain,
         "replicates": precision.replicates,
         "seed": precision.seed,
+        **({"consequence_correlation": scores.correlation} if any(row.drawn for row in inventory.rows) else {}),
         MODELLING: beta,
     }
     as_they_are = scaled.name == SCALE and scaled.levels.tolist() == [1.0]
@@ -336,6 +355,14 @@ def covering(hazard: HazardCurve, levels: Array, modelling: float = 0.0) -> Haza
     return hazard.resampled(np.unique(np.concatenate([ends, hazard.levels, bent])))
 
 
+def check_drawn(inventory: Inventory, realisations: int) -> None:
+    """Raise ValueError where a line has more pieces than can be drawn."""
+    scores = PieceScores(realisations)
+    for row in inventory.rows:
+        if row.drawn:
+            scores.check_size(row.label, row.count)
+
+
 def _losses(losses: Any, inventory: Inventory) -> Array:
     """Return the thresholds of loss, empty where nothing has a value."""
     if inventory.value == 0.0:
@@ -343,7 +370,9 @@ def _losses(losses: Any, inventory: Inventory) -> Array:
             raise ValueError("losses must not be given for an inventory in which nothing has a value")
         return np.zeros(0)
     if losses is None:
-        return np.concatenate([[0.0], np.geomspace(1e-3, 1.0, 60) * inventory.value])
+        rows = inventory.rows
+        tails = [row.loss if row.cost is None else upper_tail(row.cost) for row in rows]
+        return thresholds_up_to(math.fsum(row.count * tail for row, tail in zip(rows, tails, strict=True)))
     values = checks.finite_array("losses", np.atleast_1d(np.asarray(losses)), unit=inventory.currency)
     if values[0] < 0.0 or np.any(np.diff(values) <= 0.0):
         raise ValueError(f"losses must be >= 0 and strictly increasing, got {values.tolist()!r:.60}")
@@ -365,6 +394,7 @@ def _laws(models: Any) -> list[Law]:
 
 
 _OPTIONAL = ("room", "code_class", "code_importance", "mass", "anchor_strength", "anchor_height")
+_DRAWN = ("cost", "downtime", "injury")
 """What is described where it is given."""
 
 
@@ -381,6 +411,7 @@ def described(row: Contents) -> dict[str, Any]:
         "anchored": row.anchored,
         "anchoring_cost": row.anchoring_cost,
         **{name: getattr(row, name) for name in _OPTIONAL if getattr(row, name)},
+        **{name: asdict(getattr(row, name)) for name in _DRAWN if getattr(row, name) is not None},
     }
 
 
@@ -397,7 +428,11 @@ def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Var
     e = np.array([[np.nan if one is None else one for one in line] for line in used])
     columns: dict[str, tuple[Any, str, str]] = {
         "count": ([row.count for row in rows], DIMENSIONLESS, "number of pieces"),
-        "value": ([row.value for row in rows], money, "lost when a piece overturns"),
+        "value": (
+            [row.loss for row in rows],
+            money,
+            f"{'mean ' if any(row.cost is not None for row in rows) else ''}lost when a piece overturns",
+        ),
         "anchored": ([row.anchored for row in rows], DIMENSIONLESS, "whether the pieces are anchored already"),
         "anchoring_cost": (
             [np.nan if row.anchoring_cost is None else row.anchoring_cost for row in rows],
@@ -405,6 +440,7 @@ def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Var
             "cost of anchoring a piece",
         ),
     }
+    columns |= _drawn_columns(rows, money)
     found = {
         "item": _labels("item", [row.label for row in rows], "item of the inventory"),
         "floor": _labels("item", [str(row.floor) for row in rows], "floor, 0 is the ground"),
@@ -417,6 +453,25 @@ def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Var
     for name, one in block_coordinates(blocks).items():
         if name != "block":  # (items have their own labels)
             found[name] = xr.Variable("item", one.values, one.attrs)
+    return found
+
+
+def _drawn_columns(rows: Sequence[Contents], money: str) -> dict[str, tuple[Any, str, str]]:
+    """Return the parameters of the distributions that lines give, NaN for lines without."""
+    named = {
+        "cost_median": ("cost", "median", money, "median cost when a piece overturns"),
+        "cost_dispersion": ("cost", "dispersion", DIMENSIONLESS, "dispersion of that cost"),
+        "downtime_median": ("downtime", "median", DAY, "median downtime when a piece overturns"),
+        "downtime_dispersion": ("downtime", "dispersion", DIMENSIONLESS, "dispersion of that downtime"),
+        "persons_exposed": ("injury", "persons", DIMENSIONLESS, "mean number of persons where a piece falls"),
+        "injury_probability": ("injury", "probability", DIMENSIONLESS, "probability that each of them is injured"),
+    }
+    found = {}
+    for name, (kind, parameter, units, text) in named.items():
+        given = [getattr(row, kind) for row in rows]
+        if any(one is not None for one in given):
+            values = [np.nan if one is None else getattr(one, parameter) for one in given]
+            found[name] = values, units, text
     return found
 
 

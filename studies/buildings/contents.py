@@ -14,6 +14,7 @@ from ...models import Block
 from ..codes.check import CLASSES
 from ..file.csv_table import MAX_TEXT
 from ..file.table import shown
+from .consequences import Consequence, Injury
 
 MAX_ROWS = 10_000
 MAX_COUNT = 1_000_000
@@ -40,7 +41,7 @@ class Contents:
     e : float, optional
         Restitution, above 0 to 1; that of the damping law where not given.
     value : float
-        The loss when a piece overturns, in the inventory's currency, >= 0.
+        The loss when a piece overturns, without spread, in the inventory's currency, >= 0.
     consequences : tuple of str
         The consequences when at least one piece overturns, such as ``blocks-exit``.
     anchored : bool
@@ -59,11 +60,17 @@ class Contents:
         Design strength of a piece's anchors against a horizontal force, N.
     anchor_height : float, optional
         Height of these anchors above the floor, m.
+    cost : Consequence, optional
+        Cost of repairing or replacing a piece that overturned, in the inventory's currency, in place of `value`.
+    downtime : Consequence, optional
+        Days for which a piece that overturned is out of use.
+    injury : Injury, optional
+        The persons whom a piece injures; where their mean is above 0, ``injury`` is added to its consequences.
 
     Raises
     ------
     TypeError, ValueError
-        A value out of range.
+        A value out of range, both a value and a cost.
     """
 
     label: str
@@ -81,6 +88,9 @@ class Contents:
     mass: float | None = None
     anchor_strength: float | None = None
     anchor_height: float | None = None
+    cost: Consequence | None = None
+    downtime: Consequence | None = None
+    injury: Injury | None = None
 
     def __post_init__(self) -> None:
         _text("label", self.label)
@@ -113,7 +123,27 @@ class Contents:
             _text("consequence", word)
             if word in RESERVED:
                 raise ValueError(f"consequence must not be one of {', '.join(RESERVED)}, got {word!r}")
-        object.__setattr__(self, "consequences", tuple(dict.fromkeys(self.consequences)))
+        self._check_distributions()
+        injures = ("injury",) if self.injury is not None and self.injury.mean > 0.0 else ()
+        object.__setattr__(self, "consequences", tuple(dict.fromkeys((*self.consequences, *injures))))
+
+    def _check_distributions(self) -> None:
+        for name, kind in (("cost", Consequence), ("downtime", Consequence), ("injury", Injury)):
+            given = getattr(self, name)
+            if given is not None and not isinstance(given, kind):
+                raise TypeError(f"{name} must be of {kind.__name__} or None, got {checks.kind(given)}")
+        if self.cost is not None and self.value > 0.0:
+            raise ValueError(f"cost takes the place of value, which must not be given beside it, got {self.value:g}")
+
+    @property
+    def loss(self) -> float:
+        """Mean loss when a piece overturns: its value, or the mean of its cost."""
+        return float(self.value) if self.cost is None else self.cost.mean
+
+    @property
+    def drawn(self) -> bool:
+        """Whether any consequence of a piece is drawn."""
+        return any(one is not None for one in (self.cost, self.downtime, self.injury))
 
 
 @dataclass(frozen=True)
@@ -170,8 +200,8 @@ class Inventory:
 
     @property
     def value(self) -> float:
-        """Value of all pieces."""
-        return math.fsum(row.count * row.value for row in self.rows)
+        """Mean loss if all pieces overturned."""
+        return math.fsum(row.count * row.loss for row in self.rows)
 
     @property
     def consequences(self) -> tuple[str, ...]:

@@ -7,11 +7,13 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from ..codes.check import CLASSES
 from ..file.blocks import block_of_line
 from ..file.csv_table import CsvLine, CsvTable, TableKind
 from ..file.table import StudyError, shown
+from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
 from .contents import MAX_COUNT, MAX_ROWS, MAX_VALUE, Contents, Inventory
 
 COLUMNS = (
@@ -36,6 +38,14 @@ COLUMNS = (
     "code_importance",
     "anchor_strength_n",
     "anchor_height_m",
+    "cost_median",
+    "cost_dispersion",
+    "cost_distribution",
+    "downtime_median_days",
+    "downtime_dispersion",
+    "downtime_distribution",
+    "persons_exposed",
+    "injury_probability",
 )
 """Columns of an inventory file, in any order."""
 
@@ -71,31 +81,42 @@ def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = 
     The header names the columns, in any order; empty cells are treated as if the column were not there, lines that
     start with # are comments:
 
-    ===================== ============================================================================================
-    ``item``              name in results; the catalogue name where not given.  Where several lines have the same name,
-                          their floor is added
-    ``catalogue``         name of a catalogue item, which gives the sizes
-    ``width_m``,          or: full outer sizes, m, the width in the direction of shaking
+    ======================== ===========================================================================================
+    ``item``                 name in results; the catalogue name where not given.  Where several lines have the same
+                             name, their floor is added
+    ``catalogue``            name of a catalogue item, which gives the sizes
+    ``width_m``,             or: full outer sizes, m, the width in the direction of shaking
     ``height_m``
-    ``cm_height_m``       height of the centre of mass, m (mid-height), also beside ``catalogue``
-    ``inertia_factor``    I_O/(m R²), above 1 to 2 (4/3); must be given with ``cm_height_m``
-    ``floor``             floor that it stands on: 0 is the ground (the only column that must be filled)
-    ``room``              room that it stands in, for tables
-    ``count``             number of pieces (1)
-    ``e``                 restitution, above 0 to 1 (that of the damping law); ``restitution`` is the same
-    ``value``             loss when a piece overturns
-    ``currency``          of ``value`` and ``anchoring_cost``, the same in every line that states it, such as EUR
-    ``consequence``       consequences when at least one piece overturns, such as blocks-exit; several are separated
-                          by |
-    ``anchored``          yes or no (no): anchored pieces do not overturn
-    ``anchoring_cost``    cost of fixing a piece
-    ``mass_kg``           mass of a piece with its contents, kg, for the force that a building code asks for
-    ``code_class``        what the code takes it for: storage (permanent cabinets and shelves), laboratory, equipment
-                          (mechanical and electrical), furniture, movable
-    ``code_importance``   importance factor, 1 to 1.5 (that of the study's code)
-    ``anchor_strength_n`` design strength of a piece's anchors against a horizontal force, N
-    ``anchor_height_m``   height of these anchors above the floor, m
-    ===================== ============================================================================================
+    ``cm_height_m``          height of the centre of mass, m (mid-height), also beside ``catalogue``
+    ``inertia_factor``       I_O/(m R²), above 1 to 2 (4/3); must be given with ``cm_height_m``
+    ``floor``                floor that it stands on: 0 is the ground (the only column that must be filled)
+    ``room``                 room that it stands in, for tables
+    ``count``                number of pieces (1)
+    ``e``                    restitution, above 0 to 1 (that of the damping law); ``restitution`` is the same
+    ``value``                loss when a piece overturns, without spread
+    ``currency``             of ``value``, ``cost_median`` and ``anchoring_cost``, the same in every line that states
+                             it, such as EUR
+    ``consequence``          consequences when at least one piece overturns, such as blocks-exit; several are separated
+                             by |
+    ``anchored``             yes or no (no): anchored pieces do not overturn
+    ``anchoring_cost``       cost of fixing a piece
+    ``mass_kg``              mass of a piece with its contents, kg, for the force that a building code asks for
+    ``code_class``           what the code takes it for: storage (permanent cabinets and shelves), laboratory, equipment
+                             (mechanical and electrical), furniture, movable
+    ``code_importance``      importance factor, 1 to 1.5 (that of the study's code)
+    ``anchor_strength_n``    design strength of a piece's anchors against a horizontal force, N
+    ``anchor_height_m``      height of these anchors above the floor, m
+    ``cost_median``          instead of ``value``: median cost of repairing or replacing a piece that overturned
+    ``cost_dispersion``      its dispersion: standard deviation of the logarithm, 0 to 3 (0); of a normal distribution
+                             the coefficient of variation, 0 to 0.5
+    ``cost_distribution``    lognormal or normal, truncated at 0 (lognormal)
+    ``downtime_median_days`` median time for which a piece that overturned is out of use, days
+    ``downtime_dispersion``, as of the cost
+    ``downtime_distribution``
+    ``persons_exposed``      mean number of persons where a piece falls, over all hours, 0 to 10,000
+    ``injury_probability``   probability that one of them is injured, 0 to 1; above 0 (with persons) it is a consequence
+                             ``injury``
+    ======================== ===========================================================================================
 
     Where semicolons or tabs separate the cells, numbers may have decimal commas; a file has either commas or points.
 
@@ -173,6 +194,13 @@ def _contents(line: CsvLine) -> Contents:
     code_class = line.text("code_class").lower()
     if code_class not in ("", *CLASSES):
         line.refuse("code_class", f"must be one of {', '.join(CLASSES)}, got {shown(code_class)}")
+    if line.text("cost_median") and line.text("value"):
+        line.refuse("cost_median", "takes the place of value: give one of them")
+    distributions: dict[str, Any] = {
+        "cost": _consequence(line, "cost", "cost_median"),
+        "downtime": _consequence(line, "downtime", "downtime_median_days"),
+        "injury": _injury(line),
+    }
     words = [word.strip().lower() for word in re.split(r"[|,;]", line.text("consequence"))]
     e = line.number_in(e_column, above=0.0, at_most=1.0)
     value = line.number_in("value", at_least=0.0, at_most=MAX_VALUE)
@@ -195,8 +223,41 @@ def _contents(line: CsvLine) -> Contents:
             mass=line.number_in("mass_kg", above=0.0, at_most=MAX_VALUE),
             anchor_strength=line.number_in("anchor_strength_n", above=0.0, at_most=MAX_VALUE),
             anchor_height=line.number_in("anchor_height_m", above=0.0, at_most=block.height),
+            **distributions,
         ),
     )
+
+
+def _consequence(line: CsvLine, kind: str, median_column: str) -> Consequence | None:
+    """Return the cost or downtime of a line, None where it gives no median."""
+    median = line.number_in(median_column, above=0.0, at_most=MAX_VALUE)
+    names = {name: f"{kind}_{name}" for name in ("dispersion", "distribution")}
+    if median is None:
+        for column in names.values():
+            if line.text(column):
+                line.refuse(column, f"needs {median_column}, which is empty")
+        return None
+    form = line.text(names["distribution"]).lower() or LOGNORMAL
+    if form not in DISTRIBUTIONS:
+        line.refuse(names["distribution"], f"must be one of {', '.join(DISTRIBUTIONS)}, got {shown(form)}")
+    dispersion = line.number_in(names["dispersion"], at_least=0.0)
+    try:
+        return Consequence(median, 0.0 if dispersion is None else dispersion, form)
+    except ValueError as error:  # (median and distribution are checked above)
+        line.refuse(names["dispersion"], str(error).removeprefix("dispersion "))
+
+
+def _injury(line: CsvLine) -> Injury | None:
+    """Return the persons whom a piece of a line injures, None where the line says nothing of them."""
+    persons = line.number_in("persons_exposed", at_least=0.0, at_most=1e4)
+    probability = line.number_in("injury_probability", at_least=0.0, at_most=1.0)
+    if persons is None and probability is None:
+        return None
+    if persons is None:
+        line.refuse("injury_probability", "needs persons_exposed, which is empty")
+    if probability is None:
+        line.refuse("persons_exposed", "needs injury_probability, which is empty")
+    return Injury(persons, probability)
 
 
 _YES = ("yes", "y", "true", "1")

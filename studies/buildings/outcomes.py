@@ -1,12 +1,13 @@
-"""Joint outcomes in a building, motion by motion: number and loss of the overturned pieces in each place, and events.
+"""Joint outcomes in a building, motion by motion: what overturns in each place, what follows from it, and events.
 
 Flags of all lines are processed slab by slab, lines in their order, and only sums over lines are kept.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -17,15 +18,23 @@ from ...fragility.numerics.slabs import Allocator, in_memory, slabs
 from ...fragility.numerics.totals import chances, chances_of_any, chances_of_none, expected_totals, totals
 from ...fragility.uncertainty.joint import Variability
 from ...units import DIMENSIONLESS
+from .consequences import COLUMNS, Consequence, PieceScores
 from .contents import Inventory
 
 MOST_THRESHOLDS = 60
+TAIL = 3.090232306167813
+"""Normal score that one in a thousand exceeds, up to which thresholds reach."""
+DAY = "day"
 ANY = "any"
 """The event that at least one piece overturns, whatever its consequences."""
 
 
 class Quantity(NamedTuple):
-    """An amount that overturns: its name, the amount of each piece (item,), its unit, long name and thresholds."""
+    """An amount that overturns: its name, the mean amount of each piece (item,), its unit, long name and thresholds.
+
+    drawn: the consequence of `Contents` that is drawn for each piece, '' where none is.  greatest: of several pieces
+    the greatest amount counts, not the sum.
+    """
 
     name: str
     amounts: Array
@@ -33,11 +42,19 @@ class Quantity(NamedTuple):
     text: str
     thresholds: Array
     strictly: bool
+    drawn: str = ""
+    greatest: bool = False
 
     @property
     def bound(self) -> str:
         """The phrase for exceedance: at least the threshold, or more than it."""
         return f"{'more than' if self.strictly else 'at least'} the threshold of {self.text}"
+
+    def running(self, values: Array) -> Array:
+        """Return the amounts of no piece, the first one, the first two, … (piece + 1, realisation) of their values."""
+        none = np.zeros((1, values.shape[1]))
+        joined = np.maximum.accumulate(values) if self.greatest else np.cumsum(values, axis=0)
+        return np.concatenate([none, joined])
 
 
 class Event(NamedTuple):
@@ -66,7 +83,7 @@ class JointFlags:
     """Flags (model, item, variant, level, motion) of an inventory, and the places of its items.
 
     members (place, item): True where an item belongs to a place; losses: thresholds of the loss, empty where nothing
-    has a value; array: allocates the arrays of every motion.
+    has a value; array: allocates the arrays of every motion; scores: draws of the consequences of pieces.
     """
 
     inventory: Inventory
@@ -75,6 +92,7 @@ class JointFlags:
     losses: Array
     variability: Variability | None
     array: Allocator = in_memory
+    scores: PieceScores = field(default_factory=PieceScores)
 
     @cached_property
     def counts(self) -> Index:
@@ -89,20 +107,29 @@ class JointFlags:
     @cached_property
     def numbers(self) -> Array:
         """Numbers of pieces at which exceedance is given: every number, or some 60 where there are more."""
-        pieces = self.inventory.pieces
-        if pieces <= MOST_THRESHOLDS:
-            return np.arange(1.0, pieces + 1.0)
-        return np.unique(np.rint(np.geomspace(1.0, pieces, MOST_THRESHOLDS)))
+        return whole_thresholds(self.inventory.pieces)
 
-    @property
+    @cached_property
     def quantities(self) -> list[Quantity]:
-        """The number of pieces and, where something has a value, the loss."""
-        ones = np.ones(len(self.inventory))
-        found = [Quantity("number", ones, DIMENSIONLESS, "pieces overturned", self.numbers, False)]
+        """The number of pieces and, where lines give them, the loss, the downtime and the injured persons."""
+        rows = self.inventory.rows
+        found = [Quantity("number", np.ones(len(rows)), DIMENSIONLESS, "pieces overturned", self.numbers, False)]
         if self.losses.size:
-            values = np.array([row.value for row in self.inventory.rows])
+            values = np.array([row.loss for row in rows])
             units = self.inventory.currency or DIMENSIONLESS
-            found.append(Quantity("loss", values, units, "value overturned", self.losses, True))
+            spread = any(row.cost is not None for row in rows)
+            text = "cost of what overturned" if spread else "value overturned"
+            found.append(Quantity("loss", values, units, text, self.losses, True, "cost" if spread else ""))
+        days = np.array([0.0 if row.downtime is None else row.downtime.mean for row in rows])
+        if days.any():
+            thresholds = thresholds_up_to(max(upper_tail(row.downtime) for row in rows))
+            text = "longest downtime of what overturned"
+            found.append(Quantity("downtime", days, DAY, text, thresholds, True, "downtime", greatest=True))
+        persons = np.array([0.0 if row.injury is None else row.injury.mean for row in rows])
+        if persons.any():
+            mean = float(persons @ self.counts)
+            whole = whole_thresholds(math.ceil(mean + 4.0 * math.sqrt(mean)))
+            found.append(Quantity("injuries", persons, DIMENSIONLESS, "injured persons", whole, False, "injury"))
         return found
 
     @property
@@ -131,15 +158,12 @@ class JointFlags:
         """The joint outcomes, given the motion."""
         models, items, _, *shaken = self.flags.shape
         independent = self.variability is not None and self.variability.pieces == "independent"
-        if self.variability is None:
-            draws = [np.array([[row.count]]) for row in self.inventory.rows]
-        else:
-            draws = [self.variability.draws(row.label, row.count) for row in self.inventory.rows]
         quantities, events = self.quantities, self.events
+        draws = {one.name: self._draws(bool(one.drawn)) for one in quantities}
         of_places = (models, self.members.shape[0], *shaken)
         found = JointOutcomes(
             {one.name: self._filled(of_places, 0.0) for one in quantities},
-            {one.name: self._filled((*of_places, draws[0].shape[0]), 0.0) for one in quantities},
+            {one.name: self._filled((*of_places, draws[one.name][0].shape[0]), 0.0) for one in quantities},
             {one.name: self._filled((models, *one.sets.shape[:-1], *shaken), 1.0) for one in events},
         )
         for of, rows, flags in self._slabs():
@@ -147,8 +171,13 @@ class JointFlags:
             members, counts = self.members[:, rows], self.counts[rows]
             for one in quantities:
                 amounts = one.amounts[rows]
-                expected_totals(chance, amounts * counts, members, found.expected[one.name][of])
-                totals(flags, draws[rows], amounts, members, found.outcomes[one.name][of])
+                if not one.greatest:
+                    expected_totals(chance, amounts * counts, members, found.expected[one.name][of])
+                if not one.drawn:
+                    totals(flags, draws[one.name][rows], amounts, members, found.outcomes[one.name][of])
+            outcomes = {one.name: found.outcomes[one.name][of] for one in quantities if one.drawn}
+            for i in range(flags.shape[1]) if outcomes else ():
+                self._add_drawn(range(items)[rows][i], flags[:, i], draws, outcomes)
             any_piece = chances_of_any(chance, counts, independent)
             for event in events:
                 none = found.happens[event.name][of]
@@ -156,7 +185,43 @@ class JointFlags:
                 chances_of_none(any_piece, sets, none.reshape(none.shape[0], -1, *shaken))
         for none in found.happens.values():
             np.subtract(1.0, none, out=none)
+        for one in quantities:
+            if one.greatest:  # (the mean of a maximum has no closed form)
+                np.mean(found.outcomes[one.name], axis=-1, out=found.expected[one.name])
         return found
+
+    def _draws(self, drawn: bool) -> list[Index]:
+        """Return the number of pieces of every line of each variant (realisation, variant)."""
+        if self.variability is not None:
+            return [self.variability.draws(row.label, row.count) for row in self.inventory.rows]
+        realisations = self.scores.realisations if drawn else 1
+        return [np.full((realisations, 1), row.count) for row in self.inventory.rows]
+
+    def _add_drawn(self, i: int, flags: Flags, draws: dict[str, list[Index]], outcomes: dict[str, Array]) -> None:
+        """Add the drawn amounts of line i, with its flags (model, variant, level, motion), to the outcomes.
+
+        The pieces of a line are exchangeable: where n of them fall, they are the first n that are drawn, so that the
+        same pieces fall at every level, and more of them at a higher one.
+        """
+        row, places = self.inventory.rows[i], np.flatnonzero(self.members[:, i])
+        quantities = [one for one in self.quantities if one.drawn and one.amounts[i] > 0.0]
+        for one in quantities:
+            if getattr(row, one.drawn) is None:  # (a value without spread among costs that have one)
+                member = self.members[:, i : i + 1]
+                totals(flags[:, None], [draws[one.name][i]], one.amounts[i : i + 1], member, outcomes[one.name])
+        quantities = [one for one in quantities if getattr(row, one.drawn) is not None]
+        if not quantities:
+            return
+        of_variants = draws[quantities[0].name][i]
+        at = np.arange(of_variants.shape[0])
+        for motion in np.flatnonzero(flags.any(axis=(0, 1, 2))):
+            fallen = np.einsum("rv,kvl->klr", of_variants, flags[..., motion].astype(np.int64))
+            scores = self.scores.of_pieces(row.label, row.count, int(motion))
+            for one in quantities:
+                amounts = one.running(getattr(row, one.drawn).at(scores[..., COLUMNS[one.drawn]]))[fallen, at]
+                for place in places:
+                    here = outcomes[one.name][:, place, :, motion]
+                    (np.maximum if one.greatest else np.add)(here, amounts, out=here)
 
     def _slabs(self) -> Iterator[tuple[slice, slice, Flags]]:
         """Yield slabs of the flags with their bounds, lines in their order."""
@@ -169,3 +234,20 @@ class JointFlags:
         found = self.array(shape, np.float64)
         found[...] = value
         return found
+
+
+def thresholds_up_to(most: float) -> Array:
+    """Return thresholds of an amount: 0, and 60 from a thousandth of the greatest to it."""
+    return np.concatenate([[0.0], np.geomspace(1e-3, 1.0, MOST_THRESHOLDS) * most])
+
+
+def whole_thresholds(most: int) -> Array:
+    """Return the numbers from 1 to the greatest, or some 60 of them where there are more."""
+    if most <= MOST_THRESHOLDS:
+        return np.arange(1.0, most + 1.0)
+    return np.unique(np.rint(np.geomspace(1.0, most, MOST_THRESHOLDS)))
+
+
+def upper_tail(given: Consequence | None) -> float:
+    """Return the value that one in a thousand exceeds, 0 for none."""
+    return 0.0 if given is None else float(given.at(np.array(TAIL)))

@@ -55,6 +55,9 @@ class Range(NamedTuple):
         return Range(*(one * factor for one in self))
 
 
+UNKNOWN = Range(math.nan, math.nan, math.nan)
+
+
 class Piece(NamedTuple):
     """One line of an inventory under one law.
 
@@ -62,7 +65,8 @@ class Piece(NamedTuple):
     hazard.  levels: shaking (SI) at which it falls with the probabilities `SHARES`; 0 below all levels, inf above.
     saving: money a year by anchoring the line; payback: years.  NaN where something is not known.  code: what the
     study's building code says of it, None where there is none.  chosen: whether it is among the lines to anchor for the
-    study's budget, None where there is none.
+    study's budget, None where there is none.  downtime: expected days a year for which one piece is out of use;
+    injuries: expected number of persons a year whom the line injures.
     """
 
     item: str
@@ -80,6 +84,8 @@ class Piece(NamedTuple):
     recommendation: str
     code: CodeCheck | None = None
     chosen: bool | None = None
+    downtime: Range = UNKNOWN
+    injuries: Range = UNKNOWN
 
 
 def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
@@ -129,7 +135,7 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
         curve = isotonic_probabilities(levels, observed[i], runs)[None]
         chance = Range(*chances[i].tolist())
         count, value, cost = int(one["count"]), float(one["value"]), float(one["anchoring_cost"])
-        saving = chance.times(count * value) if yearly and value > 0.0 else Range(math.nan, math.nan, math.nan)
+        saving = chance.times(count * value) if yearly and value > 0.0 else UNKNOWN
         found.append(
             Piece(
                 item=str(item),
@@ -147,9 +153,19 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
                 recommendation=_settled(bool(one["anchored"]), None if checks is None else checks[i]),
                 code=None if checks is None else checks[i],
                 chosen=None if chosen is None else bool(chosen[i]),
+                downtime=_a_year(here, "downtime", i),
+                injuries=_a_year(here, "injuries", i),
             )
         )
     return _sorted(_recommended(found), str(results.attrs.get("sort", SORTS[0])))
+
+
+def _a_year(here: xr.Dataset, quantity: str, i: int) -> Range:
+    """Return the annual amount of a line, unknown where nothing of the building has it or there is no hazard."""
+    name = f"item_annual_{quantity}"
+    if name not in here:
+        return UNKNOWN
+    return Range(*(float(here[f"{name}{end}"].values[i]) for end in ("", "_lower", "_upper")))
 
 
 def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:

@@ -96,14 +96,16 @@ def conditional_variables(joint: JointFlags, precision: Precision) -> Variables:
         dims = ("model", "place", "level")
         found |= with_interval(f"{one.name}_mean", dims, means, one.units, f"mean of {one.text}", precision)
         outcomes = joint.results.outcomes[one.name]
-        at, above = _spread(outcomes, one, most, precision)
+        # (what is drawn has no greatest value, but where nothing can overturn)
+        bound = np.where(most > 0.0, np.inf, 0.0) if one.drawn else most
+        at, above = _spread(outcomes, one, bound, precision)
         dims = ("model", "place", "level", "quantile")
         found |= with_interval(f"{one.name}_quantile", dims, at, one.units, f"quantile of {one.text}", precision)
         dims = ("model", "place", "level", f"{one.name}_threshold")
         text = f"probability of {one.bound}"
         found[f"{one.name}_exceedance"] = variable(dims, above, DIMENSIONLESS, text)
         dims = ("model", "place", "level", "motion", "realisation")
-        if joint.variability is None:
+        if joint.variability is None and not one.drawn:
             dims, outcomes = dims[:-1], outcomes[..., 0]
         found[one.name] = variable(dims, outcomes, one.units, one.text)
     for event in joint.events:
@@ -147,7 +149,8 @@ def annual_variables(joint: JointFlags, weights: LevelWeights, precision: Precis
         units = per_year(one.units)
         text = f"expected annual {one.text}"
         name = f"item_annual_{one.name}"
-        found |= with_interval(name, ("model", "item"), amounts[one.name], units, text, precision)
+        of_item = "expected annual downtime of a piece" if one.greatest else text
+        found |= with_interval(name, ("model", "item"), amounts[one.name], units, of_item, precision)
         given = joint.results.expected[one.name]
         name = f"annual_{one.name}"
         means = precision.of_means(a_year(given, w))
@@ -178,7 +181,8 @@ def _of_items(joint: JointFlags, weights: Array, precision: Precision) -> tuple[
         pieces = a_year(chance, weights)
         rates[:, of, rows] = precision.of_means(pieces)
         for one in joint.quantities:
-            amounts[one.name][:, of, rows] = precision.of_means(pieces * (one.amounts * joint.counts)[rows, None])
+            each = one.amounts if one.greatest else one.amounts * joint.counts
+            amounts[one.name][:, of, rows] = precision.of_means(pieces * each[rows, None])
     return rates, amounts
 
 

@@ -292,6 +292,9 @@ class PerformanceTable(Table):
     modelling_dispersion: Annotated[
         float, Field(ge=0.0, le=5.0, description="β_m of annual values, common to all pieces; 0: not counted.")
     ] = 0.0
+    consequence_correlation: Annotated[
+        float, Field(ge=0.0, le=1.0, description="Correlation of cost, downtime and injuries of one piece.")
+    ] = 1.0
     code: Annotated[
         CodeTable | None, KeyInfo("code requirements are not checked"), Field(description="A building code.")
     ] = None
@@ -301,7 +304,7 @@ class PerformanceTable(Table):
         Field(gt=0.0, le=1e15, description="Money for anchoring: the best set for it is chosen."),
     ] = None
     replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Resamples of the motions.")] = 1000
-    seed: Annotated[int, Field(ge=0, description="Seed of the resamples.")] = 0
+    seed: Annotated[int, Field(ge=0, description="Seed of the resamples, and of drawn consequences.")] = 0
 
 
 class FitTable(Table):

@@ -27,8 +27,9 @@ from ...motions.plausibility import ringing_doubts
 from ...units import DIMENSIONLESS
 from ...wording import counted
 from ..buildings.anchoring import anchoring
-from ..buildings.assessment import assess, described, distinct_runs
+from ..buildings.assessment import assess, check_drawn, described, distinct_runs
 from ..buildings.code_checks import code_variables
+from ..buildings.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
 from ..buildings.contents import Inventory
 from ..buildings.inventory import read_inventory
 from ..buildings.notes import hazard_notes, inventory_notes, notes
@@ -79,6 +80,7 @@ class PerformanceStudy(Study):
     code: Code | None = None
     budget: float | None = None
     modelling: float = 0.0
+    correlation: float = 1.0
     generator: Generator | None = None
     kind: ClassVar[str] = "performance"
 
@@ -120,6 +122,12 @@ class PerformanceStudy(Study):
             raise ValueError("performance.modelling_dispersion is of annual values, which need a [hazard]")
         if asked.budget is not None and all(row.anchoring_cost is None for row in inventory.rows):
             raise ValueError("performance.budget needs anchoring_cost in the inventory, which gives none")
+        given = any(row.drawn for row in inventory.rows)
+        if "consequence_correlation" in asked.model_fields_set and not given:
+            raise ValueError(
+                "performance.consequence_correlation is of cost_median, downtime_median_days and injury_probability in "
+                "the inventory, which gives none"
+            )
         study = cls(
             content.title,
             plain(content),
@@ -140,11 +148,13 @@ class PerformanceStudy(Study):
             code,
             asked.budget,
             asked.modelling_dispersion,
+            asked.consequence_correlation,
             content.motions.made_by(folder),
         )
         allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
         if study.objective not in allowed:
             raise ValueError(f"performance.objective must be one of {', '.join(allowed)}, got {study.objective!r}")
+        check_drawn(inventory, study.realisations)
         for word in asked.safety or ():
             if word not in inventory.consequences:
                 words = ", ".join(inventory.consequences) or "none"
@@ -170,7 +180,7 @@ class PerformanceStudy(Study):
 
     @property
     def stored_bytes(self) -> float:
-        return self._flags + 16.0 * self._outcomes
+        return self._flags + 8.0 * self._outcomes
 
     @property
     def together(self) -> float:
@@ -181,6 +191,9 @@ class PerformanceStudy(Study):
         oscillators = distinct_runs(self.inventory, self.variability) * len(self.models)
         of_lines = 300.0 * len(self.models) * len(self.inventory) * self.levels.size
         drawn = 16.0 * self.replicates * motions
+        drawn += (
+            DRAWN_BYTES * self.realisations * max((row.count for row in self.inventory.rows if row.drawn), default=0)
+        )
         return SLAB_BYTES_A_RUN * of_one + OSCILLATOR_BYTES * oscillators + of_lines + drawn + 8.0 * variants * motions
 
     @property
@@ -191,7 +204,7 @@ class PerformanceStudy(Study):
         # expectations and chances of any fall and of each consequence; savings by anchoring and their ranks
         consequences = len(self.inventory.consequences)
         anchored = [of_motions] * 4 + [of_lines * self.replicates] * 2
-        return [of_places] * 3 + ([of_places * consequences] if consequences else []) + anchored
+        return [of_places] * (3 + self._drawn) + ([of_places * consequences] if consequences else []) + anchored
 
     @property
     def _shaken(self) -> int:
@@ -206,9 +219,20 @@ class PerformanceStudy(Study):
 
     @property
     def _outcomes(self) -> float:
-        """Number of outcomes in the building and on each floor, motion by motion."""
+        """Number of outcomes in the building and on each floor, motion by motion, of all quantities."""
         places = 1 + len({str(row.floor) for row in self.inventory.rows})
-        return float(places * self._shaken * (1 if self.variability is None else self.variability.realisations))
+        plain = 1 if self.variability is None else self.variability.realisations
+        return float(places * self._shaken * (2 * plain + self._drawn * self.realisations))
+
+    @property
+    def realisations(self) -> int:
+        """Number of fillings of the building, or of draws of costs, downtimes and injuries."""
+        return REALISATIONS if self.variability is None else self.variability.realisations
+
+    @property
+    def _drawn(self) -> int:
+        """Number of quantities that are drawn."""
+        return sum(any(getattr(row, name) is not None for row in self.inventory.rows) for name in COLUMNS)
 
     @property
     def of_each_law(self) -> list[Oscillator]:
@@ -259,6 +283,7 @@ class PerformanceStudy(Study):
                 self.hazard,
                 variability=self.variability,
                 modelling_dispersion=self.modelling,
+                consequence_correlation=self.correlation,
                 replicates=self.replicates,
                 seed=self.seed,
                 client=client,

@@ -21,7 +21,7 @@ from .anchoring import bars, ranking_in, remainder
 
 ALONE = "#000000"
 BUILDING = "building"
-QUANTITIES = ("number", "loss")
+QUANTITIES = ("number", "loss", "downtime")
 VIEWS = ("levels", "exceedance", "anchoring", "left")
 NEVER = 1e-12
 """A rate below every logarithmic axis, and a loss to the left of it."""
@@ -51,9 +51,9 @@ def inventory(
     view : {"levels", "exceedance", "anchoring", "left"}
         Mean and quantiles against the level; annual rates of exceedance; what anchoring each item saves; what is left
         as the items are anchored one by one.
-    quantity : {"number", "loss"}, optional
-        Pieces or value, for the first two views; by default pieces against the level, and value (where there is any)
-        for annual rates.
+    quantity : {"number", "loss", "downtime"}, optional
+        Pieces, value (or cost) or the longest downtime, for the first two views; by default pieces against the level,
+        and value (where there is any) for annual rates.
     place : str, optional
         ``building``, or a floor as the results call it (``floor 2``).  By default the building; for exceedance under
         one law the building and every floor.
@@ -104,7 +104,8 @@ def inventory(
     have = [name for name in QUANTITIES if f"{name}_mean" in results]
     if not have:
         raise ValueError("a figure of an inventory needs an assessment: a performance study, or what assess returns")
-    chosen = checks.choice("quantity", quantity or have[0 if view == "levels" else -1], have)
+    usual = "loss" if view == "exceedance" and "loss" in have else "number"
+    chosen = checks.choice("quantity", quantity or usual, have)
     places = [str(one) for one in results["place"].values]
     if place is not None:
         checks.choice("place", place, places)
@@ -157,11 +158,15 @@ def _levels(results: xr.Dataset, laws: list[selection.DrawnLaw], quantity: str, 
         ax.set_ylabel("pieces overturned")
         ax.yaxis.set_major_locator(axes.round_ticks(5, whole=True))
     else:
-        ax.set_ylabel(f"value overturned{_in_currency(results)}")
+        ax.set_ylabel(_with_unit(results, quantity))
         ax.yaxis.set_major_locator(axes.round_ticks(5))
         ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: short_digits(value)))
-        top = _value(results, place)
-        free = f"{short_digits(top)} {currency_of(results)}".strip()
+        if quantity == "loss":
+            top = _value(results, place)
+            free = f"{short_digits(top)} {currency_of(results)}".strip()
+        if _is_drawn(results, quantity):  # (without a greatest value)
+            shown = results[f"{quantity}_quantile"], results[f"{quantity}_mean_upper"]
+            top = max(0.0, *(float(one.sel(place=place).max()) for one in shown))
     ax.set_ylim(-0.03 * top, 1.06 * top if top > 0.0 else 1.0)
     log = axes.log_spaced(x)
     name = f"{measure_name(str(results['level'].attrs['im']))}{f' ({unit})' if unit else ''} of the ground motion"
@@ -196,6 +201,8 @@ def _exceedance(
         if not (rate > 0.0).any():
             continue
         most = _value(here, where) if quantity == "loss" else float(pieces_at(here, where))
+        if _is_drawn(results, quantity):
+            most = 1.05 * float(x[-1])
         at, rate, low, high = _step_points(x, quantity, most, rate, low, high)
         shown = rate[:-1]
         ends += [float(shown.min()), float(np.fmax(shown, high[:-1]).max())]
@@ -211,12 +218,12 @@ def _exceedance(
         ax.set_ylim(10.0 ** math.floor(math.log10(0.9 * min(ends))), 10.0 ** math.ceil(math.log10(1.1 * max(ends))))
     else:
         ax.annotate("nothing overturns", (0.5, 0.5), xycoords="axes fraction", ha="center", fontsize=9, color="0.4")
-    if quantity == "loss":
+    if quantity != "number":
         ax.set_xscale("log")
         axes.plain_log(ax)
         if edges:
             ax.set_xlim(0.7 * min(edges), 1.4 * max(edges))
-        ax.set_xlabel(axes.wrapped(f"value overturned, more than{_in_currency(results)}", axes.width_of(ax)))
+        ax.set_xlabel(axes.wrapped(_with_unit(results, quantity, ", more than"), axes.width_of(ax)))
     else:
         ax.xaxis.set_major_locator(axes.round_ticks(8, whole=True))
         ax.set_xlabel(axes.wrapped("pieces overturned, at least", axes.width_of(ax)))
@@ -224,11 +231,11 @@ def _exceedance(
     axes.grid(ax)
     if len(laws) == 1:
         expected = float(laws[0].results[f"annual_{quantity}"].sel(place=place or BUILDING))
-        amount = (
-            f"{short_digits(expected)} {currency_of(results)}".strip()
-            if quantity == "loss"
-            else f"{expected:.3g} pieces"
-        )
+        amount = {
+            "number": f"{expected:.3g} pieces",
+            "loss": f"{short_digits(expected)} {currency_of(results)}".strip(),
+            "downtime": f"{expected:.2g} days",
+        }[quantity]
         of = f"{laws[0].label}\n" if results.sizes.get("model", 1) > 1 else ""
         ax.set_title(axes.wrapped(f"{of}{amount} a year expected", axes.width_of(ax)), fontsize=10)
 
@@ -270,7 +277,7 @@ def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
         axes.outer_labels(ax, i, columns, len(places), ticks=False)
     axes.remove_spare(panels, len(places))
     axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
-    what = "pieces overturned" if quantity == "number" else "value overturned"
+    what = _name(results, quantity)
     laws = selection.laws(results)
     text = f"{what} under {results.sizes['motion']} motions"
     if len(laws) == 1:
@@ -313,7 +320,11 @@ def exceedance_figure(results: xr.Dataset, quantity: str = "loss") -> Figure:
             years.yaxis.set_major_formatter(FuncFormatter(lambda value, _: short_digits(value)))
     axes.remove_spare(panels, len(laws))
     axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
-    what = "more than so much value overturns" if quantity == "loss" else "so many pieces or more overturn"
+    what = {
+        "number": "so many pieces or more overturn",
+        "loss": "what overturns costs more" if _is_drawn(results, "loss") else "more than so much value overturns",
+        "downtime": "something is out of use for longer",
+    }[quantity]
     text = f"how often a year {what}, {results.sizes['motion']} motions"
     axes.heading(
         figure,
@@ -336,5 +347,20 @@ def _value(here: xr.Dataset, place: str) -> float:
     return float((here["value"].values * here["count"].values)[free].sum())
 
 
-def _in_currency(here: xr.Dataset) -> str:
-    return f" ({currency_of(here)})" if currency_of(here) else ""
+def _is_drawn(here: xr.Dataset, quantity: str) -> bool:
+    """Return whether a quantity is drawn from distributions, so that it has no greatest value."""
+    return quantity == "downtime" or (quantity == "loss" and "cost_median" in here.coords)
+
+
+def _name(here: xr.Dataset, quantity: str) -> str:
+    return {
+        "number": "pieces overturned",
+        "loss": "cost of what overturned" if _is_drawn(here, "loss") else "value overturned",
+        "downtime": "longest downtime of what overturned",
+    }[quantity]
+
+
+def _with_unit(here: xr.Dataset, quantity: str, text: str = "") -> str:
+    """Return the name of a quantity with its unit, for an axis."""
+    unit = "days" if quantity == "downtime" else currency_of(here)
+    return f"{_name(here, quantity)}{text}{f' ({unit})' if unit else ''}"

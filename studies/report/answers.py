@@ -27,7 +27,7 @@ from ...wording import (
 from ..kinds.performance import ranking_of
 from ..plan.estimates import middle_level
 from ..sensitivity.claims import FAILS, HOLDS, OPEN
-from ..tables.assessment import annual_rows, level_rows, objective_unit, ranking_rows
+from ..tables.assessment import DRAWN, DRAWN_A_YEAR, annual_rows, level_rows, objective_unit, ranking_rows
 from ..tables.sensitivity import GREEK, claims_of
 from ..text.block_order import places, shown
 from ..text.curve_notes import reached_of, verb_of
@@ -311,6 +311,7 @@ def _whole_building(rows: Rows, law: str, results: xr.Dataset) -> str:
         text = f"Of {found['free pieces']} pieces that can fall {found['overturned a year']} overturn in a mean year"
         if "lost a year" in found:
             text += f", a loss of {found['lost a year']}{money}"
+        text += _drawn_text(found, DRAWN_A_YEAR)
         often = found["anything falls, once in"]
         text += f"; nothing ever falls {law}" if often == "–" else f"; something falls once in {often} {law}"
     else:
@@ -318,9 +319,17 @@ def _whole_building(rows: Rows, law: str, results: xr.Dataset) -> str:
         text = f"{shaken}, of {found['free pieces']} pieces that can fall {found['overturned']} overturn"
         if "lost" in found:
             text += f", a loss of {found['lost']}{money}"
+        text += _drawn_text(found, DRAWN)
         chance = "0 %" if found["anything falls"] == "–" else found["anything falls"]
         text += f"; the probability that anything falls is {chance} {law}"
     return f"{text} ({percent})."
+
+
+def _drawn_text(found: dict[str, str], headings: dict[str, str]) -> str:
+    """Return what the sentence says of downtime and injuries, where the table holds them."""
+    days, persons = (found.get(headings[name]) for name in ("downtime", "injuries"))
+    text = f", {days} days of downtime" if days is not None else ""
+    return text + (f", {persons} injured persons" if persons is not None else "")
 
 
 def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:

@@ -57,6 +57,7 @@ CAPTIONS = {
     "loss": "What is lost at each level of shaking.",
     "exceedance": "How often a year so much or more falls. At the left edge: anything at all; where a line drops to "
     "the axis, none of the motions brings down more.",
+    "downtime": "How often a year something is out of use for longer: of all that falls in an earthquake, the longest.",
     "anchoring": "What anchoring each item saves, and what is left as one after the other is anchored. Items stand by "
     "what they save; the table of pieces has the order of its recommendations, in which safety comes before money.",
     "median": "Medians of the fragility curves over the values that are varied.",

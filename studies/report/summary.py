@@ -225,6 +225,17 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         money = f" {currency_of(results)}" if currency_of(results) else ""
         interval = interval_text(low, high, two_digits)
         yield f"The expected loss is about {two_digits(loss)}{money} a year ({interval})."
+    if "annual_downtime" in one:
+        days, low, high = (float(one[f"annual_downtime{end}"]) for end in ("", "_lower", "_upper"))
+        interval = interval_text(low, high, two_digits)
+        yield (
+            f"The expected downtime is about {two_digits(days)} days a year ({interval}), where "
+            "of all that falls in one earthquake the piece that is out of use longest counts."
+        )
+    if "annual_injuries" in one:
+        persons, low, high = (1000.0 * float(one[f"annual_injuries{end}"]) for end in ("", "_lower", "_upper"))
+        interval = interval_text(low, high, two_digits)
+        yield f"About {two_digits(persons)} persons are injured in 1,000 years ({interval})."
     if "consequence_rate" in one and float(one["consequence_rate"].max()) > 0.0:
         worst = one.isel(consequence=int(one["consequence_rate"].values.argmax()))
         rate, low, high = (float(worst[f"consequence_rate{end}"]) for end in ("", "_lower", "_upper"))

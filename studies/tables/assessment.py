@@ -23,6 +23,10 @@ from ..buildings.variables import PER_YEAR, level_index
 from ..text.rows import Rows
 from ..text.words import floor_name, level_text
 
+DRAWN_A_YEAR = {"downtime": "out of use, days a year", "injuries": "injured a year"}
+DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
+"""Headings of amounts that only some inventories give."""
+
 
 def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
     """Expected values in a year, by place.
@@ -36,11 +40,13 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
     if "annual_number" not in here:
         raise ValueError("annual values need an assessment with a hazard curve, got one without")
     has_loss = "annual_loss" in here
+    amounts = _drawn_in(here, "annual_{}", DRAWN_A_YEAR)
     headings = [
         "",
         "free pieces",
         "overturned a year",
         *(["lost a year"] if has_loss else []),
+        *amounts.values(),
         "anything falls, once in",
     ]
     rows = []
@@ -49,6 +55,7 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
         cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "annual_number")]
         if has_loss:
             cells.append(_interval(one, "annual_loss"))
+        cells += [_interval(one, name) for name in amounts]
         cells.append(_period(one, "any_rate"))
         rows.append(tuple(cells))
     money = currency_of(here)
@@ -68,6 +75,7 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
     at = level_index(assessment, level)
     here = of_model(assessment, model).isel(level=at)
     has_loss = "loss_mean" in here
+    amounts = _drawn_in(here, "{}_mean", DRAWN)
     ends = [given_percent(float(q)) for q in here["quantile"].values]
     headings = [
         "",
@@ -75,6 +83,7 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
         "overturned",
         f"{' / '.join(ends)}",
         *(["lost"] if has_loss else []),
+        *amounts.values(),
         "anything falls",
     ]
     rows = []
@@ -84,6 +93,7 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
         cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "number_mean"), quantiles]
         if has_loss:
             cells.append(_interval(one, "loss_mean"))
+        cells += [_interval(one, name) for name in amounts]
         cells.append(_percent(one, "any_probability"))
         rows.append(tuple(cells))
     shaken = f"{assessment.attrs['im']} = {level_text(float(here['level']), assessment['level'])}"
@@ -146,6 +156,12 @@ def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) 
             cells.append(f"{three_digits(years)} years" if math.isfinite(years) else "never")
         rows.append(tuple(cells))
     return Rows(f"Anchoring saves of: {ranking.attrs['objective_text']}", tuple(headings), rows)
+
+
+def _drawn_in(here: xr.Dataset, pattern: str, headings: dict[str, str]) -> dict[str, str]:
+    """Return the headings of the amounts that results hold, by the names of their variables."""
+    named = {pattern.format(quantity): heading for quantity, heading in headings.items()}
+    return {name: heading for name, heading in named.items() if name in here}
 
 
 def place_name(place: str) -> str:

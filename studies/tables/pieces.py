@@ -53,6 +53,12 @@ COLUMNS = {
     "saving_a_year_lower": "money a year",
     "saving_a_year_upper": "money a year",
     "payback": "year",
+    "downtime_of_one_a_year": "days a year",
+    "downtime_of_one_a_year_lower": "days a year",
+    "downtime_of_one_a_year_upper": "days a year",
+    "injured_a_year": "persons a year",
+    "injured_a_year_lower": "persons a year",
+    "injured_a_year_upper": "persons a year",
     "recommendation": "",
     "within_budget": "",
     "code": "",
@@ -88,9 +94,11 @@ def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
     headings += [f"for {short_digits(budget)} {money}".rstrip()] if spent else []
     headings += [f"{' / '.join(f'{100.0 * share:g}' for share in SHARES)} % fall at {measure}"] if several else []
     headings += ["if it falls"] if meant else []
-    headings += ["value of one"] if valued else []
+    headings += ["mean cost of one" if "cost_median" in results.coords else "value of one"] if valued else []
     headings += ["anchoring one costs"] if priced else []
     headings += ["pays back, years"] if pays else []
+    amounts = _annual_amounts(results)
+    headings += amounts.values()
     rows = []
     for one in pieces[:MOST_ROWS]:
         held = one.recommendation in HELD
@@ -110,6 +118,7 @@ def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
         cells += [short_digits(one.value) if one.value > 0.0 else "–"] if valued else []
         cells += [short_digits(one.cost) if math.isfinite(one.cost) else "–"] if priced else []
         cells += [two_digits(one.payback) if math.isfinite(one.payback) else "–"] if pays else []
+        cells += ["–" if held else _amount(getattr(one, name).value) for name in amounts]
         rows.append(tuple(cells))
     when = (
         ""
@@ -170,12 +179,17 @@ def piece_table(results: xr.Dataset, model: int = 0) -> ValueTable:
         "money": money,
         "money a year": f"{money}/year" if money else "",
         "year": "years",
+        "days a year": "days/year",
+        "persons a year": "1/year",
         "newton": "N",
     }
     yearly = "item_rate" in results
     left = [name for name in COLUMNS if name.startswith("probability_at" if yearly else "chance_in")]
     left += ["level"] if yearly else []
     left += [] if "code" in results.attrs else [name for name in COLUMNS if name.startswith("code")]
+    for name, quantity in (("downtime", "downtime"), ("injured", "injuries")):
+        if f"item_annual_{quantity}" not in results:
+            left += [column for column in COLUMNS if column.startswith(name)]
     left += [] if "budget" in results.attrs else ["within_budget"]
     kept = [name for name in COLUMNS if name not in left]
     headings = [with_units(name, units[COLUMNS[name]]) for name in kept]
@@ -217,7 +231,7 @@ def _values(one: Piece, yearly: bool) -> dict[str, str | float | int]:
             "code_anchor_force": one.code.demand,
             "code_demand_over_strength": one.code.ratio,
         }
-    ranges = {"saving_a_year": one.saving}
+    ranges = {"saving_a_year": one.saving, "downtime_of_one_a_year": one.downtime, "injured_a_year": one.injuries}
     if one.recommendation in HELD or (one.chance.value == 0.0 and math.isnan(one.chance.upper)):
         one = one._replace(chance=Range(math.nan, math.nan, math.nan))  # (held, or never seen to fall)
     if yearly:
@@ -227,6 +241,20 @@ def _values(one: Piece, yearly: bool) -> dict[str, str | float | int]:
     for name, each in ranges.items():
         found |= {f"{name}{end}": value for end, value in zip(("", "_lower", "_upper"), each, strict=True)}
     return found
+
+
+def _annual_amounts(results: xr.Dataset) -> dict[str, str]:
+    """Return the headings of what a line costs, is out of use and injures in a year, where it is drawn."""
+    headings = {
+        "saving": "lost a year" if "cost_median" in results.coords and "item_annual_loss" in results else "",
+        "downtime": "one out of use, days a year" if "item_annual_downtime" in results else "",
+        "injuries": "injured a year" if "item_annual_injuries" in results else "",
+    }
+    return {name: heading for name, heading in headings.items() if heading}
+
+
+def _amount(value: float) -> str:
+    return two_digits(value) if value > 0.0 else "–"
 
 
 def _first(number: int) -> list[str]:

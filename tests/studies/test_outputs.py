@@ -34,6 +34,7 @@ STUDIES = {
     "isotonic": ("stripes", "", '[fit]\nform = "isotonic"\nreplicates = 100\n'),
     "uncertainty": ("uncertainty", "", YEAR + FIT),
     "clinic": ("clinic", "", ""),
+    "laboratory": ("laboratory", "", ""),
     "sensitivity": ("sensitivity_delta", "", ""),
 }
 """Examples by name, with what is put before and after their text."""
@@ -43,7 +44,8 @@ STUDIES = {
 def results(tmp_path_factory):
     """Every variable of each kind of study, as its dimensions and unit."""
     folder = tmp_path_factory.mktemp("studies")
-    shutil.copy(EXAMPLES / "inventory.csv", folder)
+    for table in ("inventory.csv", "laboratory.csv"):
+        shutil.copy(EXAMPLES / table, folder)
     found = {}
     for name, (example, before, after) in STUDIES.items():
         text = (EXAMPLES / f"{example}.toml").read_text(encoding="utf-8")
@@ -73,6 +75,7 @@ OF_KIND = {
 }
 UNITS = {
     "1/year": {"year-1"},
+    "day/year": {"day year-1"},
     "rad/s": {"rad s-1"},
     "im": {"m s-2", "m s-1"},
     "currency": {"EUR"},

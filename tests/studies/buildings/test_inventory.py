@@ -141,6 +141,44 @@ BAD_FILES = [
     ("catalogue,floor,anchoring_cost\nbookcase-5-shelf,1,free\n", "column 'anchoring_cost': must be a number"),
     ("catalogue,floor,consequence\nbookcase-5-shelf,1,loss\n", "column 'consequence': must not be one of number, loss"),
     (
+        "catalogue,floor,cost_median,cost_dispersion\nbookcase-5-shelf,1,50,-0.1\n",
+        "line 2, column 'cost_dispersion': must be finite and >= 0, got -0.1",
+    ),
+    (
+        "catalogue,floor,cost_median,cost_dispersion\nbookcase-5-shelf,1,50,4\n",
+        "line 2, column 'cost_dispersion': must be from 0 to 3 of a lognormal distribution, got 4",
+    ),
+    (
+        "catalogue,floor,cost_median,cost_dispersion\nbookcase-5-shelf,1,,0.4\n",
+        "line 2, column 'cost_dispersion': needs cost_median, which is empty",
+    ),
+    (
+        "catalogue,floor,downtime_distribution\nbookcase-5-shelf,1,normal\n",
+        "column 'downtime_distribution': needs downtime_median_days, which is empty",
+    ),
+    (
+        "catalogue,floor,downtime_median_days,downtime_distribution\nbookcase-5-shelf,1,3,beta\n",
+        "column 'downtime_distribution': must be one of lognormal, normal, got 'beta'",
+    ),
+    (
+        "catalogue,floor,downtime_median_days,downtime_distribution,downtime_dispersion\nbookcase-5-shelf,1,3,normal,.9\n",
+        "column 'downtime_dispersion': must be from 0 to 0.5 of a normal distribution, got 0.9; use lognormal above",
+    ),
+    ("catalogue,floor,cost_median\nbookcase-5-shelf,1,0\n", "column 'cost_median': must be finite and > 0"),
+    ("catalogue,floor,cost_median,value\nbookcase-5-shelf,1,5,5\n", "column 'cost_median': takes the place of value"),
+    (
+        "catalogue,floor,persons_exposed,injury_probability\nbookcase-5-shelf,1,2,1.5\n",
+        "line 2, column 'injury_probability': must be finite and >= 0 and <= 1, got 1.5",
+    ),
+    (
+        "catalogue,floor,persons_exposed,injury_probability\nbookcase-5-shelf,1,2,\n",
+        "column 'persons_exposed': needs injury_probability, which is empty",
+    ),
+    (
+        "catalogue,floor,injury_probability\nbookcase-5-shelf,1,0.1\n",
+        "column 'injury_probability': needs persons_exposed, which is empty",
+    ),
+    (
         "item,catalogue,floor\nx,bookcase-5-shelf,1\nx,bookcase-4-shelf,1\n",
         "line 3, column 'item': must be another name",
     ),

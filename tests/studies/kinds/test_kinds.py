@@ -301,6 +301,14 @@ class TestPerformance:
             ((PERFORMANCE + "variability = { restitution = 0.1 }\n",), "performance.variability.restitution"),
             ((PERFORMANCE + "budget = 100\n",), "performance.budget needs anchoring_cost in the inventory"),
             ((PERFORMANCE + "budget = -1\n",), "performance.budget: must be > 0"),
+            (
+                (PERFORMANCE + "consequence_correlation = 0.5\n",),
+                "performance.consequence_correlation is of cost_median, downtime_median_days and injury_probability",
+            ),
+            (
+                (PERFORMANCE + "consequence_correlation = 1.5\n",),
+                "consequence_correlation: must be >= 0 and <= 1, got 1.5",
+            ),
             ((PERFORMANCE + 'code = { standard = "ec7" }\n',), "performance.code.standard: must be one of"),
             (
                 (PERFORMANCE + 'code = { standard = "ec8", ag_g = 0.2 }\n',),

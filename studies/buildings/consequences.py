@@ -1,0 +1,193 @@
+"""Consequences of a fall as distributions: the cost and the downtime of a piece, and the persons whom it injures.
+
+The three are correlated within a piece and independent from piece to piece.  What falls, and where, is not known here.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy
+
+from ... import checks
+from ...aliases import Array
+from ...distributions import Normal
+from ...streams import key_of, stream
+
+LOGNORMAL, NORMAL = DISTRIBUTIONS = ("lognormal", "normal")
+MOST_DISPERSION = {LOGNORMAL: 3.0, NORMAL: 0.5}
+"""Largest dispersion of each distribution; of a normal one too much would lie below zero."""
+MOST = 1e15
+REALISATIONS = 20
+"""Realisations of the consequences under each motion, where no variability says how many."""
+MOST_DRAWN = 1_000_000
+"""Most pieces of a line times realisations, which bounds the memory of a motion's draws."""
+DRAWN_BYTES = 300.0
+"""Memory of the draws of a piece and realisation under one motion, with all that is made of them."""
+COLUMNS = {"cost": 0, "downtime": 1, "injury": 2}
+"""Columns of the scores of a piece, by the consequences of `Contents`."""
+
+
+@dataclass(frozen=True)
+class Consequence:
+    """The cost or the downtime of one piece when it overturns, as FEMA P-58 describes it.
+
+    Parameters
+    ----------
+    median : float
+        Median, > 0, in the unit of the quantity.
+    dispersion : float
+        Of a lognormal distribution the standard deviation of the logarithm, 0 to 3; of a normal one the coefficient of
+        variation, 0 to 0.5.  With 0 the consequence is known.
+    distribution : {"lognormal", "normal"}
+        The normal distribution is truncated at 0; `median` is that before truncation.
+
+    Raises
+    ------
+    TypeError, ValueError
+        A value out of range.
+
+    References
+    ----------
+    FEMA (2018). Seismic performance assessment of buildings, volume 1, methodology. FEMA P-58-1, 2nd ed. (recalled):
+    consequence functions are lognormal or normal, with a median and a dispersion.
+
+    Examples
+    --------
+    >>> round(Consequence(100.0, 0.5).mean, 3)  # 100 exp(0.5²/2)
+    113.315
+    """
+
+    median: float
+    dispersion: float = 0.0
+    distribution: str = LOGNORMAL
+
+    def __post_init__(self) -> None:
+        checks.number("median", self.median, above=0.0, at_most=MOST)
+        checks.choice("distribution", self.distribution, DISTRIBUTIONS)
+        most = MOST_DISPERSION[self.distribution]
+        if not 0.0 <= checks.number("dispersion", self.dispersion) <= most:
+            hint = "; use lognormal above" if self.distribution == NORMAL and self.dispersion > most else ""
+            raise ValueError(
+                f"dispersion must be from 0 to {most:g} of a {self.distribution} distribution, got "
+                f"{self.dispersion:g}{hint}"
+            )
+
+    @property
+    def mean(self) -> float:
+        """Mean: median·exp(β²/2), or that of the normal distribution truncated at 0."""
+        if self.dispersion == 0.0:
+            return float(self.median)
+        if self.distribution == LOGNORMAL:
+            return float(self.median * math.exp(0.5 * self.dispersion**2))
+        edge = 1.0 / self.dispersion
+        density = math.exp(-0.5 * edge**2) / math.sqrt(2.0 * math.pi)
+        return float(self.median * (1.0 + self.dispersion * density / scipy.special.ndtr(edge)))
+
+    def at(self, scores: Array) -> Array:
+        """Return the values at standard normal scores, in the same shape."""
+        if self.dispersion == 0.0:
+            return np.full(np.shape(scores), float(self.median))
+        if self.distribution == LOGNORMAL:
+            return np.asarray(self.median * np.exp(self.dispersion * scores))
+        law = Normal(self.median, self.dispersion * self.median, lower=0.0)
+        # (the largest probability below 1 stands for scores above 8.2)
+        return law.quantile(np.minimum(scipy.special.ndtr(scores), np.nextafter(1.0, 0.0)))
+
+
+@dataclass(frozen=True)
+class Injury:
+    """The persons whom a piece injures when it overturns: a Poisson number.
+
+    Parameters
+    ----------
+    persons : float
+        Mean number of persons where the piece falls, over all hours, 0 to 10,000.
+    probability : float
+        Probability that one of them is injured, 0 to 1.
+
+    Raises
+    ------
+    TypeError, ValueError
+        A value out of range.
+
+    Notes
+    -----
+    The persons who are there are a Poisson number, each injured independently; the injured are then a Poisson number of
+    mean persons × probability.  A choice: FEMA P-58 counts persons by hour, day and month.
+
+    Examples
+    --------
+    >>> Injury(0.5, 0.2).mean
+    0.1
+    """
+
+    persons: float
+    probability: float
+
+    def __post_init__(self) -> None:
+        checks.number("persons", self.persons, at_least=0.0, at_most=1e4)
+        checks.number("probability", self.probability, at_least=0.0, at_most=1.0)
+
+    @property
+    def mean(self) -> float:
+        """Mean number of injured persons."""
+        return float(self.persons * self.probability)
+
+    def at(self, scores: Array) -> Array:
+        """Return the numbers of injured persons at standard normal scores, in the same shape."""
+        most = math.ceil(self.mean + 12.0 * math.sqrt(self.mean) + 20.0)
+        below = scipy.special.pdtr(np.arange(most), self.mean)
+        return np.searchsorted(below, scipy.special.ndtr(scores)).astype(np.float64)
+
+
+@dataclass(frozen=True)
+class PieceScores:
+    """The draws that decide the consequences of every piece.
+
+    Parameters
+    ----------
+    realisations : int
+        Number of draws under each motion.
+    correlation : float
+        Correlation of the normal scores of cost, downtime and injuries of one piece, 0 to 1.
+    seed : int
+        Seed of the draws.
+
+    Notes
+    -----
+    The scores of a piece are z_i = √ρ f + √(1 − ρ) ε_i with a factor f common to its three consequences (a Gaussian
+    copula with one factor).  They depend on the seed, the name of the line, the motion, and the number of the piece
+    within the line alone: laws and levels see the same ones, in any order of computation.
+    """
+
+    realisations: int = REALISATIONS
+    correlation: float = 1.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        checks.count("realisations", self.realisations, at_least=1)
+        checks.number("consequence_correlation", self.correlation, at_least=0.0, at_most=1.0)
+        checks.count("seed", self.seed)
+
+    @cached_property
+    def _shares(self) -> tuple[float, float]:
+        return math.sqrt(self.correlation), math.sqrt(1.0 - self.correlation)
+
+    def of_pieces(self, label: str, count: int, motion: int) -> Array:
+        """Return the scores (piece, realisation, 3) of a line's pieces under a motion, columns as `COLUMNS` says."""
+        drawn = stream(self.seed, *key_of(label), motion).standard_normal((count, self.realisations, 4))
+        common, own = self._shares
+        return np.asarray(common * drawn[..., :1] + own * drawn[..., 1:])
+
+    def check_size(self, label: str, count: int) -> None:
+        """Raise ValueError for a line of more pieces than are drawn."""
+        most = MOST_DRAWN // self.realisations
+        if count > most:
+            raise ValueError(
+                f"{label!r} has {count:,} pieces with drawn consequences, which must be at most {most:,} at "
+                f"{self.realisations} realisations: divide the line, or give value instead of cost_median"
+            )

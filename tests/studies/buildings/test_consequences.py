@@ -1,0 +1,330 @@
+"""Costs, downtimes and injuries as distributions: closed forms, and simulated years written out in plain loops."""
+
+import json
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy
+import xarray as xr
+
+import toppling as tp
+from toppling.fragility.numerics import slabs
+from toppling.fragility.uncertainty.joint import Variability
+from toppling.studies.buildings import assessment as module
+from toppling.studies.buildings.anchoring import anchoring
+from toppling.studies.buildings.assessment import assess
+from toppling.studies.buildings.consequences import Consequence, Injury, PieceScores
+from toppling.studies.buildings.contents import Contents, Inventory
+from toppling.studies.buildings.pieces import SAFETY, pieces_of
+from toppling.studies.tables.assessment import annual_rows, level_rows
+from toppling.studies.tables.pieces import piece_rows, piece_table
+
+LAW = tp.EnergyConsistent()
+SHELF, CASE, FILES = (tp.catalogue[n] for n in ("bookcase-5-shelf", "display-cabinet-glass", "file-vertical-4-drawer"))
+LEVELS = np.array([1.0, 2.0, 4.0])
+HAZARD = tp.HazardCurve.power_law(1e-3, 1.8, "pga")
+COST, DAYS, HURT = Consequence(1000.0, 0.6), Consequence(5.0, 0.8), Injury(2.0, 0.3)
+LAB = Inventory(
+    (
+        Contents("freezer", SHELF, 0, 3, cost=COST, downtime=DAYS, injury=HURT, anchoring_cost=50.0),
+        Contents("rack", CASE, 0, 2, cost=Consequence(4000.0, 0.3, "normal"), downtime=Consequence(12.0, 0.4)),
+        Contents("desk", FILES, 0, 4, value=150.0, anchoring_cost=5.0),
+    ),
+    "EUR",
+)
+"""Three lines; the third has a value without spread."""
+GROUND = tp.motions.CloughPenzien(duration=4.0, dt=0.02).sample(2, seed=1)
+
+
+def shaken(monkeypatch, flags, inventory=LAB, **options):
+    """An assessment whose runs give these flags (oscillator, level, motion)."""
+    flags = np.array(flags, bool)
+    monkeypatch.setattr(module, "overturning_flags", lambda oscillators, *_: flags[: len(oscillators)])
+    ground = tp.motions.CloughPenzien(duration=4.0, dt=0.02).sample(flags.shape[2], seed=1)
+    return assess(inventory, LAW, ground, LEVELS[: flags.shape[1]], "pga", None, HAZARD, replicates=100, **options)
+
+
+def falls(motions, seed=5):
+    """Flags of three lines, each with a capacity of its own under each motion."""
+    capacity = np.random.default_rng(seed).lognormal(np.log([[2.0], [3.0], [1.5]]), 0.5, (3, motions))
+    return LEVELS[None, :, None] > capacity[:, None, :]
+
+
+class TestDistributions:
+    @pytest.mark.parametrize("one", [COST, Consequence(3.0, 0.5, "normal"), Consequence(3.0, 0.2, "normal")])
+    def test_mean_is_that_of_scipy_and_of_a_quadrature(self, one):
+        if one.distribution == "lognormal":
+            law = scipy.stats.lognorm(one.dispersion, scale=one.median)
+        else:
+            law = scipy.stats.truncnorm(-1.0 / one.dispersion, np.inf, one.median, one.dispersion * one.median)
+        assert one.mean == pytest.approx(law.mean(), rel=1e-12)
+        scores = np.array([-6.0, -1.3, 0.0, 0.7, 3.0, 6.0])
+        np.testing.assert_allclose(one.at(scores), law.ppf(scipy.special.ndtr(scores)), rtol=1e-6)
+        nodes, weights = np.polynomial.hermite_e.hermegauss(60)
+        assert weights @ one.at(nodes) / weights.sum() == pytest.approx(one.mean, rel=1e-3)
+        assert np.isfinite(one.at(np.array([-40.0, 40.0]))).all()
+
+    def test_known_where_there_is_no_dispersion(self):
+        assert Consequence(7.0).mean == 7.0
+        assert Consequence(7.0, 0.0, "normal").at(np.array([-2.0, 5.0])).tolist() == [7.0, 7.0]
+
+    @pytest.mark.parametrize("mean", [1e-4, 0.3, 4.0, 300.0])
+    def test_injured_persons_are_a_poisson_number(self, mean):
+        scores = np.linspace(-8.0, 8.0, 401)
+        found = Injury(mean / 0.5, 0.5).at(scores)
+        np.testing.assert_array_equal(found, scipy.stats.poisson(mean).ppf(scipy.special.ndtr(scores)))
+
+    @pytest.mark.parametrize("rho", [0.0, 0.4, 1.0])
+    def test_scores_of_a_piece_are_correlated_and_pieces_are_not(self, rho):
+        z = PieceScores(100, rho).of_pieces("x", 400, 0)
+        within = np.corrcoef(z.reshape(-1, 3).T)
+        off = within[np.triu_indices(3, 1)]
+        np.testing.assert_allclose(off, rho, atol=4.0 / np.sqrt(40_000))
+        np.testing.assert_allclose(z.std(axis=(0, 1)), 1.0, atol=4.0 / np.sqrt(80_000))
+        assert abs(np.corrcoef(z[:200, :, 0].ravel(), z[200:, :, 0].ravel())[0, 1]) < 4.0 / np.sqrt(20_000)
+        if rho == 1.0:
+            np.testing.assert_array_equal(z[..., 0], z[..., 2])
+
+    def test_draws_of_a_piece_hang_on_nothing_else(self):
+        few, many = PieceScores(5, 0.3, 9).of_pieces("a", 2, 3), PieceScores(5, 0.3, 9).of_pieces("a", 7, 3)
+        np.testing.assert_array_equal(many[:2], few)
+        for other in (PieceScores(5, 0.3, 8).of_pieces("a", 2, 3), PieceScores(5, 0.3, 9).of_pieces("b", 2, 3)):
+            assert not np.isin(other, few).any()
+        assert not np.isin(PieceScores(5, 0.3, 9).of_pieces("a", 2, 4), few).any()
+
+
+N = 200_000
+"""Simulated earthquakes."""
+
+
+@pytest.fixture(scope="module")
+def found():
+    with pytest.MonkeyPatch.context() as patch:
+        return shaken(patch, falls(400), consequence_correlation=0.0)
+
+
+@pytest.fixture(scope="module")
+def simulated(found):
+    """Rate of earthquakes, and of each its cost, downtime and number of injured persons."""
+    generator = np.random.default_rng(21)
+    flags, weights = falls(400), found.level_weight.values
+    level = generator.choice(LEVELS.size, N, p=weights / weights.sum())
+    motion = generator.integers(400, size=N)
+    outcomes = np.zeros((N, 3))
+    for event in range(N):
+        freezer, rack, desk = flags[:, level[event], motion[event]]
+        cost, longest, hurt = 0.0, 0.0, 0
+        for _ in range(3 if freezer else 0):
+            cost += 1000.0 * math.exp(0.6 * generator.standard_normal())
+            longest = max(longest, 5.0 * math.exp(0.8 * generator.standard_normal()))
+            hurt += generator.binomial(generator.poisson(2.0), 0.3)
+        for _ in range(2 if rack else 0):
+            paid = -1.0
+            while paid < 0.0:
+                paid = generator.normal(4000.0, 1200.0)
+            cost += paid
+            longest = max(longest, 12.0 * math.exp(0.4 * generator.standard_normal()))
+        outcomes[event] = cost + (4 * 150.0 if desk else 0.0), longest, hurt
+    return weights.sum(), outcomes
+
+
+class TestAgainstSimulatedYears:
+    """Earthquakes one by one, pieces one by one: no function of the assessment, but the rate of each level."""
+
+    @pytest.mark.parametrize(("quantity", "column"), [("loss", 0), ("downtime", 1), ("injuries", 2)])
+    def test_expectation_and_exceedance_in_a_year(self, found, simulated, quantity, column):
+        rate, outcomes = simulated
+        here, drawn = found.isel(model=0).sel(place="building"), outcomes[:, column]
+        # the means of loss and injuries are exact; all else is of 400 motions × 20 realisations at each level
+        both = math.sqrt(1.0 / N + 1.0 / 8000.0)
+        error = 4.0 * rate * drawn.std() * (both if quantity == "downtime" else math.sqrt(1.0 / N))
+        assert error < (0.12 if quantity == "downtime" else 0.04) * rate * drawn.mean()
+        assert float(here[f"annual_{quantity}"]) == pytest.approx(rate * drawn.mean(), abs=error)
+        thresholds, compared = found[f"{quantity}_threshold"].values, 0
+        for threshold, mine in zip(thresholds, here[f"{quantity}_rate"].values, strict=True):
+            share = (drawn > threshold).mean() if quantity != "injuries" else (drawn >= threshold).mean()
+            error = 4.0 * rate * both * math.sqrt(max(share * (1.0 - share), 1.0 / 8000.0))
+            assert mine == pytest.approx(rate * share, abs=error), threshold
+            compared += 4.0 * error < rate * share
+        assert compared >= 3
+
+    def test_expected_loss_is_rate_times_mean_cost(self, found):
+        """EAL = Σ rate · number · median · exp(β²/2), of lines with a value rate · number · value."""
+        here = found.isel(model=0)
+        means = [1000.0 * math.exp(0.18), scipy.stats.truncnorm(-1 / 0.3, np.inf, 4000.0, 1200.0).mean(), 150.0]
+        lines = here.item_rate.values * np.array([3, 2, 4]) * means
+        np.testing.assert_allclose(here.item_annual_loss, lines, rtol=1e-12)
+        assert float(here.annual_loss.sel(place="building")) == pytest.approx(lines.sum(), rel=1e-12)
+        hurt = here.item_rate.values * np.array([3 * 0.6, 0.0, 0.0])
+        np.testing.assert_allclose(here.item_annual_injuries, hurt, rtol=1e-12, atol=0.0)
+        days = here.item_rate.values * np.array([5.0 * math.exp(0.32), 12.0 * math.exp(0.08), 0.0])
+        np.testing.assert_allclose(here.item_annual_downtime, days, rtol=1e-12, atol=0.0)
+        np.testing.assert_allclose(found.value, means, rtol=1e-12)
+
+    def test_rates_of_anything_are_where_they_were(self, found):
+        here = found.isel(model=0).sel(place="building")
+        assert float(here.loss_rate[0]) == pytest.approx(float(here.any_rate), rel=1e-12)
+        assert (here.loss_rate.diff("loss_threshold") <= 1e-15).all()
+        assert float(here.downtime_rate[0]) <= float(here.any_rate)
+
+
+class TestRealisations:
+    def test_one_piece_alone(self, monkeypatch):
+        """With correlation 1 the downtime follows from the cost: both are functions of one normal score."""
+        alone = Inventory((replace(LAB.rows[0], count=1, injury=None),))
+        for rho, exact in ((1.0, True), (0.0, False)):
+            found = shaken(monkeypatch, np.ones((1, 1, 500)), alone, consequence_correlation=rho).isel(model=0, level=0)
+            one = found.sel(place="building")
+            z = np.log(one.loss.values / 1000.0) / 0.6
+            follows = 5.0 * np.exp(0.8 * z)
+            if exact:
+                np.testing.assert_allclose(one.downtime, follows, rtol=1e-12)
+            else:
+                correlation = np.corrcoef(z.ravel(), np.log(one.downtime.values.ravel()))[0, 1]
+                assert abs(correlation) < 4.0 / math.sqrt(10_000)
+            assert scipy.stats.kstest(z.ravel(), "norm").pvalue > 1e-3
+            np.testing.assert_allclose(one.loss_quantile, np.quantile(one.loss, [0.1, 0.5, 0.9], method="inverted_cdf"))
+
+    def test_more_falls_at_a_higher_level_and_costs_more(self, monkeypatch):
+        found = shaken(monkeypatch, np.sort(falls(30), axis=1), variability=None)
+        for name in ("loss", "downtime", "injuries"):
+            assert (found[name].diff("level") >= 0.0).all()
+            assert found[name].dims == ("model", "place", "level", "motion", "realisation")
+            assert found[name].sizes["realisation"] == 20
+        assert found.number.dims == ("model", "place", "level", "motion")
+
+    def test_some_pieces_of_a_line_fall(self):
+        """With differences between pieces: given n of a line, the cost has the mean and variance of n costs."""
+        line = Inventory((Contents("a", SHELF, 0, 6, cost=COST, downtime=Consequence(2.0)),))
+        ground = tp.motions.CloughPenzien(duration=8.0, dt=0.02, s0=0.05).sample(60, seed=2)
+        spread = Variability(0.02, 0.1, realisations=40)
+        found = assess(line, LAW, ground, [2.0, 2.5, 3.0, 4.0], "pga", variability=spread, replicates=100)
+        here = found.isel(model=0).sel(place="building")
+        number, loss = here.number.values.ravel(), here.loss.values.ravel()
+        assert len({*number}) == 7
+        variance = 1000.0**2 * (math.exp(0.36) - 1.0) * math.exp(0.36)
+        for n in range(1, 7):
+            of = loss[number == n]
+            # draws repeat from level to level: at least a quarter of them are independent
+            error = 4.0 * math.sqrt(n * variance / (0.25 * of.size))
+            assert of.mean() == pytest.approx(n * COST.mean, abs=error)
+        np.testing.assert_array_equal(here.downtime, np.where(here.number > 0, 2.0, 0.0))
+        np.testing.assert_array_equal(loss[number == 0], 0.0)
+        assert float(here.loss_mean[0]) == pytest.approx(COST.mean * float(here.number_mean[0]), rel=1e-12)
+
+    def test_same_bits_in_parts_of_any_size(self, monkeypatch):
+        whole = shaken(monkeypatch, falls(25))
+        monkeypatch.setattr(slabs, "RUNS", 1)
+        xr.testing.assert_identical(shaken(monkeypatch, falls(25)), whole)
+
+    def test_a_seed_of_its_own_and_motions_that_are_added(self, monkeypatch):
+        few, many = shaken(monkeypatch, falls(40)[..., :20]), shaken(monkeypatch, falls(40))
+        np.testing.assert_array_equal(many.loss[..., :20, :], few.loss)
+        other = shaken(monkeypatch, falls(40), seed=1)
+        assert not np.isin(other.downtime.values[many.downtime.values > 0.0], many.downtime).any()
+        np.testing.assert_array_equal(other.annual_loss, many.annual_loss)  # (exact, whatever is drawn)
+
+    def test_certain_costs_are_values(self, monkeypatch):
+        """A cost without dispersion gives what the same value gives."""
+        rows = LAB.rows[2], replace(LAB.rows[2], label="b", value=70.0)
+        plain = shaken(monkeypatch, falls(20)[:2], Inventory(rows, "EUR"), losses=[0.0, 500.0])
+        known = tuple(replace(row, value=0.0, cost=Consequence(row.value)) for row in rows)
+        drawn = shaken(monkeypatch, falls(20)[:2], Inventory(known, "EUR"), losses=[0.0, 500.0])
+        for name in ("annual_loss", "loss_rate", "loss_quantile", "loss_exceedance", "item_annual_loss"):
+            np.testing.assert_allclose(drawn[name], plain[name], rtol=1e-12)
+
+
+class TestDecisions:
+    def test_means_pay_back(self, monkeypatch):
+        found = shaken(monkeypatch, falls(60))
+        pieces = {one.item: one for one in pieces_of(found.assign_attrs(safety=" | ".join(SAFETY)))}
+        assert pieces["freezer"].saving.value == pytest.approx(float(found.item_annual_loss[0, 0]))
+        assert pieces["freezer"].payback == pytest.approx(150.0 / float(found.item_annual_loss[0, 0]))
+        assert pieces["freezer"].safety
+        assert not pieces["rack"].safety
+        assert pieces["rack"].injuries.value == 0.0
+        ranked = anchoring(found, replicates=100)
+        np.testing.assert_allclose(ranked.saving, found.item_annual_loss, rtol=1e-12)
+
+    def test_tables_and_sentences_hold_the_numbers(self, monkeypatch):
+        found = shaken(monkeypatch, falls(60)).assign_attrs(safety=" | ".join(SAFETY))
+        headings, cells = piece_table(found)
+        table = {row[0]: dict(zip(headings, row, strict=True)) for row in cells}
+        for i, name in enumerate(("freezer", "rack")):
+            annual = found.isel(model=0, item=i)
+            for end in ("", "_lower", "_upper"):
+                days = table[name][f"downtime_of_one_a_year{end} (days/year)"]
+                assert days == float(annual[f"item_annual_downtime{end}"])
+                assert table[name][f"saving_a_year{end} (EUR/year)"] == pytest.approx(
+                    float(annual[f"item_annual_loss{end}"]), rel=1e-9
+                )
+        hurt = float(found.item_annual_injuries[0, 0])
+        assert table["freezer"]["injured_a_year (1/year)"] == hurt
+        rows = piece_rows(found)
+        shown = dict(zip(rows.headings, next(row for row in rows.rows if row[0] == "freezer"), strict=True))
+        assert shown["mean cost of one"] == "1,200"
+        assert float(shown["lost a year"]) == pytest.approx(float(found.item_annual_loss[0, 0]), rel=0.05)
+        assert float(shown["injured a year"]) == pytest.approx(hurt, rel=0.05)
+        assert float(shown["one out of use, days a year"]) == pytest.approx(
+            float(found.item_annual_downtime[0, 0]), rel=0.05
+        )
+        annual_table = annual_rows(found)
+        whole = dict(zip(annual_table.headings, annual_table.rows[0], strict=True))
+        for heading, name in (("out of use, days a year", "downtime"), ("injured a year", "injuries")):
+            first = float(whole[heading].partition(" ")[0])
+            assert first == pytest.approx(float(found[f"annual_{name}"][0, 0]), rel=0.005)
+        given = level_rows(found, 2.0)
+        assert {"out of use, days", "injured"} <= {*given.headings}
+
+    def test_nothing_of_it_where_no_line_gives_it(self, monkeypatch):
+        plain = shaken(monkeypatch, falls(20)[:1], Inventory(LAB.rows[2:], "EUR"))
+        assert not {str(name) for name in plain.variables if re.search("downtime|injur|cost_", str(name))}
+        assert not [one for one in piece_table(plain)[0] if re.search("downtime|injur", one)]
+        assert not [one for one in piece_rows(plain).headings if re.search("mean cost|out of use|injured|lost", one)]
+        assert "realisation" not in plain.dims
+
+    def test_units_and_configuration(self, monkeypatch, tmp_path):
+        found = shaken(monkeypatch, falls(10), consequence_correlation=0.5)
+        assert found.annual_downtime.attrs["units"] == "day year-1"
+        assert found.annual_injuries.attrs["units"] == "year-1"
+        assert found.loss.attrs == {"units": "EUR", "long_name": "cost of what overturned"}
+        assert found.cost_median.values[:2].tolist() == [1000.0, 4000.0]
+        assert found.downtime_median.attrs["units"] == "day"
+        configuration = json.loads(found.attrs["configuration"])
+        assert configuration["consequence_correlation"] == 0.5
+        assert configuration["inventory"][0]["cost"] == {
+            "median": 1000.0,
+            "dispersion": 0.6,
+            "distribution": "lognormal",
+        }
+        found.to_netcdf(tmp_path / "a.nc")
+        with xr.open_dataset(tmp_path / "a.nc") as stored:
+            xr.testing.assert_equal(stored.load(), found)
+        for name in found.variables:
+            assert found[name].attrs["units"], name
+            assert found[name].attrs["long_name"], name
+
+    @pytest.mark.parametrize(
+        ("make", "error", "message"),
+        [
+            (lambda: Consequence(0.0), ValueError, "median must be finite and > 0"),
+            (lambda: Consequence(1.0, -0.1), ValueError, "dispersion must be from 0 to 3 of a lognormal .* got -0.1$"),
+            (lambda: Consequence(1.0, 0.6, "normal"), ValueError, "from 0 to 0.5 of a normal .* use lognormal above"),
+            (lambda: Consequence(1.0, 0.6, "beta"), ValueError, "distribution must be one of 'lognormal', 'normal'"),
+            (lambda: Injury(1.0, 1.2), ValueError, "probability must be .*<= 1, got 1.2"),
+            (lambda: PieceScores(correlation=1.5), ValueError, "consequence_correlation must be .* got 1.5"),
+            (lambda: Contents("x", SHELF, 0, value=1.0, cost=COST), ValueError, "cost takes the place of value"),
+            (lambda: Contents("x", SHELF, 0, cost=5.0), TypeError, "cost must be of Consequence or None, got float"),
+            (
+                lambda: assess(Inventory((Contents("x", SHELF, 0, 60_000, cost=COST),)), LAW, GROUND, [1.0]),
+                ValueError,
+                "'x' has 60,000 pieces with drawn consequences, which must be at most 50,000",
+            ),
+        ],
+    )
+    def test_refuses(self, make, error, message):
+        with pytest.raises(error, match=message):
+            make()
