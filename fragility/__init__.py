@@ -13,7 +13,8 @@ from .exchange.curve_csv import read_curve_csv, write_curve_csv
 from .exchange.files import ExchangeError
 from .exchange.nrml.reading import read_nrml
 from .exchange.nrml.writing import write_nrml
-from .exchange.pelicun import read_pelicun, write_pelicun
+from .exchange.pelicun.reading import read_pelicun
+from .exchange.pelicun.writing import write_pelicun
 from .exchange.rows import Written
 from .fitting.fit import FORMS, fit_fragility, fit_lognormal
 from .fitting.goodness import compare_forms, goodness_of_fit

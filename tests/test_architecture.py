@@ -47,7 +47,8 @@ motions/generators studies/text
 benchmarks/measure benchmarks/solve_ivp benchmarks/taylor benchmarks/truth fragility/exchange fragility/risk
 fragility/uncertainty
 
-benchmarks/peers benchmarks/scale benchmarks/speed fragility/exchange/nrml studies/plan
+benchmarks/peers benchmarks/scale benchmarks/speed fragility/exchange/nrml
+fragility/exchange/pelicun studies/plan
 
 benchmarks/flags benchmarks/precision studies/file
 

@@ -37,6 +37,7 @@ from ..store.watch import Interrupted
 from ..text.encoding import json_text, write_anything
 from ..text.rows import plain_table
 from ..text.terminal import fitted, say, terminal
+from .building_files import write_building_files
 from .export import PERFORMANCE, ExportFormat, guessed_lines, kind_of, missing_lines, read_curves, write_curves
 from .forecast import forecast, status_of
 from .piece_files import write_pieces
@@ -310,6 +311,9 @@ def export(
     with_modelling: Annotated[
         bool, Parameter(help="Dispersions hold the study's modelling uncertainty, too.", negative="")
     ] = False,
+    ids: Annotated[
+        str | None, Parameter(help="Beginning of a building's ids for pelicun, NAME.001 …; else its pieces' names.")
+    ] = None,
     verify: Verify = False,
 ) -> None:
     """Write the fragility curves of a study's results, or the pieces of a building, for another program.
@@ -322,9 +326,15 @@ def export(
     result = _result_file(result)
     folder = result.parent / "export" if out is None else out
     console = terminal()
-    if format_ == "xlsx" or (format_ == "csv" and kind_of(result) == PERFORMANCE):
+    building = kind_of(result) == PERFORMANCE
+    if ids is not None and not (building and format_ == "pelicun"):
+        raise StudyError("--ids is of the pieces of a performance study, --format pelicun")
+    if format_ == "xlsx" or (format_ in ("csv", "pelicun") and building):
         if with_modelling:
             raise StudyError("--with-modelling is of curves: rates and chances hold what their study says")
+        if format_ == "pelicun":
+            say(console, *write_building_files(result, folder, model, ids, verify))
+            return
         say(console, f"written: {write_pieces(result, folder, format_, model, verify)}")
         return
     curves = read_curves(result, model, verify, with_modelling)

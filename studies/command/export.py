@@ -74,8 +74,8 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False, mode
         raise StudyError(f"{path}: is no result file") from None
     if kind == PERFORMANCE:
         raise StudyError(
-            f"{path}: results of a performance study, which has no fragility curves: --format csv or xlsx writes its "
-            "pieces"
+            f"{path}: results of a performance study, which has no fragility curves: --format csv, xlsx or pelicun "
+            "writes its pieces"
         )
     tabulated = curves.attrs.get("form") in TABULATED and "probability" in curves
     if not tabulated and ("median" not in curves or "dispersion" not in curves):

@@ -8,9 +8,13 @@ import math
 import sys
 from pathlib import Path
 
+import dlml
+import jsonschema
 import numpy as np
 import pandas as pd
 import pelicun
+from exchange_building import check_building
+from library_metadata import SCHEMAS
 from pelicun.assessment import Assessment
 from scipy.special import ndtr
 
@@ -111,8 +115,52 @@ def check_incomplete(folder, name):
     return missing
 
 
+def check_metadata(folder):
+    """Every JSON of ours by our rules, and our rules by every JSON of the library itself."""
+    ours = 0
+    for path in sorted(folder.rglob("*.json")):
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if "_GeneralInformation" in found:
+            kind = "consequence_repair" if path.stem == "consequence_repair" else "fragility"
+            jsonschema.Draft7Validator(SCHEMAS[kind]).validate(found)
+            ours += 1
+    assert ours
+    theirs = 0
+    for path in sorted(Path(dlml.__file__).parent.rglob("*.json")):
+        if path.stem in SCHEMAS:
+            found = json.loads(path.read_text(encoding="utf-8"))
+            jsonschema.Draft7Validator(SCHEMAS[path.stem]).validate(found)
+            theirs += 1
+    assert theirs
+    return ours, theirs
+
+
+def check_multilinear(folder, rows):
+    """Curves that are not lognormal, by pelicun's own sampling."""
+    checked = 0
+    for k in range(len(rows[0]["levels"])):
+        _, fractions = damage(folder, rows, lambda row, k=k: row["levels"][k], direction=1)
+        for row in rows:
+            (found,), expected = fractions[row["id"]], row["probability"][0][k]
+            assert abs(found - expected) <= 2e-4 or probable(found, expected), (row["id"], k, found, expected)
+            checked += 1
+    return checked
+
+
 def main(folder):
-    rows = json.loads((folder / "expected.json").read_text(encoding="utf-8"))["pelicun"]
+    expected = json.loads((folder / "expected.json").read_text(encoding="utf-8"))
+    ours, theirs = check_metadata(folder)
+    print(f"metadata: {ours} files of ours by the library's rules, which {theirs} files of its own keep")
+    tables = expected["multilinear"]
+    checked = sum(
+        check_multilinear(folder, [row for row in tables if row["file"] == file])
+        for file in sorted({row["file"] for row in tables})
+    )
+    print(f"multilinear: {len(tables)} components, {checked} probabilities agree")
+    for building in expected["buildings"]:
+        checked, worst = check_building(folder / building["folder"], building)
+        print(f"{building['folder']}: {checked} mean numbers and costs agree, the worst by {worst:.1f} standard errors")
+    rows = expected["pelicun"]
     files = sorted({row["file"] for row in rows})
     checked = sum(check_table(folder, [row for row in rows if row["file"] == file]) for file in files)
     print(
@@ -125,4 +173,4 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]).resolve())

@@ -10,15 +10,32 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from scipy.optimize import isotonic_regression
 from scipy.special import ndtr
 
 import toppling as tp
 from toppling.fragility import write_nrml, write_pelicun
 from toppling.fragility.curves import published
+from toppling.studies.command.building_files import write_building_files
 
 RATIOS = (0.4, 0.8, 1.0, 1.3, 2.5)  # of the demand to the median
 DEMANDS = {"pga": ("PFA", "g", 9.80665), "pgv": ("PFV", "mps", 1.0), "Sa(1.0)": ("SA_1.0", "g", 9.80665)}
 IMTS = {"pga": ("PGA", 9.80665), "pgv": ("PGV", 0.01), "Sa(1.0)": ("SA(1.0)", 9.80665)}
+AT_LEVELS = (5, 8, 11)  # positions among the levels of a building's study
+BUILDINGS = {
+    "independent": ("SA_0.5", "g", 9.80665, [("number = 100", "number = 20")]),
+    "alike": (
+        "PGA",
+        "g",
+        9.80665,
+        [
+            ("number = 100", "number = 20"),
+            ('im = "Sa(0.5)"', 'im = "pga"'),
+            ("variability =", "# variability ="),
+        ],
+    ),
+}
+"""Studies of the small clinic: demand, unit and its SI value, and changes of the text; pieces alike or not."""
 
 
 def fitted(im: str) -> xr.Dataset:
@@ -111,15 +128,68 @@ def main(folder: Path) -> None:
                 }
             )
     expected["openquake"] += other_forms(folder)
+    expected["multilinear"] = multilinear_forms(folder)
+    expected["buildings"] = [building(folder, name) for name in BUILDINGS]
     (folder / "expected.json").write_text(json.dumps(expected, indent=1), encoding="utf-8")
     print(
         f"{len(expected['pelicun'])} components in {len(sets)} tables, {len(expected['openquake'])} functions written"
     )
 
 
-def other_forms(folder: Path) -> list[dict[str, object]]:
-    """Curves that are no lognormal: a step and a smooth factor of uplift, and one without parameters."""
-    uplift = xr.Dataset(
+def building(folder: Path, name: str) -> dict[str, object]:
+    """A small clinic, exported for a whole assessment, and the falls that its study expects."""
+    demand, unit, factor, changes = BUILDINGS[name]
+    examples = Path(tp.__file__).parent / "studies" / "examples"
+    text = (examples / "clinic.toml").read_text(encoding="utf-8")
+    for old, new in (("inventory.csv", (examples / "inventory.csv").as_posix()), *changes):
+        assert old in text
+        text = text.replace(old, new)
+    study = folder / f"{name}.toml"
+    study.write_text(text, encoding="utf-8")
+    tp.Study.from_toml(study).run(folder / f"{name}-results")
+    results = folder / f"{name}-results" / "results.nc"
+    write_building_files(results, folder / name, prefix="CLINIC")
+    with xr.open_dataset(results) as stored:
+        found = stored.isel(model=0).load()
+    components = []
+    for i, one in enumerate(found["probability"].transpose("item", "level").values):
+        rising = bool((np.diff(one) >= 0.0).all())  # the table has made the others rise
+        p = one if rising else isotonic_regression(one).x
+        components.append(
+            {
+                "id": f"CLINIC.{i + 1:03d}",
+                "number": int(found["count"].values[i]),
+                "value": float(found["value"].values[i]),
+                "together": found.attrs["pieces"] == "alike",
+                "probability": [float(p[k]) for k in AT_LEVELS],
+            }
+        )
+    levels = [float(found["level"].values[k]) / factor for k in AT_LEVELS]
+    return {"folder": name, "demand": demand, "unit": unit, "levels": levels, "components": components}
+
+
+def multilinear_forms(folder: Path) -> list[dict[str, object]]:
+    """Curves with a factor of uplift, a step and a smooth one, and one without parameters, for pelicun."""
+    uplift, isotonic = uplifting_curves(), isotonic_curve()
+    write_pelicun(uplift, folder / "multilinear.csv")
+    write_pelicun(isotonic, folder / "free.csv")
+    x = np.array([1.5, 1.99, 2.01, 2.5, 3.0, 4.0, 8.0])
+    base = ndtr(np.log(x / 3.0) / 0.4)
+    free = np.array([0.75, 1.5, 2.0, 3.0, 4.0, 9.0])
+    found = [
+        ("step", "multilinear.csv", "PFA", "g", x / 9.80665, np.where(x >= 2.0, base, 0.0)),
+        ("smooth", "multilinear.csv", "PFA", "g", x / 9.80665, base * ndtr(np.log(x / 2.0) / 0.2)),
+        ("free", "free.csv", "PFV", "mps", free, np.array([0.05, 0.1, 0.1, 0.4, 0.7, 0.7])),
+    ]
+    return [
+        {"id": key, "file": file, "demand": demand, "unit": unit, "levels": at.tolist(), "probability": [p.tolist()]}
+        for key, file, demand, unit, at, p in found
+    ]
+
+
+def uplifting_curves() -> xr.Dataset:
+    """A step and a smooth factor of uplift."""
+    return xr.Dataset(
         {
             "median": ("block", [3.0, 3.0], {"units": "m s-2"}),
             "dispersion": ("block", [0.4, 0.4], {"units": "1"}),
@@ -129,12 +199,20 @@ def other_forms(folder: Path) -> list[dict[str, object]]:
         {"block": ["step", "smooth"]},
         {"im": "pga", "form": "uplift-lognormal"},
     )
-    levels = np.array([0.5, 1.0, 2.0, 4.0])
-    isotonic = xr.Dataset(
+
+
+def isotonic_curve() -> xr.Dataset:
+    """A curve without parameters."""
+    return xr.Dataset(
         {"probability": (("block", "level"), [[0.0, 0.1, 0.1, 0.7]], {"units": "1"})},
-        {"block": ["free"], "level": ("level", levels, {"units": "m s-1"})},
+        {"block": ["free"], "level": ("level", np.array([0.5, 1.0, 2.0, 4.0]), {"units": "m s-1"})},
         {"im": "pgv", "form": "isotonic"},
     )
+
+
+def other_forms(folder: Path) -> list[dict[str, object]]:
+    """Curves that are no lognormal: a step and a smooth factor of uplift, and one without parameters."""
+    uplift, isotonic = uplifting_curves(), isotonic_curve()
     write_nrml(uplift, folder / "uplift.xml", tail=1e-6)
     write_nrml(isotonic, folder / "isotonic.xml")
     x = np.array([0.5, 1.0, 1.5, 1.999, 2.0, 2.5, 4.0, 8.0])

@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 from xml.sax.saxutils import escape, quoteattr
 
-import numpy as np
 import scipy
 import xarray as xr
 
@@ -23,13 +22,13 @@ from ....aliases import Array
 from ....units import STANDARD_GRAVITY
 from ...fitting.links import LOGNORMAL
 from ..datasets import curve_set
+from ..discrete import grid, probability_at
 from ..files import ExchangeError, target, write_text
 from ..ids import OPENQUAKE_MARKS, component_record
-from ..rows import CurveParameters, CurveRow, CurveSet, Written, spectral_period
+from ..rows import CurveRow, CurveSet, Written, spectral_period
 from .document import NAMESPACE
 
 CATEGORY = "contents"  # of the assets, and of the losses: one that OpenQuake knows
-ERROR = 1e-4  # of linear interpolation between the levels of a curve that is not lognormal
 STEP = 1e-9  # width of a step in probability, relative to its level
 COMMENT_MARK = "toppling"  # beginning of our comments
 
@@ -146,16 +145,6 @@ def median_and_dispersion(mean: float, stddev: float) -> tuple[float, float]:
     return mean / math.hypot(1.0, ratio), math.sqrt(math.log1p(ratio * ratio) if ratio < 1e150 else math.inf)
 
 
-def probability_at(parameters: CurveParameters, levels: Array) -> Array:
-    """Return the probability of a curve at levels (level,), uplift included."""
-    p = scipy.special.ndtr(np.log(levels / parameters.median) / parameters.dispersion)
-    if not parameters.uplifting:
-        return np.asarray(p)
-    if parameters.uplift_dispersion == 0.0:
-        return np.where(levels >= parameters.uplift_median, p, 0.0)
-    return np.asarray(p * scipy.special.ndtr(np.log(levels / parameters.uplift_median) / parameters.uplift_dispersion))
-
-
 def _imt(found: CurveSet) -> Imt:
     spectral = spectral_period(found.im)
     if found.im in IMTS:
@@ -223,7 +212,7 @@ def _function(
             mean, stddev = arithmetic(row.parameters.median / imt.factor, row.parameters.dispersion)
             lines.append(f'<params ls="{state}" mean="{mean!r}" stddev="{stddev!r}"/>')
         return [*lines, "</fragilityFunction>"]
-    levels = found.levels if found.levels is not None else _grid(rows, tail)
+    levels = found.levels if found.levels is not None else grid(rows, tail, STEP)
     lines = [
         f'<fragilityFunction id={quoteattr(name)} format="discrete">',
         f"<imls imt={quoteattr(imt.name)}>{_written(levels / imt.factor)}</imls>",
@@ -249,34 +238,3 @@ def _range(rows: Sequence[CurveRow], tail: float) -> tuple[float, float, float]:
     brought = rows[0].numbers
     low, high = brought.get("lowest_level", low), brought.get("highest_level", high)
     return low, high, brought.get("no_damage_level", 0.0 if "lowest_level" in brought else low)
-
-
-def _grid(rows: Sequence[CurveRow], tail: float) -> Array:
-    """Return levels (SI) between which linear interpolation errs by less than 1e-4, steps included.
-
-    A factor of dispersion beta has a curvature of at most 0.25/beta² + 0.4/beta over ln x, and a line over h errs by an
-    eighth of that curvature times h²; each factor is allowed half of the error.
-    """
-    z = -float(scipy.special.ndtri(tail))
-    grids, lows, highs, steps = [], [], [], []
-    for one in (row.parameters for row in rows):
-        factors = [(one.median, one.dispersion)]
-        if one.uplifting:
-            factors.append((one.uplift_median, one.uplift_dispersion))
-            if one.uplift_dispersion == 0.0:
-                steps += [one.uplift_median * (1.0 - STEP), one.uplift_median]
-        for median, dispersion in factors:
-            if dispersion > 0.0:
-                h = math.sqrt(4.0 * ERROR / (0.25 / dispersion**2 + 0.4 / dispersion))
-                ends = z * dispersion
-                grids.append(median * np.exp(np.linspace(-ends, ends, math.ceil(2.0 * ends / h) + 1)))
-        # the curve is 0 below the lower end of either factor, and 1 beyond the upper ends of both
-        lows.append(max(median * math.exp(-z * dispersion) for median, dispersion in factors))
-        highs.append(max(median * math.exp(z * dispersion) for median, dispersion in factors))
-    levels = np.unique(np.concatenate([*grids, [min(lows)]]))
-    levels = levels[(levels >= min(lows)) & (levels <= max(highs))]
-    # drop levels too close to be told apart in a file, and levels that would blur a step
-    levels = levels[np.append(True, np.diff(levels) > 10.0 * STEP * levels[:-1])]
-    for step in steps:
-        levels = levels[np.abs(levels - step) > 10.0 * STEP * step]
-    return np.unique(np.concatenate([levels, steps]))

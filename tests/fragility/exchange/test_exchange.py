@@ -171,7 +171,8 @@ class TestPelicun:
         for line in path.read_text(encoding="utf-8").splitlines()[1:]:
             assert all(cell[:1].isalnum() or not cell for cell in line.split(","))
         written = json.loads(about.read_text(encoding="utf-8"))
-        labels = [entry["Toppling"]["labels"]["block"] for name, entry in written.items() if name[0] != "_"]
+        comments = [entry["Comments"] for name, entry in written.items() if name[0] != "_"]
+        labels = [json.loads(one.partition("\nLabels for toppling: ")[2])["labels"]["block"] for one in comments]
         assert set(labels) == set(NAMES)
         assert all({"Description", "Comments", "LimitStates"} <= set(v) for k, v in written.items() if k[0] != "_")
 

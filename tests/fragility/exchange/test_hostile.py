@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 import xarray as xr
-from exchange_cases import FORMATS, isotonic, lognormal, there_and_back, uplifting
+from exchange_cases import FORMATS, isotonic, lognormal, there_and_back
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from repeatable import REPEATABLE
@@ -30,9 +30,15 @@ def times(curves, factor):
     return curves.assign(median=(curves["median"].dims, curves["median"].values * factor, curves["median"].attrs))
 
 
+def with_near_levels():
+    found = isotonic()
+    levels = found["level"].values.copy()
+    levels[2] = levels[1] * (1.0 + 1e-8)
+    return found.assign_coords(level=("level", levels, found["level"].attrs))
+
+
 REFUSED = [
-    (lambda f: write_pelicun(uplifting(), f / "t.csv"), "pelicun takes lognormal curves, got uplift-lognormal ones"),
-    (lambda f: write_pelicun(isotonic(), f / "t.csv"), "pelicun takes lognormal curves, got isotonic ones"),
+    (lambda f: write_pelicun(with_near_levels(), f / "t.csv"), "two levels of a curve are closer than that"),
     (lambda f: write_pelicun(lognormal(), f / "t.json"), "must not be named .json"),
     (lambda f: write_pelicun(unsure(im=""), f / "t.csv"), "pelicun has no demand for a measure without a name"),
     (lambda f: write_pelicun(unsure(im="cav"), f / "t.csv"), "curves of cav must be in m s-1, got 'm s-2'"),
@@ -222,8 +228,8 @@ def test_combinations_are_bounded(tmp_path):
         "[1]",
         "{",
         '{"a": ' * 2000,
-        '{"a": {"Toppling": {"labels": {"median": "x"}}}}',
-        '{"a": {"Toppling": {"labels": {"id": "x"}}}}',
+        '{"a": {"Comments": "\\nLabels for toppling: {\\"labels\\": {\\"median\\": \\"x\\"}}"}}',
+        '{"a": {"Comments": "\\nLabels for toppling: {\\"labels\\": {\\"id\\": \\"x\\"}}"}}',
     ],
 )
 def test_bad_metadata_are_refused(about, tmp_path):
@@ -234,7 +240,14 @@ def test_bad_metadata_are_refused(about, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "about", ['{"a": 5}', '{"a": {"Toppling": {"labels": {"block": 5}, "width": "wide"}}}', '{"b": {"Toppling": []}}']
+    "about",
+    [
+        '{"a": 5}',
+        '{"a": {"Comments": "\\nLabels for toppling: {\\"labels\\": {\\"block\\": 5}, \\"width\\": \\"wide\\"}"}}',
+        '{"a": {"Comments": "\\nLabels for toppling: {"}}',
+        '{"a": {"Comments": ["\\nLabels for toppling: {}"]}}',
+        '{"b": {"Comments": "Labels for toppling: []"}}',
+    ],
 )
 def test_foreign_metadata_are_left_alone(about, tmp_path):
     (tmp_path / "t.csv").write_text(f"{HEADING}\n{ROW}", encoding="utf-8")

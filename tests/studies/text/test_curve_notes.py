@@ -438,7 +438,10 @@ class TestPerformance:
         assert table.startswith("item,room,floor,pieces,damping_law,level (m s-2),probability_at_level (1)")
         assert main(["export", str(tmp_path / "out/results.nc"), "--format", "nrml"]) == 2
         said = capsys.readouterr().err
-        assert "results of a performance study, which has no fragility curves: --format csv or xlsx writes" in said
+        assert (
+            "results of a performance study, which has no fragility curves: --format csv, xlsx or pelicun writes"
+            in said
+        )
 
 
 class TestTables:

@@ -1,0 +1,136 @@
+"""The JSON beside a fragility table of pelicun: what each id is, to people and to `read_pelicun`.
+
+Its keys are those that the Damage and Loss Model Library allows, and no others: our own record of a component is the
+last line of its comments.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from ...fitting.links import LOGNORMAL
+from ..files import ExchangeError, read_text
+from ..ids import Component, component_of, component_record
+from ..rows import CurveRow, CurveSet
+from .multilinear import FINE, ROUGH
+
+GENERAL = "_GeneralInformation"
+RECORD = "Labels for toppling: "
+"""Beginning of the line of comments that holds our record of a component."""
+REPAIR = "To be given by the user."
+
+ADVICE = (
+    "The probability is that under shaking in the direction of the component, across its smaller plan "
+    "size: give the component direction 1 or 2. In direction 0, or with Demand-Directional 0, pelicun takes 1.2 times "
+    "the larger of both directions."
+)
+
+
+class Metadata(NamedTuple):
+    """Title of the table, and our records of its components, by id."""
+
+    title: str = ""
+    components: Mapping[str, Component] = MappingProxyType({})
+
+
+def general_information(title: str, description: str, ids: Iterable[str]) -> dict[str, Any]:
+    """Return what the library asks of a whole table; groups are the parts of the ids before their last points."""
+    groups = dict.fromkeys(one.rpartition(".")[0] for one in ids if "." in one)
+    return {
+        "ShortName": title,
+        "Description": description,
+        "Version": "1.0",
+        "ComponentGroups": [f"{group} - {title}" for group in groups],
+    }
+
+
+def metadata_text(
+    found: CurveSet, description: str = "", notes: Mapping[str, str] = MappingProxyType({}), repair: str = REPAIR
+) -> str:
+    """Return the JSON beside a table.  notes: comments on components, by id."""
+    components = found.components()
+    about = f"{found.title}; made by toppling. {description}{ADVICE}"
+    content = {
+        GENERAL: general_information(found.title, about, components),
+        **{name: _entry(found, rows, notes.get(name, ""), repair) for name, rows in components.items()},
+    }
+    return json_of(content)
+
+
+def json_of(content: Mapping[str, Any]) -> str:
+    """Return metadata as text."""
+    return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
+
+
+def _entry(found: CurveSet, rows: Sequence[CurveRow], note: str, repair: str) -> dict[str, Any]:
+    ours = component_record(found, rows)
+    reason = ours.get("status")
+    said = [note, ours.get("note", ""), *_form(found, rows), ADVICE] if reason is None else [f"No estimate: {reason}."]
+    return {
+        "Description": f"{', '.join(ours['labels'].values()) or found.title}: fragility in {found.long_name}",
+        "Comments": f"{' '.join(filter(None, said))}\n{RECORD}{json.dumps(ours, ensure_ascii=False)}",
+        "SuggestedComponentBlockSize": "1 EA",
+        "RoundUpToIntegerQuantity": "True",
+        "LimitStates": _limit_states(found, rows, repair),
+    }
+
+
+def _limit_states(found: CurveSet, rows: Sequence[CurveRow], repair: str) -> dict[str, Any]:
+    """Return the damage states of each limit state, which pelicun counts through all limit states of a component."""
+    states: dict[str, Any] = {}
+    number = 0
+    for i, (state, row) in enumerate(zip(found.limit_states, rows, strict=True), start=1):
+        several = len(row.words.get("weights", "").split("|"))
+        states[f"LS{i}"] = {
+            f"DS{number + k}": {"Description": state, "RepairAction": repair} for k in range(1, several + 1)
+        }
+        number += several
+    return states
+
+
+def _form(found: CurveSet, rows: Sequence[CurveRow]) -> list[str]:
+    """Return what the form of a component's curves is, and which parts their dispersions hold."""
+    if any(one.probability is not None for one in rows):
+        return [ROUGH]
+    beta = next((one.numbers["modelling_dispersion"] for one in rows if "modelling_dispersion" in one.numbers), None)
+    parts = "Which parts the dispersion holds is not stated."
+    if beta == 0.0:
+        parts = "The dispersion is of the motions alone and holds no modelling uncertainty."
+    elif beta is not None:
+        parts = f"The dispersion holds that of the motions and a modelling uncertainty of {beta:g}."
+    return [parts] if found.form == LOGNORMAL else [FINE, parts]
+
+
+def read_metadata(file: Path) -> Metadata:
+    """Read the JSON beside a table; empty metadata without such a file, ExchangeError for any other JSON."""
+    if not file.is_file():
+        return Metadata()
+    _, text = read_text(file)
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        raise ExchangeError(f"{file}: no JSON") from None
+    if not isinstance(found, dict):
+        raise ExchangeError(f"{file}: must say something of each component, got {type(found).__name__}")
+    general = found.get(GENERAL)
+    title = general.get("ShortName") if isinstance(general, dict) else None
+    entries = {name: component_of(_record(entry)) for name, entry in found.items() if isinstance(entry, dict)}
+    return Metadata(
+        title if isinstance(title, str) else "", {name: one for name, one in entries.items() if one is not None}
+    )
+
+
+def _record(entry: Mapping[str, Any]) -> Any:
+    """Return our record of a component; None where its comments hold none."""
+    comments = entry.get("Comments")
+    if not isinstance(comments, str):
+        return None
+    _, mark, record = comments.rpartition(f"\n{RECORD}")
+    try:
+        return json.loads(record) if mark else None
+    except (ValueError, RecursionError):
+        return None

@@ -1,0 +1,72 @@
+"""Curves that are not lognormal as pelicun's ``multilinear_CDF``: levels and probabilities, linear between them.
+
+pelicun keeps six digits of each number, and wants probabilities that begin with 0, end with 1 and rise at every level.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....aliases import Array
+from ..discrete import grid, probability_at
+from ..files import ExchangeError
+from ..rows import CurveRow
+
+FAMILY = "multilinear_CDF"
+FAR = 1e6
+"""Level, in multiples of the highest one of a curve that does not reach 1, at which it is written to reach 1."""
+PARTS = 1_000_000
+"""Parts of the probability that are told apart."""
+TAIL, STEP = 1e-6, 1e-5
+"""Probability at which the tails of a curve with uplift are cut, and the width of a step relative to its level."""
+ROUGH = (
+    "Between its levels the curve is linear, below the lowest one it falls to 0 within one step, and above the highest "
+    "one it is held constant: where the last point of Theta_0 stands at a million times the point before, it only ends "
+    "the list, and is no result. Where the probability is the same at several levels, it rises by a millionth at each."
+)
+"""What an isotonic curve in this form is."""
+FINE = "The curve is no lognormal one: it is linear between so many levels that it errs by less than 0.0002."
+"""What a curve with a factor of uplift in this form is."""
+
+
+def theta(row: CurveRow, levels: Array | None, factor: float) -> str:
+    """Return ``Theta_0`` of a curve: levels, in a unit of `factor` (SI), and their probabilities.
+
+    Raises
+    ------
+    ExchangeError
+        Levels that are alike to six digits.
+    """
+    if row.probability is None:
+        x = grid([row], TAIL, STEP)
+        y = probability_at(row.parameters, x)
+        y[0], y[-1] = 0.0, 1.0  # (the tails)
+    else:
+        assert levels is not None  # (a curve without parameters has its probabilities at levels)
+        x, y = _closed(levels, row.probability)
+    kept = np.array([float(f"{one:g}") for one in x])
+    if np.any(np.diff(kept) <= 0.0):
+        raise ExchangeError("pelicun keeps six digits of a level, and two levels of a curve are closer than that")
+    return f"{','.join(map(repr, (x / factor).tolist()))}|{','.join(f'{one:.6g}' for one in _rising(y))}"
+
+
+def _closed(levels: Array, probability: Array) -> tuple[Array, Array]:
+    """Return levels and probabilities from 0 to 1, without the points that repeat an end."""
+    p = np.rint(probability * PARTS) / PARTS
+    first = max(int((p == 0.0).sum()) - 1, 0)
+    last = int(np.argmax(p == 1.0)) + 1 if p[-1] == 1.0 else p.size
+    x, p = levels[first:last], p[first:last]
+    if p[0] > 0.0:
+        below = levels[0] ** 2 / levels[1] if levels.size > 1 else 0.0
+        x, p = np.append(below, x), np.append(0.0, p)
+    if p[-1] < 1.0:
+        x, p = np.append(x, FAR * x[-1]), np.append(p, 1.0)
+    return x, p
+
+
+def _rising(p: Array) -> Array:
+    """Return probabilities that rise by a millionth at least at every level, with the same ends."""
+    parts = np.rint(p * PARTS)
+    order = np.arange(p.size)
+    parts = np.maximum.accumulate(parts - order) + order
+    return np.asarray(np.minimum(parts, PARTS - order[::-1]) / PARTS)

@@ -1,0 +1,131 @@
+"""Writing of pelicun's fragility tables: a CSV of parameters and a JSON of descriptions.
+
+A row is a component: capacities of its limit states, in a demand with a unit.  The table holds ids and numbers alone;
+the JSON describes each id to people and to `read_pelicun`.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import xarray as xr
+
+from ..datasets import curve_set
+from ..files import ExchangeError, target, write_text
+from ..ids import TABLE_MARKS
+from ..rows import CurveRow, CurveSet, Written
+from .demands import Demand, demand_of
+from .metadata import metadata_text
+from .multilinear import FAMILY, theta
+
+
+def write_pelicun(
+    curves: xr.Dataset, path: str | os.PathLike[str], directional: bool | None = None, ids: Sequence[str] | None = None
+) -> Written:
+    """Write curves as a fragility table for pelicun, with its metadata beside it.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        Curves of any form on block, model, floor or any other dimensions, as `toppling.fit_fragility` returns them;
+        ``limit_state`` makes the limit states of one component.
+    path : path
+        The CSV; the JSON gets its name with another suffix.
+    directional : bool, optional
+        True if the demand is that of the component's own direction.  Where not given, as stated by the curves
+        (coordinate directional, which `read_pelicun` and `published.fema_p58` give), else True.
+    ids : sequence of str, optional
+        Ids of the components, one for each combination of labels other than the limit state (the last dimension of
+        the curves changes fastest): a letter, then letters, digits, ``_`` and ``.``, at most 60 characters.  Where not
+        given, the curves' own (coordinate ``id``) or ids made of the labels.
+
+    Returns
+    -------
+    Written
+        Files, ids, and the components without an estimate: they stand in the table as incomplete, as FEMA P-58's own.
+
+    Raises
+    ------
+    ExchangeError
+        Curves that pelicun cannot hold: of a measure that it has no demand for, with levels closer than six digits
+        tell apart, two with like ids; a file that cannot be written.
+    TypeError, ValueError
+        Something other than a dataset of fragility curves; `ids` that are too few, not legal, or not unique.
+
+    Notes
+    -----
+    pelicun takes a demand without direction as 1.2 times the larger of the demands in both directions, which raises the
+    probabilities above the curve's: directional rows reproduce the curve's own probabilities (``make test-exchange``
+    reads them with the real program).  A component must then be given direction 1 or 2: direction 0 means no direction,
+    whatever the row states.
+
+    Curves that are not lognormal are written as pelicun's ``multilinear_CDF`` (3.10 reads it): levels and probabilities
+    with lines between them, to six digits.  A curve with a factor of uplift then errs by less than 0.0002 (dispersions
+    below 0.003 more).  An isotonic curve has its own levels; below the lowest it falls to 0 within one step, as in
+    annual rates, and above the highest it is held constant.  `read_pelicun` reads lognormal rows alone.
+
+    The metadata have the keys that the Damage and Loss Model Library asks for, and no others.
+
+    Location of a demand in pelicun: for a component at location i, the demand of a floor is taken at location i - 1,
+    the floor that the contents of storey i stand on; demands of the ground and spectral demands are taken at the
+    component's own location.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from toppling.fragility.curves import published
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     written = write_pelicun(published.fema_p58(), f"{folder}/fragility.csv")
+    ...     print(written.paths[0].read_text().splitlines()[1])
+    E.20.22.102a,0,Peak Floor Velocity,mps,0,0,lognormal,0.724,0.5,
+    """
+    file = target(path)
+    found = curve_set(curves, TABLE_MARKS, ids)
+    return write_table(found, file, metadata_text(found), directional)
+
+
+def write_table(
+    found: CurveSet, file: Path, metadata: str, directional: bool | None = None, located: bool = False
+) -> Written:
+    """Write curves as a table, and its metadata beside it; `write_pelicun` says what it raises.
+
+    located: the curves' offsets say where the demand is taken.
+    """
+    demand = demand_of(found, located)
+    metadata_file = file.with_suffix(".json")
+    if metadata_file == file:
+        raise ExchangeError(f"{file}: the table must not be named .json, its metadata are")
+    components, missing = found.components(), found.missing()
+    heading = ["ID", "Incomplete", "Demand-Type", "Demand-Unit", "Demand-Offset", "Demand-Directional"]
+    for i in range(1, len(found.limit_states) + 1):
+        heading += [f"LS{i}-Family", f"LS{i}-Theta_0", f"LS{i}-Theta_1", f"LS{i}-DamageStateWeights"]
+    table = [heading]
+    for name, rows in components.items():
+        own = rows[0].numbers.get("directional", 1.0) if directional is None else float(directional)
+        offset = int(rows[0].numbers.get("offset", 0.0))
+        cells = [name, str(int(name in missing)), demand.name, demand.unit, str(offset), str(int(own != 0.0))]
+        for row in rows:
+            cells += [*_thetas(found, row, demand), row.words.get("weights", "")]
+        table.append(cells)
+    paths = (write_text(file, csv_text(table)), write_text(metadata_file, metadata))
+    return Written(paths, tuple(components), missing)
+
+
+def csv_text(rows: Iterable[Sequence[str]]) -> str:
+    """Return rows as a CSV."""
+    lines = io.StringIO()
+    csv.writer(lines, lineterminator="\n").writerows(rows)
+    return lines.getvalue()
+
+
+def _thetas(found: CurveSet, row: CurveRow, demand: Demand) -> tuple[str, str, str]:
+    """Return family and parameters of a curve, these empty where there is none."""
+    if not row.estimated:
+        return "lognormal", "", ""
+    if row.probability is None and not row.parameters.uplifting:
+        return "lognormal", repr(row.parameters.median / demand.factor), repr(row.parameters.dispersion)
+    return FAMILY, theta(row, found.levels, demand.factor), ""

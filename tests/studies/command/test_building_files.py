@@ -1,0 +1,224 @@
+"""Performance studies for pelicun: quantities by floor, fragility and values, ids and laws; what is refused."""
+
+import csv
+import json
+
+import jsonschema
+import numpy as np
+import pytest
+import xarray as xr
+from library_metadata import SCHEMAS
+
+from toppling.studies.command import building_files, cli
+from toppling.studies.command.cli import main
+from toppling.studies.file.table import StudyError
+from toppling.units import STANDARD_GRAVITY as G
+
+LEVELS = np.array([1.0, 2.0, 4.0, 8.0])
+LINES = {
+    "entrance shelf": ("0", 3, 350.0, "", False, [0.0, 0.2, 0.1, 0.8]),
+    "rack": ("2", 2, 26_000.0, "injury | records", False, [0.1, 0.4, 0.9, 1.0]),
+    "cylinder": ("2", 6, 0.0, "", True, [0.0, 0.0, 0.0, 0.0]),
+}
+
+
+def results(laws=("exact", "linear"), **changes):
+    floor, count, value, words, held, chance = zip(*LINES.values(), strict=True)
+    chances = np.array(chance)
+    attributes = {"im": "pga", "currency": "EUR", "pieces": "alike", "title": "A clinic", "kind": "performance"}
+    units = {"units": "m s-2", "long_name": "peak ground acceleration", "im": "pga"}
+    return xr.Dataset(
+        {"probability": (("model", "item", "level"), np.stack([chances * 0.5**i for i in range(len(laws))]))},
+        {
+            "item": [*LINES],
+            "floor": ("item", [*floor]),
+            "room": ("item", ["hall", "", ""]),
+            "count": ("item", [*count]),
+            "value": ("item", [*value]),
+            "anchored": ("item", [*held]),
+            "consequences": ("item", [*words]),
+            "level": ("level", LEVELS, units),
+            "model": [f"{law} e=0.9" for law in laws],
+            "law": ("model", [*laws]),
+        },
+        {**attributes, **changes},
+    )
+
+
+@pytest.fixture
+def export(tmp_path, monkeypatch):
+    """Export these results into a folder: the lines of the terminal, and the folder."""
+
+    def written(found, **options):
+        class Opened:
+            def __enter__(self):
+                return found
+
+            def __exit__(self, *_):
+                return None
+
+        monkeypatch.setattr(building_files, "read_results", lambda path: Opened())
+        monkeypatch.setattr(building_files, "check_content", lambda *_: None)
+        folder = tmp_path / "pelicun"
+        return building_files.write_building_files(tmp_path / "results.nc", folder, **options), folder
+
+    return written
+
+
+def table(path):
+    with path.open(encoding="utf-8", newline="") as lines:
+        return [*csv.DictReader(lines)]
+
+
+def test_quantities_by_floor(export):
+    """Floor k is location k + 1; pieces that are alike are one row, others a row each."""
+    _, folder = export(results(), model="exact")
+    assert [tuple(row.values()) for row in table(folder / "components.csv")] == [
+        ("entrance_shelf", "ea", "1", "1", "3", "1"),
+        ("rack", "ea", "3", "1", "2", "1"),
+        ("cylinder", "ea", "3", "1", "6", "1"),
+    ]
+    _, folder = export(results(pieces="independent"), model="exact")
+    rows = table(folder / "components.csv")
+    assert [row["ID"] for row in rows] == ["entrance_shelf"] * 3 + ["rack"] * 2 + ["cylinder"] * 6
+    assert {(row["Theta_0"], row["Blocks"]) for row in rows} == {("1", "1")}
+
+
+def test_the_demand_is_the_ground_s(export):
+    """The offset takes every component back to location 0; the curve is that of the chosen law, in g."""
+    for law, share in (("exact", 1.0), ("linear", 0.5)):
+        _, folder = export(results(), model=law)
+        rows = {row["ID"]: row for row in table(folder / "fragility.csv")}
+        places = {row["ID"]: int(row["Location"]) for row in table(folder / "components.csv")}
+        for name, row in rows.items():
+            assert (row["Demand-Type"], row["Demand-Directional"]) == ("Peak Ground Acceleration", "1")
+            assert int(row["Demand-Offset"]) + places[name] == 0
+        x, y = (np.array(part.split(","), dtype=float) for part in rows["rack"]["LS1-Theta_0"].split("|"))
+        np.testing.assert_allclose(np.interp(LEVELS, x * G, y), share * np.array([0.1, 0.4, 0.9, 1.0]), atol=1e-6)
+        x, y = (np.array(part.split(","), dtype=float) for part in rows["cylinder"]["LS1-Theta_0"].split("|"))
+        assert np.interp(8.0 / G, x, y) == 0.0
+        x, y = (np.array(part.split(","), dtype=float) for part in rows["entrance_shelf"]["LS1-Theta_0"].split("|"))
+        rising = share * np.array([0.0, 0.15, 0.15, 0.8])  # the mean of 0.2 and 0.1 at both
+        np.testing.assert_allclose(np.interp(LEVELS, x * G, y), rising, atol=2e-6)
+
+
+def test_a_spectral_measure_is_the_ground_s_too(export):
+    found = results(im="Sa(0.5)")
+    found["level"].attrs["im"] = "Sa(0.5)"
+    _, folder = export(found, model="exact")
+    row = table(folder / "fragility.csv")[1]
+    assert (row["Demand-Type"], row["Demand-Unit"], row["Demand-Offset"]) == ("Spectral Acceleration|0.5", "g", "-3")
+
+
+def test_values_and_currency(export):
+    said, folder = export(results(), model="exact")
+    rows = table(folder / "consequence_repair.csv")
+    assert [(row["ID"], row["DV-Unit"], float(row["DS1-Theta_0"])) for row in rows] == [
+        ("entrance_shelf-Cost", "EUR", 350.0),
+        ("rack-Cost", "EUR", 26_000.0),
+        ("cylinder-Cost", "EUR", 0.0),
+    ]
+    units = json.loads((folder / "units.json").read_text(encoding="utf-8"))
+    known = {name: value for group in units.values() for name, value in group.items()}
+    assert sum(map(len, units.values())) == len(known)  # (pelicun refuses a unit given twice)
+    assert (known["EUR"], known["ea"], known["g"]) == (1.0, 1.0, G)
+    assert any("UnitsFile" in line for line in said)
+
+
+@pytest.mark.parametrize(("currency", "unit", "needed"), [("USD", "USD", False), ("€", "money", True)])
+def test_currencies(currency, unit, needed, export):
+    _, folder = export(results(currency=currency), model="exact")
+    assert {row["DV-Unit"] for row in table(folder / "consequence_repair.csv")} == {unit}
+    assert (folder / "units.json").exists() == needed
+
+
+def test_no_values_no_consequences(export):
+    found = results()
+    _, folder = export(found.assign_coords(value=("item", [0.0] * 3)), model="exact")
+    assert {path.name for path in folder.iterdir()} == {"fragility.csv", "fragility.json", "components.csv"}
+
+
+def test_metadata(export):
+    """The library's rules, and what the tables cannot hold."""
+    said, folder = export(results(), model="exact")
+    found = {}
+    for kind, schema in SCHEMAS.items():
+        found[kind] = json.loads((folder / f"{kind}.json").read_text(encoding="utf-8"))
+        jsonschema.Draft7Validator(schema).validate(found[kind])
+        assert {key for key in found[kind] if key[0] != "_"} == {"entrance_shelf", "rack", "cylinder"}
+        description = found[kind]["_GeneralInformation"]["Description"]
+        assert "do not hold that pieces on different lines fall under the same motions" in description
+        assert "Damping law: exact e=0.9" in description
+    assert any("do not hold" in line for line in said)
+    comments = {name: one.get("Comments", "") for name, one in found["fragility"].items()}
+    assert "On floor 0, hall." in comments["entrance_shelf"]
+    assert "changed them by up to 0.05" in comments["entrance_shelf"]
+    assert "changed them" not in comments["rack"]
+    assert "Its fall means: injury, records." in comments["rack"]
+    assert "Anchored in the inventory: it falls under no motion." in comments["cylinder"]
+    assert any(line.startswith("1 component without a fall") for line in said)
+
+
+def test_ids(export):
+    _, folder = export(results(), model="exact", prefix="CLINIC.A")
+    named = ["CLINIC.A.001", "CLINIC.A.002", "CLINIC.A.003"]
+    for name in ("fragility.csv", "components.csv"):
+        assert [row["ID"] for row in table(folder / name)] == named
+    for prefix in ("a-b", "1", "", "x" * 58, "nan\n"):
+        with pytest.raises(StudyError, match="--ids"):
+            export(results(), model="exact", prefix=prefix)
+
+
+class TestRefused:
+    @pytest.mark.parametrize(
+        ("options", "message"),
+        [
+            ({}, "--model is needed: pelicun's tables are of one law, and .* holds 'exact e=0.9', 'linear e=0.9'"),
+            ({"model": "exakt"}, "did you mean 'exact'"),
+        ],
+    )
+    def test_laws(self, options, message, export):
+        with pytest.raises(StudyError, match=message):
+            export(results(), **options)
+
+    def test_a_name_of_several_laws(self, export):
+        found = results().assign_coords(law=("model", ["exact", "exact"]))
+        with pytest.raises(StudyError, match="--model exact names 2 laws"):
+            export(found, model="exact")
+
+    def test_one_law_needs_no_choice(self, export):
+        said, _ = export(results(laws=("exact",)))
+        assert said[0] == "3 components of 11 pieces for pelicun, damping law exact e=0.9"
+
+    def test_floors_without_numbers(self, export):
+        found = results().assign_coords(floor=("item", ["0", "roof", "2"]))
+        with pytest.raises(StudyError, match="locations are numbers, and rack stands on floor 'roof'"):
+            export(found, model="exact")
+
+    def test_scale_factors(self, export, tmp_path):
+        found = results(im="scale")
+        found["level"].attrs.update(im="scale", units="1")
+        with pytest.raises(StudyError, match="pelicun has no demand for scale of the ground"):
+            export(found, model="exact")
+        assert not (tmp_path / "pelicun").exists()
+
+    def test_too_many_pieces(self, export):
+        found = results(pieces="independent").assign_coords(count=("item", [100_000, 1, 1]))
+        with pytest.raises(StudyError, match="100,002 are more than 100,000"):
+            export(found, model="exact")
+
+
+def test_the_command(export, tmp_path, monkeypatch, capsys):
+    export(results(), model="exact")
+    monkeypatch.setattr(cli, "kind_of", lambda path: "performance")
+    command = ["export", str(tmp_path / "results.nc"), "--format", "pelicun", "--out", str(tmp_path / "out")]
+    assert main(command) == 2
+    assert "--model is needed" in capsys.readouterr().err
+    assert main([*command, "--model", "linear", "--ids", "C"]) == 0
+    said = capsys.readouterr().out
+    assert "3 components of 11 pieces for pelicun, damping law linear e=0.9" in said
+    assert [row["ID"] for row in table(tmp_path / "out" / "fragility.csv")] == ["C.001", "C.002", "C.003"]
+    assert main([*command, "--model", "linear", "--with-modelling"]) == 2
+    assert "--with-modelling is of curves" in capsys.readouterr().err
+    assert main([*command[:3], "csv", "--ids", "C"]) == 2
+    assert "--ids is of the pieces of a performance study, --format pelicun" in capsys.readouterr().err
