@@ -38,7 +38,6 @@ from .uncertainty.response import overturning_response
 from .uncertainty.variance import capacity_variance_shares, variance_shares
 from .validity.notes import block_notes, notes
 from .validity.screen import screen
-from .validity.static_screen import preliminary_screen
 from .validity.undecided import undecided_outcomes
 
 __all__ = [
@@ -79,7 +78,6 @@ __all__ = [
     "overturning_probability",
     "overturning_response",
     "plan_chunks",
-    "preliminary_screen",
     "probability_in",
     "rank_measures",
     "rate_from_probability",

@@ -128,9 +128,16 @@ def oscillators_of_pieces(
     >>> len(found), round(sum(one.e for one in found) / 16, 2)
     (16, 0.9)
     """
+    return [oscillator_of(*pair) for pair in pieces_of(block, model, e, variability)]
+
+
+def pieces_of(
+    block: Block, model: Law, e: float | None = None, variability: Variability | None = None
+) -> list[tuple[Block, Law]]:
+    """Return the block and the law behind each of `oscillators_of_pieces`, with the same arguments and errors."""
     own = with_restitution(model, e)
     if variability is None:
-        return [oscillator_of(block, own)]
+        return [(block, own)]
     found = []
     for restitution, slenderness in variability.sample():
         angle = block.alpha
@@ -149,7 +156,7 @@ def oscillators_of_pieces(
         law = own
         if mean is not None and variability.restitution_sd > 0.0:
             law = with_restitution(own, _beta(mean, variability.restitution_sd, restitution, block))
-        found.append(oscillator_of(piece, law))
+        found.append((piece, law))
     return found
 
 

@@ -41,7 +41,7 @@ def notes(screened: xr.Dataset) -> list[str]:
     Parameters
     ----------
     screened : xarray.Dataset
-        As `screen` returns it, or a study's results, which hold the same variables.
+        As `screen` or `summary_screen` returns it, or a study's results, which hold the same variables.
 
     Returns
     -------
@@ -68,13 +68,15 @@ def notes(screened: xr.Dataset) -> list[str]:
     """
     if not isinstance(screened, xr.Dataset) or "screen" not in screened.attrs or "outside" not in screened:
         raise TypeError("notes need a dataset as toppling.fragility.screen returns it")
+    if "item" in screened.dims:
+        screened = screened.rename(item="block")
     settings = json.loads(screened.attrs["screen"])
     labels = [str(label) for label in screened["block"].values]
     found = _squat(labels, 1.0 / screened["friction_uplift"].values, screened["squat"].values)
     found += _friction(screened, settings)
     found += _shaking(screened, settings)
     if "undecided" in screened:
-        found.append(_undecided(screened))
+        found.append(_undecided(screened, settings))
     return [*found, NOT_MODELLED]
 
 
@@ -140,13 +142,20 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
         lowest, highest = settings["factors"]
         found.append(
             f"{two_digit_percent(share)} of the runs have motions scaled by less than {lowest:g} or more than "
-            f"{highest:g} ({_range(screened['scale_factor'].values)} in all)"
+            f"{highest:g} ({_range(_factors(screened))} in all)"
         )
     if bool(screened["few_motions"]):
         n, widest = int(settings["fewest_motions"]), float(settings["half_width"])
         half = float(screened["interval_half_width"])
         found.append(few_motions_note(n, half, widest))
     return found
+
+
+def _factors(screened: xr.Dataset) -> Array:
+    """All scale factors, or where a screen does not hold them the least and the greatest of each block."""
+    if "scale_factor" in screened:
+        return np.asarray(screened["scale_factor"].values)
+    return np.stack([screened[f"scale_factor_{end}"].values for end in ("lowest", "highest")])
 
 
 def few_motions_note(n: int, half: float, widest: float) -> str:
@@ -157,18 +166,21 @@ def few_motions_note(n: int, half: float, widest: float) -> str:
     )
 
 
-def _undecided(screened: xr.Dataset) -> str:
-    motions = int(screened["perturbed"].sum())
-    runs = motions * screened.sizes.get("level", 1) if "level" in screened["verdict"].dims else motions
+def _undecided(screened: xr.Dataset, settings: dict[str, Any]) -> str:
     share = screened["undecided"]
-    flipped = int(np.rint(share.values * runs).sum())
-    tested = runs * share.size
+    each = int(settings["tested_runs"])
+    tested = each * int(share.notnull().sum())
+    flipped = int(np.rint(share.fillna(0.0).values * each).sum())
     low, high = (float(end) for end in wilson_interval(np.array(flipped), np.array(tested)))
-    worst = f" ({_worst(share, _PAIR)})" if flipped and share.size > 1 else ""
+    change = "a change of one millionth in the motion or the restitution"
+    of = f"the {counted(tested, 'outcome')} tested, under {int(screened['perturbed'].sum())} of "
+    of += counted(screened.sizes["motion"], "motion")
+    if not flipped:
+        return f"{change} reverses none of {of}: at most {two_digit_percent(high)} of all outcomes are undecided (95 %)"
+    worst = f" ({_worst(share, _PAIR)})" if int(share.notnull().sum()) > 1 else ""
     return (
-        f"{two_digit_percent(flipped / tested)} of the outcomes ({two_digit_percent(low)} to "
-        f"{two_digit_percent(high)}, from {motions} of {screened.sizes['motion']} motions) are undecided: a change of "
-        f"one millionth in the motion or the restitution reverses them{worst}"
+        f"{two_digit_percent(flipped / tested)} of the outcomes are undecided ({two_digit_percent(low)} to "
+        f"{two_digit_percent(high)}, 95 %): {change} reverses {flipped:,} of {of}{worst}"
     )
 
 

@@ -7,9 +7,8 @@ Rigid rocking includes no sliding, no bouncing and no vertical shaking.  The scr
 from __future__ import annotations
 
 import json
-import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -264,34 +263,55 @@ def _screened(
     known = all(isinstance(one, FixedFriction) for one in available)
     sizes = given.sizes
     dims = tuple(sizes)
-    found: dict[str, xr.Variable] = {} if flips is None else _undecided(flips, dims)
+    found: dict[str, xr.Variable] = {} if flips is None else undecided_shares(flips, dims)
     shares = Shares(sizes)
-    for where in slabs(sizes, ("block", "motion")):
-        motions = where.get("motion", slice(None))
-        own = given.part(where)
-        variables, chances, holds = _screen_slab(
-            own,
-            None if shaking is None else shaking.part(motions),
-            available[where.get("block", slice(None))],
-            bounds,
-        )
+    for where, variables, chances, holds in screened_slabs(given, shaking, available, bounds, flips):
         if friction is not None:
             variables["slides"] = slides_of(chances, known)
-        if flips is not None:
-            holds[UNDECIDED] = flips.flipped(where, dims)
-        variables["verdict"] = verdict_of(own.sizes, holds)
         shares.add(holds, variables["verdict"], where)
         put(found, ordered(variables, dims), where, sizes, array)
     found["outside"] = shares.outside(found.get("undecided"))
     few, fewest = few_motions(given, bounds)
     found |= few
+    tested = 0 if flips is None else flips.tested
+    described = described_friction(friction, available, labels)
+    return in_order(found), settings_of(bounds, fewest, described, shaking is not None, tested)
 
-    described: Any = None
-    if friction is not None and len(available) <= DESCRIBED:
-        described = {label: one.description for label, one in zip(labels, available, strict=True)}
-    elif friction is not None:
-        described = [json.loads(one) for one in sorted({json.dumps(one.description) for one in available})]
-    return in_order(found), settings_of(bounds, fewest, described, shaking is not None)
+
+class Slab(NamedTuple):
+    """The screen of a slab of the runs: its variables with the verdict, chances of sliding, and where reasons hold."""
+
+    where: Where
+    variables: dict[str, xr.Variable]
+    chances: dict[Reason, xr.Variable]
+    holds: dict[Reason, xr.Variable]
+
+
+def screened_slabs(
+    given: ScreenInput,
+    shaking: Characteristics | None,
+    available: list[Friction],
+    bounds: Bounds,
+    flips: FlipCounts | None,
+) -> Iterator[Slab]:
+    """Yield the screen slab by slab of blocks and motions; `available`: the friction of each block."""
+    for where in slabs(given.sizes, ("block", "motion")):
+        own = given.part(where)
+        here = None if shaking is None else shaking.part(where.get("motion", slice(None)))
+        variables, chances, holds = _screen_slab(own, here, available[where.get("block", slice(None))], bounds)
+        if flips is not None:
+            holds[UNDECIDED] = flips.flipped(where, tuple(given.sizes))
+        variables["verdict"] = verdict_of(own.sizes, holds)
+        yield Slab(where, variables, chances, holds)
+
+
+def described_friction(friction: Any, available: Sequence[Friction], labels: Sequence[str]) -> Any:
+    """Return the friction of the blocks as plain values; None where it is not known."""
+    if friction is None:
+        return None
+    if len(available) <= DESCRIBED:
+        return {label: one.description for label, one in zip(labels, available, strict=True)}
+    return [json.loads(one) for one in sorted({json.dumps(one.description) for one in available})]
 
 
 def in_order(found: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
@@ -326,8 +346,8 @@ def few_motions(given: ScreenInput, bounds: Bounds) -> tuple[dict[str, xr.Variab
     }, fewest
 
 
-def settings_of(bounds: Bounds, fewest: int, friction: Any, motions: bool) -> dict[str, Any]:
-    """Return the settings of a screen as plain values."""
+def settings_of(bounds: Bounds, fewest: int, friction: Any, motions: bool, tested: int = 0) -> dict[str, Any]:
+    """Return the settings of a screen as plain values; `tested`: the runs of a block under a law that were repeated."""
     return {
         "friction": friction,
         "factors": list(bounds.factors),
@@ -335,6 +355,7 @@ def settings_of(bounds: Bounds, fewest: int, friction: Any, motions: bool) -> di
         "fewest_motions": fewest,
         "motions": motions,
         "tested": 0.0,
+        "tested_runs": tested,
         "perturbation": PERTURBATION,
     }
 
@@ -411,11 +432,11 @@ def _fewest_motions(given: ScreenInput) -> int:
     return min(Counter(zip(floor_labels(given.coordinates, n), stripes, strict=True)).values(), default=0)
 
 
-def _undecided(flips: FlipCounts, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
-    """The share of flags that change among those tested, and its interval as if runs were independent."""
+def undecided_shares(flips: FlipCounts, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
+    """Return the share of flags that change among those tested, and its interval as if runs were independent."""
     each = tuple(dim for dim in dims if dim in ("block", "model"))
     flipped = np.stack([np.count_nonzero(one > 0, axis=tuple(range(1, one.ndim))) for one in flips.counts])
-    n = np.full(flipped.shape, math.prod(flips.counts.shape[2:]))
+    n = np.full(flipped.shape, flips.tested)
     lower, upper = wilson_interval(flipped, n)
     return {
         "perturbed": labelled(

@@ -16,13 +16,14 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ... import checks
-from ...aliases import Flags, Progress
+from ...aliases import Array, Flags, Progress
 from ...models import Block, Law
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
+from ...motions.arrays import Record
 from ...units import DIMENSIONLESS
 from ..numerics.slabs import Where, slabs
-from ..runs.factors import either_side
+from ..runs.factors import Factors, either_side
 from ..runs.oscillators import OscillatorGrid
 from ..runs.plan import Work
 from ..runs.provenance import Motions, blocks_of, factors_under, laws_of, records_of
@@ -89,18 +90,25 @@ def undecided_outcomes(
 class FlipCounts(NamedTuple):
     """Number of perturbations that change the flag of each run that was repeated.
 
-    chosen (motion,): True for the motions whose runs were repeated; counts (block, model, level or 1, chosen motion).
+    chosen (motion,): True for the motions whose runs were repeated; counts (block, model, level or 1, …, chosen
+    motion), where … are several runs of one block under one law, such as those of its variants.
     """
 
     chosen: Flags
     counts: NDArray[np.int8]
+
+    @property
+    def tested(self) -> int:
+        """Number of runs of each block under each law that were repeated."""
+        return math.prod(self.counts.shape[2:])
 
     def flipped(self, where: Where, dims: tuple[str, ...]) -> xr.Variable:
         """Return, on the dimensions of the runs, True for runs of a slab whose flag a perturbation changes."""
         block, motion = (where.get(dim, slice(None)) for dim in ("block", "motion"))
         before = int(self.chosen[: motion.start or 0].sum())
         here = self.chosen[motion]
-        own = self.counts[block, :, :, before : before + int(here.sum())]
+        own = self.counts[block][..., before : before + int(here.sum())]
+        own = own.max(axis=tuple(range(3, own.ndim - 1)))
         found = np.zeros((*own.shape[:3], here.size), np.bool_)
         found[..., here] = own > 0
         on = xr.Variable(("block", "model", "level", "motion"), found)
@@ -122,15 +130,7 @@ def count_flips(
     struck = OscillatorGrid(
         blocks, lambda block: [one for j in with_e for one in _either_side(block, models[j])], 2 * len(with_e)
     )
-    works = [Work(shaken, tuple(plain), either_side(factors, PERTURBATION), outputs=FLAGS)]
-    if with_e:
-        works.append(Work(struck, tuple(plain), factors, outputs=FLAGS))
-    total = sum(work.runs for work in works)
-    done: list[Flags] = []
-    for work in works:
-        before = sum(flags.size for flags in done)
-        told = None if progress is None else lambda n, _, before=before: progress(before + n, total)
-        done.append(collect(work, runner, told).results["overturned"])
+    done = _repeated(shaken, struck if with_e else (), plain, (factors, factors), runner, progress)
 
     each = len(blocks), len(models)
     _, levels, n = factors.shape
@@ -145,6 +145,53 @@ def count_flips(
         if flags_e is not None:
             counts[here, with_e] += (flags_e[here] != nominal[:, with_e, None]).sum(axis=2, dtype=np.int8)
     return FlipCounts(chosen, counts)
+
+
+def count_flips_of(
+    pairs: Sequence[tuple[Block, Law]],
+    flags: Flags,
+    motions: Sequence[Record],
+    factors: Array,
+    runner: Runner,
+    progress: Progress | None = None,
+) -> NDArray[np.int8]:
+    """Repeat the runs of pairs of a block and a law under the perturbations of `undecided_outcomes` and count flips.
+
+    flags (pair, level, motion): as they are without a perturbation; factors (pair or 1, level, motion).  The counts are
+    on the dimensions of the flags.
+    """
+    with_e = [i for i, (block, law) in enumerate(pairs) if law.restitution(block) is not None]
+    shaken = [oscillator_of(*pair) for pair in pairs]
+    struck = [one for i in with_e for one in _either_side(*pairs[i])]
+    own = factors if factors.shape[0] == 1 else factors[with_e]
+    done = _repeated(shaken, struck, motions, (factors, own), runner, progress)
+    n, levels, shakes = flags.shape
+    counts: NDArray[np.int8] = (done[0].reshape(n, 2, levels, shakes) != flags[:, None]).sum(axis=1, dtype=np.int8)
+    if with_e:
+        of_e = done[1].reshape(len(with_e), 2, levels, shakes)
+        counts[with_e] += (of_e != flags[with_e][:, None]).sum(axis=1, dtype=np.int8)
+    return counts
+
+
+def _repeated(
+    shaken: Sequence[Oscillator],
+    struck: Sequence[Oscillator],
+    motions: Sequence[Record],
+    factors: tuple[Factors, Factors],
+    runner: Runner,
+    progress: Progress | None,
+) -> list[Flags]:
+    """Run some oscillators with factors a millionth higher and lower, and others (where there are any) as they are."""
+    works = [Work(shaken, tuple(motions), either_side(factors[0], PERTURBATION), outputs=FLAGS)]
+    if len(struck):
+        works.append(Work(struck, tuple(motions), factors[1], outputs=FLAGS))
+    total = sum(work.runs for work in works)
+    done: list[Flags] = []
+    for work in works:
+        before = sum(flags.size for flags in done)
+        told = None if progress is None else lambda n, _, before=before: progress(before + n, total)
+        done.append(collect(work, runner, told).results["overturned"])
+    return done
 
 
 def choose_motions(n: int, share: float) -> Flags:

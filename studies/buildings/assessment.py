@@ -278,8 +278,8 @@ def _run(
         oscillators: list[Oscillator] = []
         first: dict[tuple[Any, ...], int] = {}
         for row in inventory.rows:
-            if str(row.floor) == floor and not row.anchored and _kind(row) not in first:
-                first[_kind(row)] = len(oscillators)
+            if str(row.floor) == floor and not row.anchored and kind_of(row) not in first:
+                first[kind_of(row)] = len(oscillators)
                 for law in laws:
                     oscillators.extend(_named(row, law, variability))
         plans[floor] = oscillators, first
@@ -295,7 +295,7 @@ def _run(
         found = overturning_flags(oscillators, plain, factors, runner, report)
         for i, row in enumerate(inventory.rows):
             if str(row.floor) == floor and not row.anchored:
-                at = first[_kind(row)]
+                at = first[kind_of(row)]
                 flags[:, i] = found[at : at + len(laws) * variants].reshape(len(laws), variants, *shape)
         done += runs * len(oscillators)
     return flags
@@ -303,11 +303,11 @@ def _run(
 
 def distinct_runs(inventory: Inventory, variability: Variability | None = None) -> int:
     """Return the number of oscillators of an inventory for one law: alike items of a floor are run once."""
-    kinds = {(str(row.floor), *_kind(row)) for row in inventory.rows if not row.anchored}
+    kinds = {(str(row.floor), *kind_of(row)) for row in inventory.rows if not row.anchored}
     return len(kinds) * (1 if variability is None else variability.variants)
 
 
-def _kind(row: Contents) -> tuple[Any, ...]:
+def kind_of(row: Contents) -> tuple[Any, ...]:
     """Return the properties that decide the runs of a row, beside its floor."""
     return (row.block.width, row.block.height, row.block.cm_height, row.block.inertia_factor, row.e)
 

@@ -14,12 +14,14 @@ from ...doubts import first_names
 from ...fragility import HazardCurve
 from ...fragility.hazard.levels import line_weights
 from ...fragility.risk.modelling import MODELLING
+from ...units import DIMENSIONLESS
 from ...wording import whole_percent
 from ..codes.check import Code
-from ..text.curve_notes import NOTABLE, SETTLED
+from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard
 from ..text.words import level_text
 from .assessment import BUILDING, covering
 from .contents import Inventory
+from .variables import variable
 
 NOTABLE_BELOW = 0.02
 """Share of an annual value from below the levels above which it is worth a sentence."""
@@ -105,16 +107,42 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], code: Code | No
     return found
 
 
-def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
-    """Notes on annual values that hang on few levels, or come from above the hazard curve's own: a sentence each."""
+def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.Variable]:
+    """Return the shares of the building's annual values from shaking below and above the hazard curve's own levels.
+
+    They are of straight lines between the levels, whose weights add up (`line_weights`): with the rates of all shaking
+    below the curve's first level taken out, and with only those above its last.
+    """
     levels = assessment["level"].values
-    plain, curve = covering(hazard, levels), covering(hazard, levels, float(assessment.attrs.get(MODELLING, 0.0)))
-    last = float(hazard.levels[-1])
-    # only events above the hazard curve's last level count; without the others the curve is flat below that level
-    rarer = _Points(np.asarray(plain.levels), np.minimum(plain.rates, float(hazard.rates[-1])), plain.im, plain.units)
-    beyond, shaking, whole = (
-        xr.DataArray(line_weights(levels, one).weights, dims="level") for one in (rarer, plain, curve)
-    )
+    plain = covering(hazard, levels)
+    knots, rates = np.asarray(plain.levels), np.asarray(plain.rates)
+
+    def weights(of: Array) -> xr.DataArray:
+        return xr.DataArray(line_weights(levels, _Points(knots, of, plain.im, plain.units)).weights, dims="level")
+
+    # where other events are left out the curve is flat: below its own first level, or all the way up to its last
+    shaking, known, rarer = (weights(np.minimum(rates, most)) for most in (np.inf, hazard.rates[0], hazard.rates[-1]))
+    found = {}
+    for one in _amounts(assessment):
+        given = assessment[f"{one.name}_mean"].sel(place=BUILDING)
+        whole = (given * shaking).sum("level")
+        for side, weight in (("below", shaking - known), ("above", rarer)):
+            share = ((given * weight).sum("level") / whole.where(whole > 0.0)).fillna(0.0).clip(0.0, 1.0)
+            share = share.transpose("model")
+            text = f"share of the building's {assessment[f'annual_{one.name}'].attrs['long_name']} from shaking {side} "
+            text += "the hazard curve's levels"
+            found[f"annual_{one.name}_share_{side}"] = variable(("model",), share.values, DIMENSIONLESS, text)
+    return found
+
+
+def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
+    """Notes on annual values that hang on few levels, or come from beyond the hazard curve's own: a sentence each.
+
+    The assessment holds `hazard_shares`.
+    """
+    levels = assessment["level"].values
+    curve = covering(hazard, levels, float(assessment.attrs.get(MODELLING, 0.0)))
+    whole = xr.DataArray(line_weights(levels, curve).weights, dims="level")
     found = []
     for one in _amounts(assessment):
         given = assessment[f"{one.name}_mean"].sel(place=BUILDING)
@@ -125,14 +153,11 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
                 f"the levels are coarse for this hazard curve: straight lines between them would give "
                 f"{whole_percent(apart)} more annual {one.text} than the cubics used: add levels"
             )
-        of_all = (given * shaking).sum("level")
-        share = float(((given * beyond).sum("level") / of_all.where(of_all > 0.0)).fillna(0.0).max())
-        if share > NOTABLE:
-            found.append(
-                f"{whole_percent(share)} of the annual {one.text} comes from shaking above the hazard curve's last "
-                f"level ({level_text(last, assessment['level'])}), where only its last slope is known: give the "
-                "curve at higher levels"
-            )
+        for side, end in (("below", hazard.levels[0]), ("above", hazard.levels[-1])):
+            share = float(assessment[f"annual_{one.name}_share_{side}"].max())
+            if share > NOTABLE:
+                where = beyond_hazard(side, level_text(float(end), assessment["level"]))
+                found.append(f"{whole_percent(share)} of the annual {one.text} comes from shaking {where}")
     return found
 
 

@@ -152,7 +152,6 @@ class StudyFile(Table):
                     "blocks",
                     "blocks_file",
                     "buildings",
-                    "screen",
                     "uncertainty",
                     "sensitivity",
                     "fit",
@@ -176,7 +175,7 @@ class StudyFile(Table):
         if self.hazard is not None and form in LINKED:
             raise ValueError(f"hazard needs curves whose rates are known exactly, not fit.form {form!r}")
         if self.sensitivity is not None:
-            apart = ("hazard", "screen", "fit", "measures", "outputs", "uncertainty")
+            apart = ("hazard", "fit", "measures", "outputs", "uncertainty")
             given = [name for name in apart if getattr(self, name) is not None]
             if given:
                 raise ValueError(f"a study with sensitivity has no {given[0]}")

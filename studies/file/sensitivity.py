@@ -48,9 +48,6 @@ class SensitivityTable(Table):
     release: Annotated[
         float, Field(gt=0.0, lt=1.0, description="Rotation over alpha from which blocks rock freely.")
     ] = 0.5
-    friction: Annotated[float, Field(gt=0.0, description="Friction there is: an e that needs more is unphysical.")] = (
-        1.0
-    )
     replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Bootstrap replicates.")] = 1000
     seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
     confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")] = 0.95
@@ -88,8 +85,8 @@ class SensitivityTable(Table):
             raise ValueError(f"inputs must hold {self.parameter}, the parameter that is varied, got none of it")
         return self
 
-    def sweep(self) -> Sweep:
-        """Return the varied parameter and the options of its evaluation."""
+    def sweep(self, friction: float = 1.0) -> Sweep:
+        """Return the varied parameter and the options of its evaluation, with the friction there is."""
         reference = self.reference
         if reference is None:
             reference = RIGID if self.parameter == "delta" else OWN
@@ -98,7 +95,7 @@ class SensitivityTable(Table):
             np.array(self.values),
             reference,
             self.release,
-            self.friction,
+            friction,
             self.replicates,
             self.seed,
             self.confidence,

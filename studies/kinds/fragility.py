@@ -31,20 +31,21 @@ from .study import (
     CURVE_BYTES,
     REPLICATE_BYTES,
     SLAB_BYTES_A_RUN,
+    UNDECIDED,
     BlockStudy,
     Study,
     blocks_of,
     check_laws,
     each,
     part_of,
+    perturbed_words,
     plain,
+    screening_of,
 )
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
 
-# Share of the motions whose flags are tested under perturbations: some 30 % more work.
-UNDECIDED = 0.08
 LOGNORMAL = Fit()
 OUTPUTS = ("overturned", "peak_rotation")
 # Bytes of the ranking of all measures for a curve.
@@ -131,15 +132,13 @@ class FragilityStudy(BlockStudy, Study):
 
     @classmethod
     def of(cls, content: StudyFile, folder: Path) -> Self:
-        screening = content.screen
         study = cls(
             content.title,
             plain(content),
             blocks_of(content, folder),
             each("models", content.models),
             content.design(folder),
-            None if screening is None else screening.build(),
-            UNDECIDED if screening is None or screening.undecided is None else screening.undecided,
+            *screening_of(content),
             _fit(content),
             None if content.hazard is None else content.hazard.risk(content.analysis.im, folder),
             None if content.measures is None else tuple(content.measures.also or ()),
@@ -171,10 +170,9 @@ class FragilityStudy(BlockStudy, Study):
     @property
     def words(self) -> str:
         of = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')} × {self.design.words}"
-        again = f", and {self.perturbed_runs:,} more, perturbed by one millionth, to see whether outcomes are stable"
         other = f", and {self.further_runs:,} under the motions of {counted(len(self.further), 'branch')}"
         return (
-            f"{of} = {counted(self.runs, 'run')}{again if self.perturbed_runs else ''}"
+            f"{of} = {counted(self.runs, 'run')}{perturbed_words(self.perturbed_runs)}"
             f"{other if self.further_runs else ''}"
         )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -14,7 +14,8 @@ import xarray as xr
 
 from ...aliases import Array, Progress
 from ...doubts import Doubt, noted
-from ...fragility import HazardCurve, preliminary_screen
+from ...fragility import HazardCurve
+from ...fragility import notes as screen_notes
 from ...fragility.numerics import slabs
 from ...fragility.runs.scaling import SCALE, intensity_measure
 from ...fragility.uncertainty.joint import Variability
@@ -32,8 +33,9 @@ from ..buildings.code_checks import code_variables
 from ..buildings.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
 from ..buildings.contents import Inventory
 from ..buildings.inventory import read_inventory
-from ..buildings.notes import hazard_notes, inventory_notes, notes
+from ..buildings.notes import hazard_notes, hazard_shares, inventory_notes, notes
 from ..buildings.pieces import SAFETY, budget_set
+from ..buildings.screening import Screening, screen_inventory
 from ..buildings.shaking import Shaking
 from ..buildings.variables import JOINT, variable
 from ..codes.asce7 import Asce7
@@ -44,13 +46,14 @@ from ..plan.estimates import MEAN as IN_MEAN
 from ..plan.reading import Reading
 from ..text.curve_notes import modelling_note
 from ..text.words import level_text
-from .study import SLAB_BYTES_A_RUN, Study, each, plain
+from .study import SLAB_BYTES_A_RUN, Study, each, part_of, perturbed_words, plain, screening_of
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
 
 OSCILLATOR_BYTES = 5500.0
 """Most memory of an oscillator, with its description in the runs of its floor."""
+NOT_ASKED = Screening()
 RANKING = "ranked_"
 """Prefix of the names of the ranking's variables, beside those of the assessment."""
 
@@ -82,6 +85,7 @@ class PerformanceStudy(Study):
     modelling: float = 0.0
     correlation: float = 1.0
     generator: Generator | None = None
+    screening: Screening = NOT_ASKED
     kind: ClassVar[str] = "performance"
 
     @classmethod
@@ -150,6 +154,7 @@ class PerformanceStudy(Study):
             asked.modelling_dispersion,
             asked.consequence_correlation,
             content.motions.made_by(folder),
+            Screening(*screening_of(content)),
         )
         allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
         if study.objective not in allowed:
@@ -171,12 +176,22 @@ class PerformanceStudy(Study):
         shakes = sum(array.sizes["motion"] for array in self.motions)
         levels = "" if self.im == SCALE else f" × {counted(self.levels.size, 'level')}"
         shaken = f"{counted(len(self.models), 'law')} × {counted(shakes, 'motion')}{levels}"
-        return f"{of} × {shaken} = {counted(self.runs, 'run')}"
+        return f"{of} × {shaken} = {counted(self.runs, 'run')}{perturbed_words(self.perturbed_runs)}"
 
     @property
     def runs(self) -> int:
         shakes = sum(array.sizes["motion"] for array in self.motions)
         return distinct_runs(self.inventory, self.variability) * len(self.models) * shakes * self.levels.size
+
+    @property
+    def perturbed_runs(self) -> int:
+        """Number of further runs that test which outcomes are undecided."""
+        shakes = sum(array.sizes["motion"] for array in self.motions)
+        return self.screening.runs(self.inventory, self.models, self.levels.size, shakes, self.variability)
+
+    @property
+    def work(self) -> int:
+        return self.runs + self.perturbed_runs
 
     @property
     def stored_bytes(self) -> float:
@@ -244,7 +259,7 @@ class PerformanceStudy(Study):
 
     @property
     def squat(self) -> list[str]:
-        return squat_notes([row.block for row in self.inventory.rows])
+        return squat_notes([replace(row.block, name=row.label) for row in self.inventory.rows])
 
     @property
     def doubts(self) -> list[Doubt]:
@@ -287,8 +302,9 @@ class PerformanceStudy(Study):
                 replicates=self.replicates,
                 seed=self.seed,
                 client=client,
-                progress=progress,
+                progress=part_of(progress, 0, self.work),
             )
+            screened = self._screened(found, client, progress)
         ranked = anchoring(
             found,
             self.objective,
@@ -298,10 +314,9 @@ class PerformanceStudy(Study):
             array=client.array,
         )
         whole = ranked.reindex(item=found["item"])
-        blocks = [row.block for row in self.inventory.rows]
-        screened = preliminary_screen(blocks, self.models, found.sizes["motion"], "item")
         said = notes(found)
         if self.hazard is not None:
+            found = found.assign(hazard_shares(found, self.hazard))
             said += [*hazard_notes(found, self.hazard), modelling_note(self.modelling, IN_MEAN)]
         if self.at is not None and self.levels.size > 1 and "at_level" not in self.configuration["performance"]:
             middle = level_text(self.at, found["level"])
@@ -312,15 +327,35 @@ class PerformanceStudy(Study):
             if self.code is None
             else code_variables(self.inventory, self.code, self.building, (*SAFETY, *self.safety))
         )
-        results = found.assign({**beside, **coded, **screened.data_vars}).assign_attrs(
-            ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
-            notes="\n".join([*said, screened.attrs["notes"]]),
-            safety=JOINT.join(self.safety),
-            sort=self.sort,
-            **({} if self.at is None else {"at_level": self.at}),
-            **({} if self.code is None else {"code": self.code.title, "code_site": self.code.site}),
+        results = (
+            found.assign({**beside, **coded, **screened.data_vars})
+            .assign_coords(reason=screened["reason"])
+            .assign_attrs(
+                ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
+                screen=screened.attrs["screen"],
+                notes="\n".join([*said, *screen_notes(screened)]),
+                safety=JOINT.join(self.safety),
+                sort=self.sort,
+                **({} if self.at is None else {"at_level": self.at}),
+                **({} if self.code is None else {"code": self.code.title, "code_site": self.code.site}),
+            )
         )
         return results if self.budget is None else _with_set(results, self.budget)
+
+    def _screened(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
+        """Screen the lines of the inventory."""
+        return screen_inventory(
+            self.inventory,
+            self.models,
+            Shaking.of(self.building, self.motions, None, self.im == SCALE),
+            self.levels,
+            self.im,
+            found["overturned"],
+            self.screening,
+            client,
+            self.variability,
+            part_of(progress, self.runs, self.work),
+        )
 
 
 def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:

@@ -12,8 +12,14 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Progress
-from ...fragility import RandomInputs, ida, overturning_response, preliminary_screen, sobol_indices, tornado
+from ...fragility import RandomInputs, ida, notes, overturning_response, sobol_indices, tornado
+from ...fragility.runs.provenance import records_of
+from ...fragility.validity.characteristics import Characteristics
+from ...fragility.validity.screen import screen_input
+from ...fragility.validity.summary import summary_screen
+from ...fragility.validity.undecided import count_flips, perturbed_runs
 from ...models import Block, HousnerImpact, Law
+from ...models.friction import Friction
 from ...motions import OneCycleSine
 from ...units import STANDARD_GRAVITY
 from ...wording import counted
@@ -22,11 +28,12 @@ from ..file.sensitivity import GIVEN, OWN, PREVIOUS, RIGID, Sweep
 from ..plan.designs import Incremental
 from ..plan.estimates import middle_level
 from ..sensitivity.claims import claims
-from ..sensitivity.findings import Grid, convergence, findings
+from ..sensitivity.findings import Grid, convergence, findings, placed_screen
 from .study import (
     CURVE_BYTES,
     MOST_VARIED,
     REPLICATE_BYTES,
+    UNDECIDED,
     BlockStudy,
     Study,
     blocks_of,
@@ -35,7 +42,9 @@ from .study import (
     each,
     incremental_design,
     part_of,
+    perturbed_words,
     plain,
+    screening_of,
 )
 
 if TYPE_CHECKING:
@@ -63,6 +72,8 @@ class SensitivityStudy(BlockStudy, Study):
     sweep: Sweep
     inputs: RandomInputs | None = None
     sobol: int | None = None
+    friction: Friction | None = None
+    undecided: float = UNDECIDED
     kind: ClassVar[str] = "sensitivity"
 
     @classmethod
@@ -70,15 +81,17 @@ class SensitivityStudy(BlockStudy, Study):
         asked = content.sensitivity
         assert asked is not None  # (the table makes it this kind of study)
         design = incremental_design(content, folder, "sensitivity", "value")
+        limit = None if content.screen is None else content.screen.friction
         study = cls(
             content.title,
             plain(content),
             blocks_of(content, folder, MOST_VARIED),
             each("models", content.models),
             design,
-            asked.sweep(),
+            asked.sweep() if limit is None else asked.sweep(limit),
             asked.random_inputs(),
             asked.sobol,
+            *screening_of(content),
         )
         varied = {"delta": ("delta",), "e": ("e", "restitution_factor")}[study.sweep.parameter]
         for i, table in enumerate(content.models, start=1):
@@ -101,11 +114,24 @@ class SensitivityStudy(BlockStudy, Study):
     def words(self) -> str:
         laws = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')}"
         values = f"{counted(len(self.sweep.values), 'value')} of {self.sweep.parameter}"
-        return f"{laws} × {values} × {self.design.words}: {counted(self.runs, 'run')} that differ"
+        differ = f"{counted(self.runs, 'run')} that differ"
+        return f"{laws} × {values} × {self.design.words}: {differ}{perturbed_words(self.perturbed_runs)}"
 
     @property
     def runs(self) -> int:
         return self._shaken + self._pulsed + self._varied
+
+    @property
+    def perturbed_runs(self) -> int:
+        """Number of further runs that test which outcomes are undecided."""
+        if self.undecided == 0.0:
+            return 0
+        each_motion = self.design.runs // self.design.shakes
+        return perturbed_runs(len(self.blocks), self.grid.laws, each_motion, self.design.shakes, self.undecided)
+
+    @property
+    def work(self) -> int:
+        return self.runs + self.perturbed_runs
 
     @property
     def kept_outputs(self) -> tuple[str, ...]:
@@ -170,18 +196,33 @@ class SensitivityStudy(BlockStudy, Study):
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         laws = self.grid.laws
-        runs = self.design.run(self.blocks, laws, OUTPUTS, client, part_of(progress, 0, self.runs))
+        runs = self.design.run(self.blocks, laws, OUTPUTS, client, part_of(progress, 0, self.work))
         found = findings(runs, self.blocks, self.models, self.grid, self.sweep, client.array)
         if self._pulsed:
             peaks = self._pulses(client, progress)
             found = found.assign(convergence(peaks, self.blocks, self.grid, self.sweep).data_vars)
         if self.inputs is not None:
             found = found.assign(self._indices(found, client, progress).data_vars)
-        checked = preliminary_screen(self.blocks, self.models, found.sizes["motion"])
-        return found.assign_attrs(
-            claims=json.dumps([one._asdict() for one in claims(found)], ensure_ascii=False),
-            notes=checked.attrs["notes"],
+        screened = self._screened(runs, client, part_of(progress, self.runs, self.work))
+        varied = screened.isel(model=np.unique(self.grid.at))  # (without the laws that stand beside them)
+        return (
+            found.assign(placed_screen(screened, self.grid).data_vars)
+            .assign_coords(reason=screened["reason"])
+            .assign_attrs(
+                claims=json.dumps([one._asdict() for one in claims(found)], ensure_ascii=False),
+                screen=screened.attrs["screen"],
+                notes="\n".join(notes(varied)),
+            )
         )
+
+    def _screened(self, runs: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
+        """Screen the runs of all distinct laws."""
+        flips = None
+        if self.undecided > 0.0:
+            flips = count_flips(runs, self.design.motions, self.undecided, client, progress)
+        shaking = Characteristics.of(records_of(runs, self.design.motions))
+        found = summary_screen(screen_input(runs), shaking, self.friction, flips)
+        return found.assign_coords(model=runs["model"].variable)
 
     def _pulses(self, client: Runner, progress: Progress | None) -> list[xr.DataArray]:
         """Compute the peak rotations (model, level) of each block under its own pulses, for all distinct laws."""
@@ -198,7 +239,7 @@ class SensitivityStudy(BlockStudy, Study):
                 outputs="peak_rotation",
                 client=client,
                 screen=False,
-                progress=part_of(progress, self._shaken + i * each_block, self.runs),
+                progress=part_of(progress, self._shaken + i * each_block, self.work),
             )
             found.append(runs["peak_rotation"].isel(block=0, motion=0))
         return found
@@ -231,7 +272,7 @@ class SensitivityStudy(BlockStudy, Study):
                         self.design.im,
                         ground=self.design.ground or None,
                         client=client,
-                        progress=part_of(progress, done, self.runs),
+                        progress=part_of(progress, done, self.work),
                     )
                     if name == "tornado":
                         parts[name] = tornado(inputs, response)

@@ -27,6 +27,7 @@ from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_clien
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts
 from ...models import Block, Law
+from ...models.friction import Friction
 from ...models.oscillator import Oscillator
 from ...models.runs import engine_identity
 from ...motions import records
@@ -416,6 +417,23 @@ class BlockStudy:
         hazard = [] if self.risk is None else [asdict(self.risk.hazard)]
         beside = "blocks_file" in self.configuration
         return [*hazard, *([list(astuple(one)) for one in self.blocks] if beside else [])]
+
+
+UNDECIDED = 0.08
+"""Share of the motions whose flags are tested under perturbations: some 30 % more work."""
+
+
+def screening_of(content: StudyFile) -> tuple[Friction | None, float]:
+    """Return the friction and the share of the motions to be tested that a study file asks for."""
+    asked = content.screen
+    if asked is None:
+        return None, UNDECIDED
+    return asked.build(), UNDECIDED if asked.undecided is None else asked.undecided
+
+
+def perturbed_words(runs: int) -> str:
+    """Return the end of the words on a study's size: the further runs under perturbations, if there are any."""
+    return f", and {runs:,} more, perturbed by one millionth, to see whether outcomes are stable" if runs else ""
 
 
 def part_of(progress: Progress | None, before: int, total: int) -> Progress | None:

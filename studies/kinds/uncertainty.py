@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -15,8 +16,8 @@ from ...aliases import Progress
 from ...fragility import (
     RandomInputs,
     morris_indices,
+    notes,
     overturning_response,
-    preliminary_screen,
     sobol_indices,
     uncertain_ida,
 )
@@ -24,23 +25,37 @@ from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.runs.scaling import BLOCK_MEASURES
+from ...fragility.validity.undecided import choose_motions
 from ...models import Block, Law
+from ...models.friction import Friction
 from ...units import DIMENSIONLESS
 from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.designs import Incremental
 from ..plan.estimates import Fit
 from ..plan.risk import Risk
+from ..plan.sample_screen import joined_screens, screen_samples
 from ..plan.samples import NO_CAPACITY, fitted, pooled_curves, summary, yearly
 from ..text.curve_notes import curve_notes
-from .study import MOST_VARIED, BlockStudy, Study, blocks_of, check_one_floor, each, incremental_design, part_of, plain
+from .study import (
+    MOST_VARIED,
+    UNDECIDED,
+    BlockStudy,
+    Study,
+    blocks_of,
+    check_one_floor,
+    each,
+    incremental_design,
+    part_of,
+    perturbed_words,
+    plain,
+    screening_of,
+)
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
 
 REFUSED = {
-    "screen": "the screen is of single runs of known blocks, and here every sample is another block: leave uncertainty "
-    "out to screen the block as it is thought to be",
     "measures": "measures are ranked for known blocks: leave uncertainty out to rank them",
     "outputs": "of so many runs only the outcomes are kept",
 }
@@ -70,6 +85,8 @@ class UncertaintyStudy(BlockStudy, Study):
     morris: int | None = None
     fit: Fit = DEFAULT
     risk: Risk | None = None
+    friction: Friction | None = None
+    undecided: float = UNDECIDED
     kind: ClassVar[str] = "uncertainty"
 
     @classmethod
@@ -91,6 +108,7 @@ class UncertaintyStudy(BlockStudy, Study):
             asked.morris,
             DEFAULT if content.fit is None else content.fit.build(),
             None if content.hazard is None else content.hazard.risk(design.im, folder),
+            *screening_of(content),
         )
         if "law" in study.inputs.names and len(study.models) > 1:
             raise ValueError(f"models must be one law where law is an uncertain input, got {len(study.models)}")
@@ -109,12 +127,36 @@ class UncertaintyStudy(BlockStudy, Study):
         of = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')}"
         sampled = f"{of} × {counted(self.samples, 'sample')} × {self.design.words} = {counted(self._sampled, 'run')}"
         more = self.runs - self._sampled
-        return sampled + (f", and {more:,} more" if more else "")
+        return sampled + (f", and {more:,} more" if more else "") + perturbed_words(self.perturbed_runs)
 
     @property
     def runs(self) -> int:
         more = sum(samples for _, _, samples in self._indices.values())
         return self._sampled + len(self.blocks) * len(self.models) * more * self.design.runs
+
+    @property
+    def perturbed_runs(self) -> int:
+        """Number of further runs that test which outcomes of the samples are undecided."""
+        if self.undecided == 0.0:
+            return 0
+        shakes = self.design.shakes
+        chosen = int(choose_motions(shakes, self.undecided).sum())
+        each = [2 if law.restitution(one) is None else 4 for own in self._pairs[:1] for row in own for one, law in row]
+        return len(self.blocks) * sum(each) * chosen * (self.design.runs // shakes)
+
+    @property
+    def work(self) -> int:
+        return self.runs + self.perturbed_runs
+
+    @cached_property
+    def _pairs(self) -> list[list[list[tuple[Block, Law]]]]:
+        """The block and the law of every sample, (block, sample, model)."""
+        drawn = self.inputs.sample(self.samples, self.seed)
+        found = []
+        for block in self.blocks:
+            laws = [self.inputs.realise(block, model, drawn) for model in self.models]
+            found.append([list(row) for row in zip(*laws, strict=True)])
+        return found
 
     @property
     def stored_bytes(self) -> float:
@@ -144,19 +186,26 @@ class UncertaintyStudy(BlockStudy, Study):
         share = self.runs // len(self.blocks)
         parts = []
         for i, block in enumerate(self.blocks):
-            parts.append(self._of_block(block, client, part_of(progress, i * share, self.runs)))
+            parts.append(self._of_block(block, client, part_of(progress, i * share, self.work)))
         labels = np.array([block.label for block in self.blocks], dtype=object)
         along = xr.DataArray(labels, dims="block", name="block", attrs={"units": DIMENSIONLESS, "long_name": "block"})
         rest = [part.drop_vars("overturned") for part in parts]
         found = xr.concat(rest, along, combine_attrs="override", coords="different", compat="equals")
         found = found.assign(overturned=_concatenated([part["overturned"].variable for part in parts], client))
         found = found[list(parts[0].data_vars)]
-        # (the screen is of the nominal blocks, from which samples differ)
-        screened = preliminary_screen(self.blocks, self.models, found.sizes["motion"])
-        said = [*self._said(found), screened.attrs["notes"]]
+        done = self.runs
+        screens = []
+        for block, pairs, part in zip(self.blocks, self._pairs, parts, strict=True):
+            told = part_of(progress, done, self.work)
+            asked = self.friction, self.undecided, client, told
+            screens.append(screen_samples(block, pairs, self.design, part["overturned"], *asked))
+            done += self.perturbed_runs // len(self.blocks)
+        screened = joined_screens(screens, found["model"])
+        said = [*self._said(found), *notes(screened)]
         return (
             found.assign(screened.data_vars)
-            .assign_attrs(combined_attributes(parts))
+            .assign_coords(reason=screened["reason"])
+            .assign_attrs(combined_attributes(parts), screen=screened.attrs["screen"])
             .assign_attrs(notes="\n".join(said))
         )
 
@@ -217,7 +266,7 @@ class UncertaintyStudy(BlockStudy, Study):
                     self.design.im,
                     ground=ground,
                     client=client,
-                    progress=part_of(progress, done, self.runs),
+                    progress=part_of(progress, done, self.work),
                 )
                 each_law.append(indices(self.inputs, response, n, seed=self.seed))
                 done += samples * self.design.runs

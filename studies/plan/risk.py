@@ -16,7 +16,7 @@ from ...fragility.numerics.slabs import gathered
 from ...fragility.risk.common_measure import GROUND_FLOORS, per_block
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...units import DIMENSIONLESS
-from ..text.curve_notes import family_notes, rate_notes, verb_of
+from ..text.curve_notes import BEYOND, family_notes, rate_notes, verb_of
 from .designs import Design
 
 # The names in the results, where other variables have the plain names.
@@ -28,7 +28,6 @@ RISK_NAMES = {
     "share_below": "rate_share_below",
     "share_above": "rate_share_above",
 }
-BEYOND = "rate_share_above_levels"
 OUTSIDE = "most"
 """A curve without parameters is taken beyond its levels as high as it can be, which is conservative."""
 
@@ -131,7 +130,8 @@ class Risk:
         }[design.name]
         said = [] if self.along is None else family_notes(curves, self.along)
         settled = _by_block(_plain(curves), highest, lambda one, level: curve_probability(one, [level], LEAST)[..., 0])
-        return said + rate_notes(rates, settled, float(self.hazard.levels[-1]), end, cure)
+        ends = float(self.hazard.levels[0]), float(self.hazard.levels[-1])
+        return said + rate_notes(rates, settled, ends, end, cure)
 
     def rates(self, curves: xr.Dataset, confidence: float) -> xr.Dataset:
         """Compute the rates of curves alone, under the names of `annual_rate`."""

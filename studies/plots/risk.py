@@ -14,8 +14,9 @@ from matplotlib.ticker import PercentFormatter
 from ... import checks
 from ...aliases import Array
 from ...wording import in_years, percent
-from ..plan.risk import BEYOND, risk_of
+from ..plan.risk import risk_of
 from ..text import block_order as falling
+from ..text.curve_notes import BEYOND
 from ..text.words import axis_name, display_unit, floor_name
 from . import axes, selection
 

@@ -35,7 +35,7 @@ from .figures import Picture, pictures
 from .method import assumptions, block_rows, law_rows, method, provenance_rows, study_file_rows, study_of
 from .results_file import read_results
 from .summary import next_steps, plain_answer
-from .validity import checks_of, not_checked, worst_word
+from .validity import badge, checks_of, not_checked, worst_word
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -133,7 +133,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         ],
         "assumptions": assumptions(results),
         "checks": found,
-        "not_checked": not_checked(results),
+        "not_checked": not_checked(),
         "notes": notes,
     }
     terms = used(_texts(of_client))
@@ -146,7 +146,8 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "terms": terms,
         "technical_terms": used(_texts(technical), terms),
         "numbers": _shortened(" ".join(said.sentences)),
-        "verdict": worst_word(found),
+        "verdict": badge(found),
+        "word": worst_word(found),
         "provenance": _tables_of([provenance_rows(results, path, state)], words=True),
         "study": _study_text(results),
     }

@@ -42,17 +42,30 @@ NO_BETTER_THAN = 0.3
 UNSTABLE = 0.05
 """Share of outcomes that a change of a millionth reverses, from which outcomes need care."""
 MOST_NAMES = 4
+AGAIN = "Run the study with this version."
+NO_CHECK = "The results hold no such check."
+SLIDING = "Does the block rock rather than slide?"
+HAZARD = "Do the annual rates come from shaking that is known?"
+ENDS = {"below": "first", "above": "last"}
+CURES = {
+    "below": "Give the hazard curve at lower levels.",
+    "above": "Give the hazard curve at higher levels, and raise the levels of the analysis.",
+}
 RATES = ("rate", "any_rate")
 """Variables of studies that give annual rates."""
 
 
 class Check(NamedTuple):
-    """One check: its question, its word, the reason, and the cure (empty where the check is good)."""
+    """One check: its question, its word, the reason, and what is empty where the check is good: cure and clause.
+
+    The clause says in a few words what is wrong, for the badge.
+    """
 
     question: str
     word: str
     reason: str
     cure: str = ""
+    clause: str = ""
 
 
 def checks_of(results: xr.Dataset, state: str = AS_WRITTEN) -> list[Check]:
@@ -78,28 +91,51 @@ def worst_word(found: list[Check]) -> str:
     return INVALID if INVALID in words else CARE if words & {CARE, UNKNOWN} else GOOD
 
 
-def not_checked(results: xr.Dataset) -> list[str]:
+def worst_clause(found: list[Check]) -> str:
+    """Return what is wrong by the worst check in one clause, by the first of the worst word; empty where all are good.
+
+    Checks stand in the order in which a result depends on them: the model comes before the numbers.
+    """
+    for word in (INVALID, CARE, UNKNOWN):
+        for one in found:
+            if one.word == word:
+                return one.clause
+    return ""
+
+
+def badge(found: list[Check]) -> str:
+    """Return the worst word of some checks and what is wrong in one clause."""
+    clause = worst_clause(found)
+    return f"{worst_word(found)}{f': {clause}' if clause else ''}"
+
+
+def not_checked() -> list[str]:
     """Return the reservations that no check covers, one sentence each."""
-    found = [
+    return [
         f"{NOT_MODELLED[:1].upper()}{NOT_MODELLED[1:]}: neither is how blocks hit walls, each other or people.",
         "Whether the motions are those of the site: they are what the study gives.",
         "Whether the blocks are rigid, evenly loaded and free of whatever holds them in reality.",
     ]
-    if "outside" not in results:
-        found.append(
-            "Sliding, the law’s elastic mode and scale factors run by run: this kind of study is not screened."
-        )
-    return found
 
 
 def _edited(state: str) -> Iterator[Check]:
     if state == EDITED:
         reason = "Values or attributes of the result file were edited after the study had written it."
-        yield Check("Are these the results of the study?", INVALID, reason, "Run the study again with --fresh.")
+        yield Check(
+            "Are these the results of the study?",
+            INVALID,
+            reason,
+            "Run the study again with --fresh.",
+            "results were edited",
+        )
 
 
 def _model(results: xr.Dataset) -> Iterator[Check]:
     yield _rocking(results)
+    if "outside" not in results:
+        reason = "The results hold no shares of the runs for which rocking may be the wrong model."
+        yield Check("Were the runs screened?", UNKNOWN, reason, AGAIN, "runs were not screened")
+        return
     yield _sliding(results)
     yield _zone(results)
 
@@ -116,31 +152,28 @@ def _numbers(results: xr.Dataset) -> Iterator[Check]:
     yield _stability(results)
     if "rate" in results:
         yield _hazard(results)
+    elif "annual_number_share_above" in results:
+        yield _hazard_of_building(results)
 
 
 def _rocking(results: xr.Dataset) -> Check:
     question = "Do the blocks rock at all, rather than bounce?"
     needs = _uplift(results)
     if needs is None:
-        return Check(question, UNKNOWN, "The results hold no shapes of blocks.", "Run the study with this version.")
+        return Check(question, UNKNOWN, "The results hold no shapes of blocks.", AGAIN, "shapes of blocks are missing")
     squat = needs.values > 1.0 / SQUAT_RATIO
     named = [str(one) for one in needs[needs.dims[0]].values[squat]]
     if not named:
         return Check(question, GOOD, "Every mass centre is at least two half widths high.")
     cure = "Leave them out, or look at them with a model that includes sliding and bouncing."
     reason = f"{_names_text(named)}: the mass centre is less than two half widths high, so that bouncing decides."
-    return Check(question, INVALID if squat.all() else CARE, reason, cure)
+    clause = f"{len(named):,} of {counted(squat.size, 'block')} bounce{'s' if len(named) == 1 else ''} rather than rock"
+    return Check(question, INVALID if squat.all() else CARE, reason, cure, clause)
 
 
 def _sliding(results: xr.Dataset) -> Check:
-    question = "Does the block rock rather than slide?"
+    question = SLIDING
     cure = "Give the available coefficient as [screen] friction; where blocks slide, use a model that includes sliding."
-    if "outside" not in results:
-        needs = _uplift(results)
-        if needs is None:
-            return Check(question, UNKNOWN, "The results hold no need of friction.")
-        reason = f"Uplift alone needs a coefficient of friction of up to {float(needs.max()):.2f}, strong shaking more."
-        return Check(question, UNKNOWN, reason, "Compare that with the available friction.")
     given = json.loads(str(results.attrs["screen"]))["friction"] is not None
     reasons = (SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SLIDES_AT_IMPACT)
     shares = results["outside"].sel(reason=[one.name for one in reasons]).max("reason")
@@ -155,10 +188,12 @@ def _sliding(results: xr.Dataset) -> Check:
             "No coefficient of friction is given; uplift needs up to "
             f"{float(results['friction_uplift'].max()):.2f}, the greatest peak {need:.2f}.",
             cure,
+            "no coefficient of friction is given",
         )
     limit = "with the friction given" if given else "unless friction is above 1"
     reason = f"Up to {two_digit_percent(share)} of the runs slide {limit} ({where})."
-    return Check(question, INVALID if float(shares.min()) > MOST else CARE, reason, cure)
+    clause = f"up to {two_digit_percent(share)} of the runs slide {limit}"
+    return Check(question, INVALID if float(shares.min()) > MOST else CARE, reason, cure, clause)
 
 
 def _uplift(results: xr.Dataset) -> xr.DataArray | None:
@@ -181,22 +216,21 @@ def _zone(results: xr.Dataset) -> Check:
         return Check(question, GOOD, "No law of this study is elastic at rest.")
     largest = f"The law is elastic up to {delta[-1]:.3g} of the angle at which the block tips (δ)"
     bound = f"{'above' if delta[-1] > LARGE_DELTA else 'not above'} {LARGE_DELTA:g}"
-    if "outside" not in results:
-        word = CARE if delta[-1] > LARGE_DELTA else UNKNOWN
-        return Check(question, word, f"{largest}, {bound}; its resonance with the motions was not looked for.", cure)
-    share = results["outside"].sel(reason=ELASTIC_MODE.name).mean("block")
+    runs = results["outside"].sel(reason=ELASTIC_MODE.name)
+    share = runs.mean([dim for dim in runs.dims if dim != "model"])
     resonant = share.values > MARKED
     if not resonant.any() and delta[-1] <= LARGE_DELTA:
         return Check(question, GOOD, f"{largest}, {bound}; no elastic mode lies inside a motion’s band.")
     if not resonant.any():
-        return Check(question, CARE, f"{largest}, {bound}.", cure)
+        return Check(question, CARE, f"{largest}, {bound}.", cure, f"δ of {delta[-1]:.3g} is {bound}")
     names = [str(one) for one in results["model"].values[resonant]]
     reason = (
         f"{largest}, {bound}; but the elastic mode lies inside the band of up to "
         f"{two_digit_percent(float(share.max()))} of the motions for {_names_text(names)}: at rest they resonate and "
         f"uplift where a rigid block stands still."
     )
-    return Check(question, INVALID if (share.values > MOST).all() else CARE, reason, cure)
+    clause = f"the elastic mode resonates with up to {two_digit_percent(float(share.max()))} of the motions"
+    return Check(question, INVALID if (share.values > MOST).all() else CARE, reason, cure, clause)
 
 
 def _motions(results: xr.Dataset) -> Check:
@@ -215,13 +249,14 @@ def _motions(results: xr.Dataset) -> Check:
         INVALID if half > NO_BETTER_THAN else CARE,
         reason,
         f"Take more motions: {runs_for_half_width(widest)} give ±{widest:g}.",
+        f"there {'is' if n == 1 else 'are'} only {counted(n, 'motion')}",
     )
 
 
 def _inputs(results: xr.Dataset) -> Check:
     question = "Do sizes, levels and records look like real ones?"
     if "doubts" not in results.attrs:
-        return Check(question, UNKNOWN, "The results hold no such check.", "Run the study with this version.")
+        return Check(question, UNKNOWN, NO_CHECK, AGAIN, "inputs were not checked")
     doubts = [one for one in json.loads(str(results.attrs["doubts"])) if one[0] != SPECTRA]
     kinds = dict.fromkeys(str(kind) for kind, _, accepted in doubts if not accepted)
     if kinds:
@@ -232,6 +267,7 @@ def _inputs(results: xr.Dataset) -> Check:
             CARE,
             " ".join(f"{one[:1].upper()}{one[1:]}." for one in said),
             f"Correct them; where they are meant so, put accept = [{names}] at the top of the study file.",
+            f"the inputs look odd ({', '.join(kinds)})",
         )
     if doubts:
         names = ", ".join(dict.fromkeys(str(kind) for kind, *_ in doubts))
@@ -243,24 +279,26 @@ def _spectra(results: xr.Dataset) -> Check:
     question = "Do the motions’ spectra differ as those of earthquakes do?"
     if "spectral_variability" not in results.attrs:
         if "machines" not in results.attrs:
-            return Check(question, UNKNOWN, "The results hold no such check.", "Run the study with this version.")
-        return Check(question, UNKNOWN, "Pulses, single motions and floor motions are not compared.")
+            return Check(question, UNKNOWN, NO_CHECK, AGAIN, "spectra were not compared")
+        reason = "Pulses, single motions and floor motions are not compared."
+        return Check(question, UNKNOWN, reason, clause="spectra were not compared")
     found = Variability(*json.loads(str(results.attrs["spectral_variability"])))
     reason = f"{found.text}, {NATURAL}."
     if not found.low:
         return Check(question, GOOD, reason)
+    alike = "spectra of the motions are too much alike"
     accepted = any(kind == SPECTRA and yes for kind, _, yes in json.loads(str(results.attrs.get("doubts", "[]"))))
     rates = any(name in results for name in RATES)
     cure = f"{CURE[:1].upper()}{CURE[1:]}."
     if not found.narrow:
         why = "That is little, but may be chance: there are few motions."
-        return Check(question, CARE, f"{reason} {why}", cure)
+        return Check(question, CARE, f"{reason} {why}", cure, "spectra of the few motions are alike")
     so = "Curves are too steep" + (", and annual rates far more certain than they are." if rates else ".")
     if accepted:
         if rates:
-            return Check(question, CARE, f"{reason} {so} The study accepts it.", cure)
+            return Check(question, CARE, f"{reason} {so} The study accepts it.", cure, alike)
         return Check(question, GOOD, f"{reason} That is little, which the study accepts.")
-    return Check(question, INVALID if rates else CARE, f"{reason} {so}", cure)
+    return Check(question, INVALID if rates else CARE, f"{reason} {so}", cure, alike)
 
 
 def _curves(results: xr.Dataset) -> Check:
@@ -272,31 +310,37 @@ def _curves(results: xr.Dataset) -> Check:
     total = status.size
     if none.any():
         why = ", ".join(f"{np.sum(status[none] == one)} × {one}" for one in dict.fromkeys(status[none]))
-        return Check(question, INVALID if none.all() else CARE, f"{none.sum()} of {total} have no curve ({why}).", cure)
+        clause = f"{none.sum():,} of {counted(total, 'curve')} cannot be fitted"
+        reason = f"{none.sum()} of {total} have no curve ({why})."
+        return Check(question, INVALID if none.all() else CARE, reason, cure, clause)
     if guessed.any():
-        return Check(question, CARE, f"{guessed.sum()} of {total} are separated: their dispersion is a guess.", cure)
+        reason = f"{guessed.sum()} of {total} are separated: their dispersion is a guess."
+        clause = f"the dispersion is a guess for {guessed.sum():,} of {counted(total, 'curve')}"
+        return Check(question, CARE, reason, cure, clause)
     if (status == OK).all():
         return Check(question, GOOD, f"All {total} do." if total > 1 else "It does.")
-    return Check(question, CARE, f"{np.sum(status != OK)} of {total} are not plainly ok.", cure)
+    not_ok = f"{np.sum(status != OK)} of {total}"
+    return Check(question, CARE, f"{not_ok} are not plainly ok.", cure, f"{not_ok} curves are not plainly ok")
 
 
 def _intervals(results: xr.Dataset) -> Check:
     question = "Are the intervals narrow enough to decide by?"
     cure = "Take more motions, or decide with the whole interval."
     if "median_lower" not in results:
-        return Check(question, UNKNOWN, "The medians have no intervals.", "Run the study with this version.")
+        return Check(question, UNKNOWN, "The medians have no intervals.", AGAIN, "medians have no intervals")
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = results["median_upper"] / results["median_lower"]
     known = ratio.where(np.isfinite(results["median"]))
     if not bool(known.notnull().any()):
-        return Check(question, INVALID, "No median has an interval.", cure)
+        return Check(question, INVALID, "No median has an interval.", cure, "no median has an interval")
     widest, where = _worst(known)
     reason = f"The widest interval of a median spans a factor of {widest:.3g} ({where})."
+    clause = f"the interval of a median spans a factor of {widest:.3g}"
     if not np.isfinite(widest):
-        reason = f"An interval of a median is open ({where})."
+        reason, clause = f"An interval of a median is open ({where}).", "the interval of a median is open"
     if widest <= WIDE:
         return Check(question, GOOD, reason)
-    return Check(question, INVALID if float(known.min()) > HOPELESS else CARE, reason, cure)
+    return Check(question, INVALID if float(known.min()) > HOPELESS else CARE, reason, cure, clause)
 
 
 def _scaling(results: xr.Dataset) -> Check:
@@ -307,39 +351,59 @@ def _scaling(results: xr.Dataset) -> Check:
         return Check(
             question, GOOD, f"Fewer than 1 % of the runs are scaled by less than {low:g} or more than {high:g}."
         )
-    reason = f"Up to {two_digit_percent(share)} of the runs are scaled by less than {low:g} or more than {high:g}."
-    return Check(question, CARE, reason, "Take motions that are as strong as the levels, or stripes of them.")
+    clause = f"up to {two_digit_percent(share)} of the runs are scaled by less than {low:g} or more than {high:g}"
+    cure = "Take motions that are as strong as the levels, or stripes of them."
+    return Check(question, CARE, f"{clause[:1].upper()}{clause[1:]}.", cure, clause)
 
 
 def _stability(results: xr.Dataset) -> Check:
     question = "Are the outcomes of single runs stable?"
     if "undecided" not in results:
-        return Check(question, UNKNOWN, "No run was repeated with a perturbation.", "")
+        reason = "No run was repeated with a perturbation."
+        return Check(question, UNKNOWN, reason, clause="no outcome was tested for stability")
     share, where = _worst(results["undecided"])
     many = f"up to {two_digit_percent(share)}" if share > 0.0 else "none"
     at = f" ({where})" if share > 0.0 else ""
     reason = f"A change of one millionth in the motion or the restitution reverses {many} of the outcomes{at}."
     if share < UNSTABLE:
         return Check(question, GOOD, f"{reason} Probabilities are not affected.")
-    return Check(question, CARE, reason, "Trust probabilities, not single runs; take more motions.")
+    clause = f"up to {two_digit_percent(share)} of the outcomes are undecided"
+    return Check(question, CARE, reason, "Trust probabilities, not single runs; take more motions.", clause)
 
 
 def _hazard(results: xr.Dataset) -> Check:
-    question = "Do the annual rates come from shaking that is known?"
-    cure = "Give the hazard curve at higher levels, and raise the levels of the analysis."
     if "rate_share_above" not in results:
-        return Check(question, UNKNOWN, "The results hold no shares of the rates.", "")
-    share, where = _worst(results["rate_share_above"])
+        return Check(HAZARD, UNKNOWN, "The results hold no shares of the rates.", AGAIN, "shares of rates are missing")
+    known = np.isfinite(results["rate"])
+    if not bool(known.any()):
+        return Check(HAZARD, INVALID, "There is no rate: no curve has one.", CURES["above"], "there is no annual rate")
+    far = _beyond_hazard({side: results[f"rate_share_{side}"].where(known) for side in CURES})
+    if far.word != GOOD:
+        return far
     alike = results["rate_lower"] == results["rate_upper"] if "rate_lower" in results else results["rate"] < 0.0
-    if not np.isfinite(results["rate"].values).any():
-        return Check(question, INVALID, "There is no rate: no curve has one.", cure)
-    if share > NOTABLE:
-        reason = f"Up to {two_digit_percent(share)} come from above the hazard curve’s last level ({where})."
-        known = results["rate_share_above"].where(np.isfinite(results["rate"]))
-        return Check(question, INVALID if float(known.min()) > MOST else CARE, reason, cure)
     if bool(alike.any()):
-        return Check(question, CARE, f"{int(alike.sum())} intervals of rates have no width.", "Take closer levels.")
-    return Check(question, GOOD, f"At most {two_digit_percent(share)} come from above the hazard curve’s last level.")
+        none = f"{int(alike.sum())} intervals of rates have no width"
+        return Check(HAZARD, CARE, f"{none}.", "Take closer levels.", none)
+    return far
+
+
+def _hazard_of_building(results: xr.Dataset) -> Check:
+    names = [name for name in ("number", "loss") if f"annual_{name}_share_above" in results]
+    return _beyond_hazard(
+        {side: xr.concat([results[f"annual_{name}_share_{side}"] for name in names], "of") for side in CURES}
+    )
+
+
+def _beyond_hazard(shares: dict[str, xr.DataArray]) -> Check:
+    """Check the shares of annual rates that come from shaking below and above a hazard curve's levels."""
+    side = max(shares, key=lambda one: _worst(shares[one])[0])
+    share, where = _worst(shares[side])
+    end = f"{side} the hazard curve’s {ENDS[side]} level"
+    if share <= NOTABLE:
+        return Check(HAZARD, GOOD, f"At most {two_digit_percent(share)} come from {end}.")
+    clause = f"up to {two_digit_percent(share)} of an annual rate comes from {end}"
+    word = INVALID if float(shares[side].min()) > MOST else CARE
+    return Check(HAZARD, word, f"Up to {two_digit_percent(share)} come from {end} ({where}).", CURES[side], clause)
 
 
 def _worst(shares: xr.DataArray) -> tuple[float, str]:

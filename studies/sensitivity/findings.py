@@ -124,6 +124,15 @@ def findings(
     return xr.Dataset(found, coords=coords, attrs=_said(runs, sweep)).assign(decay)
 
 
+def placed_screen(screened: xr.Dataset, grid: Grid) -> xr.Dataset:
+    """Return the screen of the runs of `grid.laws` on (block, model, value).
+
+    The friction that an impact needs and the elastic modes are left out: they are among the coordinates of `findings`.
+    """
+    own = screened.drop_vars(["friction_impact", "elastic_frequency", "model"])
+    return own.map(lambda one: xr.DataArray(_placed(one, grid.at)) if "model" in one.dims else one, keep_attrs=True)
+
+
 def convergence(peaks: Sequence[xr.DataArray], blocks: Sequence[Block], grid: Grid, sweep: Sweep) -> xr.Dataset:
     """Compute distances from the rigid block under pulses, from each block's peaks (model, level) of all `grid.laws`.
 

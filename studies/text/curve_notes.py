@@ -21,6 +21,8 @@ FEWEST = 5
 """With fewer runs that reached the state, or that did not, a curve depends on chance."""
 WIDEST = 2.0
 """Ratio of the ends of a median's interval above which it is worth a sentence."""
+BEYOND = "rate_share_above_levels"
+"""Variable with the share of a rate from shaking above the highest that was run."""
 NOTABLE = 0.05
 """Share of a rate from beyond the known range above which it is worth a sentence."""
 SETTLED = 0.95
@@ -199,17 +201,19 @@ def modelling_note(dispersion: float, where: str) -> str:
     return f"fractiles of the rate hold a modelling uncertainty of β_m = {dispersion:g}; rates of single curves do not"
 
 
-def rate_notes(rates: xr.Dataset, settled: xr.DataArray, hazard_end: float, levels_end: str, cure: str) -> list[str]:
-    """Notes on rates that come from shaking beyond the hazard curve or beyond the levels: one sentence each.
+def rate_notes(
+    rates: xr.Dataset, settled: xr.DataArray, hazard_ends: tuple[float, float], levels_end: str, cure: str
+) -> list[str]:
+    """Notes on rates that come from shaking beyond the hazard curve or above the levels: one sentence each.
 
     Parameters
     ----------
     rates : xarray.Dataset
-        As `Risk.of` returns them: ``rate``, ``rate_share_above``, ``rate_share_above_levels``.
+        As `Risk.of` returns them: ``rate``, ``rate_share_below``, ``rate_share_above``, ``rate_share_above_levels``.
     settled : xarray.DataArray
         The probability of each curve at the highest shaking that was run: where it is nearly 1, the curve is known.
-    hazard_end : float
-        The hazard curve's last level, SI, in the unit of the bins.
+    hazard_ends : (float, float)
+        The hazard curve's first and last level, SI, in the unit of the bins.
     levels_end, cure : str
         The name of the highest shaking that was run (the last level), and the advice (raise ida.levels.to).
 
@@ -219,25 +223,25 @@ def rate_notes(rates: xr.Dataset, settled: xr.DataArray, hazard_end: float, leve
 
     Examples
     --------
-    >>> shares = {"rate": [1e-4], "rate_share_above": [0.71], "rate_share_above_levels": [0.08]}
+    >>> shares = {"rate": [1e-4], "rate_share_below": [0.0], "rate_share_above": [0.71], BEYOND: [0.08]}
     >>> rates = xr.Dataset(
     ...     {name: ("block", values) for name, values in shares.items()},
     ...     {"block": ["pedestal"], "bin": ("bin", [1.0], {"units": "m s-1"})},
     ... )
-    >>> for note in rate_notes(rates, xr.DataArray([0.6], dims="block"), 1.6, "the last level", "raise ida.levels.to"):
+    >>> settled, ends = xr.DataArray([0.6], dims="block"), (0.1, 1.6)
+    >>> for note in rate_notes(rates, settled, ends, "the last level", "raise ida.levels.to"):
     ...     print(note[:88])
     71 % of the annual rate of pedestal comes from shaking above the hazard curve's last lev
     8 % of the annual rate of pedestal comes from shaking above the last level, where the cu
     """
-    end = level_text(hazard_end, rates["bin"])
-    outside, beyond = rates["rate_share_above"], rates["rate_share_above_levels"]
+    beyond = rates[BEYOND]
     found = []
     for share, here, where in (
-        (
-            outside,
-            outside.values > NOTABLE,
-            f"above the hazard curve's last level ({end}), where only its last slope is known: give the curve at "
-            "higher levels",
+        *(
+            (rates[f"rate_share_{side}"], rates[f"rate_share_{side}"].values > NOTABLE, beyond_hazard(side, end))
+            for side, end in zip(
+                ("below", "above"), (level_text(one, rates["bin"]) for one in hazard_ends), strict=True
+            )
         ),
         (
             beyond,
@@ -265,6 +269,21 @@ def rate_notes(rates: xr.Dataset, settled: xr.DataArray, hazard_end: float, leve
                 "where it rises between two levels is not known; take closer levels and more motions"
             )
     return found
+
+
+def beyond_hazard(side: str, end: str) -> str:
+    """Return the words on shaking below or above the levels of a hazard curve, with the advice; end: its end as text.
+
+    Examples
+    --------
+    >>> beyond_hazard("below", "0.02 g")
+    "below the hazard curve's first level (0.02 g), where only its first slope is known: give the curve at lower levels"
+    """
+    which, other = {"below": ("first", "lower"), "above": ("last", "higher")}[side]
+    return (
+        f"{side} the hazard curve's {which} level ({end}), where only its {which} slope is known: give the curve at "
+        f"{other} levels"
+    )
 
 
 def family_notes(curves: xr.Dataset, along: str) -> list[str]:

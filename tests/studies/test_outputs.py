@@ -64,14 +64,14 @@ def results(tmp_path_factory):
 
 TABLES = (
     *("runs", "curves", "year", "branches", "measures", "samples", "varied"),
-    *("given", "annual", "ranking", "duties", "standing", "screen"),
+    *("given", "annual", "ranking", "duties", "standing", "screen", "shares"),
 )
 """The page's tables in their order."""
 OF_KIND = {
     "fragility": ("runs", "curves", "year", "branches", "measures", "standing", "screen"),
-    "uncertainty": ("samples", "curves", "year", "standing"),
-    "sensitivity": ("varied",),
-    "performance": ("given", "annual", "ranking", "duties", "standing"),
+    "uncertainty": ("samples", "curves", "year", "standing", "shares"),
+    "sensitivity": ("varied", "standing", "shares"),
+    "performance": ("given", "annual", "ranking", "duties", "standing", "shares"),
 }
 UNITS = {
     "1/year": {"year-1"},
@@ -111,7 +111,7 @@ def test_every_variable_is_named_and_none_invented(results, kind):
     tables = documented()
     named = {name for table in OF_KIND[kind] for name in tables[table]}
     assert set(results[kind]) - named == set()
-    shared = {"curves", "year", "standing"}  # what only one kind has of these is in the other test
+    shared = {"curves", "year", "standing", "shares"}  # what only one kind has of these is in the other test
     assert {name for table in OF_KIND[kind] if table not in shared for name in tables[table]} - set(
         results[kind]
     ) == set()
@@ -120,7 +120,7 @@ def test_every_variable_is_named_and_none_invented(results, kind):
 def test_shared_tables_invent_nothing(results):
     tables = documented()
     every = set().union(*results.values())
-    for table in ("curves", "year", "standing"):
+    for table in ("curves", "year", "standing", "shares"):
         assert set(tables[table]) <= every
 
 

@@ -85,7 +85,6 @@ CALLS = {
     "size_regression": lambda runs, curves, _: fragility.size_regression(curves),
     "slenderness_for_rate": lambda *_: fragility.slenderness_for_rate(normalised(), SITE, rate=1e-3),
     "sobol_indices": lambda *_: fragility.sobol_indices(INPUTS, response, 4, second_order=True),
-    "preliminary_screen": lambda *_: fragility.preliminary_screen(BLOCKS, LAWS, 12),
     "stripes": lambda *_: fragility.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [2.0, 4.0]),
     "tornado": lambda *_: fragility.tornado(INPUTS, response),
     "uncertain_ida": lambda *_: uncertain(),

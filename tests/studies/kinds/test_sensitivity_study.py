@@ -335,7 +335,7 @@ class TestDelta:
         study = study_of(tmp_path, few, DELTA)
         seen = []
         first = study.run(tmp_path / "out", progress=lambda done, total: seen.append((done, total)))
-        assert seen[-1] == (study.runs, study.runs)
+        assert seen[-1] == (study.work, study.work)
         assert seen == sorted(seen)
         assert isinstance(study, SensitivityStudy)
         study.run(tmp_path / "again")
@@ -378,7 +378,7 @@ class TestE:
     def test_friction_can_be_said(self, tmp_path):
         laws = STUDY[STUDY.index("[[models]]") : STUDY.index("[motions]")]
         text = STUDY.replace(laws, '[[models]]\nlaw = "discrete"\n').replace("number = 12", "number = 4")
-        results = study_of(tmp_path, text, E, "friction = 0.3").run()
+        results = study_of(tmp_path, text, E, "[screen]\nfriction = 0.3\n").run()
         assert results["in_use"].sum() < 8
         # the shade ends where the need is what there is
         ax = sensitivity(results, block="server-rack-42u")
@@ -470,7 +470,7 @@ class TestSchema:
             (BASE + 'values = [0.1, 0.2]\nreference = "own"', "reference must be rigid or a value, got 'own'"),
             (BASE + "values = [0.1, 0.2]\nreference = 2.0", "got 2"),
             (BASE + "values = [0.1, 0.2]\nsobol = 8", "sobol needs inputs"),
-            (BASE + "values = [0.1, 0.2]\nfriktion = 1", "did you mean 'friction'"),
+            (BASE + "values = [0.1, 0.2]\nreplicate = 100", "did you mean 'replicates'"),
             (
                 BASE + "values = [0.1, 0.2]\ninputs.e = { distribution = 'uniform', lower = 0.5, upper = 1.0 }",
                 "inputs must hold delta",

@@ -23,7 +23,7 @@ from toppling.studies.report.answers import answer
 from toppling.studies.report.cells import markdown, page_table
 from toppling.studies.report.page import write_report
 from toppling.studies.report.summary import next_steps, plain_answer
-from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, Check, checks_of, worst_word
+from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, Check, badge, checks_of, worst_word
 from toppling.studies.store.content import sealed
 from toppling.studies.tables.client import client_rows
 from toppling.studies.text.glossary import TERMS
@@ -583,6 +583,28 @@ class TestChecks:
         assert worst_word([one._replace(word=GOOD) for one in found]) == GOOD
         assert worst_word([found[0]._replace(word=UNKNOWN), found[0]._replace(word=GOOD)]) == CARE
         assert worst_word([found[0]._replace(word=INVALID), found[0]._replace(word=GOOD)]) == INVALID
+
+    def test_the_badge_names_the_worst_in_one_clause(self, folder):
+        """What is not valid before what needs care, before what was not checked; of the same word the first."""
+        named = {word: Check("q", word, "r", "", f"{word}, this") for word in (GOOD, CARE, UNKNOWN, INVALID)}
+        assert badge([named[GOOD]._replace(clause="")]) == "good"
+        assert badge([named[UNKNOWN], named[CARE], named[GOOD]]) == "with care: with care, this"
+        assert (
+            badge([named[CARE], named[INVALID], named[INVALID]._replace(clause="that")]) == "not valid: not valid, this"
+        )
+        assert badge([named[UNKNOWN], named[GOOD]]) == "with care: not checked, this"
+        results = loaded(folder).copy(deep=True)
+        results["outside"].loc[{"reason": "slides_while_rocking"}] = 0.73
+        assert badge(checks_of(results)) == "not valid: up to 73 % of the runs slide unless friction is above 1"
+
+    @pytest.mark.parametrize("kind", STUDIES)
+    def test_every_check_that_is_not_good_has_a_clause(self, folder, pages, kind):
+        found = checks_of(loaded(folder, kind))
+        for one in found:
+            assert bool(one.clause) == (one.word != GOOD), one
+            assert not one.clause.endswith(".")
+        text = " ".join("".join(Page(pages[kind]).text).split())
+        assert f"Validity of this study: {badge(found)}" in text
 
 
 class TestHostile:

@@ -132,10 +132,11 @@ class TestCurves:
         assert not hints(found)  # not twice
 
     def test_one_value_is_no_range(self):
-        notes = tp.fragility.preliminary_screen(PIECES[:1], LAWS, 1).attrs["notes"]
-        assert "friction is below 0.22 at uplift and" in notes
-        assert "with 1 motion a probability of 1/2" in notes
-        assert "0.22 to 0.37 at uplift" in tp.fragility.preliminary_screen(PIECES, LAWS, 40).attrs["notes"]
+        one, two = (tp.ida(PIECES[:n], LAWS, shakes()[:1], [2.0]) for n in (1, 2))
+        said = " ".join(tp.fragility.notes(one))
+        assert "where it is below 0.22 at uplift, " in said
+        assert "with 1 motion a probability of 1/2" in said
+        assert "0.22 to 0.37 at uplift" in " ".join(tp.fragility.notes(two))
 
     def test_counts_are_of_every_floor(self, tmp_path):
         building = BUILDING + "floors = [1, 2]\n"
@@ -169,16 +170,25 @@ class TestRates:
 
     def test_nothing_is_said_where_the_curve_has_risen(self):
         """All that shakes harder overturns it: that share of the rate is known."""
-        shares = {"rate": [1e-4, 1e-4], "rate_share_above": [0.05, 0.04], "rate_share_above_levels": [0.3, 0.3]}
+        shares = {
+            "rate": [1e-4, 1e-4],
+            "rate_share_below": [0.02, 0.05],
+            "rate_share_above": [0.05, 0.04],
+            "rate_share_above_levels": [0.3, 0.3],
+        }
         rates = xr.Dataset(
             {name: ("block", values) for name, values in shares.items()},
             {"block": ["a", "b"], "bin": ("bin", [1.0], {"units": "1"})},
         )
         settled = xr.DataArray([0.951, 0.951], dims="block")
-        assert rate_notes(rates, settled, 1.0, "the last level", "raise it") == []
-        (note,) = rate_notes(rates, settled - [0.0, 0.01], 1.0, "the last level", "raise it")
+        assert rate_notes(rates, settled, (0.1, 1.0), "the last level", "raise it") == []
+        (note,) = rate_notes(rates, settled - [0.0, 0.01], (0.1, 1.0), "the last level", "raise it")
         where = "above the last level, where the curve is not known: raise it"
         assert note == f"30 % of the annual rate of b comes from shaking {where}"
+        rates["rate_share_below"][:] = [0.07, 0.0]
+        (note,) = rate_notes(rates, settled, (0.1, 1.0), "the last level", "raise it")
+        where = "below the hazard curve's first level (0.1), where only its first slope is known"
+        assert note == f"7 % of the annual rate of a comes from shaking {where}: give the curve at lower levels"
 
     def test_levels_that_are_another_for_every_block(self, tmp_path):
         """In multiples of uplift the last level is another ground motion for each block."""
@@ -360,7 +370,6 @@ class TestUncertainRates:
     @pytest.mark.parametrize(
         ("parts", "message"),
         [
-            ((IDA, SCREEN), "has no screen: the screen is of single runs"),
             ((IDA, "[measures]\n"), "has no measures: measures are ranked for known blocks"),
             ((IDA, '[fit]\nform = "isotonic"\n'), "fit.form of a study with uncertainty must be one of lognormal"),
             ((IDA, '[fit]\nstate = "uplifted"\n'), "fit.state of a study with uncertainty must be 'overturned'"),

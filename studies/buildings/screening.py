@@ -1,0 +1,169 @@
+"""The validity screen of an inventory: sliding, scaling and undecided outcomes of its lines, each on its own floor."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array, Flags, Progress
+from ...fragility.runs.factors import dense
+from ...fragility.runs.runners import Runner
+from ...fragility.runs.scaling import scaling
+from ...fragility.uncertainty.joint import Variability, pieces_of, with_restitution
+from ...fragility.validity.characteristics import Characteristics
+from ...fragility.validity.summary import OF_BLOCKS, input_of_pairs, summary_screen
+from ...fragility.validity.undecided import FlipCounts, choose_motions, count_flips_of, perturbed_runs
+from ...models import Law
+from ...models.friction import Friction
+from ...motions.arrays import Record
+from ...motions.intensity.measure import Measure
+from .assessment import distinct_runs, kind_of
+from .contents import Contents, Inventory
+from .shaking import Shaking
+
+
+class Screening(NamedTuple):
+    """What is screened: the friction there is, and the share of the motions whose flags are tested."""
+
+    friction: Friction | None = None
+    undecided: float = 0.0
+
+    def runs(
+        self, inventory: Inventory, models: Sequence[Law], levels: int, motions: int, variability: Variability | None
+    ) -> int:
+        """Return the number of further runs that test which outcomes are undecided."""
+        if self.undecided == 0.0:
+            return 0
+        return perturbed_runs(distinct_runs(inventory, variability), models, levels, motions, self.undecided)
+
+
+def screen_inventory(
+    inventory: Inventory,
+    models: Sequence[Law],
+    shaking: Shaking,
+    levels: Array,
+    im: str | Measure,
+    overturned: xr.DataArray,
+    screening: Screening,
+    runner: Runner,
+    variability: Variability | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Screen every line of an inventory; lines that are anchored neither rock nor slide.
+
+    Parameters
+    ----------
+    inventory, models, levels, im, variability
+        As for `assess`.
+    shaking : Shaking
+        The motions of each floor.
+    overturned : xarray.DataArray
+        The flags of the assessment, on (model, item, level, motion), and variant where pieces differ.
+    screening : Screening
+        The friction there is, and how many motions are tested.
+    runner, progress
+        For the runs under perturbations.
+
+    Returns
+    -------
+    xarray.Dataset
+        As `summary_screen`, on item instead of block; NaN for what depends on the motion where an item is anchored.
+        The variants of pieces that differ are among the outcomes that are tested; the rest is of the nominal block.
+
+    Raises
+    ------
+    ValueError
+        As `assess`.
+    """
+    flags = overturned if "variant" in overturned.dims else overturned.expand_dims("variant")
+    values = flags.transpose("item", "model", "variant", "level", "motion").values
+    total = screening.runs(inventory, models, values.shape[3], values.shape[4], variability)
+    chosen = choose_motions(values.shape[4], screening.undecided) if screening.undecided > 0.0 else None
+    tested = None if chosen is None else values[..., chosen]
+    tests = _Tests(models, variability, screening.undecided, runner, progress, total)
+    parts = []
+    for floor in shaking.used(inventory):
+        at = [i for i, row in enumerate(inventory.rows) if str(row.floor) == floor]
+        rows, plain = [inventory.rows[i] for i in at], shaking.on(floor)
+        scaled = scaling(levels, plain, im, (), shaking.ground)
+        flips = None
+        if chosen is not None and tested is not None:
+            flips = tests.of(rows, tested[at], chosen, plain, dense(scaled.factors))
+        given = input_of_pairs(
+            [row.label for row in rows],
+            [[(row.block, with_restitution(law, row.e)) for law in models] for row in rows],
+            plain,
+            scaled.factors_at(xr.Variable("level", scaled.levels), len(plain)),
+        )
+        of_floor = summary_screen(given, Characteristics.of(plain), screening.friction, flips)
+        parts.append(of_floor.rename(block="item"))
+    return _joined(parts, overturned, np.array([not row.anchored for row in inventory.rows]))
+
+
+class _Tests:
+    """Runs under perturbations, floor after floor; lines that are alike are run once, and anchored lines never."""
+
+    def __init__(
+        self,
+        models: Sequence[Law],
+        variability: Variability | None,
+        share: float,
+        runner: Runner,
+        progress: Progress | None,
+        total: int,
+    ) -> None:
+        self.models, self.variability, self.share = models, variability, share
+        self.runner, self.progress, self.total = runner, progress, total
+        self.done = 0
+
+    def of(
+        self, rows: Sequence[Contents], flags: Flags, chosen: Flags, motions: Sequence[Record], factors: Array
+    ) -> FlipCounts:
+        """Return the counts of the lines of a floor, from their flags (line, model, variant, level, chosen motion)."""
+        first: dict[tuple[Any, ...], int] = {}
+        for i, row in enumerate(rows):
+            if not row.anchored:
+                first.setdefault(kind_of(row), i)
+        lines, models, variants, levels, _ = flags.shape
+        counts = np.zeros((lines, models, levels, variants, flags.shape[4]), np.int8)
+        if first:
+            own = flags[list(first.values())]
+            pairs = [
+                pair
+                for i in first.values()
+                for law in self.models
+                for pair in pieces_of(rows[i].block, law, rows[i].e, self.variability)
+            ]
+            near = [one for one, is_in in zip(motions, chosen, strict=True) if is_in]
+            flat = own.reshape(len(pairs), *own.shape[3:])
+            told = None if self.progress is None else self._told
+            found = count_flips_of(pairs, flat, near, factors[:, :, chosen], self.runner, told).reshape(own.shape)
+            self.done += perturbed_runs(len(first) * variants, self.models, levels, len(motions), self.share)
+            places = {kind: k for k, kind in enumerate(first)}
+            for i, row in enumerate(rows):
+                if not row.anchored:
+                    counts[i] = np.moveaxis(found[places[kind_of(row)]], 1, 2)
+        return FlipCounts(chosen, counts)
+
+    def _told(self, done: int, _: int) -> None:
+        assert self.progress is not None
+        self.progress(self.done + done, self.total)
+
+
+def _joined(parts: Sequence[xr.Dataset], overturned: xr.DataArray, standing: Flags) -> xr.Dataset:
+    """Join the screens of the floors in the order of the inventory; NaN for anchored lines where the motion decides."""
+    settings = [json.loads(part.attrs["screen"]) for part in parts]
+    friction: Any = settings[0]["friction"]
+    if isinstance(friction, dict):
+        friction = {label: one for own in settings for label, one in own["friction"].items()}
+    found = xr.concat(parts, "item", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override")
+    found = found.sel(item=overturned["item"].values)
+    free = xr.DataArray(standing, dims="item")
+    masked = [name for name, one in found.data_vars.items() if "item" in one.dims and name not in OF_BLOCKS]
+    found = found.assign({name: found[name].where(free).assign_attrs(found[name].attrs) for name in masked})
+    found = found.assign_coords(model=overturned["model"].variable)
+    return found.assign_attrs(screen=json.dumps({**settings[0], "friction": friction}, ensure_ascii=False))

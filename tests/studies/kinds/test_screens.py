@@ -1,0 +1,344 @@
+"""The screen of inventories, of uncertain blocks and of sensitivity studies: what single runs of their blocks have."""
+
+import json
+
+import numpy as np
+import pytest
+from study_texts import BLOCKS, HAZARD, IDA, motions
+
+import toppling as tp
+from toppling.fragility import screen, undecided_outcomes, wilson_interval
+from toppling.fragility.uncertainty.joint import pieces_of
+from toppling.fragility.validity import undecided as perturbed
+from toppling.studies import StudyError
+from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, checks_of
+
+MODELS = """
+[[models]]
+law = "housner"
+
+[[models]]
+law = "vassiliou"
+"""
+LAWS = [tp.HousnerImpact(), tp.Vassiliou()]
+IMPACTS = MODELS.replace("vassiliou", "discrete")
+NUMBER = 6
+MOTIONS = motions(NUMBER)
+LEVELS = [1.0, 2.0, 4.0, 8.0]
+PIECES = [tp.Block(0.35, 1.6, name="narrow"), tp.Block(0.6, 1.6, name="wide")]
+INVENTORY = """item,width_m,height_m,floor,count,anchored
+narrow,0.35,1.6,0,3,no
+held,0.9,0.8,0,1,yes
+twin,0.35,1.6,0,1,no
+wide,0.6,1.6,2,2,no
+"""
+NARROW = "item,width_m,height_m,floor,count\nnarrow,0.35,1.6,0,3\n"
+BUILDING = """
+[building]
+kind = "flexural-shear"
+period_s = 0.5
+storeys = 2
+"""
+PERFORMANCE = """
+[performance]
+inventory = "things.csv"
+im = "pga"
+levels = { values = [1.0, 2.0, 4.0, 8.0], unit = "m/s2" }
+replicates = 200
+"""
+UNCERTAIN = """
+[uncertainty]
+samples = 4
+
+[uncertainty.inputs]
+width_m = { distribution = "lognormal", median = 0.5, dispersion = 0.2, lower = 0.3, upper = 0.7 }
+e = { distribution = "uniform", lower = 0.7, upper = 0.95 }
+"""
+SENSITIVE = """
+[sensitivity]
+parameter = "e"
+values = [0.7, 0.9]
+replicates = 100
+"""
+SCREEN = "[screen]\nfriction = 0.35\nundecided = 1.0\n"
+UNTESTED = "[screen]\nundecided = 0.0\n"
+REASONS = ["squat", "slides_at_uplift", "slides_while_rocking", "slides_at_impact", "elastic_mode", "scaled_far"]
+KINDS = {
+    "performance": (MODELS, BUILDING, PERFORMANCE),
+    "uncertainty": (BLOCKS, IMPACTS, IDA, UNCERTAIN),
+    "sensitivity": (BLOCKS, MODELS, IDA, SENSITIVE),
+}
+
+
+def shakes():
+    return tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(NUMBER, seed=1)
+
+
+def study(folder, *parts, inventory=INVENTORY):
+    (folder / "things.csv").write_text(inventory, encoding="utf-8")
+    path = folder / "study.toml"
+    path.write_text('title = "a study"\n' + "".join(parts), encoding="utf-8")
+    return tp.Study.from_toml(path)
+
+
+def notes_of(results):
+    return results.attrs["notes"].splitlines()
+
+
+def same(found, expected, by):
+    """Shares and demands are those of a screen of single runs, `by` its dimensions that are kept."""
+    each = [dim for dim in expected["verdict"].dims if dim not in by]
+    chances = expected["outside"].sel(reason=REASONS)
+    np.testing.assert_allclose(found["outside"].sel(reason=REASONS).transpose(*chances.dims).values, chances.values)
+    for name in ("friction_uplift_demand", "friction_rocking_demand"):
+        one = expected[name]
+        np.testing.assert_allclose(found[name].values, one.max([dim for dim in each if dim in one.dims]).values)
+
+
+class TestInventories:
+    @pytest.fixture(scope="class")
+    def both(self, tmp_path_factory):
+        """A study, its results, and on each floor the screen of single runs of its pieces."""
+        patch = pytest.MonkeyPatch()
+        patch.setattr(perturbed, "PERTURBATION", 1e-2)  # (so much that many outcomes change)
+        one = study(tmp_path_factory.mktemp("inventory"), MODELS, MOTIONS, BUILDING, PERFORMANCE, SCREEN)
+        counts = []
+        found = one.run(progress=lambda *done: counts.append(done))
+        building = tp.motions.Building.flexural_shear(period=0.5, storeys=2)
+        single = {}
+        for item, block, floor in (("narrow", PIECES[0], 0), ("wide", PIECES[1], 2)):
+            here = building.floor_motions(shakes(), [floor])
+            runs = tp.ida(block, LAWS, here, LEVELS, ground=shakes())
+            single[item] = screen(runs, here, 0.35, undecided=True)
+        patch.undo()
+        return one, found, single, counts
+
+    def test_equals_the_screen_of_single_runs(self, both):
+        _, found, single, _ = both
+        for item, expected in single.items():
+            here = found.sel(item=[item]).rename(item="block").transpose("block", ...)
+            same(here, expected, ("block", "model"))
+            np.testing.assert_allclose(here["scale_factor_highest"], expected["scale_factor"].max())
+            assert expected["outside"].sel(reason="slides_while_rocking").max() > 0.0
+        assert {"verdict", "slides"} & {*found.data_vars} == set()
+
+    def test_undecided_outcomes_are_counted(self, both):
+        one, found, single, counts = both
+        for item, expected in single.items():
+            for name in ("undecided", "undecided_lower", "undecided_upper"):
+                np.testing.assert_allclose(found[name].sel(item=item), expected[name].isel(block=0))
+        assert float(found["undecided"].max()) > 0.0
+        assert one.perturbed_runs == 2 * (4 + 2) * len(LEVELS) * NUMBER  # lines that are alike are run once
+        assert counts[-1] == (one.work, one.work) == (one.runs + one.perturbed_runs,) * 2
+
+    def test_anchored_lines_neither_slide_nor_rock(self, both):
+        _, found, _, _ = both
+        held = found.sel(item="held")
+        assert held["outside"].isnull().all()
+        assert np.isnan(held["friction_rocking_demand"])
+        assert bool(held["squat"])
+        np.testing.assert_array_equal(found["outside"].sel(item="twin"), found["outside"].sel(item="narrow"))
+
+    def test_the_notes_say_it(self, both):
+        _, found, _, _ = both
+        said = notes_of(found)
+        share = found["outside"].sel(reason="slides_while_rocking")
+        (note,) = (one for one in said if "slide while they rock" in one)
+        assert note.startswith(f"{100.0 * float(share.mean()):.2g} % of the runs slide while they rock")
+        assert "held" not in note
+        (note,) = (one for one in said if "undecided" in one)
+        flipped, tested = float(found["undecided"].mean()), 3 * 2 * len(LEVELS) * NUMBER
+        low, high = (100.0 * float(end) for end in wilson_interval(np.array(round(flipped * tested)), np.array(tested)))
+        assert note.startswith(
+            f"{100.0 * flipped:.2g} % of the outcomes are undecided ({low:.2g} % to {high:.2g} %, 95 %)"
+        )
+        assert f"reverses {round(flipped * tested)} of the {tested} outcomes tested, under 6 of 6 motions (" in note
+        assert sum("held: its centre of mass is 0.9 half widths high" in one for one in said) == 1
+
+    def test_variants_are_tested_as_they_are(self, tmp_path, monkeypatch):
+        """Pieces that differ: every variant's own runs are repeated, here by analyses of their own."""
+        monkeypatch.setattr(perturbed, "PERTURBATION", 1e-2)
+        varied = PERFORMANCE + "variability = { restitution_sd = 0.02, variants = 3 }\n"
+        one = study(tmp_path, '[[models]]\nlaw = "housner"\n', MOTIONS, varied, SCREEN, inventory=NARROW)
+        found = one.run()
+        flips = []
+        for block, model in pieces_of(PIECES[0], LAWS[0], None, one.variability):
+            flips.append(undecided_outcomes(tp.ida(block, model, shakes(), LEVELS), shakes()).values > 0)
+        assert np.mean(flips) > 0.0
+        np.testing.assert_allclose(found["undecided"].values, [[np.mean(flips)]])
+
+
+class TestScaling:
+    """Records are scaled by far, and filtered noise, whose amplitude is a parameter, is not."""
+
+    @pytest.fixture
+    def record(self, tmp_path):
+        t = np.arange(0.0, 8.0, 0.02)
+        for k in range(4):
+            a = 0.02 * np.sin(2.0 * np.pi * (0.7 + 0.3 * k) * t) * np.exp(-(((t - 3.0) / 1.5) ** 2))
+            rows = [f"{x:.6f},{y:.8f}" for x, y in zip(t, a, strict=True)]
+            text = "time (s),acceleration (m/s2)\n" + "\n".join(rows) + "\n"
+            (tmp_path / f"weak{k}.csv").write_text(text, encoding="utf-8")
+        return '[motions]\nrecords = "weak*.csv"\n'
+
+    @pytest.mark.parametrize("kind", KINDS)
+    def test_records_that_are_scaled_far(self, tmp_path, record, kind):
+        found = study(tmp_path, *KINDS[kind], record, UNTESTED).run()
+        (note,) = (one for one in notes_of(found) if "scaled by less than 0.2 or more than 5" in one)
+        assert note.startswith("100 % of the runs have motions scaled")
+        assert float(found["scale_factor_highest"].max()) > 300.0
+        (check,) = (one for one in checks_of(found) if "scaled moderately" in one.question)
+        assert check.word == CARE
+
+    @pytest.mark.parametrize("kind", KINDS)
+    def test_noise_is_not(self, tmp_path, kind):
+        parts = [part.replace("values = [1.0", "values = [0.01, 1.0") for part in KINDS[kind]]
+        found = study(tmp_path, *parts, MOTIONS, UNTESTED).run()
+        assert not any("scaled by less than" in one for one in notes_of(found))
+        assert (found["outside"].sel(reason="scaled_far").fillna(0.0) == 0.0).all()
+
+
+class TestFriction:
+    @pytest.mark.parametrize("kind", KINDS)
+    def test_only_where_there_is_too_little(self, tmp_path, kind):
+        one = study(tmp_path, *KINDS[kind], MOTIONS, "[screen]\nfriction = 0.1\nundecided = 0.0\n")
+        slippery = one.run()
+        assert any("slide before or at uplift" in note for note in notes_of(slippery))
+        assert not any("no coefficient of friction is given" in note for note in notes_of(slippery))
+        assert not any("undecided" in note for note in notes_of(slippery))
+        assert "undecided" not in slippery
+        assert "perturbed" not in one.words
+        (check,) = (one for one in checks_of(slippery) if "rather than slide" in one.question)
+        assert check.word in (CARE, INVALID)
+        rough = study(tmp_path, *KINDS[kind], MOTIONS, "[screen]\nfriction = 2.0\nundecided = 0.0\n").run()
+        assert not any("of the runs slide" in note for note in notes_of(rough))
+        (check,) = (one for one in checks_of(rough) if "rather than slide" in one.question)
+        assert check.word == GOOD
+        unknown = study(tmp_path, *KINDS[kind], MOTIONS, UNTESTED).run()
+        assert any(note.startswith("no coefficient of friction is given") for note in notes_of(unknown))
+        (check,) = (one for one in checks_of(unknown) if "rather than slide" in one.question)
+        assert check.word == UNKNOWN
+
+    def test_a_distribution(self, tmp_path):
+        """Sliding counts where it is more likely than not: the median decides."""
+        table = "[screen]\nfriction = 0.35\nfriction_dispersion = 0.3\nundecided = 0.0\n"
+        found = study(tmp_path, *KINDS["performance"], MOTIONS, table).run()
+        fixed = study(tmp_path, *KINDS["performance"], MOTIONS, "[screen]\nfriction = 0.35\nundecided = 0.0\n").run()
+        np.testing.assert_array_equal(found["outside"], fixed["outside"])
+        assert json.loads(found.attrs["screen"])["friction"]["wide"]["dispersion"] == 0.3
+
+
+class TestSamples:
+    def test_equals_the_screen_of_every_sample(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(perturbed, "PERTURBATION", 1e-2)
+        one = study(tmp_path, *KINDS["uncertainty"], MOTIONS, SCREEN)
+        counts = []
+        found = one.run(progress=lambda *done: counts.append(done))
+        assert counts[-1] == (one.work, one.work)
+        drawn = one.inputs.sample(4, one.seed)
+        for block in PIECES:
+            each = []
+            pairs = [one.inputs.realise(block, law, drawn) for law in (tp.HousnerImpact(), tp.DiscreteDamping())]
+            for own in zip(*pairs, strict=True):
+                runs = tp.ida(own[0][0], [law for _, law in own], shakes(), one.design.at)
+                each.append(screen(runs, shakes(), 0.35, undecided=True))
+            here = found.sel(block=block.label)
+            for name in ("outside", "undecided"):
+                mean = np.mean([single[name].isel(block=0).values for single in each], axis=0)
+                np.testing.assert_allclose(here[name].values, mean)
+            for name in ("friction_rocking_demand", "friction_uplift_demand", "friction_impact"):
+                worst = np.fmax.reduce([single[name].isel(block=0).values.ravel() for single in each])
+                expected = np.nanmax(worst) if name != "friction_impact" else worst
+                np.testing.assert_allclose(here[name].values, expected)
+            assert float(here["friction_uplift"]) == pytest.approx(block.b / block.h)
+        assert float(found["undecided"].max()) > 0.0
+        (note,) = (one for one in notes_of(found) if "are undecided" in one)
+        assert f"of the {2 * 2 * 4 * 7 * NUMBER} outcomes tested" in note
+
+    def test_levels_that_depend_on_the_block(self, tmp_path):
+        """Every sample has its own factors, those of an analysis of it alone."""
+        ida = '[ida]\nim = "pga_normalised"\nlevels = { values = [1.0, 3.0], unit = "1" }\n'
+        one = study(tmp_path, BLOCKS, IMPACTS, ida, UNCERTAIN, MOTIONS, SCREEN)
+        found = one.run()
+        drawn = one.inputs.sample(4, one.seed)
+        pairs = one.inputs.realise(PIECES[0], LAWS[0], drawn)
+        each = [screen(tp.ida(*pair, shakes(), [1.0, 3.0], "pga_normalised"), shakes(), 0.35) for pair in pairs]
+        here = found.isel(block=0, model=0)
+        np.testing.assert_allclose(here["scale_factor_highest"], max(float(one.scale_factor.max()) for one in each))
+        mean = np.mean([one["outside"].values[0, 0] for one in each], axis=0)
+        np.testing.assert_allclose(here["outside"].sel(reason=REASONS), mean[: len(REASONS)])
+
+
+class TestValues:
+    def test_equals_the_screen_of_every_value(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(perturbed, "PERTURBATION", 1e-2)
+        one = study(tmp_path, *KINDS["sensitivity"], MOTIONS, SCREEN)
+        counts = []
+        found = one.run(progress=lambda *done: counts.append(done))
+        assert counts[-1] == (one.work, one.work)
+        laws = [tp.HousnerImpact(e=0.7), tp.HousnerImpact(e=0.9), tp.Vassiliou()]
+        single = screen(tp.ida(PIECES, laws, shakes(), one.design.at), shakes(), 0.35, undecided=True)
+        np.testing.assert_allclose(found["outside"].isel(model=0), single["outside"].isel(model=[0, 1]))
+        for k in range(2):
+            np.testing.assert_allclose(found["outside"].isel(model=1, value=k), single["outside"].isel(model=2))
+        np.testing.assert_allclose(found["undecided"].isel(model=0), single["undecided"].isel(model=[0, 1]))
+        assert float(found["undecided"].max()) > 0.0
+        # laws that stand beside the others, and those that a value does not change, count once
+        (note,) = (one for one in notes_of(found) if "are undecided" in one)
+        assert f"of the {2 * 3 * 7 * NUMBER} outcomes tested" in note
+
+    def test_the_friction_there_is_decides_which_values_are_usual(self, tmp_path):
+        with pytest.raises(StudyError, match=r"unknown key 'sensitivity.friction'"):
+            study(tmp_path, *KINDS["sensitivity"], "friction = 0.3\n", MOTIONS)
+        found = study(tmp_path, *KINDS["sensitivity"], MOTIONS, "[screen]\nfriction = 0.3\nundecided = 0.0\n").run()
+        assert found.attrs["friction"] == 0.3
+        assert found["in_use"].sel(block="narrow").values.tolist() == [False, True]
+
+
+class TestTails:
+    """Annual values that come from beyond either end of a hazard curve."""
+
+    POINTS = '[hazard]\nunit = "m/s2"\nlevels = [{}]\nrates = [{}]\n'
+
+    @pytest.mark.parametrize(("side", "levels"), [("below", (3.0, 20.0)), ("above", (0.1, 2.5))])
+    def test_the_share_is_that_of_the_integral(self, tmp_path, side, levels):
+        """Straight lines in ln x between the levels times a power law, here in a hundred thousand steps."""
+        rates = [1e-2 * (one / 2.0) ** -2.5 for one in levels]
+        text = self.POINTS.format(", ".join(map(str, levels)), ", ".join(map(str, rates)))
+        found = study(tmp_path, MODELS, MOTIONS, PERFORMANCE, text, UNTESTED, inventory=NARROW).run()
+        p = found["probability"].isel(item=0, model=0).values
+        at = np.log(LEVELS)
+        first = 2.0 * at[0] - at[1]
+        fine = np.linspace(first, np.log(1e4), 400_001)
+        middle = 0.5 * (fine[1:] + fine[:-1])
+        value = np.interp(middle, [first, *at], [0.0, *p])
+        events = value * -np.diff(1e-2 * (np.exp(fine) / 2.0) ** -2.5)
+        outside = np.exp(middle) < levels[0] if side == "below" else np.exp(middle) > levels[1]
+        share = events[outside].sum() / events.sum()
+        assert 0.05 < share < 1.0
+        np.testing.assert_allclose(found[f"annual_number_share_{side}"].isel(model=0), share, rtol=1e-3)
+        worst = float(found[f"annual_number_share_{side}"].max())
+        which, other = {"below": ("first", "lower"), "above": ("last", "higher")}[side]
+        (note,) = (one for one in notes_of(found) if f"{side} the hazard curve's {which} level" in one)
+        assert note.startswith(f"{100.0 * worst:.0f} % of the annual overturnings comes from shaking {side}")
+        assert note.endswith(f"give the curve at {other} levels")
+        (check,) = (one for one in checks_of(found) if "annual rates" in one.question)
+        assert check.word in (CARE, INVALID)
+        assert f"{side} the hazard curve’s {which} level" in check.clause
+
+    def test_not_where_the_curve_covers_the_levels(self, tmp_path):
+        found = study(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE, HAZARD, UNTESTED).run()
+        assert not any("the hazard curve's" in one for one in notes_of(found))
+        (check,) = (one for one in checks_of(found) if "annual rates" in one.question)
+        assert check.word == GOOD
+
+    def test_of_curves_from_below(self, tmp_path):
+        """A hazard curve that begins above the median: most of the rate is its first slope's."""
+        text = self.POINTS.format("6.0, 20.0", "1e-2, 5e-4")
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, text, UNTESTED).run()
+        share = found["rate_share_below"]
+        assert float(share.max()) > 0.05
+        (note,) = (one for one in notes_of(found) if "below the hazard curve's first level" in one)
+        assert note.startswith(f"{100.0 * float(share.max()):.0f} % of the annual rate of narrow")
+        covered = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, HAZARD, UNTESTED).run()
+        assert not any("below the hazard curve's first level" in one for one in notes_of(covered))
