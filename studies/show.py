@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -73,8 +73,13 @@ def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 def draw(results: xr.Dataset, folder: Path) -> list[Path]:
     """Write the figures of a study's results; StudyError where that cannot be."""
+    return save_figures(figures(results), folder)
+
+
+def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path]:
+    """Write figures as PNGs with their names; StudyError where that cannot be."""
     written = []
-    for name, figure in figures(results):
+    for name, figure in named:
         path = folder / f"{name}.png"
         engine = figure.get_layout_engine()
         if engine is not None:

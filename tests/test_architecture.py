@@ -62,6 +62,8 @@ studies/film studies/plot studies/show
 
 studies/report studies/single
 
+studies/comparison
+
 studies/command
 """
 KERNEL_FOLDERS = {"models/engine", "motions/kernels", "fragility/kernels", "benchmarks/kernels"}

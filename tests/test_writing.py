@@ -82,6 +82,10 @@ COMMANDS = {
     "report": (["report", "results.nc"], ["report.html"]),
     "report md": (["report", "results.nc", "--format", "md"], ["report.md", "report_fragility.png"]),
     "export": (["export", "results.nc", "--format", "csv", "--out", "."], ["curves.csv"]),
+    "compare": (
+        ["compare", "results.nc", "--laws", "discrete", "housner", "--out", "."],
+        ["comparison.csv", "curves.png"],
+    ),
     "schema": (["schema", "--out", "schema.json"], ["schema.json"]),
     "run": (["run", "study.toml", "--out", "."], ["fragility.png", "run.log"]),
     "motions": (["motions", "study.toml", "--out", "."], ["histories.png", "spectra.png", "husid.png"]),

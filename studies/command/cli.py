@@ -52,7 +52,7 @@ EXIT_SIGNAL = 128  # and the number of the signal that ended it
 Verify = Annotated[
     bool, Parameter(negative="", help="Refuse results that were edited after they were written (exit code 2).")
 ]
-COMMANDS = ("run", "status", "simulate", "motions", "catalogue", "bench", "export", "report", "schema")
+COMMANDS = ("run", "status", "simulate", "motions", "catalogue", "bench", "export", "report", "compare", "schema")
 
 RUN = Group("Run a study", sort_key=1)
 READ = Group("Read its results", sort_key=2)
@@ -371,6 +371,46 @@ def report(
     with console.status("drawing the figures"):
         written = write_report(_result_file(result), out, format_, verify)
     say(console, *(f"written: {path}" for path in written))
+
+
+@app.command(group=READ)
+def compare(
+    a: Path,
+    b: Path | None = None,
+    /,
+    *,
+    laws: Annotated[
+        tuple[str, str] | None,
+        Parameter(help="A law of A and a law of B (label or short name); of A alone, two of its laws."),
+    ] = None,
+    out: Annotated[
+        Path, Parameter(name=("--out", "--output"), help="Folder for comparison.csv and the figures.")
+    ] = Path("results/compare"),
+    verify: Verify = False,
+) -> None:
+    """Compare two studies' results: what differs between them, medians, rates and chances side by side, figures.
+
+    Says for each difference whether it is larger than the choice of motions explains.
+
+    Parameters
+    ----------
+    a
+        The results (results.nc) that are compared with, or the folder that holds them.
+    b
+        The other results; may be left out with --laws.
+    """
+    from ..comparison.compare import compare as compared  # noqa: PLC0415 - fits and matplotlib
+
+    if b is None and laws is None:
+        raise StudyError(f"{a}: name a second result to compare it with, or two of its laws with --laws")
+    console = terminal(least=120)
+    with console.status("fitting the curves again to resampled motions"):
+        found = compared(a, a if b is None else b, out, laws, verify)
+    say(console, *found.head)
+    for rows in found.tables:
+        for part in fitted(plain_table(*rows), console.width):
+            console.print(part)
+    say(console, *found.tail, *(f"written: {path}" for path in found.written))
 
 
 @app.command(group=TOPPLING)

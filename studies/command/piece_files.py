@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import re
 import zipfile
@@ -11,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from ...fragility.exchange.curve_csv import guarded
 from ...wording import confidence_text
 from ...writing import write_bytes
 from ..file.table import StudyError
@@ -19,7 +17,7 @@ from ..report.results_file import read_results
 from ..store.content import check_content
 from ..tables.fragility import rate_values
 from ..tables.pieces import piece_table
-from ..tables.values import Cell, ValueTable
+from ..tables.values import Cell, ValueTable, csv_bytes
 from ..text.names import clean
 from ..text.words import axis_of, level_text, reference_law
 from .export import PERFORMANCE, laws_of
@@ -69,7 +67,7 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
     with read_results(result) as results:
         check_content(result, results, verify)
         name, found, about = _table(results, result, model)
-        written = _csv(found) if format_ == "csv" else _xlsx(name, found, about)
+        written = csv_bytes(found) if format_ == "csv" else _xlsx(name, found, about)
     path = folder / f"{name}.{format_}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -107,15 +105,6 @@ def _table(results: xr.Dataset, path: Path, model: str | None) -> tuple[str, Val
     if "item_rate" not in results and "at_level" in results.attrs:
         about.append(["level of shaking", _level(results)])
     return "pieces", piece_table(results, at), about
-
-
-def _csv(found: ValueTable) -> bytes:
-    lines = io.StringIO()
-    table = csv.writer(lines, lineterminator="\n")
-    table.writerow(map(guarded, found.headings))
-    for row in found.rows:
-        table.writerow([guarded(one) if isinstance(one, str) else one for one in row])
-    return lines.getvalue().encode()
 
 
 def _xlsx(name: str, found: ValueTable, about: list[list[Cell]]) -> bytes:

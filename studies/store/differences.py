@@ -64,7 +64,7 @@ def differences(before: Any, now: Any, same: bool = False) -> str:
     >>> differences({"motions": {"seed": 1}}, {"motions": {"seed": 2}})
     'motions.seed was 1, is 2'
     """
-    changed = [*_changes(before, now, "")]
+    changed = [f"{key} was {old}, is {new}" for key, old, new in changes(before, now)]
     if not changed:
         if same and makes_motions(now):
             return OTHER_MOTIONS
@@ -76,16 +76,22 @@ def differences(before: Any, now: Any, same: bool = False) -> str:
     return "; ".join(changed[:MOST_SAID]) + more
 
 
-def _changes(before: Any, now: Any, key: str) -> Iterator[str]:
-    """Yield a phrase for each key whose values differ."""
+def changes(before: Any, now: Any, key: str = "") -> Iterator[tuple[str, str, str]]:
+    """Yield each key whose values differ with both values in words; the title is not compared.
+
+    Examples
+    --------
+    >>> list(changes({"hazard": {"k": 2.0}}, {"hazard": {"k": 2.5, "k0": 0.001}}))
+    [('hazard.k', '2.0', '2.5'), ('hazard.k0', 'not given', '0.001')]
+    """
     if isinstance(before, dict) and isinstance(now, dict):
         for name in dict.fromkeys([*before, *now]):
-            yield from _changes(before.get(name), now.get(name), f"{key}.{name}" if key else str(name))
+            yield from changes(before.get(name), now.get(name), f"{key}.{name}" if key else str(name))
     elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
         for i, (old, new) in enumerate(zip(before, now, strict=True), start=1):
-            yield from _changes(old, new, f"{key}[{i}]")
+            yield from changes(old, new, f"{key}[{i}]")
     elif before != now and key != "title":
-        yield f"{key} was {_short(before)}, is {_short(now)}"
+        yield key, _short(before), _short(now)
 
 
 def _short(value: Any) -> str:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 from typing import NamedTuple
+
+from ...fragility.exchange.curve_csv import guarded
 
 Cell = str | float | int | None
 
@@ -23,3 +27,13 @@ def known(value: str | float | int) -> Cell:
 def with_units(name: str, units: str) -> str:
     """Return a name with its units, if it has any."""
     return f"{name} ({units})" if units else name
+
+
+def csv_bytes(found: ValueTable) -> bytes:
+    """Return a table as a CSV file; texts that a spreadsheet would take for formulas begin with an apostrophe."""
+    lines = io.StringIO()
+    table = csv.writer(lines, lineterminator="\n")
+    table.writerow(map(guarded, found.headings))
+    for row in found.rows:
+        table.writerow([guarded(one) if isinstance(one, str) else one for one in row])
+    return lines.getvalue().encode()

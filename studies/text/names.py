@@ -38,7 +38,7 @@ def drawable(results: xr.Dataset) -> xr.Dataset:
         if name in results.coords and results[name].dtype.kind in "OUT":
             coordinate = results[name]
             labels = [str(one) for one in np.atleast_1d(coordinate.values).ravel()]
-            short = {label: _short(label) for label in dict.fromkeys(labels)}
+            short = {label: short_name(label) for label in dict.fromkeys(labels)}
             taken: dict[str, str] = {}
             for label, one in short.items():
                 while one in taken:
@@ -52,6 +52,7 @@ def drawable(results: xr.Dataset) -> xr.Dataset:
     return found if title is None else found.assign_attrs(title=clean(str(title))[:200].replace("$", r"\$"))
 
 
-def _short(label: str) -> str:
+def short_name(label: str) -> str:
+    """Return a name that any figure can draw: in one line, short, without mathematics."""
     plain = " ".join(clean(label).split())
     return (plain if len(plain) <= LONGEST_LABEL else f"{plain[: LONGEST_LABEL - 1]}…").replace("$", r"\$")

@@ -46,6 +46,7 @@ COMMANDS_NOT_RUN = {
     "toppling status results/big",
     "toppling run STUDY.toml --out results/big --fresh",
     "toppling run STUDY.toml --out results/big --scheduler tcp://10.0.0.1:8786",
+    "toppling compare results/clinic results/clinic_anchored --output results/clinic_compare",
     # minutes, on a machine at rest
     "toppling bench --out results/bench",
 }

@@ -38,6 +38,7 @@ def commands():
         "bench": [["--help"]],
         "export": [[result, "--format", "csv"]],
         "report": [[result]],
+        "compare": [["results/study", "--laws", "discrete", "housner"]],
         "schema": [[]],
     }
     assert tuple(of) == COMMANDS

@@ -1,0 +1,84 @@
+"""The comparison of two results from end to end: tables, sentences, a CSV file and figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from ...wording import confidence_text, system_reason
+from ...writing import write_bytes
+from ..file.table import StudyError
+from ..show import save_figures
+from ..tables.values import csv_bytes
+from ..text.rows import Rows
+from .curves import compare_curves
+from .inputs import differences_in_words
+from .pieces import compare_pieces
+from .ratios import HIGHER, LOWER, OPEN
+from .sides import PIECES, two_sides
+from .tables import answer, rows_of, value_table, whole_rows
+
+CSV_NAME = "comparison.csv"
+WAY = (
+    f"{HIGHER}, {LOWER}: the interval of B/A does not hold 1, so the choice of motions does not explain the "
+    f"difference; {OPEN}: it does, and more motions may show either"
+)
+
+
+class Comparison(NamedTuple):
+    """Two results side by side: lines to print before and after the tables, the tables, and the files written."""
+
+    head: list[str]
+    tables: list[Rows]
+    tail: list[str]
+    written: list[Path]
+
+
+def compare(
+    first: Path, second: Path, folder: Path, laws: tuple[str, str] | None = None, verify: bool = False
+) -> Comparison:
+    """Compare two results, and write the table and the figures of the comparison into a folder.
+
+    Parameters
+    ----------
+    first, second : Path
+        Folders of finished studies, or their results; A and B in all that is said.
+    folder : Path
+        For ``comparison.csv`` and the figures, made where missing.
+    laws : tuple of str, optional
+        A law of A and a law of B to compare, by label or short name; all laws in common where not given.
+    verify : bool
+        Refuse results that were edited after they were written.
+
+    Raises
+    ------
+    StudyError
+        One sentence: as `two_sides`; no block, piece or law in common; a file that cannot be written.
+    """
+    from . import figures  # noqa: PLC0415 - matplotlib
+
+    same = laws is not None and first.resolve() == second.resolve()
+    with two_sides(first, second, same, verify) as (a, b):
+        sure = confidence_text(a.results)
+        if a.kind == PIECES:
+            found = compare_pieces(a, b, laws)
+            drawn = list(figures.of_pieces(found, a.title, b.title, sure))
+        else:
+            both = compare_curves(a, b, laws)
+            found = both.found
+            drawn = list(figures.of_curves(both, sure))
+        head = [f"{one.name}: {one.title} ({one.path})" for one in (a, b)]
+        head += ["what differs:", *(f"  {one}" for one in differences_in_words(a, b, found.names, found.laws))]
+    compared = {line.quantity for line in found.lines}
+    told = [one for one in found.quantities if one.name in compared and one.shown]
+    tables = [rows_of(found.lines, one, sure) for one in told if not one.whole]
+    whole = [one for one in told if one.whole]
+    tables += [whole_rows(found.lines, whole, sure)] if whole else []
+    tail = [*(answer(found.lines, one) for one in told), WAY, *(f"note: {one}" for one in found.notes)]
+    path = folder / CSV_NAME
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_bytes(path, csv_bytes(value_table(found.lines, found.quantities)))
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None
+    return Comparison(head, tables, tail, [path, *save_figures(drawn, folder)])

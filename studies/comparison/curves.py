@@ -1,0 +1,248 @@
+"""Fragility curves and annual rates of two studies side by side: block by block, law by law, floor by floor."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array
+from ...fragility.hazard.rates import probability_in
+from ...units import DIMENSIONLESS, PER_YEAR
+from ..buildings.pieces import YEARS, Range
+from ..file.analyses import FitTable
+from ..file.hazard import HazardTable
+from ..file.table import StudyError
+from ..plan.estimates import Fit
+from ..plan.risk import Risk
+from ..plan.samples import pooled_curves
+from ..text.words import axis_of, display_unit, floor_name, measure_name
+from .ratios import Found, Line, Quantity, ratio_of, verdict_of
+from .sides import Matched, Side, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
+
+MEDIAN, DISPERSION, RATE, CHANCE = "median", "dispersion", "rate", "chance"
+"""Quantities of a curve; the chance is of at least one fall in some years."""
+MOST_RESAMPLED = 2000
+"""Most curves of a side that are fitted again to replicates of the motions; ratios of more have no interval."""
+Place = tuple[int, int, int]
+"""Positions of a block, a law and a floor (0 where there are no floors)."""
+
+
+class Curves(NamedTuple):
+    """Curves of one side with the replicates of their parameters and of their rates, on (block, model, floor, …).
+
+    `fit` and `rates` are None where curves are not fitted again; `rates` also where the hazard curve is not in the
+    study.
+    """
+
+    side: Side
+    fit: xr.Dataset | None
+    rates: Array | None
+
+    def value(self, name: str, at: Place) -> Range:
+        """Return a number of the results with its interval."""
+        ends = [f"{name}{end}" for end in ("", "_lower", "_upper")]
+        return Range(*(_at(self.side.results[one], at) if one in self.side.results else math.nan for one in ends))
+
+    def samples(self, name: str, at: Place) -> Array | None:
+        """Return the replicates of a parameter of a curve or of its rate, None where there are none."""
+        if name == RATE:
+            return None if self.rates is None else self.rates[at]
+        if self.fit is None or f"{name}_sample" not in self.fit:
+            return None
+        return np.asarray(_spread(self.fit[f"{name}_sample"], "replicate").values[at])
+
+    def status(self, at: Place) -> str:
+        """Return why there is no curve."""
+        i, j, k = at
+        one = self.side.results["status"].isel(block=i, model=j)
+        return str((one.isel(floor=k) if "floor" in one.dims else one).item())
+
+
+class CurveComparison(NamedTuple):
+    """Curves of two studies side by side: all that was compared, and the curves with their places in A and in B."""
+
+    found: Found
+    a: Curves
+    b: Curves
+    places: list[tuple[Place, Place]]
+
+
+def compare_curves(a: Side, b: Side, laws: tuple[str, str] | None = None) -> CurveComparison:
+    """Compare the curves and rates of two studies whose measures or rates are the same.
+
+    Raises
+    ------
+    StudyError
+        No block, law or floor in common.
+
+    Notes
+    -----
+    The interval of a ratio is of bootstrap replicates, in which motions are drawn with replacement and all curves are
+    fitted again.  Where both sides were shaken by the same motions, a replicate draws the same motions for both, and
+    scatter that both have in common cancels in the ratio; otherwise the draws of both sides are independent.
+    """
+    blocks, models = matched_names(a, b, "block", "block"), matched_laws(a, b, laws)
+    floors = matched(_floors(a), _floors(b))
+    if not floors.pairs:
+        raise StudyError("A and B have no floor in common")
+    paired = same_motions(a, b)
+    number = len(blocks.pairs) * len(models.pairs) * len(floors.pairs)
+    again = number <= MOST_RESAMPLED
+    options = fit_of(a)
+    seeds = (options.seed, options.seed if paired else options.seed + 1)
+    sides = []
+    for k, (side, seed) in enumerate(zip((a, b), seeds, strict=True)):
+        chosen = [sorted({pair[k] for pair in one.pairs}) for one in (blocks, models)]
+        sides.append(_resampled(side, seed, options.replicates, chosen) if again else Curves(side, None, None))
+    of_a, of_b = sides
+    years = {float(side.results.attrs["years"]) for side in (a, b) if "years" in side.results.attrs}
+    time = years.pop() if len(years) == 1 else YEARS
+    places = [((i[0], j[0], k[0]), (i[1], j[1], k[1])) for i, k, j in product(blocks.pairs, floors.pairs, models.pairs)]
+    lines = [line for one, other in places for line in _lines(of_a, of_b, one, other, time)]
+    notes = [*_notes(a, b, of_a, of_b), *([] if again else [_too_many(number)])]
+    found = Found(blocks, models, lines, _quantities(a, time), [*_alone(floors), *notes])
+    return CurveComparison(found, of_a, of_b, places)
+
+
+def _quantities(side: Side, years: float) -> list[Quantity]:
+    """Return what is compared of curves."""
+    axis = axis_of(side.results)
+    scale, unit = display_unit(axis)
+    stored = str(axis.attrs.get("units", DIMENSIONLESS))
+    name = measure_name(measure_of(side))
+    state = str(side.results.attrs.get("state", "overturning"))
+    return [
+        Quantity(MEDIAN, f"Median {name} of {state}", unit, scale, stored, reading="higher: takes more shaking"),
+        Quantity(DISPERSION, f"Dispersion β of {state}", "", 1.0, DIMENSIONLESS),
+        Quantity(RATE, f"Annual rate of {state}", "1/year", 1.0, PER_YEAR, shown=False),
+        Quantity(CHANCE, f"Chance of {state} in {years:g} years", "", 1.0, DIMENSIONLESS, chance=True),
+    ]
+
+
+def _alone(floors: Matched) -> list[str]:
+    """Name the floors that only one side has."""
+    sides = (("A", floors.only_a), ("B", floors.only_b))
+    return [f"floors only in {name}, not compared: {', '.join(alone)}" for name, alone in sides if alone]
+
+
+def fit_of(side: Side) -> Fit:
+    """Return the options of a study's fit, without the fractiles."""
+    asked = side.study.get("fit")
+    return Fit() if asked is None else replace(FitTable.model_validate(asked).build(), fractiles=())
+
+
+def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) -> Curves:
+    """Fit the curves of some blocks and laws again with replicates; arrays keep the places of all."""
+    fit = replace(fit_of(side), seed=seed, replicates=replicates)
+    runs = side.results[list(fit.outputs)]
+    if "motion_floor" in runs.coords:  # (the curves took the name)
+        runs = runs.rename(motion_floor="floor")
+    runs = runs.isel(block=chosen[0], model=chosen[1])
+    if side.kind == "uncertainty":
+        each = [pooled_curves(runs.isel(block=i), fit, keep=True) for i in range(len(chosen[0]))]
+        found = xr.concat(each, "block", combine_attrs="override", coords="minimal", compat="override")
+    else:
+        found = fit.curves(runs, True)
+    every = {dim: side.results[dim].values for dim in ("block", "model")}
+    found = found.assign_coords({dim: every[dim][own] for dim, own in zip(every, chosen, strict=True)})
+    risk = _risk_of(side)
+    rates = None
+    if risk is not None:
+        yearly = risk.rates(fit.modelled(found), fit.confidence)
+        rates = yearly.get("rate_sample")
+        if rates is not None and "realisation" in rates.dims:
+            rates = rates.weighted(yearly["weight"]).mean("realisation")
+    drawn = None if rates is None else np.asarray(_spread(rates.reindex(every), "replicate").values)
+    return Curves(side, found.reindex(every), drawn)
+
+
+def _risk_of(side: Side) -> Risk | None:
+    """Return the hazard of a study, None where it has none or where the curve is in a file beside the study."""
+    asked = side.study.get("hazard")
+    if asked is None or "file" in asked or "rate" not in side.results:
+        return None
+    return HazardTable.model_validate(asked).risk(measure_of(side), Path())
+
+
+def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Line]:
+    """Return the lines of one curve: median, dispersion, rate and chance, as far as both sides have them."""
+    floors = _floors(a.side)
+    place = floor_name(floors[at[2]]) if floors != [""] else ""
+    name = _names(a.side, b.side, "block", at[0], to[0])
+    laws = (str(a.side.results["model"].values[at[1]]), str(b.side.results["model"].values[to[1]]))
+    confidence = float(a.side.results.attrs["confidence"])
+    known = [one for one in (MEDIAN, DISPERSION) if same_measure(a.side, b.side) and _both(a, b, one)]
+    known += [RATE] if _both(a, b, RATE) else []
+    found = []
+    for quantity in known:
+        one, other = a.value(quantity, at), b.value(quantity, to)
+        drawn = a.samples(quantity, at), b.samples(quantity, to)
+        said = [
+            "" if math.isfinite(value.value) else side.status(where)
+            for side, value, where in ((a, one, at), (b, other, to))
+        ]
+        ratio = ratio_of(one.value, other.value, *drawn, confidence)
+        found.append(Line(quantity, name, place, laws, one, other, ratio, verdict_of(ratio), *said))
+        if quantity == RATE:
+            each = [Range(*(float(probability_in(np.float64(x), years)) for x in value)) for value in (one, other)]
+            in_years = [None if rates is None else probability_in(rates, years) for rates in drawn]
+            ratio = ratio_of(each[0].value, each[1].value, in_years[0], in_years[1], confidence)
+            found.append(Line(CHANCE, name, place, laws, each[0], each[1], ratio, verdict_of(ratio), *said))
+    return found
+
+
+def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> list[str]:
+    """Say what is not compared, or has no interval, and why."""
+    said = []
+    has = ["rate" in one.results for one in (a, b)]
+    if has[0] != has[1]:
+        said.append(f"annual rates are not compared: only {'A' if has[0] else 'B'} has a hazard curve")
+    if all(has):
+        said += [
+            f"ratios of chances have no interval: the hazard curve of {one.side.name} is in a file, which results do "
+            "not hold"
+            for one in (of_a, of_b)
+            if one.fit is not None and one.rates is None
+        ][:1]
+    if not same_measure(a, b):
+        measures = [str(axis_of(one.results).attrs.get("long_name", measure_of(one))) for one in (a, b)]
+        said.append(f"medians are not compared: they are of {measures[0]} in A and of {measures[1]} in B")
+    if any("epistemic_rate" in one.results for one in (a, b)):
+        said.append("rates are of the first law, motions and hazard curve; those over all branches are in the reports")
+    return said
+
+
+def _too_many(number: int) -> str:
+    return f"ratios have no intervals: {number:,} curves are more than the {MOST_RESAMPLED:,} that are fitted again"
+
+
+def _both(a: Curves, b: Curves, name: str) -> bool:
+    return name in a.side.results and name in b.side.results
+
+
+def _names(a: Side, b: Side, dim: str, i: int, j: int) -> str:
+    names = [str(side.results[dim].values[at]) for side, at in ((a, i), (b, j))]
+    return names[0] if names[0] == names[1] else f"{names[0]} → {names[1]}"
+
+
+def _floors(side: Side) -> list[str]:
+    """Return the floors of a study's curves; one without a name where curves are not separated by floor."""
+    if "floor" not in side.results["median"].dims:
+        return [""]
+    return [str(one) for one in side.results["floor"].values]
+
+
+def _spread(values: xr.DataArray, *last: str) -> xr.DataArray:
+    """Return values on (block, model, floor, *last), with one floor where they have none."""
+    whole = values if "floor" in values.dims else values.expand_dims("floor")
+    return whole.transpose("block", "model", "floor", *last)
+
+
+def _at(values: xr.DataArray, at: Place) -> float:
+    return float(_spread(values).values[at])

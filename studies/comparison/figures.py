@@ -1,0 +1,162 @@
+"""Figures of a comparison: the curves of both studies in one panel a block and law, and their chances side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import PercentFormatter
+
+from ...aliases import Array
+from ...fragility.curves.curve import LEAST, curve_arrays, has_replicates
+from ...fragility.fitting.bootstrap import percentile_interval
+from ..plots import axes
+from ..text.names import short_name
+from ..text.words import axis_name, axis_of, display_unit
+from .curves import MEDIAN, CurveComparison, Curves, Place
+from .ratios import Found, Line, Quantity, law_text
+from .sides import Side, same_measure
+from .tables import furthest
+
+CHANCE = "chance"
+MOST_PANELS, MOST_DOTS = 12, 40
+"""Most panels of curves and most rows of chances; those whose ratios are furthest from 1 are drawn."""
+LOOKS = {"A": (axes.colour(0), "o", "solid"), "B": (axes.colour(1), "s", "dashed")}
+POINTS = 200
+LEAST_CHANCE = 1e-7
+"""Least end of an interval that is drawn, on the logarithmic axis of chances."""
+
+
+def of_curves(both: CurveComparison, confidence: str) -> Iterator[tuple[str, Figure]]:
+    """Yield the figures of a comparison of curves, each with the name of its file."""
+    a, b = both.a.side, both.b.side
+    medians = [line for line in both.found.lines if line.quantity == MEDIAN]
+    if medians and same_measure(a, b):
+        yield "curves", _panels(both, medians, confidence)
+    yield from of_pieces(both.found, a.title, b.title, confidence)
+
+
+def of_pieces(found: Found, title_a: str, title_b: str, confidence: str) -> Iterator[tuple[str, Figure]]:
+    """Yield the figure of the chances of both sides where there are any, with the name of its file."""
+    for quantity in found.quantities:
+        own = [one for one in found.lines if one.quantity == quantity.name and _drawable(one)]
+        if quantity.name == CHANCE and own:
+            yield "chances", _dots(own, quantity, (title_a, title_b), confidence)
+
+
+def _panels(both: CurveComparison, medians: list[Line], confidence: str) -> Figure:
+    """Return the figure of the curves: a panel for each block, floor and law, A and B with bands over motions."""
+    chosen = furthest(medians, MOST_PANELS)
+    places = [both.places[medians.index(line)] for line in chosen]
+    columns = axes.columns_for(len(chosen))
+    rows = math.ceil(len(chosen) / columns)
+    figure = Figure(figsize=(max(2.9 * columns, 6.0), 2.9 * rows + 1.5), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    low, high, log = _span((both.a.side, both.b.side), chosen)
+    x = np.geomspace(low, high, POINTS) if log else np.linspace(high / POINTS, high, POINTS)
+    axis = axis_of(both.a.side.results)
+    scale, _ = display_unit(axis)
+    for i, (ax, line, at) in enumerate(zip(panels.flat, chosen, places, strict=False)):
+        for curves, where in zip((both.a, both.b), at, strict=True):
+            _curve(curves, where, ax, x, scale)
+        axes.level_axis(ax, low, high, log, axis_name(axis))
+        ax.set_ylim(-0.02, 1.02)
+        ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+        ax.set_ylabel(f"probability of {both.a.side.results.attrs.get('state', 'overturning')}")
+        axes.grid(ax)
+        of_laws = len({one.laws for one in medians}) > 1
+        text = ", ".join(filter(None, (short_name(line.name), line.place)))
+        text += f"\n{axes.model_name(law_text(line.laws))}" if of_laws else ""
+        ax.set_title(axes.wrapped(text, axes.width_of(ax) + 0.5, 9.0), fontsize=9)
+        axes.outer_labels(ax, i, columns, len(chosen))
+    axes.remove_spare(panels, len(chosen))
+    axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
+    first = f"; the {len(chosen)} of {len(medians):,} whose medians differ most" if len(chosen) < len(medians) else ""
+    title = _title((both.a.side.title, both.b.side.title), medians)
+    axes.heading(figure, title, f"bands: {confidence} over motions{first}")
+    return figure
+
+
+def _curve(curves: Curves, at: Place, ax: Axes, x: Array, scale: float) -> None:
+    """Draw the curve of one side with its band, where it has one."""
+    colour, _, line = LOOKS[curves.side.name]
+    label = curves.side.name
+    ax.plot([], [], color=colour, ls=line, lw=1.8, label=label)
+    if curves.fit is None:
+        one = curves.value(MEDIAN, at)
+        ax.axvline(one.value / scale, color=colour, ls=line, lw=1.2)
+        return
+    here = curves.fit.isel(block=at[0], model=at[1])
+    here = here.isel(floor=at[2]) if "floor" in here.dims else here
+    log_x = np.log(x * scale)
+    ax.plot(x, np.ravel(curve_arrays(here)[0].probability(log_x, LEAST)), color=colour, ls=line, lw=1.8)
+    if has_replicates(here):
+        drawn = curve_arrays(here, replicates=True)[0].probability(log_x, LEAST)
+        low, high, _ = percentile_interval(drawn.reshape(-1, x.size).T, float(curves.side.results.attrs["confidence"]))
+        ax.fill_between(x, low, high, color=colour, alpha=0.18, lw=0.0)
+
+
+def _span(sides: tuple[Side, Side], chosen: list[Line]) -> tuple[float, float, bool]:
+    """Return the ends of the axis of levels that holds the levels of both sides, and whether it is logarithmic."""
+    found = [axis_of(side.results) for side in sides]
+    scale, _ = display_unit(found[0])
+    if all("level" in side.results.coords for side in sides):
+        x = np.unique(np.concatenate([axis.values for axis in found])) / scale
+        log = all(axes.log_spaced(axis.values) for axis in found)
+        return float(x[0]), float(x[-1]), log
+    high = max((end.value for line in chosen for end in (line.a, line.b) if math.isfinite(end.value)), default=1.0)
+    return 0.0, min(3.0 * high, max(float(axis.max()) for axis in found)) / scale, False
+
+
+def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confidence: str) -> Figure:
+    """Return the figure of the chances of both sides: a row for each block or piece, dots with intervals."""
+    chosen = furthest(lines, MOST_DOTS)
+    figure = Figure(figsize=(7.6, 0.42 * len(chosen) + 2.3), layout="constrained")
+    ax = figure.add_subplot()
+    ends: list[float] = []
+    for i, line in enumerate(chosen):
+        for name, value, shift in (("A", line.a, -0.14), ("B", line.b, 0.14)):
+            if not value.value > 0.0:
+                continue
+            colour, marker, _ = LOOKS[name]
+            known = value.lower > 0.0 and math.isfinite(value.upper)
+            low = max(value.lower, LEAST_CHANCE) if math.isfinite(value.lower) else value.value
+            high = value.upper if math.isfinite(value.upper) else value.value
+            ax.plot([100.0 * low, 100.0 * high], [i + shift] * 2, color=colour, lw=1.6, alpha=0.6)
+            ax.plot(100.0 * value.value, i + shift, marker, color=colour, ms=5.5, mew=0.0)
+            ends += [100.0 * value.value, 100.0 * high, *([100.0 * low] if known else [])]
+    ax.set_xscale("log")
+    ax.set_xlim(0.7 * min(ends), 1.4 * max(ends))
+    for i, line in enumerate(chosen):
+        for name, said, shift in (("A", line.said_a, -0.14), ("B", line.said_b, 0.14)):
+            if said:
+                at, text = ax.get_xlim()[0], f" {name}: {said}"
+                ax.annotate(text, (at, i + shift), fontsize=8, color=LOOKS[name][0], va="center")
+    for name, (colour, marker, _) in LOOKS.items():
+        ax.plot([], [], marker, color=colour, ms=5.5, mew=0.0, label=name)
+    laws = len({line.laws for line in lines}) > 1
+    parts = [(short_name(line.name), line.place, law_text(line.laws) if laws else "") for line in chosen]
+    names = [", ".join(filter(None, one)) for one in parts]
+    axes.named_rows(ax, [axes.wrapped(name, 3.2, 9.0) for name in names], fontsize=9)
+    axes.plain_log(ax)
+    ax.set_xlabel(f"{quantity.title} (%)")
+    axes.legend_below(figure, *ax.get_legend_handles_labels())
+    first = f"; the {len(chosen)} of {len(lines):,} that differ most" if len(chosen) < len(lines) else ""
+    axes.heading(figure, _title(titles, lines), f"lines: {confidence} intervals over motions{first}")
+    return figure
+
+
+def _drawable(line: Line) -> bool:
+    return line.a.value > 0.0 or line.b.value > 0.0
+
+
+def _title(titles: tuple[str, str], lines: list[Line]) -> str:
+    """Return the titles of both studies, with their laws where these differ and there is one pair."""
+    laws = {line.laws for line in lines}
+    said = next(iter(laws)) if len(laws) == 1 else ("", "")
+    said = said if said[0] != said[1] else ("", "")
+    each = [", ".join(filter(None, (short_name(one), law))) for one, law in zip(titles, said, strict=True)]
+    return f"A: {axes.model_name(each[0])}\nB: {axes.model_name(each[1])}"

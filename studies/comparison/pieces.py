@@ -1,0 +1,190 @@
+"""Pieces of two performance studies side by side, and their buildings as a whole."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...aliases import Array
+from ...fragility.fitting.bootstrap import draw_motions
+from ...fragility.hazard.rates import probability_in
+from ...fragility.numerics.totals import chances, chances_of_any
+from ...units import DIMENSIONLESS, PER_YEAR
+from ...wording import currency_of
+from ..buildings.assessment import BUILDING
+from ..buildings.pieces import HELD, YEARS, Piece, Range, pieces_of
+from ..buildings.variables import a_year, level_index
+from ..text.words import floor_name, level_text
+from .ratios import NONE, Found, Line, Quantity, ratio_of, verdict_of
+from .sides import Side, matched_laws, matched_names, measure_of, same_motions
+
+CHANCE, NUMBER, LOSS, ANY = "chance", "number", "loss", "any"
+"""Quantities: the chance of one piece; expected pieces and value that overturn; the chance that anything does."""
+YEARLY = {NUMBER: "annual_number", LOSS: "annual_loss", ANY: "any_rate"}
+AT_LEVEL = {NUMBER: "number_mean", LOSS: "loss_mean", ANY: "any_probability"}
+"""Names of the totals in the results, with a hazard and without."""
+WHOLE = "the building"
+NEVER = "never seen to fall"
+PERIOD = "in 1000 years"
+
+
+class Shaken(NamedTuple):
+    """What falls on one side under one law, motion by motion, (…, motion), as annual values or at the level.
+
+    `chance` (item, motion) is of one piece of each line, `number`, `loss` and `any` (motion,) of the building.
+    """
+
+    chance: Array
+    number: Array
+    loss: Array
+    any: Array
+
+    @classmethod
+    def of(cls, side: Side, law: int) -> Shaken:
+        """Compute them from the flags of every run."""
+        results = side.results
+        weights = level_weights(side)
+        counts, values = results["count"].values, results["value"].values
+        independent = str(results.attrs["pieces"]) == "independent"
+        sizes = results.sizes
+        chance = np.empty((sizes["item"], sizes["motion"]))
+        none = np.ones((sizes["level"], sizes["motion"]))
+        for i in range(sizes["item"]):
+            flags = results["overturned"].isel(model=[law], item=[i])
+            own = chances(flags.transpose("model", "item", "variant", "level", "motion").values)
+            none *= 1.0 - chances_of_any(own, counts[[i]], independent)[0, 0]
+            chance[i] = a_year(own[0, 0], weights)
+        number = (counts[:, None] * chance).sum(axis=0)
+        loss = ((counts * values)[:, None] * chance).sum(axis=0)
+        return cls(chance, number, loss, a_year(1.0 - none, weights))
+
+
+def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Found:
+    """Compare the pieces of two performance studies, and the totals of their buildings.
+
+    Raises
+    ------
+    StudyError
+        No piece or no law in common.
+
+    Notes
+    -----
+    The interval of a ratio is of bootstrap replicates over motions, as the intervals of both sides are.  Where both
+    were shaken by the same motions, a replicate draws the same motions for both.
+    """
+    items, models = matched_names(a, b, "item", "piece"), matched_laws(a, b, laws)
+    yearly, paired = "item_rate" in a.results, same_motions(a, b)
+    options = a.study.get("performance", {})
+    replicates, seed = int(options.get("replicates", 1000)), int(options.get("seed", 0))
+    drawn = [
+        draw_motions((np.arange(n),), replicates, seed + shift) / n
+        for n, shift in ((a.results.sizes["motion"], 0), (b.results.sizes["motion"], 0 if paired else 1))
+    ]
+    lines = []
+    for j, k in models.pairs:
+        shaken = [Shaken.of(a, j), Shaken.of(b, k)]
+        names = str(a.results["model"].values[j]), str(b.results["model"].values[k])
+        pieces = [{one.item: one for one in pieces_of(side.results, law)} for side, law in ((a, j), (b, k))]
+        lines += _totals(a, b, (j, k), shaken, drawn, names, yearly)
+        for i, m in items.pairs:
+            rates = [one.chance[at] @ weights.T for one, at, weights in zip(shaken, (i, m), drawn, strict=True)]
+            both = [
+                found[str(side.results["item"].values[at])]
+                for found, side, at in zip(pieces, (a, b), (i, m), strict=True)
+            ]
+            lines.append(_line(both, rates, names, yearly, float(a.results.attrs["confidence"])))
+    alone = items.only_a or items.only_b
+    notes = ["the totals of the building hold the pieces that only one side has"] if alone else []
+    return Found(items, models, lines, _quantities(a, yearly), notes)
+
+
+def _quantities(side: Side, yearly: bool) -> list[Quantity]:
+    """Return what is compared, the pieces first."""
+    money = currency_of(side.results)
+    when = f"in {YEARS:g} years"
+    if not yearly:
+        level = level_text(float(side.results.attrs["at_level"]), side.results["level"])
+        when = f"at {measure_of(side)} = {level}"
+    per, in_a = (PER_YEAR, f"{money} a year".strip()) if yearly else (DIMENSIONLESS, money)
+    # (few pieces fall in one year)
+    number = (f"Pieces expected to fall {when}", "", 1.0) if not yearly else ("Pieces expected to fall", PERIOD, 1e-3)
+    loss = "Value expected to fall" if yearly else f"Value expected to fall {when}"
+    return [
+        Quantity(CHANCE, f"Chance that a piece falls {when}", "", 1.0, DIMENSIONLESS, chance=True),
+        Quantity(NUMBER, *number, per, whole=True),
+        Quantity(LOSS, loss, in_a, 1.0, in_a, whole=True),
+        Quantity(ANY, f"Chance that anything falls {when}", "", 1.0, DIMENSIONLESS, chance=True, whole=True),
+    ]
+
+
+def level_weights(side: Side) -> Array:
+    """Return the annual rate that each level stands for; without a hazard 1 for the level of the answer, else 0."""
+    if "level_weight" in side.results:
+        return np.asarray(side.results["level_weight"].values)
+    found = np.zeros(side.results.sizes["level"])
+    found[level_index(side.results, float(side.results.attrs["at_level"]))] = 1.0
+    return found
+
+
+def _line(both: list[Piece], rates: list[Array], laws: tuple[str, str], yearly: bool, confidence: float) -> Line:
+    """Return the line of one piece: its chance in some years, or at the level."""
+    held = [one.recommendation in HELD for one in both]
+    ranges = [NONE if kept else _in_years(one.chance, yearly) for one, kept in zip(both, held, strict=True)]
+    samples = [_in_years_all(one, yearly) for one in rates]
+    said = ["anchored" if kept else NEVER if one.value == 0.0 else "" for one, kept in zip(ranges, held, strict=True)]
+    ratio = ratio_of(ranges[0].value, ranges[1].value, samples[0], samples[1], confidence)
+    verdict = verdict_of(ratio)
+    if held[0] != held[1]:
+        verdict = f"anchored in {'A' if held[0] else 'B'}"
+    places = [", ".join(filter(None, (one.room, floor_name(one.floor)))) for one in both]
+    names = [one.item for one in both]
+    name, place = (one[0] if one[0] == one[1] else f"{one[0]} → {one[1]}" for one in (names, places))
+    return Line(CHANCE, name, place, laws, ranges[0], ranges[1], ratio, verdict, *said)
+
+
+def _totals(
+    a: Side, b: Side, at: tuple[int, int], shaken: list[Shaken], drawn: list[Array], laws: tuple[str, str], yearly: bool
+) -> list[Line]:
+    """Return the lines of the building: pieces that fall, value that falls, and the chance that anything does."""
+    known = [NUMBER, LOSS, ANY]
+    if not (_valued(a) and _valued(b)) or a.results.attrs.get("currency") != b.results.attrs.get("currency"):
+        known.remove(LOSS)
+    found = []
+    for quantity in known:
+        of_years = yearly and quantity == ANY
+        ranges = [
+            _in_years(_stored(side, quantity, law, yearly), of_years) for side, law in zip((a, b), at, strict=True)
+        ]
+        samples = [
+            _in_years_all(getattr(one, quantity) @ weights.T, of_years)
+            for one, weights in zip(shaken, drawn, strict=True)
+        ]
+        said = [NEVER if one.value == 0.0 else "" for one in ranges]
+        confidence = float(a.results.attrs["confidence"])
+        ratio = ratio_of(ranges[0].value, ranges[1].value, samples[0], samples[1], confidence)
+        found.append(Line(quantity, WHOLE, "", laws, ranges[0], ranges[1], ratio, verdict_of(ratio), *said))
+    return found
+
+
+def _stored(side: Side, quantity: str, law: int, yearly: bool) -> Range:
+    """Return a total of the building with its interval, as the results hold it."""
+    here = side.results.isel(model=law).sel(place=BUILDING)
+    name = YEARLY[quantity] if yearly else AT_LEVEL[quantity]
+    if not yearly:
+        here = here.isel(level=level_index(side.results, float(side.results.attrs["at_level"])))
+    return Range(*(float(here[f"{name}{end}"]) for end in ("", "_lower", "_upper")))
+
+
+def _valued(side: Side) -> bool:
+    return bool((side.results["value"].values > 0.0).any())
+
+
+def _in_years(rate: Range, yearly: bool) -> Range:
+    """Return the chance of at least one fall in `YEARS` from annual rates, or probabilities as they are."""
+    return Range(*(float(one) for one in _in_years_all(np.array(rate), yearly))) if not math.isnan(rate.value) else rate
+
+
+def _in_years_all(rates: Array, yearly: bool) -> Array:
+    return probability_in(rates, YEARS) if yearly else rates

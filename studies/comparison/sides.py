@@ -1,0 +1,261 @@
+"""The two results that are compared: read, refused where they cannot be compared, and their blocks and laws matched."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.fitting.states import OVERTURNED, state_name
+from ..file.table import StudyError
+from ..report.results_file import read_results
+from ..store.content import check_content
+from ..store.folder import RESULT_NAME, is_locked
+from ..store.shards import read_manifest
+from ..text.words import measure_name
+
+CURVES, PIECES = ("fragility", "uncertainty"), "performance"
+"""Kinds of studies that are compared: by curves, and by pieces."""
+
+
+class Side(NamedTuple):
+    """One of the two results: `name` A or B, its file, what it holds, and its study as plain values."""
+
+    name: str
+    path: Path
+    results: xr.Dataset
+    study: dict[str, Any]
+
+    @property
+    def kind(self) -> str:
+        """The kind of the study."""
+        return str(self.results.attrs["kind"])
+
+    @property
+    def title(self) -> str:
+        """The title of the study."""
+        return str(self.results.attrs.get("title", ""))
+
+    def identity(self, part: int) -> str:
+        """The hash of all tables (part 0), or of the samples of all motions (part 1)."""
+        return str(self.results.attrs.get("identity", "")).split("-")[part] if self._identified else ""
+
+    @property
+    def _identified(self) -> bool:
+        return str(self.results.attrs.get("identity", "")).count("-") == 1
+
+
+class Matched(NamedTuple):
+    """Labels of both sides that are compared, as pairs of positions, and the labels that only one side has."""
+
+    pairs: list[tuple[int, int]]
+    only_a: list[str]
+    only_b: list[str]
+
+
+@contextmanager
+def two_sides(first: Path, second: Path, same: bool = False, verify: bool = False) -> Iterator[tuple[Side, Side]]:
+    """Open two results until the block ends.
+
+    Parameters
+    ----------
+    first, second : Path
+        Folders of finished studies, or their results (``results.nc``).
+    same : bool
+        True where both may be the same, as for two laws of one study.
+    verify : bool
+        Refuse results that were edited after they were written; otherwise a warning says so.
+
+    Raises
+    ------
+    StudyError
+        One sentence: no results, a study that is not finished, the same results twice, edited results, kinds, damage
+        states or measures that differ, kinds that are not compared.
+    """
+    paths = [_result_of(one) for one in (first, second)]
+    if not same and paths[0].resolve() == paths[1].resolve():
+        raise StudyError(f"{first} and {second} are the same results: name another folder, or two laws with --laws")
+    with read_results(paths[0]) as one, read_results(paths[1]) as other:
+        sides = []
+        for name, path, results in zip("AB", paths, (one, other), strict=True):
+            if not (same and name == "B"):  # (the same file is checked once)
+                check_content(path, results, verify)
+            sides.append(Side(name, path, results, _study(path, results)))
+        a, b = sides
+        if not same and a.identity(0) and [a.identity(i) for i in (0, 1)] == [b.identity(i) for i in (0, 1)]:
+            raise StudyError(f"{first} and {second} hold the results of the same study: nothing differs")
+        try:
+            refuse_different(a, b)
+            yield a, b
+        except (KeyError, IndexError, ValueError, TypeError, AttributeError) as error:
+            if isinstance(error, StudyError):
+                raise
+            reason = " ".join(str(error).split())[:200] or type(error).__name__
+            raise StudyError(f"{first} and {second}: cannot be compared ({reason}): run both studies again") from error
+
+
+def refuse_different(a: Side, b: Side) -> None:
+    """Raise StudyError where the results of two studies have no number in common."""
+    if a.kind != b.kind:
+        raise StudyError(f"A is a {a.kind} study and B a {b.kind} study: only studies of one kind can be compared")
+    if a.kind not in (*CURVES, PIECES):
+        raise StudyError(
+            f"A and B are {a.kind} studies, which compare laws themselves: fragility, uncertainty and performance "
+            "studies can be compared"
+        )
+    states = [str(one.results.attrs.get("state", state_name(OVERTURNED))) for one in (a, b)]
+    if states[0] != states[1]:
+        raise StudyError(f"A is of {states[0]} and B of {states[1]}: only results of one damage state can be compared")
+    if a.kind == PIECES:
+        _refuse_pieces(a, b)
+    elif not same_measure(a, b) and not ("rate" in a.results and "rate" in b.results):
+        found = [measure_name(measure_of(one)) for one in (a, b)]
+        raise StudyError(
+            f"the curves of A are in {found[0]} and those of B in {found[1]}: medians of two measures cannot be "
+            "compared, and there are no annual rates of both (give both studies one im, or both a [hazard])"
+        )
+
+
+def _refuse_pieces(a: Side, b: Side) -> None:
+    """Raise StudyError where the chances of pieces are not of the same thing."""
+    yearly = ["item_rate" in one.results for one in (a, b)]
+    if yearly[0] != yearly[1]:
+        has, lacks = ("A", "B") if yearly[0] else ("B", "A")
+        raise StudyError(
+            f"{has} has a [hazard] and {lacks} has none: chances in a year and chances at a level cannot be compared"
+        )
+    if yearly[0]:
+        return
+    at = [float(one.results.attrs["at_level"]) for one in (a, b)]
+    if not same_measure(a, b) or not np.isclose(at[0], at[1], rtol=1e-9, atol=0.0):
+        said = [
+            f"{measure_of(one)} = {level:g} {one.results['level'].attrs['units']}"
+            for one, level in zip((a, b), at, strict=True)
+        ]
+        raise StudyError(
+            f"chances of A are at {said[0]} and those of B at {said[1]}: give both one im and one performance.at_level"
+        )
+
+
+def measure_of(side: Side) -> str:
+    """Return the name of the measure of the levels."""
+    axis = side.results.coords.get("level", side.results.coords.get("intensity"))
+    named = "" if axis is None else str(axis.attrs.get("im", ""))
+    return str(side.results.attrs.get("im") or named)
+
+
+def same_measure(a: Side, b: Side) -> bool:
+    """Return True if the levels of both sides are of one measure, in one unit and at one place."""
+    return _measure_key(a) == _measure_key(b)
+
+
+def _measure_key(side: Side) -> tuple[str, str, str]:
+    axis = side.results.coords.get("level", side.results.coords.get("intensity"))
+    attributes = {} if axis is None else axis.attrs
+    # (the long name tells the ground's motion from the floor's)
+    return measure_of(side), str(attributes.get("units", "")), str(attributes.get("long_name", ""))
+
+
+def same_motions(a: Side, b: Side) -> bool:
+    """Return True if both sides were shaken by the same motions in one design, so that replicates can be paired."""
+    if a.results.sizes["motion"] != b.results.sizes["motion"] or not a.identity(1):
+        return False
+    if a.identity(1) != b.identity(1) or a.results.attrs.get("design") != b.results.attrs.get("design"):
+        return False
+    if not np.array_equal(a.results["motion"].values, b.results["motion"].values):
+        return False
+    # (stripes draw motions level by level)
+    return a.results.attrs.get("design") != "stripes" or np.array_equal(
+        a.results["intensity"].values, b.results["intensity"].values
+    )
+
+
+def matched(of_a: Sequence[str], of_b: Sequence[str]) -> Matched:
+    """Match labels of two sides; where none is common and each side has one, these two are compared.
+
+    Examples
+    --------
+    >>> matched(["shelf", "rack"], ["rack", "crate"])
+    Matched(pairs=[(1, 0)], only_a=['shelf'], only_b=['crate'])
+    >>> matched(["free"], ["anchored"]).pairs
+    [(0, 0)]
+    """
+    where = {label: j for j, label in enumerate(of_b)}
+    pairs = [(i, where[label]) for i, label in enumerate(of_a) if label in where]
+    if not pairs and len(of_a) == len(of_b) == 1:
+        return Matched([(0, 0)], [], [])
+    common = {of_a[i] for i, _ in pairs}
+    return Matched(pairs, [one for one in of_a if one not in common], [one for one in of_b if one not in common])
+
+
+def matched_laws(a: Side, b: Side, laws: tuple[str, str] | None) -> Matched:
+    """Match the damping laws of two sides, or the two that are named; StudyError where there is none."""
+    labels = [_labels(side, "model") for side in (a, b)]
+    if laws is not None:
+        return Matched([(law_at(a, laws[0]), law_at(b, laws[1]))], [], [])
+    found = matched(*labels)
+    if not found.pairs:
+        raise StudyError(
+            f"A and B have no damping law in common (A: {_listed(labels[0])}; B: {_listed(labels[1])}): name one of "
+            "each with --laws"
+        )
+    return found
+
+
+def matched_names(a: Side, b: Side, dim: str, noun: str) -> Matched:
+    """Match blocks or pieces of two sides by their labels; StudyError where there is none in common."""
+    labels = [_labels(side, dim) for side in (a, b)]
+    found = matched(*labels)
+    if not found.pairs:
+        raise StudyError(f"A and B have no {noun} in common (A: {_listed(labels[0])}; B: {_listed(labels[1])})")
+    return found
+
+
+def law_at(side: Side, name: str) -> int:
+    """Return the position of the law with a label or a short name; StudyError where that is not one law."""
+    labels = _labels(side, "model")
+    law = side.results.coords.get("law")
+    short = labels if law is None or law.dims != ("model",) else [str(one) for one in law.values]
+    found = [i for i, label in enumerate(labels) if label == name] or [i for i, one in enumerate(short) if one == name]
+    if len(found) != 1:
+        several = "several" if found else "no"
+        raise StudyError(f"--laws {name}: {side.name} holds {several} such law among {_listed(labels)}")
+    return found[0]
+
+
+def _labels(side: Side, dim: str) -> list[str]:
+    return [str(one) for one in side.results[dim].values]
+
+
+def _listed(labels: Sequence[str], most: int = 6) -> str:
+    more = f" and {len(labels) - most:,} more" if len(labels) > most else ""
+    return ", ".join(map(repr, labels[:most])) + more
+
+
+def _result_of(path: Path) -> Path:
+    """Return the result file of a finished study; StudyError where there is none, or the study is not finished."""
+    if not path.is_dir():
+        return path
+    if is_locked(path):
+        raise StudyError(f"{path}: its study is running: compare it when it is finished")
+    if read_manifest(path) is not None:
+        raise StudyError(f"{path}: its study is not finished: the same toppling run goes on where it stopped")
+    if not (path / RESULT_NAME).exists():
+        raise StudyError(f"{path}: holds no results of a study ({RESULT_NAME})")
+    return path / RESULT_NAME
+
+
+def _study(path: Path, results: xr.Dataset) -> dict[str, Any]:
+    """Return the study of some results as plain values; StudyError where the results do not hold it."""
+    try:
+        found = json.loads(str(results.attrs.get("study")))
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise StudyError(f"{path}: does not hold its study (attribute study): run it again")
+    return found

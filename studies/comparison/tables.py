@@ -1,0 +1,123 @@
+"""Tables of a comparison: a table for each quantity on a terminal, and all values in one table for a spreadsheet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...wording import about_percent, chances_between, interval_text, three_digits
+from ..buildings.pieces import Range
+from ..tables.values import ValueTable, known
+from ..text.rows import Rows
+from .ratios import HIGHER, LOWER, OPEN, SAME, Line, Quantity, counted_verdicts, law_text
+
+MOST_ROWS = 60
+"""Most rows of a table on a terminal: those whose ratios are furthest from 1."""
+
+
+SIDES = ("A", "B", "B/A", "B against A")
+ONE = {
+    HIGHER: f"{HIGHER} in B, by more than the choice of motions explains",
+    LOWER: f"{LOWER} in B, by more than the choice of motions explains",
+    OPEN: f"{OPEN}: the choice of motions may explain the difference",
+    SAME: "exactly the same",
+}
+"""What is said of a single comparison, by its verdict."""
+
+
+def rows_of(lines: Sequence[Line], quantity: Quantity, confidence: str) -> Rows:
+    """Return the table of one quantity."""
+    own = [line for line in lines if line.quantity == quantity.name]
+    kept = furthest(own, MOST_ROWS)
+    laws = len({line.laws for line in own}) > 1
+    headings = ("", *(["law"] if laws else []), *SIDES)
+    rows = []
+    for line in kept:
+        name = f"{line.name} ({line.place})" if line.place else line.name
+        rows.append((name, *([law_text(line.laws)] if laws else []), *_cells(line, quantity)))
+    first = f"; the {MOST_ROWS} of {len(own):,} with the largest changes" if len(kept) < len(own) else ""
+    unit = f" ({quantity.unit})" if quantity.unit else ""
+    reading = f"; {quantity.reading}" if quantity.reading else ""
+    return Rows(f"{quantity.title}{unit} with {confidence} intervals over motions{reading}{first}", headings, rows)
+
+
+def whole_rows(lines: Sequence[Line], quantities: Sequence[Quantity], confidence: str) -> Rows:
+    """Return the table of quantities of the whole building, a row each."""
+    laws = len({line.laws for line in lines}) > 1
+    rows = []
+    for quantity in quantities:
+        name = f"{quantity.title} ({quantity.unit})" if quantity.unit else quantity.title
+        for line in lines:
+            if line.quantity == quantity.name:
+                rows.append((name, *([law_text(line.laws)] if laws else []), *_cells(line, quantity)))
+    headings = ("", *(["law"] if laws else []), *SIDES)
+    return Rows(f"The whole building with {confidence} intervals over motions", headings, rows)
+
+
+def furthest(lines: Sequence[Line], most: int) -> list[Line]:
+    """Return at most so many lines, those whose ratios are furthest from 1, in the order of the lines."""
+    if len(lines) <= most:
+        return list(lines)
+    far = [abs(math.log(line.ratio.value)) if line.ratio.value > 0.0 else math.inf for line in lines]
+    chosen = np.argsort([-x if not math.isnan(x) else 0.0 for x in far], kind="stable")[:most]
+    return [lines[i] for i in sorted(chosen)]
+
+
+def answer(lines: Sequence[Line], quantity: Quantity) -> str:
+    """Return in a sentence how many of a quantity differ by more than the choice of motions explains."""
+    own = [line for line in lines if line.quantity == quantity.name]
+    numbers = counted_verdicts(own)
+    total = sum(numbers.values())
+    if not total:
+        return f"{quantity.title}: no ratio has an interval"
+    if total == 1:
+        return f"{quantity.title}: {ONE[next(word for word in numbers if numbers[word])]}"
+    decided = numbers[HIGHER] + numbers[LOWER]
+    which = [f"{numbers[word]} {word} in B" for word in (HIGHER, LOWER) if numbers[word]]
+    counts = f" ({', '.join(which)})" if which else ""
+    said = [f"{decided} of {total:,} differ by more than the choice of motions explains{counts}"]
+    said += [f"{numbers[OPEN]} not resolved: the choice of motions may explain the difference"] if numbers[OPEN] else []
+    said += [f"{numbers[SAME]} exactly the same"] if numbers[SAME] else []
+    return f"{quantity.title}: {'; '.join(said)}"
+
+
+def ratio_text(ratio: Range) -> str:
+    """Return a ratio with its interval, two digits each."""
+    if math.isnan(ratio.value):
+        return "–"
+    text = three_digits(ratio.value)
+    return text if math.isnan(ratio.lower) else f"{text} ({interval_text(ratio.lower, ratio.upper)})"
+
+
+def value_table(lines: Sequence[Line], quantities: Sequence[Quantity]) -> ValueTable:
+    """Return all lines as values in SI units, for a spreadsheet: a row for each quantity of each block or piece."""
+    units = {one.name: one.stored for one in quantities}
+    titles = {one.name: one.title for one in quantities}
+    ends = ("", "_lower", "_upper")
+    headings = ["quantity", "units", "name", "place", "law_a", "law_b"]
+    headings += [f"{side}{end}" for side in ("a", "b", "ratio") for end in ends]
+    headings += ["verdict", "a_is", "b_is"]
+    rows = []
+    for line in lines:
+        numbers = [known(float(x)) for value in (line.a, line.b, line.ratio) for x in value]
+        head = [titles[line.quantity], units[line.quantity], line.name, line.place, *line.laws]
+        rows.append([*head, *numbers, line.verdict, line.said_a, line.said_b])
+    return ValueTable(headings, rows)
+
+
+def _cells(line: Line, quantity: Quantity) -> tuple[str, str, str, str]:
+    a, b = _cell(line.a, line.said_a, quantity), _cell(line.b, line.said_b, quantity)
+    return a, b, ratio_text(line.ratio), line.verdict or "–"
+
+
+def _cell(value: Range, said: str, quantity: Quantity) -> str:
+    if said or math.isnan(value.value):
+        return said or "–"
+    if quantity.chance:
+        ends = "" if math.isnan(value.lower) else f" ({chances_between(value.lower, value.upper, about_percent)})"
+        return f"{about_percent(value.value)}{ends}".replace("\u00a0%)", ")")
+    shown = [one / quantity.scale for one in value]
+    ends = "" if math.isnan(shown[1]) else f" ({interval_text(shown[1], shown[2])})"
+    return f"{three_digits(shown[0])}{ends}"

@@ -1,0 +1,273 @@
+"""Two results side by side: ratios, intervals and verdicts held to the files that were compared, and to brute force."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.fragility.fitting.fit import fit_lognormal
+from toppling.studies.command.cli import main
+from toppling.studies.comparison import curves, pieces, sides
+from toppling.studies.comparison.compare import compare
+
+BLOCKS = '[[blocks]]\nname = "narrow"\nwidth_m = 0.35\nheight_m = 1.6\n'
+WIDE = '[[blocks]]\nname = "wide"\nwidth_m = 0.5\nheight_m = 1.6\n'
+MOTIONS = '[motions]\ngenerator = "clough-penzien"\nnumber = 16\nseed = {seed}\nduration_s = 6\ndt_s = 0.02\n'
+K0, K = 2e-3, 2.5
+CURVES = """
+title = "{title}"
+{blocks}
+[[models]]
+law = "housner"
+[[models]]
+law = "discrete"
+{motions}
+[ida]
+im = "pga"
+levels = {{ from = 1.0, to = 12.0, number = 12, spacing = "log", unit = "m/s2" }}
+[fit]
+replicates = 120
+[hazard]
+k0 = {k0}
+k = 2.5
+unit = "m/s2"
+"""
+BUILDING = """
+title = "{title}"
+[[models]]
+law = "housner"
+{motions}
+[performance]
+inventory = "{inventory}"
+im = "pga"
+levels = {{ from = 1.0, to = 12.0, number = 7, spacing = "log", unit = "m/s2" }}
+replicates = 200
+variability = {{ restitution_sd = 0.03, variants = 4, realisations = 4 }}
+[hazard]
+k0 = {k0}
+k = 2.5
+unit = "m/s2"
+"""
+HEAD = "e,item,width_m,height_m,floor,room,count,value,currency,anchored,anchoring_cost\n"
+SHELF, RACK = "{e},shelf,0.35,1.7,0,archive,4,300,EUR,{},40\n", ",rack,0.5,2.0,0,server room,2,9000,EUR,{},200\n"
+VASE, CLOCK = ",vase,0.12,0.5,0,hall,1,500,EUR,no,10\n", ",clock,0.4,1.9,0,hall,1,800,EUR,no,30\n"
+
+
+def curves_study(title, seed=1, k0=K0, blocks=BLOCKS + WIDE):
+    return CURVES.format(title=title, blocks=blocks, motions=MOTIONS.format(seed=seed), k0=k0)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with small finished studies, by name."""
+    here = tmp_path_factory.mktemp("compared")
+    studies = {
+        "base": curves_study("Base"),
+        "site": curves_study("Another site", k0=2 * K0),
+        "motions": curves_study("Other motions", seed=2),
+        "deeper": curves_study("Deeper", blocks=BLOCKS.replace("0.35", "0.45") + BLOCKS.replace("narrow", "new")),
+        "free": BUILDING.format(title="Free", motions=MOTIONS.format(seed=1), inventory="free.csv", k0=K0),
+        "held": BUILDING.format(title="Anchored", motions=MOTIONS.format(seed=1), inventory="held.csv", k0=2 * K0),
+    }
+    (here / "free.csv").write_text(HEAD + SHELF.format("no", e=0.9) + RACK.format("no") + VASE, encoding="utf-8")
+    (here / "held.csv").write_text(HEAD + SHELF.format("no", e=0.92) + RACK.format("yes") + CLOCK, encoding="utf-8")
+    for name, text in studies.items():
+        (here / f"{name}.toml").write_text(text, encoding="utf-8")
+        tp.Study.from_toml(here / f"{name}.toml").run(here / name)
+    return here
+
+
+def lines_of(folder, first, second, laws=None):
+    with sides.two_sides(folder / first, folder / second, first == second) as (a, b):
+        if a.kind == "performance":
+            return pieces.compare_pieces(a, b, laws)
+        return curves.compare_curves(a, b, laws).found
+
+
+def one(found, quantity, name, law=None):
+    (line,) = [
+        line
+        for line in found.lines
+        if (line.quantity, line.name) == (quantity, name) and (law is None or law in line.laws[0])
+    ]
+    return line
+
+
+def resampled(flags, levels, weights):
+    """Medians and dispersions of a block's flags (level, motion) when motions (replicate, motion) are drawn."""
+    found = [fit_lognormal(levels, (flags * w).sum(axis=1), np.full(levels.size, w.sum()), "auto") for w in weights]
+    return np.array([one.median for one in found]), np.array([one.dispersion for one in found])
+
+
+def drawn(seed, replicates, motions):
+    """How often each motion is drawn: replicate r from SeedSequence(seed, spawn_key=(r,))."""
+    found = []
+    for r in range(replicates):
+        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(r,))))
+        found.append(np.bincount(rng.integers(0, motions, motions), minlength=motions))
+    return np.array(found)
+
+
+def percentiles(samples):
+    """The 95 % percentile interval, as order statistics."""
+    found = np.sort(samples)
+    at = math.ceil(0.025 * found.size - 1e-9) - 1
+    return found[at], found[-1 - at]
+
+
+def rate(median, dispersion, k0):
+    """The annual rate of a lognormal curve under the power law k0 x^-k, in closed form."""
+    return k0 * median**-K * np.exp(0.5 * K**2 * dispersion**2)
+
+
+class TestCurves:
+    @pytest.mark.parametrize("law", ["housner", "discrete"])
+    @pytest.mark.parametrize("block", ["narrow", "wide"])
+    def test_ratios_of_both_files(self, folder, block, law):
+        found = lines_of(folder, "base", "motions")
+        a, b = (xr.open_dataset(folder / name / "results.nc") for name in ("base", "motions"))
+        where = {"block": block, "model": str(a["model"].values[a["law"].values.tolist().index(law)])}
+        for quantity, name in (("median",) * 2, ("dispersion",) * 2, ("rate",) * 2, ("chance", "risk_probability")):
+            line = one(found, quantity, block, law)
+            values = [float(each[name].sel(where)) for each in (a, b)]
+            assert (line.a.value, line.b.value) == pytest.approx(values, rel=1e-12)
+            assert line.ratio.value == pytest.approx(values[1] / values[0], rel=1e-12)
+            assert line.a.lower == pytest.approx(float(a[f"{name}_lower"].sel(where)), rel=1e-12)
+            assert line.b.upper == pytest.approx(float(b[f"{name}_upper"].sel(where)), rel=1e-12)
+
+    @pytest.mark.parametrize(("other", "seed", "k0"), [("site", 0, 2 * K0), ("motions", 1, K0)])
+    def test_intervals_by_brute_force(self, folder, other, seed, k0):
+        """Draws are the same for both sides where the motions are, and independent where they are not."""
+        found = lines_of(folder, "base", other)
+        both = []
+        for name, own in (("base", 0), (other, seed)):
+            results = xr.open_dataset(folder / name / "results.nc")
+            flags = results["overturned"].isel(model=0).sel(block="wide").transpose("level", "motion").values
+            both.append(resampled(flags, results["level"].values, drawn(own, 120, flags.shape[-1])))
+        (m_a, d_a), (m_b, d_b) = both
+        for quantity, ratio in (
+            ("median", m_b / m_a),
+            ("dispersion", d_b / d_a),
+            ("rate", rate(m_b, d_b, k0) / rate(m_a, d_a, K0)),
+        ):
+            line = one(found, quantity, "wide", "housner")
+            assert (line.ratio.lower, line.ratio.upper) == pytest.approx(percentiles(ratio), rel=2e-4), quantity
+
+    def test_another_site(self, folder):
+        """Only the hazard differs: curves are the same to the last digit, and rates twice as high."""
+        found = lines_of(folder, "base", "site")
+        for line in found.lines:
+            if line.quantity in ("median", "dispersion"):
+                assert (line.ratio, line.verdict) == ((1.0, 1.0, 1.0), "the same")
+            elif line.quantity == "rate":
+                assert line.ratio == pytest.approx((2.0, 2.0, 2.0), rel=1e-9)
+                assert line.verdict == "higher"
+
+    def test_two_laws_of_one_study(self, folder):
+        found = lines_of(folder, "base", "base", ("discrete", "housner"))
+        results = xr.open_dataset(folder / "base/results.nc")
+        line = one(found, "median", "wide")
+        assert [name.split()[0] for name in line.laws] == ["discrete", "housner"]
+        values = results["median"].sel(block="wide").values
+        assert line.ratio.value == pytest.approx(values[0] / values[1], rel=1e-12)
+        assert line.ratio.lower < line.ratio.value < line.ratio.upper
+
+    def test_what_only_one_has(self, folder, tmp_path):
+        said = "\n".join(compare(folder / "base", folder / "deeper", tmp_path).head)
+        assert "blocks only in A, not compared: wide" in said
+        assert "blocks only in B, not compared: new" in said
+        assert "width: narrow 0.35 m in A, 0.45 m in B" in said
+        assert "motions: the same 16 motions in both" in said
+
+    def test_what_differs(self, folder, tmp_path):
+        said = compare(folder / "base", folder / "motions", tmp_path).head
+        assert "  motions: seed 1 in A, 2 in B" in said
+        assert any("are not paired" in line for line in said)
+        said = compare(folder / "base", folder / "site", tmp_path).head
+        assert "  hazard: k0 0.002 in A, 0.004 in B" in said
+        assert not any("seed" in line for line in said)
+
+
+class TestPieces:
+    def test_ratios_of_both_files(self, folder):
+        found = lines_of(folder, "free", "held")
+        a, b = (xr.open_dataset(folder / name / "results.nc") for name in ("free", "held"))
+        line = one(found, "chance", "shelf")
+        chances = [1.0 - math.exp(-50.0 * float(each["item_rate"].sel(item="shelf")[0])) for each in (a, b)]
+        assert (line.a.value, line.b.value) == pytest.approx(chances, rel=1e-12)
+        assert line.ratio.value == pytest.approx(chances[1] / chances[0], rel=1e-12)
+        assert line.place == "archive, ground"
+        for quantity, name in (("number", "annual_number"), ("loss", "annual_loss")):
+            line = one(found, quantity, pieces.WHOLE)
+            values = [float(each[name].sel(place="building")[0]) for each in (a, b)]
+            assert (line.a.value, line.b.value, line.ratio.value) == pytest.approx((*values, values[1] / values[0]))
+            assert line.a.lower == pytest.approx(float(a[f"{name}_lower"].sel(place="building")[0]))
+
+    def test_intervals_by_brute_force(self, folder):
+        found = lines_of(folder, "free", "held")
+        weights = drawn(0, 200, 16) / 16
+        samples = []
+        for name in ("free", "held"):
+            results = xr.open_dataset(folder / name / "results.nc")
+            each = results["overturned"].astype(float).mean("variant").isel(model=0).sel(item="shelf")
+            rates = (each * results["level_weight"]).sum("level").values
+            samples.append(1.0 - np.exp(-50.0 * weights @ rates))
+        line = one(found, "chance", "shelf")
+        assert (line.ratio.lower, line.ratio.upper) == pytest.approx(percentiles(samples[1] / samples[0]), rel=1e-9)
+        assert line.verdict == "higher"  # (twice the hazard, paired motions)
+
+    @pytest.mark.parametrize("name", ["free", "held"])
+    def test_totals_motion_by_motion(self, folder, name):
+        """The mean over motions of what is resampled is what the results hold."""
+        with sides.two_sides(folder / name, folder / name, same=True) as (a, _):
+            shaken = pieces.Shaken.of(a, 0)
+            for quantity, variable in pieces.YEARLY.items():
+                held = float(a.results[variable].sel(place="building")[0])
+                assert getattr(shaken, quantity).mean() == pytest.approx(held, rel=1e-12)
+            assert shaken.chance.mean(axis=1) == pytest.approx(a.results["item_rate"].values[0], rel=1e-12)
+
+    def test_anchored(self, folder, tmp_path):
+        line = one(lines_of(folder, "free", "held"), "chance", "rack")
+        assert (line.verdict, line.said_b) == ("anchored in B", "anchored")
+        assert math.isnan(line.ratio.value)
+        said = "\n".join(compare(folder / "free", folder / "held", tmp_path).head)
+        assert "anchored only in B: rack" in said
+        assert "e: shelf 0.9 in A, 0.92 in B" in said
+        assert "pieces only in A, not compared: vase" in said
+        assert "pieces only in B, not compared: clock" in said
+
+
+class TestCommand:
+    def test_what_it_prints_and_writes(self, folder, tmp_path, capsys):
+        assert main(["compare", str(folder / "free"), str(folder / "held"), "--output", str(tmp_path / "out")]) == 0
+        text = " ".join(capsys.readouterr().out.split())
+        assert "A: Free (" in text
+        assert "Chance that a piece falls in 50 years with 95 % intervals over motions" in text
+        assert "Pieces expected to fall (in 1000 years)" in text
+        assert "falls in 50 years: higher in B, by more than the choice of motions explains" in text
+        rows = list(csv.DictReader((tmp_path / "out/comparison.csv").open(encoding="utf-8")))
+        row = next(one for one in rows if one["name"] == "shelf")
+        assert float(row["ratio"]) == pytest.approx(float(row["b"]) / float(row["a"]))
+        assert (row["units"], row["place"]) == ("1", "archive, ground")
+        assert (tmp_path / "out/chances.png").read_bytes().startswith(b"\x89PNG")
+
+    def test_figures_of_curves(self, folder, tmp_path):
+        found = compare(folder / "base", folder / "motions", tmp_path)
+        assert [path.name for path in found.written] == ["comparison.csv", "curves.png", "chances.png"]
+        assert all(path.read_bytes().startswith(b"\x89PNG") for path in found.written[1:])
+
+    def test_the_same_bytes_again(self, folder, tmp_path):
+        for name in ("one", "two"):
+            compare(folder / "base", folder / "motions", tmp_path / name)
+        files = [(tmp_path / name / "comparison.csv").read_bytes() for name in ("one", "two")]
+        assert files[0] == files[1]
+
+    def test_it_is_no_part_of_the_studies(self, folder, tmp_path):
+        """Nothing is written beside the results."""
+        before = sorted(path.name for path in Path(folder / "base").iterdir())
+        compare(folder / "base", folder / "site", tmp_path)
+        assert sorted(path.name for path in Path(folder / "base").iterdir()) == before

@@ -1,0 +1,115 @@
+"""Results that cannot be compared: one sentence on standard error, exit code 2, and nothing written."""
+
+import json
+import shutil
+
+import pytest
+import xarray as xr
+from study_texts import CABINET, IDA, motions
+
+import toppling as tp
+from toppling.studies.command.cli import main
+from toppling.studies.store.shards import FOLDER, LAYOUT, MANIFEST
+
+STUDY = f'title = "Base"\n{CABINET}{motions(6)}'
+FILES = {
+    "base": STUDY + IDA,
+    "velocity": STUDY + IDA.replace('"pga"', '"pgv"').replace("1.0, to = 12.0", "0.1, to = 2.0").replace("m/s2", "m/s"),
+    "uplift": STUDY + IDA + '[fit]\nstate = "uplifted"\n',
+    "other_law": STUDY.replace("[motions]", '[[models]]\nlaw = "discrete"\n[motions]').replace(
+        'law = "housner"\ne = 0.9', 'law = "makris-konstantinidis"'
+    )
+    + IDA,
+    "blocks": STUDY.replace("[[models]]", "[[blocks]]\nwidth_m = 0.3\nheight_m = 1.2\n[[models]]", 1).replace(
+        "width_m = 0.4", "width_m = 0.5"
+    )
+    + IDA,
+    "sensitivity": f'title = "Delta"\n[[blocks]]\nwidth_m = 0.4\nheight_m = 1.8\n[[models]]\nlaw = "discrete"\n'
+    f'{motions(6)}{IDA}[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\nreplicates = 100\n',
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with small finished studies, by name, and copies of one that are edited, damaged or unfinished."""
+    here = tmp_path_factory.mktemp("refused")
+    for name, text in FILES.items():
+        (here / f"{name}.toml").write_text(text, encoding="utf-8")
+        tp.Study.from_toml(here / f"{name}.toml").run(here / name)
+    for name in ("copy", "edited", "damaged", "unfinished", "empty"):
+        (here / name).mkdir()
+    for name in ("copy", "damaged", "unfinished"):
+        shutil.copy(here / "base/results.nc", here / name)
+    results = xr.load_dataset(here / "velocity/results.nc")
+    results["median"] = 2.0 * results["median"]
+    results.attrs |= {"identity": "0-0"}
+    results.to_netcdf(here / "edited/results.nc")
+    whole = (here / "base/results.nc").read_bytes()
+    (here / "damaged/results.nc").write_bytes(whole[: len(whole) // 2])
+    (here / "unfinished" / FOLDER).mkdir()
+    manifest = {"engine": {}, "study": {}, "calls": [], "layout": LAYOUT, "machines": [], "identity": "", "work": 1}
+    (here / "unfinished" / FOLDER / MANIFEST).write_text(json.dumps(manifest), encoding="utf-8")
+    return here
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "said"),
+    [
+        ("base", "base", "are the same results"),
+        ("base", "base/../base", "are the same results"),
+        ("base", "copy", "the same study: nothing differs"),
+        ("base", "velocity", "in PGA and those of B in PGV"),
+        ("base", "uplift", "A is of overturning and B of uplift"),
+        ("base", "other_law", "no damping law in common"),
+        ("base", "blocks", "no block in common"),
+        ("base", "sensitivity", "A is a fragility study and B a sensitivity study"),
+        ("sensitivity", "sensitivity/results.nc", "are the same results"),
+        ("base", "damaged", "damaged/results.nc: is"),
+        ("base", "unfinished", "its study is not finished"),
+        ("base", "empty", "holds no results"),
+        ("base", "nowhere", "no such file"),
+        ("base", "base.toml", "is no result file"),
+    ],
+)
+def test_one_sentence(folder, tmp_path, capsys, first, second, said):
+    assert main(["compare", str(folder / first), str(folder / second), "--out", str(tmp_path / "out")]) == 2
+    text = capsys.readouterr().err
+    assert said in text
+    assert len(text.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_edited_by_hand(folder, tmp_path, capsys):
+    """As the other commands: a warning, and with --verify an error."""
+    command = ["compare", str(folder / "velocity"), str(folder / "edited"), "--out", str(tmp_path / "out")]
+    assert main([*command, "--verify"]) == 2
+    assert "edited after it was written" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    with pytest.warns(UserWarning, match="edited after it was written"):
+        assert main(command) == 0
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ([], "name a second result"),
+        (["--laws", "housner", "discret"], "no such law"),
+        (["--laws", "housner"], "--laws"),
+    ],
+)
+def test_laws(folder, tmp_path, capsys, more, said):
+    assert main(["compare", str(folder / "base"), *more, "--out", str(tmp_path / "out")]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_law_of_each(folder, tmp_path, capsys):
+    command = ["compare", str(folder / "base"), str(folder / "other_law"), "--out", str(tmp_path / "out")]
+    assert main([*command, "--laws", "housner", "discrete"]) == 0
+    assert "law: housner e=0.9 in A, discrete" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_folder_that_cannot_be_written(folder, tmp_path, capsys):
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    command = ["compare", str(folder / "base"), str(folder / "other_law"), "--laws", "housner", "discrete"]
+    assert main([*command, "--out", str(tmp_path / "file")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
