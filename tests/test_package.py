@@ -71,8 +71,10 @@ class TestWheel:
         data |= {f"toppling/benchmarks/studies/{p.name}" for p in (ROOT / "benchmarks/studies").glob("*.toml")}
         examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.*")}
         templates = {f"toppling/studies/templates/{p.name}" for p in (ROOT / "studies/templates").glob("*.j2")}
-        assert names == modules | data | examples | templates
+        starters = {f"toppling/studies/starters/{p.name}" for p in (ROOT / "studies/starters").iterdir()}
+        assert names == modules | data | examples | starters | templates
         assert templates
+        assert starters
         assert any(n.endswith("licenses/LICENSE") for n in zipfile.ZipFile(wheel).namelist())
 
     @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Inventories in CSV files, one line for each kind of piece on a floor; `contents` holds what the lines describe."""
+"""Inventories in CSV files and workbooks: a line for each kind of piece on a floor, which `contents` holds."""
 
 from __future__ import annotations
 
@@ -54,16 +54,17 @@ class InventoryError(StudyError):
     """Error for an inventory that cannot be used: one sentence with file, line, column, value and what is allowed."""
 
 
-KIND = TableKind("inventory", COLUMNS, MAX_ROWS, 16 * 2**20, InventoryError)
+KIND = TableKind("inventory", COLUMNS, MAX_ROWS, 16 * 2**20, InventoryError, "inventory")
 
 
 def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = None) -> Inventory:
-    """Read an inventory from a CSV file.
+    """Read an inventory from a CSV file or a workbook.
 
     Parameters
     ----------
     path : path
-        A table in UTF-8 separated by commas, semicolons or tabs, one line for each kind of piece on a floor.
+        A table in UTF-8 separated by commas, semicolons or tabs, one line for each kind of piece on a floor; or a
+        workbook (``.xlsx``, ``.xlsm``) with such a table in the sheet ``inventory``, or in its first visible sheet.
     floors : sequence of str, optional
         The existing floors; any floor is allowed where not given.
 
@@ -74,7 +75,7 @@ def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = 
     Raises
     ------
     InventoryError
-        One sentence that names file, line, column, value and what is allowed.
+        One sentence that names file, line (row of a workbook), column, value and what is allowed.
 
     Notes
     -----
@@ -120,6 +121,9 @@ def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = 
 
     Where semicolons or tabs separate the cells, numbers may have decimal commas; a file has either commas or points.
 
+    Of a workbook the values count, those of formulas as they were when it was saved, hidden rows among them.  Dates,
+    errors, formulas without a value and merged cells are refused; macros and other sheets are ignored.
+
     Examples
     --------
     >>> from toppling.studies.buildings.inventory import example_path
@@ -145,7 +149,7 @@ def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = 
             line.refuse("floor", f"must be one of {known}, got {shown(line.text('floor'))}{hint}")
         stated = line.text("currency")
         if stated and currency and stated != currency:
-            line.refuse("currency", f"must be {currency!r} as in the lines above, got {stated!r}")
+            line.refuse("currency", f"must be {currency!r} as in the {table.word}s above, got {stated!r}")
         currency = currency or stated
     if not found:
         raise InventoryError(f"{file}: has a header but no items")
@@ -169,7 +173,7 @@ def _told_apart(found: Sequence[tuple[CsvLine, Contents]]) -> Iterator[Contents]
     for line, row in found:
         label = row.label if len(lines[row.label]) == 1 else f"{row.label}, floor {row.floor}"
         if label in taken:
-            line.refuse("item", f"must be another name, {label!r} is taken by line {taken[label].number}")
+            line.refuse("item", f"must be another name, {label!r} is taken by {line.table.word} {taken[label].number}")
         taken[label] = line
         yield replace(row, label=label)
 

@@ -12,6 +12,7 @@ import sys
 import warnings
 from json import dumps
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Group, Parameter
@@ -41,6 +42,7 @@ from .building_files import write_building_files
 from .export import PERFORMANCE, ExportFormat, guessed_lines, kind_of, missing_lines, read_curves, write_curves
 from .forecast import forecast, status_of
 from .piece_files import write_pieces
+from .starters import REPLACE, Starter, write_starter
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -52,7 +54,19 @@ EXIT_SIGNAL = 128  # and the number of the signal that ended it
 Verify = Annotated[
     bool, Parameter(negative="", help="Refuse results that were edited after they were written (exit code 2).")
 ]
-COMMANDS = ("run", "status", "simulate", "motions", "catalogue", "bench", "export", "report", "compare", "schema")
+COMMANDS = (
+    "new",
+    "run",
+    "status",
+    "simulate",
+    "motions",
+    "catalogue",
+    "bench",
+    "export",
+    "report",
+    "compare",
+    "schema",
+)
 
 RUN = Group("Run a study", sort_key=1)
 READ = Group("Read its results", sort_key=2)
@@ -182,6 +196,28 @@ def status(
         sys.stdout.write(json_text(found._asdict()) + "\n")
     else:
         say(terminal(), *found.lines(folder))
+
+
+@app.command(group=RUN)
+def new(kind: Starter, folder: Path, /) -> None:
+    """Write a commented study with its files into a new folder: it runs as it is, and is yours to change.
+
+    Parameters
+    ----------
+    kind
+        inventory (what stands in a building, with a hazard curve), records (two pieces under records), or scenario
+        (what stands in a building, in one earthquake).
+    folder
+        The folder for it: a new or an empty one, nothing is overwritten.
+    """
+    written = write_starter(kind, folder)
+    study, results = quote(str(folder / written[0])), quote(str(folder / "results"))
+    say(
+        terminal(),
+        f"written into {folder}: {', '.join(written)}",
+        f"to replace, all of it is invented: {REPLACE[kind]}",
+        f"next: toppling run {study} --out {results}",
+    )
 
 
 app.command(simulate_one, name="simulate", group=INPUTS)

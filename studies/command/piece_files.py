@@ -120,10 +120,10 @@ def _xlsx(name: str, found: ValueTable, about: list[list[Cell]]) -> bytes:
     _fill(book.create_sheet("about"), [["what", "is"], *about])
     held = io.BytesIO()
     book.save(held)
-    return _timeless(held.getvalue())
+    return timeless(held.getvalue())
 
 
-def _timeless(book: bytes) -> bytes:
+def timeless(book: bytes) -> bytes:
     """Return a workbook without the time of writing, so that the same results give the same bytes."""
     held = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(book)) as old, zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as new:

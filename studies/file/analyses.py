@@ -256,7 +256,7 @@ class PerformanceTable(Table):
     """Performance assessment: an inventory, shaken jointly."""
 
     inventory: Annotated[
-        str, RelativePath(), Field(description="CSV of what stands where, relative to the study file.")
+        str, RelativePath(), Field(description="CSV or XLSX of what stands where, relative to the study file.")
     ]
     im: Annotated[
         Named,

@@ -1,4 +1,4 @@
-"""Tables in CSV files, one thing per line: cells by column, and errors that name line and column."""
+"""Tables in CSV files and workbooks, one thing per line: cells by column, and errors that name line and column."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from typing import NamedTuple, NoReturn, TypeVar
 from ... import checks
 from ...wording import system_reason
 from .table import StudyError, shown
+from .workbook import SUFFIXES, Unreadable, WorkbookError, sheet_rows
 
 UNITS = {"mm": "divide by 1000", "cm": "divide by 100", "in": "multiply by 0.0254", "ft": "multiply by 0.3048"}
 """The advice for sizes in other units."""
@@ -24,98 +25,133 @@ Value = TypeVar("Value")
 
 
 class TableKind(NamedTuple):
-    """A kind of table: its name, the columns that it may have, and its largest size."""
+    """A kind of table: its name, the columns that it may have, and its largest size.
+
+    `sheet` is the name of its sheet in a workbook; a kind without one is read from text alone.
+    """
 
     name: str
     columns: tuple[str, ...]
     most_rows: int
     most_bytes: int
     error: type[StudyError] = StudyError
+    sheet: str | None = None
 
 
 class CsvTable:
     """The lines of a file below its header, which names the columns in any order.
 
     A table in UTF-8 is separated by commas, semicolons or tabs; empty lines and lines that begin with # are skipped,
-    and empty cells are treated as if the column were not there.  Errors are of the kind's own type, one sentence that
-    names the file, and line and column where there is one.
+    and empty cells are treated as if the column were not there.  A workbook's sheet is read as if it had been saved so.
+    Errors are of the kind's own type, one sentence that names the file, and line and column where there is one.
     """
 
     def __init__(self, file: Path, kind: TableKind) -> None:
         self.file, self.kind = file, kind
-        text = self._text()
-        self.delimiter = _delimiter(text)
         self.decimal = ""  # "." or ",", once a number has shown which
-        self._reader = csv.reader(io.StringIO(text, newline=""), delimiter=self.delimiter, strict=True)
-        number, header = next(self._lines(), (0, []))
+        if kind.sheet is not None and file.suffix.lower() in SUFFIXES:
+            self.word, self.delimiter = "row", ","  # (no decimal commas: numbers of a workbook are no text)
+            self._lines = iter(self._sheet(kind.sheet))
+        else:
+            text = self._text()
+            self.word, self.delimiter = "line", _delimiter(text)
+            self._lines = self._read(text)
+        number, header = next(self._lines, (0, []))
         if not header:
             raise kind.error(f"{file}: empty")
-        self.where = f"{file}, line {number}"
+        self.where = self.at(number)
         self.columns = [self._column(name) for name in header]
         twice = next((name for i, name in enumerate(self.columns) if name and name in self.columns[:i]), None)
         if twice is not None:
             raise kind.error(f"{self.where}: column {twice!r} stands there twice")
 
+    def at(self, number: int) -> str:
+        """Return the words that say where a line of the file is."""
+        return f"{self.file}, {self.word} {number}"
+
     def __iter__(self) -> Iterator[CsvLine]:
-        for n, (number, cells) in enumerate(self._lines(), start=1):
+        for n, (number, cells) in enumerate(self._lines, start=1):
             if n > self.kind.most_rows:
-                raise self.kind.error(f"{self.file}: more than {self.kind.most_rows:,} lines")
+                raise self.kind.error(f"{self.file}: more than {self.kind.most_rows:,} {self.word}s")
             if len(cells) > len(self.columns) and any(cells[len(self.columns) :]):
                 raise self.kind.error(
-                    f"{self.file}, line {number}: has {len(cells)} cells, the header names {len(self.columns)} columns"
+                    f"{self.at(number)}: has {len(cells)} cells, the header names {len(self.columns)} columns"
                 )
             if any(cell for name, cell in zip(self.columns, cells, strict=False) if not name):
-                raise self.kind.error(f"{self.file}, line {number}: has a cell below a heading without a name")
-            named = {name: cell for name, cell in zip(self.columns, cells, strict=False) if name}
-            yield CsvLine(self, number, named)
+                raise self.kind.error(f"{self.at(number)}: has a cell below a heading without a name")
+            line = CsvLine(self, number, {name: cell for name, cell in zip(self.columns, cells, strict=False) if name})
+            for name, cell in line.cells.items():
+                if isinstance(cell, Unreadable):
+                    line.refuse(name, cell.why)
+            yield line
 
-    def _lines(self) -> Iterator[tuple[int, list[str]]]:
-        """Yield the number and the cells of each line that is not empty."""
+    def _read(self, text: str) -> Iterator[tuple[int, list[str]]]:
+        """Yield the number and the cells of each line of a text that is not empty."""
+        reader = csv.reader(io.StringIO(text, newline=""), delimiter=self.delimiter, strict=True)
         while True:
             try:
-                cells = next(self._reader)
+                cells = next(reader)
             except StopIteration:
                 return
             except csv.Error as error:
-                raise self.kind.error(f"{self.file}, line {self._reader.line_num}: no CSV ({error})") from None
+                raise self.kind.error(f"{self.at(reader.line_num)}: no CSV ({error})") from None
             cells = [cell.strip() for cell in cells]
             if any(cells):
-                yield self._reader.line_num, cells
+                yield reader.line_num, cells
+
+    def _sheet(self, name: str) -> list[tuple[int, list[str]]]:
+        """Return the number and the cells of each row of a workbook's sheet that is not empty."""
+        content = self._content()
+        try:
+            return sheet_rows(content, name, self.kind.most_bytes, self.kind.most_rows)
+        except WorkbookError as wrong:
+            raise self.kind.error(f"{self.file}: {wrong}") from None
 
     def _column(self, heading: str) -> str:
         """Return the column that a heading names; '' for a column without a name, which must be empty."""
         known = self.kind.columns
+        if isinstance(heading, Unreadable):
+            raise self.kind.error(
+                f"{self.where}: the heading {shown(heading)} {heading.why}; titles above begin with #"
+            )
         name = next((one for one in known if one.lower() == heading.lower()), None)
         if name is not None or not heading:
             return name or ""
         stem, _, unit = heading.lower().rpartition("_")
         if unit in UNITS and f"{stem}_m" in known:
             raise self.kind.error(
-                f"{self.file}, line {self._reader.line_num}: unknown column {shown(heading)}; sizes are in metres: "
-                f"name it {stem}_m, and {UNITS[unit]}"
+                f"{self.where}: unknown column {shown(heading)}; sizes are in metres: name it {stem}_m, and "
+                f"{UNITS[unit]}"
             )
         near = difflib.get_close_matches(heading.lower()[:MAX_TEXT], known, n=1, cutoff=0.5)
         hint = f"did you mean {near[0]!r}?" if near else f"allowed are {', '.join(known)}"
-        raise self.kind.error(f"{self.file}, line {self._reader.line_num}: unknown column {shown(heading)}; {hint}")
+        raise self.kind.error(f"{self.where}: unknown column {shown(heading)}; {hint}")
 
-    def _text(self) -> str:
-        """Return the text of the file, without its comments."""
+    def _content(self) -> bytes:
+        """Return the bytes of the file."""
         file, error = self.file, self.kind.error
         try:
             if not file.is_file():
                 raise error(f"{file}: {'not a file' if file.exists() else 'no such file'}")
             if file.stat().st_size > self.kind.most_bytes:
                 raise error(f"{file}: larger than {self.kind.most_bytes // 2**20} MiB, no {self.kind.name} is")
-            content = file.read_bytes()
-            if content.startswith(b"PK"):
-                raise error(f"{file}: a workbook or archive, no text; save its sheet as CSV in UTF-8")
-            text = content.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            raise error(f"{file}: not a text file in UTF-8; save it as CSV in UTF-8") from None
+            return file.read_bytes()
         except (OSError, ValueError) as wrong:
             if isinstance(wrong, error):
                 raise
             raise error(f"{file}: cannot be read ({system_reason(wrong)})") from None
+
+    def _text(self) -> str:
+        """Return the text of the file, without its comments."""
+        file, error = self.file, self.kind.error
+        content = self._content()
+        if content.startswith(b"PK"):
+            name = "" if self.kind.sheet is None else "name a workbook .xlsx, or "
+            raise error(f"{file}: a workbook or archive, no text; {name}save its sheet as CSV in UTF-8")
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            raise error(f"{file}: not a text file in UTF-8; save it as CSV in UTF-8") from None
         if "\0" in text:
             raise error(f"{file}: holds NUL characters, not a text file")
         # (quotes in comments do not quote; empty lines in place of the comments keep the numbers of the other lines)
@@ -132,7 +168,7 @@ class CsvLine:
 
     def refuse(self, column: str, what: str) -> NoReturn:
         """Raise an error about a cell."""
-        raise self.table.kind.error(f"{self.table.file}, line {self.number}, column {column!r}: {what}")
+        raise self.table.kind.error(f"{self.table.at(self.number)}, column {column!r}: {what}")
 
     def text(self, column: str) -> str:
         """Return the text of a cell, '' where it is empty."""

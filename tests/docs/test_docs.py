@@ -148,7 +148,22 @@ def small_results(tmp_path_factory):
         assert command(["run", str(made / example.name), "--out", str(made / name)]) == 0
         return made / name
 
+    @functools.cache
+    def begun():
+        """What `toppling new inventory office` writes, and its results of few motions."""
+        office = made / "office"
+        assert command(["new", "inventory", str(office)]) == 0
+        small, changes = re.subn(r"(?m)^number = \d+", "number = 5", (office / "study.toml").read_text("utf-8"))
+        assert changes == 1
+        (office / "small.toml").write_text(small, encoding="utf-8")
+        assert command(["run", str(office / "small.toml"), "--out", str(office / "results")]) == 0
+        return office
+
     def copy(text, folder):
+        if " office/" in text:
+            shutil.copytree(begun(), folder / "office")
+            if " run " in text:
+                shutil.rmtree(folder / "office/results")
         for name in set(re.findall(r"(?:results/(?=\w+/results\.nc)|status results/)(\w+)", text)):
             shutil.copytree(results_of(name), folder / "results" / name)
 
@@ -188,7 +203,7 @@ def commands_of(page):
 
 
 ALL_COMMANDS = sorted({tuple(one) for page in PAGES for one in commands_of(page)})
-QUICK_WORDS = {"catalogue", "studies/examples/office.toml", "studies/examples/risk.toml"}
+QUICK_WORDS = {"new", "catalogue", "studies/examples/office.toml", "studies/examples/risk.toml"}
 """Commands with one of these take a second or two; the others make many motions even to say what they would take."""
 RUN_COMMANDS = [one for one in ALL_COMMANDS if " ".join(one) not in COMMANDS_NOT_RUN]
 

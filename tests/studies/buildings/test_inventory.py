@@ -1,11 +1,16 @@
-"""Inventories: what a CSV file says, and one sentence where it says something else."""
+"""Inventories: what a CSV file or a workbook says, and one sentence where it says something else."""
 
+import csv
+import io
 import math
 import re
 import time
+import zipfile
+from datetime import date, datetime
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pytest
 
 import toppling as tp
@@ -19,6 +24,28 @@ SMALL = """item,catalogue,width_m,height_m,floor,count,e,value,consequence
 shelf,bookcase-5-shelf,,,2,3,0.9,400,blocks-exit
 crate,,0.5,1.25,0,,,,
 """
+
+
+def rows_of(text):
+    """The lines of a CSV as rows of text; a comment is one cell."""
+    return [[line] if line.startswith("#") else next(csv.reader([line]), []) for line in text.splitlines()]
+
+
+def number(text):
+    """A cell of a CSV as a spreadsheet takes it: as a number where it is one."""
+    try:
+        return float(text)
+    except ValueError:
+        return text or None
+
+
+def book_of(rows, path, as_cell=number):
+    book = openpyxl.Workbook()
+    for i, row in enumerate(rows, start=1):
+        for j, cell in enumerate(row, start=1):
+            book.active.cell(i, j, as_cell(cell) if isinstance(cell, str) else cell)
+    book.save(path)
+    return path
 
 
 def read(tmp_path, text, encoding="utf-8"):
@@ -217,6 +244,227 @@ def test_bad_paths(tmp_path):
     big.write_bytes(b"x" * (16 * 2**20 + 1))
     with pytest.raises(StudyError, match="larger than 16 MiB"):
         read_inventory(big)
+
+
+PLAIN_FILES = [
+    (text, message)
+    for text, message in BAD_FILES
+    # what only a text file can be: another separator, a broken quote, bytes, characters that no workbook may hold
+    if isinstance(text, str) and not re.search(r"^[^,\n]*;|\0|\"x,", text)
+]
+
+
+class TestWorkbooks:
+    """A workbook says what the CSV of its sheet says, and is refused as that is."""
+
+    def test_the_example(self, tmp_path):
+        text = Path(example_path()).read_text(encoding="utf-8")
+        for as_cell in (number, str):
+            path = book_of(rows_of(text), tmp_path / "i.xlsx", as_cell)
+            assert read_inventory(path) == read_inventory(example_path())
+
+    def test_defaults_and_labels(self, tmp_path):
+        for text in (SMALL, "width_m,height_m,floor\n0.4,2,1\n"):
+            assert read_inventory(book_of(rows_of(text), tmp_path / "i.XLSX")) == read(tmp_path, text)
+
+    @pytest.mark.parametrize(("text", "message"), PLAIN_FILES, ids=range(len(PLAIN_FILES)))
+    def test_bad_files(self, tmp_path, text, message):
+        """Word by word the sentence of the CSV, with a row in the place of a line."""
+        with pytest.raises(InventoryError, match=message) as plain:
+            read(tmp_path, text)
+        with pytest.raises(InventoryError) as caught:
+            read_inventory(book_of(csv.reader(io.StringIO(text)), tmp_path / "inventory.xlsx", lambda one: one or None))
+        told = re.sub(r"\bline( \d+|s\b)", lambda found: f"row{found[1]}", str(plain.value))
+        if '"x\ny"' in text:  # (lines are counted at their end)
+            told = told.replace("row 3", "row 2")
+        assert str(caught.value) == told.replace("inventory.csv", "inventory.xlsx")
+
+    def test_at_least_most_bad_files_are_compared(self):
+        assert len(PLAIN_FILES) > 0.8 * len(BAD_FILES)
+
+    @pytest.mark.parametrize(
+        ("cell", "message"),
+        [
+            (datetime(2026, 2, 1, 9), "must be text or a number, got the date or time 2026-02-01 09:00:00"),
+            (date(2026, 2, 1), "must be text or a number, got the date or time 2026-02-01"),
+            ("=1+1", "has a formula without a value: open the workbook, let it calculate, save it"),
+            ("#N/A", "holds the error #N/A"),
+            (True, "must be a whole number, got 'TRUE'"),
+            (2.5, "must be a whole number, got '2.5'"),
+            ("1,5", "must be a whole number, got '1,5'"),
+        ],
+        ids=["time", "date", "formula", "error", "boolean", "fraction", "text"],
+    )
+    def test_cells_without_a_number(self, tmp_path, cell, message):
+        rows = [["catalogue", "floor", "count"], ["bookcase-5-shelf", 1, 3], ["bookcase-4-shelf", 1, cell]]
+        with pytest.raises(InventoryError, match=f"row 3, column 'count': {re.escape(message)}$"):
+            read_inventory(book_of(rows, tmp_path / "i.xlsx"))
+
+    def test_an_error_is_no_comment(self, tmp_path):
+        rows = [["item", "catalogue", "floor"], ["#REF!", "bookcase-5-shelf", 1], ["x", "bookcase-5-shelf", 1]]
+        with pytest.raises(InventoryError, match=r"row 2, column 'item': holds the error #REF!$"):
+            read_inventory(book_of(rows, tmp_path / "i.xlsx"))
+
+    def test_kept_values_of_formulas(self, tmp_path):
+        """As other programs save them: a number, a text, and the empty text, also below the table."""
+        rows = [["item", "catalogue", "floor", "count"], ["=A9", "bookcase-5-shelf", 1, "=1+6"], ["=B9"], ["=C9"]]
+        path = book_of(rows, tmp_path / "i.xlsx")
+        kept = {"A2": ("str", "shelf"), "D2": (None, "7"), "A3": ("str", ""), "A4": ("str", "")}
+        held = io.BytesIO()
+        with zipfile.ZipFile(path) as old, zipfile.ZipFile(held, "w") as new:
+            for name in old.namelist():
+                text = old.read(name).decode()
+                for cell, (kind, value) in kept.items() if name.endswith("sheet1.xml") else ():
+                    typed = "" if kind is None else f' t="{kind}"'
+                    text, n = re.subn(
+                        rf'<c r="{cell}"[^>]*>(<f>.*?</f>)<v */?>(</v>)?',
+                        rf'<c r="{cell}"{typed}>\1<v>{value}</v>',
+                        text,
+                    )
+                    assert n == 1, cell
+                new.writestr(name, text)
+        path.write_bytes(held.getvalue())
+        (row,) = read_inventory(path).rows
+        assert (row.label, row.count) == ("shelf", 7)
+
+    def test_booleans_say_yes_and_no(self, tmp_path):
+        rows = [["catalogue", "floor", "anchored"], ["bookcase-5-shelf", 1, True], ["bookcase-4-shelf", 1, False]]
+        found = read_inventory(book_of(rows, tmp_path / "i.xlsx"))
+        assert [row.anchored for row in found.rows] == [True, False]
+
+    def test_merged_cells(self, tmp_path):
+        rows = [["# all of it"], ["catalogue", "floor"], ["bookcase-5-shelf", 1], ["bookcase-4-shelf", None]]
+        path = book_of(rows, tmp_path / "i.xlsx")
+        book = openpyxl.load_workbook(path)
+        book.active.merge_cells("A1:B1")  # of a comment
+        book.active.merge_cells("C3:C4")  # of empty cells
+        book.save(path)
+        with pytest.raises(InventoryError, match="row 4, column 'floor': is empty"):
+            read_inventory(path)
+        book.active.merge_cells("B3:B4")
+        book.save(path)
+        with pytest.raises(InventoryError, match=r"row 3, column 'floor': is merged with others \(B3:B4\): fill each"):
+            read_inventory(path)
+        book.active.merge_cells("A2:B2")
+        book.save(path)
+        with pytest.raises(InventoryError, match=r"row 2: the heading 'catalogue' is merged with others \(A2:B2\)"):
+            read_inventory(path)
+
+    def test_sheets_and_empty_rows(self, tmp_path):
+        path = book_of(rows_of(SMALL), tmp_path / "i.xlsx")
+        book = openpyxl.load_workbook(path)
+        sheet = book.active
+        for row in (9, 30, 4000):  # rows that only have a format
+            sheet.cell(row, 12).font = openpyxl.styles.Font(bold=True)
+        sheet.cell(6, 1, "# notes below")
+        book.create_sheet("costs")["A1"] = "nothing of ours"
+        book.save(path)
+        assert read_inventory(path) == read(tmp_path, SMALL)
+        # the first that is not hidden …
+        book.create_sheet("lists", 0)["A1"] = "nothing of ours"
+        book["lists"].sheet_state = "hidden"
+        book.active = 1
+        book.save(path)
+        assert read_inventory(path) == read(tmp_path, SMALL)
+        # … or the one of that name, wherever it is
+        book.create_sheet("first", 0)["A1"] = "nothing of ours"
+        book.save(path)
+        with pytest.raises(InventoryError, match="unknown column 'nothing of ours'"):
+            read_inventory(path)
+        sheet.title = "Inventory"
+        book.save(path)
+        assert read_inventory(path) == read(tmp_path, SMALL)
+
+    def test_macros_are_not_looked_at(self, tmp_path):
+        path = book_of(rows_of(SMALL), tmp_path / "i.xlsm")
+        with zipfile.ZipFile(path, "a") as book:
+            book.writestr("xl/vbaProject.bin", b"Attribute VB_Name")
+        assert read_inventory(path) == read(tmp_path, SMALL)
+
+    def test_hostile_files(self, tmp_path):
+        path = tmp_path / "i.xlsx"
+        whole = book_of(rows_of(SMALL), path).read_bytes()
+        held = io.BytesIO()
+        with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as bomb:
+            bomb.writestr("xl/worksheets/sheet1.xml", bytes(60 * 2**20))
+        laughs = "".join(f'<!ENTITY l{i} "{10 * f"&l{i - 1};"}">' for i in range(1, 12))
+        entities = {"xl/worksheets/sheet1.xml": f'<!DOCTYPE x [<!ENTITY l0 "ha">{laughs}]><x>&l11;</x>'}
+        far = {"xl/worksheets/sheet1.xml": SHEET.format('<row r="999999999999"><c r="A1"><v>1</v></c></row>')}
+        wide = {"xl/worksheets/sheet1.xml": SHEET.format('<row r="1"><c r="ZZZ1"><v>1</v></c></row>')}
+        for content, message in [
+            (b"", "not a workbook"),
+            (SMALL.encode(), r"not a workbook \(XLSX\), or a damaged one"),
+            (whole[:-30], r"not a workbook \(XLSX\), or a damaged one"),
+            (b"\xd0\xcf\x11\xe0" + bytes(600), r"an old workbook \(XLS\), or one with a password"),
+            (held.getvalue(), "larger than 48 MiB once it is unpacked"),
+            (replaced(whole, {"xl/workbook.xml": "<x/>"}), "a workbook without a sheet to be seen"),
+            (replaced(whole, {"xl/workbook.xml": "<x>"}), r"not a workbook \(XLSX\) that can be read"),
+            (replaced(whole, entities), r"not a workbook \(XLSX\) that can be read"),
+            (replaced(whole, far), "reaches beyond 1,048,576 rows or 1,024 columns"),
+            (replaced(whole, wide), "row 1 reaches beyond 1,048,576 rows or 1,024 columns"),
+            (b"PK" + bytes(16 * 2**20), "larger than 16 MiB, no inventory is"),
+        ]:
+            path.write_bytes(content)
+            before = time.process_time()
+            with pytest.raises(InventoryError, match=message) as caught:
+                read_inventory(path)
+            assert "\n" not in str(caught.value)
+            assert time.process_time() - before < 5.0, message
+        (tmp_path / "i.csv").write_bytes(whole)
+        with pytest.raises(InventoryError, match=r"a workbook or archive, no text; name a workbook .xlsx, or save its"):
+            read_inventory(tmp_path / "i.csv")
+
+    def test_any_mutation_is_an_inventory_or_an_inventory_error(self, tmp_path):
+        """Damage to the sheet itself, which the archive's checksums do not see."""
+        path = book_of(rows_of(Path(example_path()).read_text(encoding="utf-8")), tmp_path / "i.xlsx")
+        whole = path.read_bytes()
+        with zipfile.ZipFile(path) as book:
+            sheet = book.read("xl/worksheets/sheet1.xml")
+        generator = np.random.default_rng(3)
+        refused = 0
+        for _ in range(100):
+            data = bytearray(sheet)
+            at = int(generator.integers(len(data)))
+            data[at : at + int(generator.integers(1, 9))] = bytes(generator.integers(32, 127, 3, dtype=np.uint8))
+            path.write_bytes(replaced(whole, {"xl/worksheets/sheet1.xml": bytes(data)}))
+            try:
+                assert len(read_inventory(path)) > 0
+            except InventoryError as error:
+                refused += 1
+                assert str(error).startswith(f"{path}")
+                assert "\n" not in str(error)
+        assert 50 < refused < 100
+
+    def test_a_study_has_the_same_results(self, tmp_path):
+        """Every variable, byte by byte; the study's own text names another file, and with it the identity differs."""
+        text = Path(example_path()).with_name("clinic.toml").read_text(encoding="utf-8")
+        text = re.sub(r"(?m)^number = \d+", "number = 4", text)
+        table = Path(example_path()).read_text(encoding="utf-8")
+        (tmp_path / "inventory.csv").write_text(table, encoding="utf-8")
+        book_of(rows_of(table), tmp_path / "inventory.xlsx")
+        (tmp_path / "a.toml").write_text(text, encoding="utf-8")
+        (tmp_path / "b.toml").write_text(text.replace("inventory.csv", "inventory.xlsx"), encoding="utf-8")
+        a, b = (tp.Study.from_toml(tmp_path / f"{name}.toml").run() for name in "ab")
+        assert a.identical(b.assign_attrs(a.attrs))
+        for name in a.variables:
+            if a[name].dtype != object:
+                assert a[name].values.tobytes() == b[name].values.tobytes(), name
+        assert {name for name in a.attrs if a.attrs[name] != b.attrs[name]} == {"study", "identity", "content_sha256"}
+        assert a.attrs["study"] == b.attrs["study"].replace("inventory.xlsx", "inventory.csv")
+
+
+SHEET = (
+    '<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>{}</sheetData></worksheet>'
+)
+
+
+def replaced(book, parts):
+    """A workbook with other parts in the place of some."""
+    held = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(book)) as old, zipfile.ZipFile(held, "w") as new:
+        for name in old.namelist():
+            new.writestr(name, parts.get(name, old.read(name)))
+    return held.getvalue()
 
 
 def test_any_mutation_is_an_inventory_or_an_inventory_error(tmp_path):

@@ -30,6 +30,7 @@ def commands():
     simulate = ["bookcase-5-shelf", "clough-penzien", "--set", "duration_s=5", "--pga", "0.4g", "--out", "history"]
     result = "results/study/results.nc"
     of = {
+        "new": [["--help"]],
         "run": [["study.toml"], ["study.toml", "--dry-run"], ["missing-é.toml"]],
         "status": [["results/study"], ["results/study", "--json"]],
         "simulate": [simulate, [*simulate, "--json"]],

@@ -1,0 +1,150 @@
+"""Studies to begin with: a folder with a commented study and the files that it reads, for a user to make their own.
+
+They are the files in `studies/starters` and the example inventory; a workbook and records are made of them on writing.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import shutil
+from pathlib import Path
+from typing import Literal
+
+from ...motions import SiteBasedScenario
+from ...motions.readers.at2 import write_at2
+from ...wording import system_reason
+from ..buildings.inventory import KIND, example_path
+from ..file.table import StudyError
+from .piece_files import timeless
+
+Starter = Literal["inventory", "records", "scenario"]
+STUDY = "study.toml"
+RECORDS = 40
+"""Simulated records: enough for a probability that is known to ±0.15."""
+REPLACE: dict[Starter, str] = {
+    "inventory": "inventory.xlsx (what stands where), [building] and [motions] in study.toml, hazard.csv (the site)",
+    "records": "records/ (files of your own), [[blocks]] in study.toml (what stands there)",
+    "scenario": "inventory.xlsx (what stands where), [building] and [motions] in study.toml",
+}
+"""What a user replaces, of each starter."""
+_HERE = Path(__file__).parents[1] / "starters"
+
+
+def write_starter(kind: Starter, folder: Path) -> list[str]:
+    """Write a study to begin with into a new or empty folder, all of its files or none.
+
+    Parameters
+    ----------
+    kind : {"inventory", "records", "scenario"}
+        An inventory in a building with a hazard curve; two pieces under records; an inventory in one earthquake.
+    folder : Path
+        The folder, made where missing.
+
+    Returns
+    -------
+    list of str
+        Names of what the folder holds now, the study first.
+
+    Raises
+    ------
+    StudyError
+        The folder holds anything already, is a file, or cannot be written.
+    """
+    try:
+        if os.path.lexists(folder) and not folder.is_dir():
+            raise StudyError(f"{folder}: there is a file of that name already; nothing was written")
+        there = folder.is_dir()
+        if there and any(folder.iterdir()):
+            raise StudyError(f"{folder}: the folder is not empty; name a new one, nothing was written")
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        # (in a folder that is there, which a rename cannot replace everywhere, or else beside the new one)
+        staged = (folder if there else folder.parent) / f".toppling-new-{os.getpid()}.part"
+        staged.mkdir()
+        try:
+            _fill(kind, staged)
+            _move(staged, folder, there)
+        finally:
+            shutil.rmtree(staged, ignore_errors=True)
+    except OSError as error:
+        raise StudyError(f"{folder}: cannot be written ({system_reason(error)})") from None
+    return sorted((one.name for one in folder.iterdir()), key=lambda name: (name != STUDY, name))
+
+
+def _fill(kind: Starter, folder: Path) -> None:
+    """Write the files of a starter into an empty folder."""
+    shutil.copyfile(_HERE / f"{kind}.toml", folder / STUDY)
+    if kind == "records":
+        _write_records(folder / "records")
+        return
+    table = Path(example_path()).read_text(encoding="utf-8")
+    (folder / "inventory.csv").write_text(table, encoding="utf-8")
+    (folder / "inventory.xlsx").write_bytes(workbook_of(table))
+    if kind == "inventory":
+        shutil.copyfile(_HERE / "hazard.csv", folder / "hazard.csv")
+
+
+def _move(staged: Path, folder: Path, there: bool) -> None:
+    """Put a filled folder in its place; what was moved is removed again where not all of it can be."""
+    if not there:
+        staged.rename(folder)
+        return
+    moved: list[Path] = []
+    try:
+        for one in sorted(staged.iterdir(), key=lambda path: path.name == STUDY):
+            target = folder / one.name
+            if os.path.lexists(target):
+                raise StudyError(f"{target}: there is a file of that name already; nothing was written")
+            one.rename(target)
+            moved.append(target)
+    except BaseException:
+        for target in moved:
+            shutil.rmtree(target) if target.is_dir() else target.unlink()
+        raise
+
+
+def _write_records(folder: Path) -> None:
+    """Write simulated records of one earthquake as PEER AT2."""
+    folder.mkdir()
+    motions = SiteBasedScenario(magnitude=7.4, distance=8e3, vs30=700.0, dt=0.02).sample(RECORDS, seed=1)
+    for i, motion in enumerate(motions, start=1):
+        title = f"SIMULATED, NOT RECORDED: SITE-BASED SCENARIO, M 7.4, 8 KM, VS30 700 M/S, SEED 1, MOTION {i}"
+        write_at2(motion, folder / f"simulated-{i:02}.AT2", title)
+
+
+def workbook_of(table: str) -> bytes:
+    """Return the workbook of an inventory in CSV: comments as lines of text, the header bold, numbers as numbers."""
+    from openpyxl import Workbook  # noqa: PLC0415 - for workbooks alone
+    from openpyxl.styles import Font  # noqa: PLC0415
+    from openpyxl.utils import get_column_letter  # noqa: PLC0415
+
+    book = Workbook()
+    sheet = book.active
+    assert sheet is not None
+    assert KIND.sheet is not None
+    sheet.title = KIND.sheet
+    header = False
+    for i, line in enumerate(table.splitlines(), start=1):
+        comment = line.startswith("#")
+        cells = [line] if comment else next(csv.reader([line]))
+        for j, text in enumerate(cells, start=1):
+            sheet.cell(i, j, _number(text))
+            if not comment and not header:
+                sheet.cell(i, j).font = Font(bold=True)
+                sheet.column_dimensions[get_column_letter(j)].width = 28 if j <= 2 else max(9, len(text) + 2)
+        if not comment and not header:
+            header = True
+            sheet.freeze_panes = f"B{i + 1}"
+    held = io.BytesIO()
+    book.save(held)
+    return timeless(held.getvalue())
+
+
+def _number(text: str) -> str | float | None:
+    """Return a cell of a CSV as a number where it is one, None where it is empty."""
+    try:
+        value = float(text)
+    except ValueError:
+        return text or None
+    return int(value) if value.is_integer() else value

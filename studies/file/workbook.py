@@ -1,0 +1,140 @@
+"""Sheets of workbooks (XLSX) as rows of text: what a CSV of the same sheet would hold.
+
+What has no such text (a date, an error, a formula without a value, merged cells) is marked, for the reader of the table
+to refuse by row and column.
+"""
+
+from __future__ import annotations
+
+import datetime
+import io
+import warnings
+import zipfile
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from openpyxl.worksheet.worksheet import Worksheet
+
+SUFFIXES = (".xlsx", ".xlsm")
+"""Names of workbooks end so; macros are not looked at."""
+UNPACKED = 3
+"""Most bytes of an unpacked workbook, over the most bytes of a table."""
+MOST_ROWS = 2**20
+"""Rows of a sheet (the format's own limit)."""
+MOST_COLUMNS = 1024
+"""Columns that a row may reach, empty ones among them."""
+_OLD = b"\xd0\xcf\x11\xe0"
+
+
+class WorkbookError(ValueError):
+    """Error for a file that is no workbook that can be read: one clause, without the name of the file."""
+
+
+class Unreadable(str):
+    """A cell that no text stands for: as much of it as a message shows, and what is wrong with it."""
+
+    __slots__ = ("why",)
+    why: str
+
+    @classmethod
+    def cell(cls, text: object, why: str) -> Unreadable:
+        """Return such a cell, whose text is never empty."""
+        made = cls(str(text) or "?")
+        made.why = why
+        return made
+
+
+def sheet_rows(content: bytes, sheet: str, most_bytes: int, most_rows: int) -> list[tuple[int, list[str]]]:
+    """Return the number and the cells of each row of a sheet that is neither empty nor a comment.
+
+    Parameters
+    ----------
+    content : bytes
+        The workbook.
+    sheet : str
+        Name of the sheet, in any case; where there is none of that name, the first sheet that is not hidden is read.
+    most_bytes : int
+        Most bytes of a table; a workbook may be UNPACKED times as large once it is unpacked.
+    most_rows : int
+        Reading ends after so many rows below the header, and one more.
+
+    Returns
+    -------
+    list of (int, list of str)
+        Numbers as the sheet counts them, from 1; a row ends with its last cell that is not empty.  A row whose first
+        cell begins with # is a comment.  Cells without a text are `Unreadable`.
+
+    Raises
+    ------
+    WorkbookError
+        The content is no workbook, unpacks to more than that, or reaches beyond MOST_ROWS or MOST_COLUMNS.
+    """
+    if content.startswith(_OLD):
+        raise WorkbookError("an old workbook (XLS), or one with a password; save it as XLSX without a password")
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as parts:
+            unpacked = sum(part.file_size for part in parts.infolist())
+        if unpacked > UNPACKED * most_bytes:
+            raise WorkbookError(f"larger than {UNPACKED * most_bytes // 2**20} MiB once it is unpacked")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # (of drawings and extensions, which do not matter here)
+            return _rows(content, sheet, most_rows)
+    except (WorkbookError, MemoryError):
+        raise
+    except zipfile.BadZipFile:
+        raise WorkbookError("not a workbook (XLSX), or a damaged one") from None
+    except Exception as error:  # (the library raises whatever it stumbles over)
+        raise WorkbookError(f"not a workbook (XLSX) that can be read ({type(error).__name__})") from None
+
+
+def _rows(content: bytes, name: str, most_rows: int) -> list[tuple[int, list[str]]]:
+    from openpyxl import load_workbook  # noqa: PLC0415 - for workbooks alone
+
+    # (values and formulas are two readings of one file; merged cells are in the second alone)
+    values = load_workbook(io.BytesIO(content), read_only=True, data_only=True, keep_links=False)
+    titles = {sheet.title.lower(): sheet.title for sheet in values.worksheets}
+    seen = [sheet.title for sheet in values.worksheets if sheet.sheet_state == "visible"]
+    if name.lower() not in titles and not seen:
+        raise WorkbookError("a workbook without a sheet to be seen")
+    title = titles.get(name.lower()) or seen[0]
+    formulas = load_workbook(io.BytesIO(content), keep_links=False)[title]
+    merged = {(one.min_row, one.min_col): one.coord for one in formulas.merged_cells.ranges}
+    sheet = values[title]
+    sheet.reset_dimensions()  # (stated sizes are wrong in files of some programs)
+    found: list[tuple[int, list[str]]] = []
+    for n, row in enumerate(sheet.iter_rows(), start=1):
+        if n > MOST_ROWS or len(row) > MOST_COLUMNS:
+            raise WorkbookError(f"row {n} reaches beyond {MOST_ROWS:,} rows or {MOST_COLUMNS:,} columns of its sheet")
+        if row and row[0].data_type != "e" and str(row[0].value or "").lstrip().startswith("#"):
+            continue
+        cells = [_text(cell, formulas, merged) for cell in row]
+        if any(cells):
+            while not cells[-1]:
+                cells.pop()
+            number = next(cell.row for cell in row if hasattr(cell, "row"))
+            found.append((number or n, cells))
+            if len(found) > most_rows + 1:
+                break
+    return found
+
+
+def _text(cell: Any, formulas: Worksheet, merged: dict[tuple[int, int], str]) -> str:
+    """Return the text of a cell, '' where it is empty."""
+    value = cell.value
+    if value is None:
+        # (a formula whose value is the empty text has a type, and no value either)
+        if hasattr(cell, "row") and cell.data_type == "n" and formulas.cell(cell.row, cell.column).data_type == "f":
+            return Unreadable.cell("=", "has a formula without a value: open the workbook, let it calculate, save it")
+        return ""
+    if (cell.row, cell.column) in merged:
+        return Unreadable.cell(value, f"is merged with others ({merged[cell.row, cell.column]}): fill each cell alone")
+    if cell.data_type == "e":
+        return Unreadable.cell(value, f"holds the error {value}")
+    if isinstance(value, datetime.date | datetime.time | datetime.timedelta):
+        shown = str(value).removesuffix(" 00:00:00")
+        return Unreadable.cell(shown, f"must be text or a number, got the date or time {shown}")
+    if isinstance(value, bool):
+        return str(value).upper()
+    if isinstance(value, float):
+        return str(int(value)) if value.is_integer() and abs(value) < 2**53 else repr(value)
+    return str(value).strip()

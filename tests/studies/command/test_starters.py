@@ -1,0 +1,169 @@
+"""`toppling new`: each study runs as it is, the workbook is the CSV, and nothing that is there is touched."""
+
+import re
+import shutil
+import tomllib
+from pathlib import Path
+
+import openpyxl
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.studies import read_inventory
+from toppling.studies.command import starters
+from toppling.studies.command.cli import main
+from toppling.studies.file.schema import StudyFile
+
+KINDS = {
+    "inventory": {"study.toml", "inventory.csv", "inventory.xlsx", "hazard.csv"},
+    "records": {"study.toml", "records"},
+    "scenario": {"study.toml", "inventory.csv", "inventory.xlsx"},
+}
+SEED = re.compile(r"(?m)^number = \d+")
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """Each starter in a folder of its own, as the command writes it."""
+    folder = tmp_path_factory.mktemp("new")
+    for kind in KINDS:
+        assert main(["new", kind, str(folder / kind)]) == 0
+    return folder
+
+
+def contents(folder):
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+class TestEach:
+    def test_says_what_it_wrote_and_what_comes_next(self, kind, tmp_path, monkeypatch, capsys):
+        monkeypatch.chdir(tmp_path)
+        assert main(["new", kind, "of us/mine"]) == 0
+        files, replace, following = capsys.readouterr().out.splitlines()
+        assert {one.name for one in Path("of us/mine").iterdir()} == KINDS[kind]
+        assert [one.name for one in Path("of us").iterdir()] == ["mine"]
+        for name in KINDS[kind]:
+            assert name in files
+        assert replace.startswith("to replace, all of it is invented: ")
+        assert following == "next: toppling run 'of us/mine/study.toml' --out 'of us/mine/results'"
+
+    def test_the_same_bytes_again(self, kind, written, tmp_path):
+        """In an empty folder that was there, too."""
+        assert main(["new", kind, str(tmp_path)]) == 0
+        assert contents(tmp_path) == contents(written / kind)
+
+    def test_runs_as_it_is(self, kind, written, tmp_path, capsys):
+        """Unchanged but for fewer motions: the study finishes, its results are valid and its notes expected."""
+        folder = shutil.copytree(written / kind, tmp_path / kind)
+        study = folder / "study.toml"
+        study.write_text(SEED.sub("number = 40", study.read_text(encoding="utf-8")), encoding="utf-8")
+        assert main(["run", str(study), "--out", str(folder / "results")]) == 0
+        said = capsys.readouterr()
+        assert said.err == ""
+        assert "validity: not valid" not in said.out
+        with xr.open_dataset(folder / "results/results.nc") as results:
+            assert results.attrs["doubts"] in ("", "[]")
+            for word in ("motions are few", "scenario lies outside", "not of the strength", "squat"):
+                assert word not in results.attrs["notes"]
+        assert main(["report", str(folder / "results"), "--format", "md"]) == 0
+
+    def test_as_it_is_with_all_of_its_motions(self, kind, written):
+        plan = tp.Study.from_toml(written / kind / "study.toml")
+        assert plan.notes == []
+        assert plan.work < 400_000  # runs: seconds
+
+    def test_every_key_of_its_comments_exists(self, kind, written):
+        """A line of settings behind # is still a study when the # goes."""
+        text = (written / kind / "study.toml").read_text(encoding="utf-8")
+        # (settings that stand at the beginning of a comment's line, tables of them included)
+        bare, n = re.subn(r"(?m)^# (?=\[\w+\]$|\w+ = )", "", text)
+        assert n == {"inventory": 1, "records": 6, "scenario": 0}[kind]
+        StudyFile.model_validate(tomllib.loads(bare))
+
+    def test_a_folder_that_is_not_empty(self, kind, tmp_path, capsys):
+        (tmp_path / "notes.txt").write_text("mine")
+        assert main(["new", kind, str(tmp_path)]) == 2
+        assert capsys.readouterr().err.endswith("the folder is not empty; name a new one, nothing was written\n")
+        assert contents(tmp_path) == {"notes.txt": b"mine"}
+
+    def test_all_or_nothing(self, kind, tmp_path, monkeypatch, capsys):
+        """The disk is full in the midst of it: no folder, or the empty one that was there."""
+
+        def full(*_):
+            raise OSError(28, "No space left on device")
+
+        name = "write_at2" if kind == "records" else "workbook_of"
+        monkeypatch.setattr(starters, name, full)
+        (tmp_path / "there").mkdir()
+        for folder in ("new", "there"):
+            assert main(["new", kind, str(tmp_path / folder)]) == 2
+            assert "cannot be written (No space left" in capsys.readouterr().err
+        assert [one.name for one in tmp_path.iterdir()] == ["there"]
+        assert list((tmp_path / "there").iterdir()) == []
+
+
+def test_a_file_that_exists(tmp_path, capsys):
+    path = tmp_path / "office"
+    path.write_text("mine")
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    for name in ("office", "link"):
+        assert main(["new", "inventory", str(tmp_path / name)]) == 2
+        assert "there is a file of that name already; nothing was written" in capsys.readouterr().err
+    assert main(["new", "inventory", str(path / "below")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+    assert path.read_text() == "mine"
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_what_comes_in_between_is_kept(tmp_path, monkeypatch, capsys):
+    """Somebody writes a file of the same name into the empty folder meanwhile."""
+    fill = starters._fill
+
+    def slowly(kind, staged):
+        fill(kind, staged)
+        (tmp_path / "inventory.csv").write_text("mine")
+
+    monkeypatch.setattr(starters, "_fill", slowly)
+    assert main(["new", "inventory", str(tmp_path)]) == 2
+    assert "inventory.csv: there is a file of that name already" in capsys.readouterr().err
+    assert contents(tmp_path) == {"inventory.csv": b"mine"}
+
+
+@pytest.mark.parametrize("arguments", [[], ["inventory"], ["clinic", "x"], ["inventory", "x", "y"]])
+def test_wrong_arguments(arguments, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", *arguments]) == 2
+    assert capsys.readouterr().err.endswith("(see toppling new --help)\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_workbook_is_the_table(written):
+    folder = written / "inventory"
+    assert read_inventory(folder / "inventory.xlsx") == read_inventory(folder / "inventory.csv")
+    sheet = openpyxl.load_workbook(folder / "inventory.xlsx")["inventory"]
+    rows = [row for row in sheet.iter_rows(values_only=True) if not str(row[0]).startswith("#")]
+    header, *lines = rows
+    # (numbers are numbers, or a spreadsheet could not calculate with them)
+    assert all(isinstance(line[header.index("value")], int) for line in lines)
+
+
+def test_records_say_that_they_are_simulated(written):
+    paths = list((written / "records/records").iterdir())
+    assert len(paths) == starters.RECORDS
+    for path in paths:
+        assert tp.motions.read(path).dt == 0.02
+        assert path.read_text(encoding="ascii").splitlines()[1].startswith("SIMULATED, NOT RECORDED")
+
+
+def test_records_take_the_place_of_the_generator(written, tmp_path):
+    """What the comment of the inventory's study says: the keys of [motions] go, and `records` comes."""
+    folder = shutil.copytree(written / "inventory", tmp_path / "inventory")
+    shutil.copytree(written / "records/records", folder / "records")
+    text = (folder / "study.toml").read_text(encoding="utf-8")
+    assert 'write records = "records/*.AT2"' in text
+    text, n = re.subn(r"(?ms)^\[motions\]\n.*?^\n", '[motions]\nrecords = "records/*.AT2"\n\n', text)
+    assert n == 1
+    (folder / "study.toml").write_text(text, encoding="utf-8")
+    assert main(["run", str(folder / "study.toml"), "--dry-run"]) == 0
