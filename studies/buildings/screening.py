@@ -11,6 +11,7 @@ import xarray as xr
 
 from ...aliases import Array, Flags, Progress
 from ...fragility.runs.factors import dense
+from ...fragility.runs.provenance import DESCRIBED
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import scaling
 from ...fragility.uncertainty.joint import Variability, pieces_of, with_restitution
@@ -154,12 +155,20 @@ class _Tests:
         self.progress(self.done + done, self.total)
 
 
+def _joined_friction(parts: Sequence[Any]) -> Any:
+    """Join the friction of the floors, which is described line by line where they are few, else as what there is."""
+    if parts[0] is None:
+        return None
+    if all(isinstance(one, dict) for one in parts) and sum(map(len, parts)) <= DESCRIBED:
+        return {label: one for own in parts for label, one in own.items()}
+    every = [one for own in parts for one in (own.values() if isinstance(own, dict) else own)]
+    return [json.loads(one) for one in sorted({json.dumps(one) for one in every})]
+
+
 def _joined(parts: Sequence[xr.Dataset], overturned: xr.DataArray, standing: Flags) -> xr.Dataset:
     """Join the screens of the floors in the order of the inventory; NaN for anchored lines where the motion decides."""
     settings = [json.loads(part.attrs["screen"]) for part in parts]
-    friction: Any = settings[0]["friction"]
-    if isinstance(friction, dict):
-        friction = {label: one for own in settings for label, one in own["friction"].items()}
+    friction = _joined_friction([own["friction"] for own in settings])
     found = xr.concat(parts, "item", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override")
     found = found.sel(item=overturned["item"].values)
     free = xr.DataArray(standing, dims="item")

@@ -24,7 +24,8 @@ from .export import laws_of
 LIMITS = (
     "The tables do not hold that pieces on different lines fall under the same motions (pelicun draws their capacities "
     "independently at a given shaking: means agree, and numbers and losses spread less than in the study), intervals, "
-    "modelling uncertainty, annual rates, consequences for people, costs of anchoring, or what a building code asks. "
+    "modelling uncertainty, annual rates, the spread of costs (they are means), downtime, consequences for people, "
+    "costs of anchoring, or what a building code asks. "
 )
 """What the tables cannot hold, for their description and the terminal."""
 INDEPENDENT = "independent"

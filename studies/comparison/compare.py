@@ -20,8 +20,8 @@ from .tables import answer, rows_of, value_table, whole_rows
 
 CSV_NAME = "comparison.csv"
 WAY = (
-    f"{HIGHER}, {LOWER}: the interval of B/A does not hold 1, so the choice of motions does not explain the "
-    f"difference; {OPEN}: it does, and more motions may show either"
+    f"{HIGHER}, {LOWER}: the interval of B/A does not include 1, so the choice of motions does not explain the "
+    f"difference; {OPEN}: it includes 1, and more motions may decide; –: too few motions bring anything down"
 )
 
 
@@ -60,6 +60,10 @@ def compare(
     same = laws is not None and first.resolve() == second.resolve()
     with two_sides(first, second, same, verify) as (a, b):
         sure = confidence_text(a.results)
+        if sure != confidence_text(b.results):
+            raise StudyError(f"A has {sure} intervals and B {confidence_text(b.results)} intervals: give both the same")
+        if same and laws is not None and laws[0] == laws[1]:
+            raise StudyError(f"--laws {laws[0]} {laws[1]}: name two laws")
         if a.kind == PIECES:
             found = compare_pieces(a, b, laws)
             drawn = list(figures.of_pieces(found, a.title, b.title, sure))

@@ -8,15 +8,23 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...wording import counted, short_digits
-from ..store.differences import changes, corrects, makes_motions
+from ..store.differences import APART, changes, corrects, makes_motions
 from .sides import PIECES, Matched, Side, same_motions
 
 MOST_SAID = 6
 """Most differences that are said of one table of the study file, and most names in a list."""
-APART = ("title", "accept", "blocks", "blocks_file", "models")
+UNCOMPARED = (*APART, "blocks", "blocks_file", "models")
 """Keys that do not change results, or that are compared by the labels and numbers in the results."""
+DRAWN = (
+    "cost_median",
+    "cost_dispersion",
+    "downtime_median",
+    "downtime_dispersion",
+    "persons_exposed",
+    "injury_probability",
+)
 OF_BLOCKS = ("width", "height", "cm_height", "inertia_factor", "e")
-OF_PIECES = ("anchored", "count", "floor", "room", *OF_BLOCKS, "value", "anchoring_cost", "consequences")
+OF_PIECES = ("anchored", "count", "floor", "room", *OF_BLOCKS, "value", "anchoring_cost", "consequences", *DRAWN)
 """Numbers that are compared of each block, and of each piece of an inventory."""
 
 
@@ -34,6 +42,11 @@ def differences_in_words(a: Side, b: Side, of_names: Matched, of_laws: Matched) 
     said = [*_matched(a, b, of_laws, "model", "law"), *_matched(a, b, of_names, dim, "piece" if dim == "item" else dim)]
     said += list(_numbers(a, b, of_names, of_laws, dim))
     said += list(_tables(a, b))
+    grids = [side.results["level"].values for side in (a, b) if "level" in side.results.coords]
+    if len(grids) == 2 and not np.array_equal(grids[0], grids[1]):
+        said.append(
+            "levels: not the same, so that a part of each difference may come from the interpolation between them"
+        )
     said += list(_surroundings(a, b))
     if not said and a.path.resolve() != b.path.resolve():
         said.append("the files that the studies read (records, inventory or hazard curve) have changed between them")
@@ -102,7 +115,7 @@ def _tables(a: Side, b: Side) -> Iterator[str]:
     """Say what differs in the study files, table by table; tables that only one study has are named."""
     tables: dict[str, list[str]] = {}
     for name in dict.fromkeys([*a.study, *b.study]):
-        if name in APART:
+        if name in UNCOMPARED:
             continue
         before, now = a.study.get(name), b.study.get(name)
         if before != now and (before is None or now is None) and isinstance(before or now, dict | list):

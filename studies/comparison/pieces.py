@@ -97,6 +97,10 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
             lines.append(_line(both, rates, names, yearly, float(a.results.attrs["confidence"])))
     alone = items.only_a or items.only_b
     notes = ["the totals of the building hold the pieces that only one side has"] if alone else []
+    if any(name in side.results for side in (a, b) for name in ("annual_downtime", "annual_injuries")):
+        notes.append("downtime and injuries are not compared: each study's own report has them")
+    if not _lossy(a, b) and any(map(_valued, (a, b))):
+        notes.append("losses are not compared: one side has none, or another currency")
     return Found(items, models, lines, _quantities(a, yearly), notes)
 
 
@@ -110,7 +114,7 @@ def _quantities(side: Side, yearly: bool) -> list[Quantity]:
     per, in_a = (PER_YEAR, f"{money} a year".strip()) if yearly else (DIMENSIONLESS, money)
     # (few pieces fall in one year)
     number = (f"Pieces expected to fall {when}", "", 1.0) if not yearly else ("Pieces expected to fall", PERIOD, 1e-3)
-    loss = "Value expected to fall" if yearly else f"Value expected to fall {when}"
+    loss = "Expected loss" if yearly else f"Expected loss {when}"
     return [
         Quantity(CHANCE, f"Chance that a piece falls {when}", "", 1.0, DIMENSIONLESS, chance=True),
         Quantity(NUMBER, *number, per, whole=True),
@@ -144,12 +148,17 @@ def _line(both: list[Piece], rates: list[Array], laws: tuple[str, str], yearly: 
     return Line(CHANCE, name, place, laws, ranges[0], ranges[1], ratio, verdict, *said)
 
 
+def _lossy(a: Side, b: Side) -> bool:
+    """Return whether both sides have losses in the same currency."""
+    return _valued(a) and _valued(b) and a.results.attrs.get("currency") == b.results.attrs.get("currency")
+
+
 def _totals(
     a: Side, b: Side, at: tuple[int, int], shaken: list[Shaken], drawn: list[Array], laws: tuple[str, str], yearly: bool
 ) -> list[Line]:
     """Return the lines of the building: pieces that fall, value that falls, and the chance that anything does."""
     known = [NUMBER, LOSS, ANY]
-    if not (_valued(a) and _valued(b)) or a.results.attrs.get("currency") != b.results.attrs.get("currency"):
+    if not _lossy(a, b):
         known.remove(LOSS)
     found = []
     for quantity in known:

@@ -78,6 +78,10 @@ def ratio_of(a: float, b: float, of_a: Array | None, of_b: Array | None, confide
     # (nothing that was never seen to fall has a range of chances in its replicates)
     if of_a is None or of_b is None or b == 0.0:
         return Range(b / a, math.nan, math.nan)
+    # (a few motions decide: in many resamples nothing falls, and the rest would look more alike than they are)
+    empty = float(np.mean(~((np.asarray(of_a) > 0.0) & (np.asarray(of_b) > 0.0))))
+    if empty > 0.5 * (1.0 - confidence):
+        return Range(b / a, math.nan, math.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         samples = np.log(of_b) - np.log(of_a)
     found = exponentials(np.array([math.log(b) - math.log(a)]), samples[None], confidence)

@@ -220,7 +220,11 @@ def law_at(side: Side, name: str) -> int:
     """Return the position of the law with a label or a short name; StudyError where that is not one law."""
     labels = _labels(side, "model")
     law = side.results.coords.get("law")
-    short = labels if law is None or law.dims != ("model",) else [str(one) for one in law.values]
+    # (laws of samples have no short name of their own; their labels begin with it)
+    if law is not None and law.dims == ("model",):
+        short = [str(one) for one in law.values]
+    else:
+        short = [one.partition(" ")[0] for one in labels]
     found = [i for i, label in enumerate(labels) if label == name] or [i for i, one in enumerate(short) if one == name]
     if len(found) != 1:
         several = "several" if found else "no"

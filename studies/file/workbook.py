@@ -106,6 +106,11 @@ def _rows(content: bytes, name: str, most_rows: int) -> list[tuple[int, list[str
         if n > MOST_ROWS or len(row) > MOST_COLUMNS:
             raise WorkbookError(f"row {n} reaches beyond {MOST_ROWS:,} rows or {MOST_COLUMNS:,} columns of its sheet")
         if row and row[0].data_type != "e" and str(row[0].value or "").lstrip().startswith("#"):
+            # (a comment stands alone; in a table of pieces such a row would be a piece that is left out without a word)
+            if found and any(cell.value is not None for cell in row[1:]):
+                raise WorkbookError(
+                    f"row {n} begins with #, as comments do, and has other cells: rename it or empty them"
+                )
             continue
         cells = [_text(cell, formulas, merged) for cell in row]
         if any(cells):

@@ -39,6 +39,7 @@ from ..plan.designs import Design, Incremental
 from ..plan.reading import Reading
 from ..plan.risk import Risk
 from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
+from ..store.differences import APART
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.resources import Resources, chunks_of, refuse_shortage
 from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_shards
@@ -53,8 +54,6 @@ MOST_VARIED = 2000
 # Memory of a block and its curve, from the file to the results; and of each replicate of a curve.
 CURVE_BYTES = 3e3
 REPLICATE_BYTES = 50.0
-APART = ("title", "accept", "report")
-"""Keys of a study file that change no result, and are no part of the study's identity."""
 SLAB_BYTES_A_RUN = 100.0
 """Most memory for each run of a slab, which the ranking of measures needs."""
 __version__ = metadata.version("toppling")

@@ -12,15 +12,16 @@ from ...wording import confidence_text, counted, short_digits
 from ..text.words import reference_law
 from .method import study_of
 
+LOST = "The energy that a piece loses in rocking follows"
 LAW_WORDS = {
-    "housner": "the rigid block of Housner (1963), which loses angular velocity at every impact",
-    "energy-consistent": "a damping law that dissipates at every passage through the upright position what an impact "
-    "would",
-    "discrete": "the damping law of Liu, Huang and Qu (2024), which acts near the upright position",
-    "giannini-masiani": "the viscous damping law of Giannini and Masiani (1990)",
-    "makris-konstantinidis": "the viscous damping law of Makris and Konstantinidis (2003)",
-    "vassiliou": "the viscous damping law of Vassiliou, Mackie and Stojadinović (2014)",
-    "viscous": "a viscous damping law",
+    "housner": "The energy that a piece loses in rocking is that of the impacts of a rigid block (Housner 1963)",
+    "energy-consistent": f"{LOST} a damping law that dissipates, at each passage through the upright position, the "
+    "energy that an impact would",
+    "discrete": f"{LOST} the damping law of Liu, Huang and Qu (2024), which acts near the upright position",
+    "giannini-masiani": f"{LOST} the viscous law of Giannini and Masiani (1990)",
+    "makris-konstantinidis": f"{LOST} the viscous law of Makris and Konstantinidis (2003)",
+    "vassiliou": f"{LOST} the viscous law of Vassiliou, Mackie and Stojadinović (2014)",
+    "viscous": f"{LOST} a viscous law",
 }
 """Laws in words, by their short names."""
 
@@ -48,27 +49,42 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
     )
     if "sample" in results.sizes:
         yield (
-            f"What is not known exactly of a {one} is drawn {results.sizes['sample']:,} times from the range in which "
-            "it may lie."
+            f"The uncertain properties of each {one} are sampled {results.sizes['sample']:,} times from their "
+            "distributions."
         )
     law = results.coords.get("law")
     if law is not None and law.dims == ("model",):
         at, _ = reference_law(results)
-        words = LAW_WORDS.get(str(law.values[at]), "the first damping law of the study")
+        words = LAW_WORDS[str(law.values[at])].replace("a piece", f"a {one}")
         others = results.sizes["model"] - 1
-        rest = f"; results of {counted(others, 'other law')} are in the technical appendix" if others else ""
-        yield f"Rocking dies down as in {words}{rest}."
+        them = "one other law" if others == 1 else f"{others} other laws"
+        rest = f"; results under {them} are in the technical appendix" if others else ""
+        yield f"{words}{rest}."
     if "rate" in results or "annual_number" in results:
-        yield "How often the ground shakes is taken from the hazard curve of the site, as it was given."
+        curves = 1 + len(study.get("hazards") or [])
+        of = "the hazard curve of the site, as it was given" if curves == 1 else f"{curves} weighted hazard curves"
+        yield f"How often the ground shakes is taken from {of}."
+    if "cost_median" in results.coords or "annual_downtime" in results or "annual_injuries" in results:
+        yield (
+            "Costs, downtimes and injuries are drawn for each piece from the distributions in the inventory, "
+            "independently from piece to piece; all repairs are taken to run at the same time."
+        )
     sure = confidence_text(results)
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
-    if "epistemic_rate" not in results:
-        held = (
-            f"modelling uncertainty (β_m = {beta:g}) is in the rates themselves"
-            if beta
-            else "they do not include modelling uncertainty"
+    held = (
+        f"modelling uncertainty (β_m = {beta:g}) is in the rates themselves"
+        if beta
+        else "they do not include modelling uncertainty"
+    )
+    if "epistemic_rate" in results:
+        branches = counted(results.sizes["branch"], "weighted combination")
+        yield (
+            f"Ranges of return periods and of chances hold 90 % of what {branches} of laws, motions and hazard curves "
+            "give, with what else the study says is not known; other ranges are "
+            f"{sure} intervals that reflect only the limited number of motions."
         )
-        yield f"Ranges in brackets are {sure} intervals from the choice of motions; {held}."
+    else:
+        yield f"Ranges in brackets are {sure} intervals that reflect only the limited number of motions; {held}."
     if "anchored" in results and bool(np.any(results["anchored"].values)):
         yield "Pieces that are anchored already are counted as not overturning."
     if str(results.attrs["kind"]) == "performance":
@@ -80,11 +96,17 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
 def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
     motions = study.get("motions")
     given: Mapping[str, Any] = motions if isinstance(motions, dict) else {}
-    made, number = str(given.get("generator", "")), results.sizes.get("motion", 0)
+    made = str(given.get("generator", ""))
+    # (runs on several floors are counted for each floor)
+    number = results.sizes.get("motion", 0) // max(1, results.sizes.get("floor", 1))
+    stripes = study.get("stripes")
+    varied = isinstance(stripes, dict) and any(one.get("motions") for one in stripes.get("at", []))
     if "floors_file" in given:
         what = f"{counted(number, 'motion')} of the floors, calculated elsewhere"
     elif "records" in given:
         what = counted(number, "recorded ground motion")
+    elif varied:
+        what = f"{counted(number, 'ground motion')}, other earthquakes for each level of shaking"
     elif "magnitude" in given:
         distance = given.get("distance_m")
         far = "" if distance is None else f" at a distance of {short_digits(float(distance) / 1000.0)} km"
@@ -95,4 +117,8 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
         str(results.attrs["kind"]) == "performance" and str(results.attrs["im"]) != "scale"
     )
     levels = f", scaled to {counted(results.sizes['level'], 'level')} of shaking" if scaled else ""
-    return f"The shaking is that of {what}{levels}."
+    sets = len(study.get("motion_sets") or [])
+    more = (
+        f"; {counted(sets, 'other set')} of motions {'is' if sets == 1 else 'are'} weighted with them" if sets else ""
+    )
+    return f"The shaking is that of {what}{levels}{more}."

@@ -28,13 +28,14 @@ from ..text.block_order import shown
 from ..text.glossary import used
 from ..text.names import clean
 from ..text.rows import Rows, plain_table
+from .actions import next_steps
 from .answers import answer
 from .basis import basis
 from .cells import PageTable, longest_word, markdown, page_table
 from .figures import Picture, pictures
 from .method import assumptions, block_rows, law_rows, method, provenance_rows, study_file_rows, study_of
 from .results_file import read_results
-from .summary import next_steps, plain_answer
+from .summary import plain_answer
 from .validity import badge, checks_of, not_checked, worst_word
 
 if TYPE_CHECKING:

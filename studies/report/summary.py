@@ -1,4 +1,4 @@
-"""The summary at the top of a report: the answer in plain words for the owner of the contents, and the next steps.
+"""The summary at the top of a report: the answer in plain words for the owner of the contents.
 
 The sentences give counts out of a hundred earthquakes and chances in years, each with its interval, without names of
 laws or parameters of curves.
@@ -22,15 +22,10 @@ from ...wording import (
     confidence_text,
     currency_of,
     interval_text,
-    short_digits,
     two_digits,
 )
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
-from ..buildings.pieces import DUTY, HELD, REDUCES, SAFETY, SMALL, WEAK, WORTH, Piece, pieces_of
-from ..buildings.pieces import YEARS as PIECE_YEARS
-from ..buildings.variables import JOINT
-from ..codes.check import UNCHECKED as NOT_CHECKED
 from ..sensitivity.claims import FAILS, HOLDS
 from ..tables.assessment import pieces_at
 from ..tables.sensitivity import GREEK, claims_of
@@ -40,14 +35,13 @@ from ..text.spread import spread_sentence
 from ..text.words import axis_of, display_unit, floor_name, level_text, reference_law
 from .answers import largest_share
 from .results_file import without_motions
-from .validity import GOOD, Check
 
 RARE = 0.1
 """Probability of overturning, rare but still relevant to an owner, at whose level the summary also gives counts."""
 YEARS = 50.0
 """Years for which chances are given where the study names no time."""
-MOST_PIECES = 5
-"""Largest number of pieces that a next step names."""
+MOST_CONSEQUENCES = 3
+"""Largest number of consequences that the summary names."""
 SOURCES = {
     "alpha": "the slenderness",
     "alpha_factor": "the slenderness",
@@ -82,19 +76,6 @@ def plain_answer(results: xr.Dataset) -> list[str]:
     return list(_PLAIN[str(results.attrs["kind"])](results))
 
 
-def next_steps(results: xr.Dataset, checks: list[Check]) -> list[str]:
-    """Return the next steps: those that follow from the answer, and what an engineer should look at first."""
-    bad = sum(one.word != GOOD for one in checks)
-    if not bad:
-        return list(_actions(results))
-    them = "check that is" if bad == 1 else "checks that are"
-    look = (
-        f"Before a decision that cannot be undone, have an engineer look at the {bad} of {len(checks)} validity {them} "
-        "not good; the technical appendix says what to do about each."
-    )
-    return [*_actions(results), look]
-
-
 def _curves(results: xr.Dataset) -> Iterator[str]:
     """Yield sentences on the block that falls first, under the reference law."""
     at, _ = reference_law(results)
@@ -117,7 +98,7 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     if cases.size > 1:
         others = cases.size - always
         of = f"the other {others:,}" if always else f"the {others:,} {'blocks' if not where else 'blocks and floors'}"
-        yield f"{name}{where} is the first of {of}: it {verb} at the lowest level of shaking."
+        yield f"{name}{where} is the most vulnerable of {of}."
     yield from _hundred_earthquakes(first, results, f"{name}{where}", verb)
     most = largest_share(first, SOURCES) if str(results.attrs["kind"]) == "uncertainty" else None
     if most is not None:
@@ -188,7 +169,7 @@ def _chance_in_years(first: xr.Dataset, name: str, verb: str, years: float, held
     chance, low, high = (float(first[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
     if not np.isfinite(chance):
         return "How often that happens cannot be said: there is no curve."
-    rest = f"from the choice of motions alone{held}; law and hazard curve are taken as given"
+    rest = f"from the limited number of motions alone{held}; law and hazard curve are assumed to be right"
     ends = "" if low == high else f" ({chances_between(low, high, about_percent)}, {rest})"
     return f"The chance that {name} {verb} within {years:g} years is about {about_percent(chance)}{ends}."
 
@@ -206,8 +187,7 @@ def _building(results: xr.Dataset) -> Iterator[str]:
             yield (
                 f"At least one item in this building overturns about once in {about_years(rate)} years "
                 f"({_range(high, low)}): a probability of about {about_percent(chance)} in {YEARS:g} years "
-                f"({chances_between(ends[0], ends[1], about_percent)}). Both ranges ({sure}) come from the choice of "
-                f"motions alone{_held(results)}; law and hazard curve are taken as given."
+                f"({chances_between(ends[0], ends[1], about_percent)})."
             )
         else:
             yield "Nothing falls under any of the motions."
@@ -224,28 +204,47 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         loss, low, high = (float(one[f"annual_loss{end}"]) for end in ("", "_lower", "_upper"))
         money = f" {currency_of(results)}" if currency_of(results) else ""
         interval = interval_text(low, high, two_digits)
-        yield f"The expected loss is about {two_digits(loss)}{money} a year ({interval})."
+        of = "cost of what falls" if "cost_median" in results.coords else "value of what falls"
+        yield f"The expected loss, the {of}, is about {two_digits(loss)}{money} a year ({interval})."
     if "annual_downtime" in one:
         days, low, high = (float(one[f"annual_downtime{end}"]) for end in ("", "_lower", "_upper"))
         interval = interval_text(low, high, two_digits)
         yield (
-            f"The expected downtime is about {two_digits(days)} days a year ({interval}), where "
-            "of all that falls in one earthquake the piece that is out of use longest counts."
+            f"The expected downtime is about {two_digits(days)} days a year ({interval}), counting in each earthquake "
+            "only the piece that takes longest to restore."
         )
     if "annual_injuries" in one:
         persons, low, high = (1000.0 * float(one[f"annual_injuries{end}"]) for end in ("", "_lower", "_upper"))
         interval = interval_text(low, high, two_digits)
-        yield f"About {two_digits(persons)} persons are injured in 1,000 years ({interval})."
+        yield f"On average about {two_digits(persons)} persons would be injured in 1,000 years ({interval})."
     if "consequence_rate" in one and float(one["consequence_rate"].max()) > 0.0:
-        worst = one.isel(consequence=int(one["consequence_rate"].values.argmax()))
-        rate, low, high = (float(worst[f"consequence_rate{end}"]) for end in ("", "_lower", "_upper"))
-        yield (
-            f"The most frequent consequence is “{worst['consequence'].item()}”: about once in "
-            f"{about_years(rate)} years ({_range(high, low)})."
-        )
+        yield from _consequences(results.isel(model=at))
     held = anchored_text(results)
     if held:
         yield f"{held[:1].upper()}{held[1:]}."
+    if "any_rate" in one:
+        yield (
+            f"All ranges here are {sure}s that reflect only the limited number of motions{_held(results)}; the damping "
+            "law and the hazard curve are assumed to be right."
+        )
+
+
+def _consequences(here: xr.Dataset) -> Iterator[str]:
+    """Yield how often the most frequent consequences come about, and on which floor mainly."""
+    whole = here.sel(place=BUILDING)
+    order = np.argsort(-whole["consequence_rate"].values, kind="stable")[:MOST_CONSEQUENCES]
+    said = []
+    for k in order:
+        one = whole.isel(consequence=int(k))
+        rate, low, high = (float(one[f"consequence_rate{end}"]) for end in ("", "_lower", "_upper"))
+        if rate > 0.0:
+            floors = here["consequence_rate"].isel(consequence=int(k)).drop_sel(place=BUILDING)
+            worst = floors.isel(place=int(floors.values.argmax()))
+            mainly = floors.sizes["place"] > 1 and float(worst) > 0.5 * float(floors.sum())
+            where = f", mainly on {floor_name(str(worst['place'].item()).removeprefix('floor '))}" if mainly else ""
+            years = f"once in {about_years(rate)} years ({_range(high, low)}{where})"
+            said.append(f"“{one['consequence'].item()}” {years}")
+    yield f"Pieces that overturn may cause: {'; '.join(said)}."
 
 
 def _range(often: float, seldom: float) -> str:
@@ -279,117 +278,6 @@ def _claims(results: xr.Dataset) -> Iterator[str]:
         f"Of {len(claims)} statements about {symbol}, {holds} hold{'s' if holds == 1 else ''} in these runs, {fails} "
         f"do{'es' if fails == 1 else ''} not, and {len(claims) - holds - fails} cannot be decided."
     )
-
-
-def _actions(results: xr.Dataset) -> Iterator[str]:
-    """Yield the next steps that follow from the answer itself."""
-    kind = str(results.attrs["kind"])
-    at, _ = reference_law(results)
-    if kind == "performance":
-        pieces = pieces_of(results, at)
-        yield from _duties(pieces, results)
-        first = [one for one in pieces if one.recommendation == REDUCES]
-        if first:
-            if all(one.safety for one in first):
-                safety = str(results.attrs.get("safety", JOINT.join(SAFETY))).split(JOINT)
-                words = dict.fromkeys(word for one in first for word in one.consequences if word in safety)
-                yield f"Anchor first, for safety ({', '.join(words)}): {_pieces(first)}."
-            else:
-                yield f"Most of the risk comes from {_pieces(first)}: anchor them first."
-        worth = [one for one in pieces if one.recommendation == WORTH]
-        if worth:
-            yield f"Anchoring saves more than it costs within {PIECE_YEARS:g} years: {_pieces(worth)}."
-        yield from _spent(pieces, results)
-        if "code" not in results.attrs:
-            yield (
-                "Code requirements are not checked: a piece that must be anchored by law is anchored whatever its risk."
-            )
-    elif "size_along" in results.attrs:
-        yield "Choose the size that meets the target, or anchor what is smaller."
-    elif kind == "fragility" and "rate" not in results:
-        yield (
-            "Compare these levels with the shaking expected at the site; with a hazard curve of the site this report "
-            "also says how often that happens."
-        )
-
-
-def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
-    """Yield what the building code requires."""
-    if "code" not in results.attrs:
-        return
-    duty = [one for one in pieces if one.recommendation == DUTY]
-    weak = [one for one in pieces if one.recommendation == WEAK]
-    unknown = [one for one in pieces if one.code is not None and one.code.status == NOT_CHECKED]
-    if duty:
-        yield f"Anchor, because {results.attrs['code']} requires it, whatever the risk: {_pieces(duty)}."
-    if weak:
-        yield (
-            "Strengthen the anchors, which are weaker than the force that the code asks for (all rates take them as "
-            f"holding): {_pieces(weak)}."
-        )
-    if unknown:
-        clauses = [one.code.clause for one in unknown if one.code is not None]
-        why = ", ".join(dict.fromkeys(clause.partition(": ")[2] or clause for clause in clauses))
-        yield f"Whether the code requires anchors is not checked for {_pieces(unknown)}: {why}."
-
-
-def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
-    """Yield what is best done with the study's budget."""
-    if "budget" not in results.attrs:
-        return
-    at, _ = reference_law(results)
-    money = f" {currency_of(results)}" if currency_of(results) else ""
-    budget = f"{short_digits(float(results.attrs['budget']))}{money}"
-    chosen = [one for one in pieces if one.chosen]
-    if not chosen:
-        yield f"No line that matters can be anchored for {budget}."
-        return
-    cost = sum(one.number * one.cost for one in chosen)
-    names = _pieces(chosen, len(chosen))
-    yield f"With {budget} anchor {names}, for {short_digits(cost)}{money}{_effect(pieces, chosen, money)}."
-    gap = float(results["budget_gap"].values[at])
-    over = float(results.attrs["budget"]) - cost
-    others = [
-        one for one in pieces if not one.chosen and one.number * one.cost <= over and one.recommendation not in HELD
-    ]
-    if others and gap == 0.0 and all(one.recommendation == SMALL for one in others):
-        yield f"{short_digits(over)}{money} are left: no other line that they would pay for saves more than it costs."
-    if gap > 0.0:
-        by = f", by up to {two_digits(100.0 * gap)} %" if math.isfinite(gap) else ""
-        yield f"Another set may be better than this one{by}: the search was stopped."
-    left = [one for one in pieces if one.recommendation == DUTY and not one.chosen]
-    dear = [one for one in left if math.isfinite(one.cost)]
-    unknown = [one for one in left if not math.isfinite(one.cost)]
-    if dear:
-        yield f"The budget does not cover all that the code requires: {_pieces(dear)}."
-    if unknown:
-        yield f"What anchoring {_pieces(unknown)} costs, as the code requires, is not given."
-
-
-def _effect(pieces: list[Piece], chosen: list[Piece], money: str) -> str:
-    """Return what anchoring the chosen pieces prevents, and saves."""
-
-    def falls(counted: list[Piece]) -> float:
-        return sum(one.number * one.chance.value for one in counted)
-
-    said = []
-    safe, of_all = [[one for one in every if one.safety] for every in (chosen, pieces)]
-    if falls(safe) > 0.0:
-        said.append(
-            f"prevents {about_percent(falls(safe) / falls(of_all))} of the falls of pieces that matter for safety"
-        )
-    saved = sum(one.saving.value for one in chosen if math.isfinite(one.saving.value))
-    if saved > 0.0:
-        said.append(f"saves {two_digits(saved)}{money} a year")
-    elif not said and falls(chosen) > 0.0:
-        said.append(f"prevents {about_percent(falls(chosen) / falls(pieces))} of the falls")
-    return f": that {' and '.join(said)}" if said else ""
-
-
-def _pieces(pieces: list[Piece], most: int = MOST_PIECES) -> str:
-    named = [f"“{one.item}” ({floor_name(one.floor)})" for one in pieces[:most]]
-    more = f" and {len(pieces) - most} more" if len(pieces) > most else ""
-    return f"{', '.join(named)}{more}"
 
 
 _PLAIN = {"fragility": _curves, "uncertainty": _curves, "performance": _building, "sensitivity": _claims}

@@ -12,6 +12,8 @@ MOST_SAID = 3
 """Most keys that are named; of more keys only their number is given."""
 
 
+APART = ("title", "accept", "report")
+"""Keys of a study file that change no result, and are no part of a study's identity."""
 FILES = ("records", "floors_file", "target")
 """Keys of motions that name files."""
 OTHER_MOTIONS = "this processor or its libraries make other motions"

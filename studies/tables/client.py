@@ -8,11 +8,20 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.fitting.states import ALL, NONE, OVERTURNED, state_name
-from ...wording import about_percent, about_years, chances_between, confidence_text, interval_text, two_digits
+from ...fragility.hazard.rates import probability_in
+from ...wording import (
+    about_percent,
+    about_years,
+    chances_between,
+    confidence_text,
+    given_percent,
+    interval_text,
+    two_digits,
+)
 from ..text.block_order import RATE, chosen_of, shown
-from ..text.curve_notes import action_of, verb_of
+from ..text.curve_notes import NOTABLE, action_of, verb_of
 from ..text.rows import Rows
-from ..text.spread import range_text
+from ..text.spread import OUTER, range_text
 from ..text.words import axis_of, display_unit, floor_name, measure_name, reference_law
 from .pieces import piece_rows
 
@@ -38,6 +47,7 @@ def _blocks(results: xr.Dataset) -> Rows:
     scale, unit = display_unit(axis)
     floors = here["floor"].values.tolist() if "floor" in here["median"].dims else [None]
     rows: list[tuple[str, ...]] = []
+    starred = False
     for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
         every = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
         one = every.isel(model=at)
@@ -45,19 +55,29 @@ def _blocks(results: xr.Dataset) -> Rows:
         cells += [] if floor is None else [floor_name(floor).removeprefix("floor ")]
         cells.append(_median(one, scale))
         if yearly:
-            cells += [_years(one, every), _chance(one)]
+            known = np.isfinite(float(one["rate"])) and "rate_share_above" in one
+            far = bool(known and float(one["rate_share_above"]) > NOTABLE)
+            starred = starred or far
+            cells += [_years(one, every) + (" *" if far else ""), _chance(one, every, float(results.attrs["years"]))]
         rows.append(tuple(cells))
     verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
-    name = f"{measure_name(str(axis.attrs.get('im', 'level')))}{f', {unit}' if unit else ''}"
+    name = measure_name(str(axis.attrs.get("im", "level")))
+    unit = f", {unit}" if unit else ""
     headings = [
         "block",
         *([] if floors == [None] else ["floor"]),
-        f"half of the motions {action_of(verb, 'it')} at {name}",
+        f"{name} at which half of the motions {action_of(verb, 'it')}{unit}",
     ]
     years = f"{float(results.attrs['years']):g} years" if yearly else ""
-    headings += ["about once in, years", f"in {years}"] if yearly else []
-    chosen = f"; {chosen_of(here)}" if chosen_of(here) else ""
-    title = f"When each block {verb} ({confidence_text(here)} intervals over motions{chosen})"
+    headings += ["mean return period, years", f"chance in {years}"] if yearly else []
+    said = [f"{confidence_text(here)} intervals over motions"]
+    if "epistemic_rate" in here:
+        said = [f"of the level: {said[0]}; of return period and chance: 90 % over what is not known"]
+    said += [chosen_of(here)] if chosen_of(here) else []
+    if starred:
+        least = given_percent(NOTABLE)
+        said.append(f"*: more than {least} of the rate comes from above the hazard curve's end, where it is a guess")
+    title = f"When each block {verb} ({'; '.join(said)})"
     return Rows(title, tuple(headings), rows)
 
 
@@ -75,8 +95,13 @@ def _years(one: xr.Dataset, every: xr.Dataset) -> str:
     return about_years(rate) if np.isfinite(rate) and rate > 0.0 else UNKNOWN
 
 
-def _chance(one: xr.Dataset) -> str:
-    chance, low, high = (float(one[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
+def _chance(one: xr.Dataset, every: xr.Dataset, years: float) -> str:
+    if "epistemic_rate" in every:
+        rates = [float(every["epistemic_rate"])]
+        rates += [float(every["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER]
+        chance, low, high = (float(probability_in(np.float64(rate), years)) for rate in rates)
+    else:
+        chance, low, high = (float(one[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
     if not np.isfinite(chance):
         return UNKNOWN
     ends = "" if low == high else f" ({chances_between(low, high, about_percent)})"

@@ -88,7 +88,7 @@ def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
     name, several = str(results.attrs["im"]), results.sizes["level"] > 1
     measure = f"{name.upper() if name.startswith('pg') else name}{f', {unit}' if unit else ''}"
     headings = ["piece", *(["room"] if rooms else []), "floor", "number"]
-    headings += ["falls in a year", f"in {YEARS:g} years"] if yearly else ["falls"]
+    headings += ["one falls in a year", f"in {YEARS:g} years"] if yearly else ["one falls"]
     headings.append("recommendation")
     headings += ["code"] if coded else []
     headings += [f"for {short_digits(budget)} {money}".rstrip()] if spent else []
@@ -246,9 +246,9 @@ def _values(one: Piece, yearly: bool) -> dict[str, str | float | int]:
 def _annual_amounts(results: xr.Dataset) -> dict[str, str]:
     """Return the headings of what a line costs, is out of use and injures in a year, where it is drawn."""
     headings = {
-        "saving": "lost a year" if "cost_median" in results.coords and "item_annual_loss" in results else "",
-        "downtime": "one out of use, days a year" if "item_annual_downtime" in results else "",
-        "injuries": "injured a year" if "item_annual_injuries" in results else "",
+        "saving": "all: lost a year" if "cost_median" in results.coords and "item_annual_loss" in results else "",
+        "downtime": "one: days a year out of use" if "item_annual_downtime" in results else "",
+        "injuries": "all: injured a year" if "item_annual_injuries" in results else "",
     }
     return {name: heading for name, heading in headings.items() if heading}
 

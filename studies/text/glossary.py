@@ -18,14 +18,15 @@ class Term(NamedTuple):
 TERMS = (
     Term(
         "overturn",
-        "A piece overturns when it rocks so far that it does not come back to its feet.",
+        "A piece overturns when it rocks so far that it does not return to the upright position.",
         r"overturn\w*|falls?\b|falling",
     ),
     Term(
-        "95 % interval",
-        "A range for what is not known because only so many motions were run: if the study were repeated with other "
-        "motions of the same kind, 95 % of such ranges would hold the value that very many motions give.",
-        r"95[ \u00a0]% interval|95[ \u00a0]% over motions|\bintervals?\b",
+        "interval",
+        "How far a result may change because only a limited number of motions was run: if the study were repeated with "
+        "other motions of the same kind, 95 % (or the share that is stated) of such ranges would contain the result of "
+        "a very large number of motions.",
+        r"\d[ \u00a0]% over motions|\bintervals?\b",
     ),
     Term(
         "motion",
@@ -59,18 +60,28 @@ TERMS = (
     ),
     Term(
         "modelling uncertainty",
-        "How far the calculated strength of a piece may be from that of the real one. It is a logarithmic standard "
-        "deviation (β_m): with β_m = 0.3, two in three real pieces are within a factor of 1.35 of the calculated one.",
+        "How far the calculated resistance to overturning may differ from that of the real piece. It is a logarithmic "
+        "standard deviation (β_m): with β_m = 0.3, two in three real pieces are within a factor of 1.35 of the "
+        "calculated one.",
         r"modelling (uncertainty|dispersion)|β_m|modelling_dispersion",
     ),
     Term(
         "payback",
-        "The cost of anchoring a piece divided by the loss that anchoring prevents in a mean year.",
+        "The cost of anchoring a piece divided by the loss that anchoring prevents in an average year.",
         r"\bpayback\b|\bpays back\b",
     ),
     Term(
+        "recommendation",
+        "required by code: the building code asks for anchors, whatever the risk; anchor below code force: the anchors "
+        "given are too weak for it; reduces risk most: highest priority, for safety first; makes people safer: also a "
+        "matter of safety, with less effect; worth its cost: prevents more loss in 50 years than anchoring costs; not "
+        "resolved: may or may not do so, with these motions; small effect: does not.",
+        r"required by code|reduces risk most|makes people safer|worth its cost|not resolved|small effect",
+    ),
+    Term(
         "median",
-        "The level of shaking at which half of the motions overturn the block.",
+        "The level of shaking at which half of the motions overturn the block (or bring it to the state that is "
+        "studied).",
         r"\b[Mm]edians?\b",
     ),
     Term(
@@ -82,7 +93,8 @@ TERMS = (
     ),
     Term(
         "fragility curve",
-        "The probability that a block overturns, as a function of the level of shaking.",
+        "The probability that a block overturns (or reaches the state that is studied), as a function of the level of "
+        "shaking.",
         r"\b[Ff]ragility\b|(?<!hazard )\bcurves?\b|\bCurves?\b",
     ),
     Term(

@@ -266,9 +266,9 @@ class TestDecisions:
         rows = piece_rows(found)
         shown = dict(zip(rows.headings, next(row for row in rows.rows if row[0] == "freezer"), strict=True))
         assert shown["mean cost of one"] == "1,200"
-        assert float(shown["lost a year"]) == pytest.approx(float(found.item_annual_loss[0, 0]), rel=0.05)
-        assert float(shown["injured a year"]) == pytest.approx(hurt, rel=0.05)
-        assert float(shown["one out of use, days a year"]) == pytest.approx(
+        assert float(shown["all: lost a year"]) == pytest.approx(float(found.item_annual_loss[0, 0]), rel=0.05)
+        assert float(shown["all: injured a year"]) == pytest.approx(hurt, rel=0.05)
+        assert float(shown["one: days a year out of use"]) == pytest.approx(
             float(found.item_annual_downtime[0, 0]), rel=0.05
         )
         annual_table = annual_rows(found)

@@ -301,12 +301,12 @@ class TestManyBlocks:
         assert len(answer(few).sentences) == 2 + 11
         always, first, *_ = plain_answer(changed)
         assert always == "2 of 120 (“b110” and 1 more) overturned in every run, even in the weakest shaking."
-        assert first == "“b10” is the first of the other 118: it overturns at the lowest level of shaking."
+        assert first == "“b10” is the most vulnerable of the other 118."
         status[10:110, law] = status[111:115, law] = status[116:, law] = "no overturning"
         nothing = changed.assign(median=changed["median"] * np.nan, status=(results["status"].dims, status))
         assert plain_answer(nothing) == [
-            "The runs do not tell how strong shaking must be: all overturned (2 of 120), no overturning (117 of 120), "
-            "not increasing (1 of 120)."
+            "The runs do not show how strong the shaking must be: all overturned (2 of 120), no overturning "
+            "(117 of 120), not increasing (1 of 120)."
         ]
 
     def test_names_are_no_mathematics_in_figures(self, results):

@@ -1,6 +1,8 @@
 """Branches in study files: held to studies of their own, one for each combination, and what is refused."""
 
 import json
+import math
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from toppling.studies.command.cli import main
 from toppling.studies.report.page import write_report
 from toppling.studies.report.summary import plain_answer
 from toppling.studies.store.worker_motions import motions_again
+from toppling.studies.tables.client import client_rows
 
 BLOCK = '[[blocks]]\ncatalogue = "bookcase-5-shelf"\n'
 LAWS = '[[models]]\nlaw = "housner"\n[[models]]\nlaw = "discrete"\n'
@@ -89,7 +92,15 @@ class TestBranches:
         (page,) = write_report(tmp_path / "results.nc")
         text = page.read_text(encoding="utf-8")
         assert "How often over 8 weighted branches" in text
-        assert text.count("<svg") == 3
+        assert text.count("<figure>") == 3
+        (row,) = client_rows(found).rows
+        ends = [found["epistemic_rate_fractile"].sel(epistemic_fractile=end).item() for end in (0.05, 0.95)]
+        chances = [100.0 * -math.expm1(-50.0 * rate) for rate in (found["epistemic_rate"].item(), *ends)]
+        said = [float(one) for one in re.findall(r"[\d.]+", row[-1])]
+        assert said == pytest.approx(chances, rel=0.06)
+        assert [float(one.replace(",", "")) for one in row[-2].split(" *")[0].split(" to ")] == pytest.approx(
+            [1.0 / rate for rate in ends[::-1]], rel=0.5
+        )
 
     def test_workers_make_the_motions_of_branches(self, tmp_path):
         one = study(tmp_path, BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
@@ -125,7 +136,7 @@ class TestModelling:
         for name in ("rate", "epistemic_rate", "epistemic_rate_fractile", "branch_rate"):
             np.testing.assert_allclose(found[name], plain[name] * np.exp(0.5 * 2.5**2 * 0.4**2), rtol=1e-9)
         said = " ".join(plain_answer(found))
-        assert "Each of these rates is a mean over a modelling uncertainty of 0.4." in said
+        assert "Each of these rates is a mean over the modelling uncertainty of 0.4." in said
         assert "with a modelling uncertainty" not in said
 
     def test_exported_dispersions_say_what_they_hold(self, tmp_path, capsys):

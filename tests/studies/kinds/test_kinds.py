@@ -13,7 +13,7 @@ from toppling.studies.command.cli import main
 from toppling.studies.kinds.performance import ranking_of
 from toppling.studies.plan.estimates import ranking_of_measures
 from toppling.studies.plan.risk import risk_of
-from toppling.studies.report.summary import next_steps
+from toppling.studies.report.actions import next_steps
 
 MODELS = """
 [[models]]

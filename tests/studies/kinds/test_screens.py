@@ -11,6 +11,7 @@ from toppling.fragility import screen, undecided_outcomes, wilson_interval
 from toppling.fragility.uncertainty.joint import pieces_of
 from toppling.fragility.validity import undecided as perturbed
 from toppling.studies import StudyError
+from toppling.studies.buildings import screening
 from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, checks_of
 
 MODELS = """
@@ -342,3 +343,15 @@ class TestTails:
         assert note.startswith(f"{100.0 * float(share.max()):.0f} % of the annual rate of narrow")
         covered = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, HAZARD, UNTESTED).run()
         assert not any("below the hazard curve's first level" in one for one in notes_of(covered))
+
+
+@pytest.mark.parametrize("most", [0, 1, 2, 1000])
+def test_friction_of_floors_that_are_described_differently(most, monkeypatch):
+    """A floor with many lines lists what friction there is, one with few says it of each line: both are joined."""
+    each = [{"kind": "coefficient", "static": value} for value in (0.3, 0.5)]
+    monkeypatch.setattr(screening, "DESCRIBED", most)
+    listed = [json.loads(text) for text in sorted(json.dumps(one) for one in each)]
+    parts = [{"a": each[0]}, {"b": each[1]} if most != 1 else [each[1]]]
+    found = screening._joined_friction(parts)
+    assert found == ({"a": each[0], "b": each[1]} if most >= 2 else listed)
+    assert screening._joined_friction([None, None]) is None

@@ -19,10 +19,12 @@ from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.file.json_schema import study_schema
 from toppling.studies.report import page as module
+from toppling.studies.report.actions import next_steps
 from toppling.studies.report.answers import answer
+from toppling.studies.report.basis import basis
 from toppling.studies.report.cells import markdown, page_table
 from toppling.studies.report.page import write_report
-from toppling.studies.report.summary import next_steps, plain_answer
+from toppling.studies.report.summary import plain_answer
 from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, Check, badge, checks_of, worst_word
 from toppling.studies.store.content import sealed
 from toppling.studies.tables.client import client_rows
@@ -417,6 +419,19 @@ class TestClientPart:
         with pytest.raises(StudyError, match="report"):
             tp.Study.from_toml(tmp_path / "study.toml")
 
+    def test_basis_names_the_motions_that_were_run(self, folder):
+        said = basis(loaded(folder))[0]
+        assert said == "The shaking is that of 12 simulated ground motions, scaled to 8 levels of shaking."
+        stripes = basis(loaded(folder, "stripes"))[0]
+        assert "24 ground motions, other earthquakes for each level of shaking" in stripes
+        results = loaded(folder)
+        study = json.loads(results.attrs["study"]) | {"motion_sets": [{}, {}], "hazards": [{}]}
+        branched = results.assign_attrs(study=json.dumps(study))
+        assert "; 2 other sets of motions are weighted with them." in basis(branched)[0]
+        assert "How often the ground shakes is taken from 2 weighted hazard curves." in basis(branched)
+        floors = xr.concat([results, results], "floor", data_vars="minimal").assign_coords(floor=["1", "2"])
+        assert "that of 6 simulated" in basis(floors)[0]
+
     def test_of_many_blocks_and_floors(self, folder):
         results = loaded(folder)
         rows = client_rows(results)
@@ -424,9 +439,9 @@ class TestClientPart:
         one = results.isel(block=0, model=at)
         assert rows.headings == (
             "block",
-            "half of the motions overturn it at PGA, g",
-            "about once in, years",
-            "in 50 years",
+            "PGA at which half of the motions overturn it, g",
+            "mean return period, years",
+            "chance in 50 years",
         )
         assert rows.rows[0][0] == "shelf"
         assert rows.rows[0][1].startswith(f"{two_digits(float(one['median']) / 9.80665)} (")
@@ -455,7 +470,7 @@ class TestPlainWords:
         at = below[np.abs(np.log(10.0 * seen[below])).argmin()]
         g = 9.80665
         first, second, third = plain_answer(results)
-        assert first == "“shelf” is the first of the 2 blocks: it overturns at the lowest level of shaking."
+        assert first == "“shelf” is the most vulnerable of the 2 blocks."
         strong = f"Of 100 earthquakes with a peak ground acceleration of {two_digits(float(one['level'][at]) / g)} g, "
         few = [round(100 * float(one[end][at])) for end in ("probability", "lower", "upper")]
         assert second.startswith(f"{strong}about {few[0]} ({few[1]} to {few[2]}) would overturn “shelf”; at ")
@@ -490,9 +505,13 @@ class TestPlainWords:
             f"At least one item in this building overturns about once in {two_digits(1 / rate)} years ("
         )
         assert f"a probability of about {100 * (1 - np.exp(-50 * rate)):.2g}\u00a0% in 50 years" in said[0]
-        assert said[1].startswith(f"The expected loss is about {two_digits(float(one['annual_loss']))} EUR a year (")
-        assert "The most frequent consequence is “injury”: about once in" in said[2]
-        assert len(said) == 3
+        assert said[1].startswith(
+            f"The expected loss, the value of what falls, is about {two_digits(float(one['annual_loss']))} EUR a year ("
+        )
+        rate = float(one["consequence_rate"].sel(consequence="injury"))
+        assert said[2].startswith(f"Pieces that overturn may cause: “injury” once in {two_digits(1 / rate)} years (")
+        assert said[3].startswith("All ranges here are 95 % intervals that reflect only the limited number of motions")
+        assert len(said) == 4
         held = results.assign_coords(anchored=("item", [True]))
         assert plain_answer(held)[3] == "2 of 2 pieces are anchored and count as not overturning: 2 × rack."
 
@@ -516,7 +535,8 @@ class TestPlainWords:
         steps = next_steps(loaded(folder, "performance"), [])
         assert steps == [
             "Anchor first, for safety (injury): “rack” (ground).",
-            "Code requirements are not checked: a piece that must be anchored by law is anchored whatever its risk.",
+            "Code requirements are not checked. Any piece that the law requires to be anchored must be anchored, "
+            "whatever these results say.",
         ]
 
 

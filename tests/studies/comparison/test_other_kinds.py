@@ -1,0 +1,68 @@
+"""Comparisons of other studies: uncertain blocks, two measures, hazard curves in files, floors."""
+
+import math
+
+import pytest
+import xarray as xr
+from study_texts import CABINET, IDA, motions
+
+import toppling as tp
+from toppling.studies.comparison import curves, sides
+from toppling.studies.comparison.compare import compare
+
+PGA, PGV = IDA, IDA.replace('"pga"', '"pgv"').replace("1.0, to = 12.0", "0.1, to = 2.0").replace("m/s2", "m/s")
+LAWS = '[[blocks]]\nwidth_m = 0.4\nheight_m = 1.8\n[[models]]\nlaw = "housner"\n[[models]]\nlaw = "discrete"\n'
+FIT = "[fit]\nreplicates = 100\n"
+STUDIES = {
+    "pga": CABINET + motions(12) + PGA + FIT + '[hazard]\nk0 = 2e-3\nk = 2.5\nunit = "m/s2"\n',
+    "pgv": CABINET + motions(12) + PGV + FIT + '[hazard]\nk0 = 1e-4\nk = 2.5\nunit = "m/s"\n',
+    "file": CABINET + motions(12) + PGA + FIT + '[hazard]\nfile = "hazard.csv"\n',
+    "sampled": LAWS
+    + motions(12)
+    + PGA
+    + FIT
+    + "[uncertainty]\nsamples = 4\n[uncertainty.inputs]\n"
+    + 'restitution_factor = { distribution = "beta", a = 8, b = 2, lower = 0.7, upper = 1.0 }\n',
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with small finished studies, by name."""
+    here = tmp_path_factory.mktemp("kinds")
+    rows = "".join(f"{x},{2e-3 * x**-2.5:.9e}\n" for x in (0.5, 1.0, 2.0, 4.0, 8.0, 16.0))
+    (here / "hazard.csv").write_text(f"pga (m/s2),rate (1/yr)\n{rows}", encoding="utf-8")
+    for name, text in STUDIES.items():
+        (here / f"{name}.toml").write_text(f'title = "{name}"\n{text}', encoding="utf-8")
+        tp.Study.from_toml(here / f"{name}.toml").run(here / name)
+    return here
+
+
+def test_two_measures_have_their_rates_in_common(folder, tmp_path):
+    found = compare(folder / "pga", folder / "pgv", tmp_path)
+    assert [rows.title.split(" with")[0] for rows in found.tables] == ["Chance of overturning in 50 years"]
+    assert any("medians are not compared: they are of peak ground acceleration in A" in line for line in found.tail)
+    assert [path.name for path in found.written] == ["comparison.csv", "chances.png"]
+
+
+def test_a_hazard_curve_in_a_file(folder, tmp_path):
+    """The file is not in the results: the ratio has no interval, and that is said."""
+    with sides.two_sides(folder / "pga", folder / "file") as (a, b):
+        found = curves.compare_curves(a, b).found
+    (line,) = [one for one in found.lines if one.quantity == "rate"]
+    assert line.ratio.value == pytest.approx(1.0, rel=1e-6)
+    assert math.isnan(line.ratio.lower)
+    assert line.verdict == ""
+    tail = compare(folder / "pga", folder / "file", tmp_path).tail
+    assert any("the hazard curve of B is in a file" in one for one in tail)
+    assert any("Chance of overturning in 50 years: no ratio has an interval" in one for one in tail)
+
+
+def test_uncertain_blocks(folder):
+    with sides.two_sides(folder / "sampled", folder / "sampled", same=True) as (a, b):
+        found = curves.compare_curves(a, b, ("housner", "discrete")).found
+    results = xr.open_dataset(folder / "sampled/results.nc")
+    (line,) = [one for one in found.lines if one.quantity == "median"]
+    medians = results["median"].isel(block=0).values
+    assert line.ratio.value == pytest.approx(medians[1] / medians[0], rel=1e-12)
+    assert line.ratio.lower < line.ratio.value < line.ratio.upper
