@@ -82,42 +82,42 @@ def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = 
     The header names the columns, in any order; empty cells are treated as if the column were not there, lines that
     start with # are comments:
 
-    ======================== ===========================================================================================
-    ``item``                 name in results; the catalogue name where not given.  Where several lines have the same
-                             name, their floor is added
-    ``catalogue``            name of a catalogue item, which gives the sizes
-    ``width_m``,             or: full outer sizes, m, the width in the direction of shaking
+    ========================== =========================================================================================
+    ``item``                   name in results; the catalogue name where not given.  Where several lines have the same
+                               name, their floor is added
+    ``catalogue``              name of a catalogue item, which gives the sizes
+    ``width_m``,               or: full outer sizes, m, the width in the direction of shaking
     ``height_m``
-    ``cm_height_m``          height of the centre of mass, m (mid-height), also beside ``catalogue``
-    ``inertia_factor``       I_O/(m R²), above 1 to 2 (4/3); must be given with ``cm_height_m``
-    ``floor``                floor that it stands on: 0 is the ground (the only column that must be filled)
-    ``room``                 room that it stands in, for tables
-    ``count``                number of pieces (1)
-    ``e``                    restitution, above 0 to 1 (that of the damping law); ``restitution`` is the same
-    ``value``                loss when a piece overturns, without spread
-    ``currency``             of ``value``, ``cost_median`` and ``anchoring_cost``, the same in every line that states
-                             it, such as EUR
-    ``consequence``          consequences when at least one piece overturns, such as blocks-exit; several are separated
-                             by |
-    ``anchored``             yes or no (no): anchored pieces do not overturn
-    ``anchoring_cost``       cost of fixing a piece
-    ``mass_kg``              mass of a piece with its contents, kg, for the force that a building code asks for
-    ``code_class``           what the code takes it for: storage (permanent cabinets and shelves), laboratory, equipment
-                             (mechanical and electrical), furniture, movable
-    ``code_importance``      importance factor, 1 to 1.5 (that of the study's code)
-    ``anchor_strength_n``    design strength of a piece's anchors against a horizontal force, N
-    ``anchor_height_m``      height of these anchors above the floor, m
-    ``cost_median``          instead of ``value``: median cost of repairing or replacing a piece that overturned
-    ``cost_dispersion``      its dispersion: standard deviation of the logarithm, 0 to 3 (0); of a normal distribution
-                             the coefficient of variation, 0 to 0.5
-    ``cost_distribution``    lognormal or normal, truncated at 0 (lognormal)
-    ``downtime_median_days`` median time for which a piece that overturned is out of use, days
-    ``downtime_dispersion``, as of the cost
+    ``cm_height_m``            height of the centre of mass, m (mid-height), also beside ``catalogue``
+    ``inertia_factor``         I_O/(m R²), above 1 to 2 (4/3); must be given with ``cm_height_m``
+    ``floor``                  floor that it stands on: 0 is the ground (the only column that must be filled)
+    ``room``                   room that it stands in, for tables
+    ``count``                  number of pieces (1)
+    ``e``                      restitution, above 0 to 1 (that of the damping law); ``restitution`` is the same
+    ``value``                  loss when a piece overturns, without spread
+    ``currency``               of ``value``, ``cost_median`` and ``anchoring_cost``, the same in every line that states
+                               it, such as EUR
+    ``consequence``            consequences when at least one piece overturns, such as blocks-exit; several are
+                               separated by |
+    ``anchored``               yes or no (no): anchored pieces do not overturn
+    ``anchoring_cost``         cost of fixing a piece
+    ``mass_kg``                mass of a piece with its contents, kg, for the force that a building code asks for
+    ``code_class``             what the code takes it for: storage (permanent cabinets and shelves), laboratory,
+                               equipment (mechanical and electrical), furniture, movable
+    ``code_importance``        importance factor, 1 to 1.5 (that of the study's code)
+    ``anchor_strength_n``      design strength of a piece's anchors against a horizontal force, N
+    ``anchor_height_m``        height of these anchors above the floor, m
+    ``cost_median``            instead of ``value``: median cost of repairing or replacing a piece that overturned
+    ``cost_dispersion``        its dispersion: standard deviation of the logarithm, 0 to 3 (0); of a normal distribution
+                               the coefficient of variation, 0 to 0.5
+    ``cost_distribution``      lognormal or normal, truncated at 0 (lognormal)
+    ``downtime_median_days``   median time for which a piece that overturned is out of use, days
+    ``downtime_dispersion``,   as of the cost
     ``downtime_distribution``
-    ``persons_exposed``      mean number of persons where a piece falls, over all hours, 0 to 10,000
-    ``injury_probability``   probability that one of them is injured, 0 to 1; above 0 (with persons) it is a consequence
-                             ``injury``
-    ======================== ===========================================================================================
+    ``persons_exposed``        mean number of persons where a piece falls, over all hours, 0 to 10,000
+    ``injury_probability``     probability that one of them is injured, 0 to 1; above 0 (with persons) it is a
+                               consequence ``injury``
+    ========================== =========================================================================================
 
     Where semicolons or tabs separate the cells, numbers may have decimal commas; a file has either commas or points.
 

@@ -281,7 +281,7 @@ class TestWorkbooks:
 
     def test_a_piece_whose_name_begins_like_a_comment_is_not_left_out(self, tmp_path):
         rows = [["item", "width_m", "height_m", "floor"], ["shelf", 0.4, 2, 1], ["#3 rack", 0.5, 1.8, 1]]
-        with pytest.raises(InventoryError, match="row 3 begins with # as a comment does, but has other cells"):
+        with pytest.raises(InventoryError, match="row 3 begins with #, as comments do, and has other cells"):
             read_inventory(book_of(rows, tmp_path / "i.xlsx", lambda one: one))
 
     def test_at_least_most_bad_files_are_compared(self):
