@@ -26,8 +26,10 @@ if TYPE_CHECKING:
         GianniniMasiani,
         HousnerImpact,
         MakrisKonstantinidis,
+        Restraint,
         Vassiliou,
         ViscousDamping,
+        Wall,
         catalogue,
         free_rocking,
         simulate,
@@ -45,9 +47,11 @@ __all__ = [
     "HazardCurve",
     "HousnerImpact",
     "MakrisKonstantinidis",
+    "Restraint",
     "Study",
     "Vassiliou",
     "ViscousDamping",
+    "Wall",
     "animate",
     "annual_rate",
     "catalogue",
@@ -67,7 +71,7 @@ __all__ = [
 # interrupted from its first moment.
 _MODELS = (
     "Block", "DiscreteDamping", "EnergyConsistent", "GianniniMasiani", "HousnerImpact", "MakrisKonstantinidis",
-    "Vassiliou", "ViscousDamping", "catalogue", "free_rocking", "simulate",
+    "Restraint", "Vassiliou", "ViscousDamping", "Wall", "catalogue", "free_rocking", "simulate",
 )  # fmt: skip
 _FRAGILITY = (
     "HazardCurve", "annual_rate", "cloud", "fit_fragility", "ida", "overturning_probability", "read_hazard", "stripes",

@@ -1,4 +1,4 @@
-"""Freestanding blocks and their loss of energy: blocks, damping laws, the engine that solves them, single histories."""
+"""Rocking blocks and their loss of energy: blocks, walls, restraints, damping laws, the engine, single histories."""
 
 from .block import Block, describe_block
 from .history import free_rocking, simulate
@@ -15,6 +15,8 @@ from .laws import (
     ViscousDamping,
     describe_law,
 )
+from .scenes.restraint import Restraint
+from .scenes.wall import Wall
 
 __all__ = [
     "LAWS",
@@ -27,8 +29,10 @@ __all__ = [
     "Item",
     "Law",
     "MakrisKonstantinidis",
+    "Restraint",
     "Vassiliou",
     "ViscousDamping",
+    "Wall",
     "catalogue",
     "describe_block",
     "describe_law",

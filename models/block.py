@@ -1,4 +1,4 @@
-"""The block: Housner's parameters from its sizes.
+"""The block: Housner's parameters from its sizes, and what stands around it or holds it.
 
 The module does not depend on damping laws or motions; all quantities are in SI units.
 """
@@ -11,6 +11,8 @@ from typing import Any
 
 from .. import checks
 from ..units import STANDARD_GRAVITY
+from .scenes.restraint import Restraint, describe_restraint
+from .scenes.wall import Wall, describe_wall
 
 UNIFORM_INERTIA_FACTOR = 4.0 / 3.0
 MIN_SIZE, MAX_SIZE, MIN_ANGLE = 1e-6, 1e6, 1e-6
@@ -18,7 +20,7 @@ MIN_SIZE, MAX_SIZE, MIN_ANGLE = 1e-6, 1e6, 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Freestanding rigid block on a rigid floor.
+    """Rigid block on a rigid floor, freestanding unless it has a wall or a restraint.
 
     Parameters
     ----------
@@ -33,14 +35,29 @@ class Block:
         of mass is not at mid-height, because it then depends on how the mass is spread.
     name : str, optional
         Label in results.
+    mass : float, optional
+        Mass, kg, > 0; only restraints use it, and need it.
+    cm_offset : float
+        How far the centre of mass lies in front of the middle (behind it: negative), m, less than half the width.
+    lean : float
+        Lean of the block or slope of the floor towards the front (to the back: negative), rad.
+    wall : Wall, optional
+        A wall behind the block.
+    restraint : Restraint, optional
+        A strap, bracket, cable, pole, tendon or adhesive that holds it.
 
     Raises
     ------
     ValueError
-        A size that is not finite and positive, a centre of mass outside the block, an inertia factor outside (1, 2].
+        A size that is not finite and positive, a centre of mass outside the block, an inertia factor outside (1, 2],
+        a lean with which the block falls by itself, a restraint without mass.
 
     Notes
     -----
+    The front is the side of positive rotation, away from a wall; alpha, R, p and e_R are those of the block with its
+    mass in the middle and without lean.  The inertia factor is that of this block, too: with a radius of gyration rho,
+    rho² = (lambda - 1) R², the moment of inertia about a corner at the distance b is m (rho² + h² + b²).
+
     R = sqrt(b² + h²), alpha = atan(b/h) with h the height of the centre of mass, p = sqrt(g/(lambda R)) (sqrt(3g/4R)
     for a uniform rectangle) and e_R = 1 - (2/lambda) sin² alpha, Housner's 1 - 1.5 sin² alpha for lambda = 4/3.
     lambda <= 2 because no mass of a body inside the rectangle lies further from its centre than R.
@@ -62,6 +79,11 @@ class Block:
     cm_height: float | None = None
     inertia_factor: float | None = None
     name: str | None = None
+    mass: float | None = None
+    cm_offset: float = 0.0
+    lean: float = 0.0
+    wall: Wall | None = None
+    restraint: Restraint | None = None
 
     def __post_init__(self) -> None:
         width = checks.number("width", self.width, above=0.0, at_most=MAX_SIZE, unit="m")
@@ -90,6 +112,34 @@ class Block:
         object.__setattr__(self, "height", height)
         object.__setattr__(self, "cm_height", cm_height)
         object.__setattr__(self, "inertia_factor", factor)
+        self._check_surroundings()
+
+    def _check_surroundings(self) -> None:
+        """Raise for a mass, an offset, a lean, a wall or a restraint that the block cannot have."""
+        if self.mass is not None:
+            checks.number("mass", self.mass, above=0.0, unit="kg")
+        checks.number("cm_offset", self.cm_offset, above=-self.b, below=self.b, unit="m")
+        checks.number("lean", self.lean, unit="rad")
+        (_, front), (_, back) = self.corners
+        if min(front, back) < MIN_ANGLE:
+            raise ValueError(
+                f"lean must leave the block standing: between {self.lean - back:.4g} and {self.lean + front:.4g} rad, "
+                f"got {self.lean:.4g}"
+            )
+        if self.wall is not None and not isinstance(self.wall, Wall):
+            raise TypeError(f"wall must be a toppling Wall, got {checks.kind(self.wall)}")
+        if self.wall is not None and self.wall.height is not None and self.wall.height > self.height:
+            raise ValueError(
+                f"the wall's height must be at most the block's {self.height:g} m, got {self.wall.height:g}"
+            )
+        if self.restraint is None:
+            return
+        if not isinstance(self.restraint, Restraint):
+            raise TypeError(f"restraint must be a toppling Restraint, got {checks.kind(self.restraint)}")
+        if self.mass is None:
+            raise ValueError("a block with a restraint needs its mass (kg)")
+        if self.restraint.front is None and self.restraint.back is None:
+            raise ValueError(f"the {self.restraint.kind} acts on neither side: give a front or a back arm")
 
     @classmethod
     def from_slenderness(
@@ -153,14 +203,38 @@ class Block:
         return self.inertia_factor
 
     @property
+    def gyration(self) -> float:
+        """Radius of gyration about the centre of mass, m: sqrt(lambda - 1) R."""
+        return math.sqrt(self.inertia - 1.0) * self.R
+
+    @property
+    def symmetric(self) -> bool:
+        """True if front and back are alike: no offset of the mass, no lean."""
+        return self.cm_offset == 0.0 and self.lean == 0.0
+
+    @property
+    def corners(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Of front and back: the mass centre's horizontal distance to the corner (m), and the angle (rad) to tip it."""
+        front, back = self.b - self.cm_offset, self.b + self.cm_offset
+        return (front, math.atan2(front, self.h) - self.lean), (back, math.atan2(back, self.h) + self.lean)
+
+    @property
     def p(self) -> float:
         """Rocking frequency parameter sqrt(g/(lambda R)), rad/s."""
         return math.sqrt(STANDARD_GRAVITY / (self.inertia * self.R))
 
     @property
     def restitution(self) -> float:
-        """Housner's coefficient of restitution e_R = 1 - (2/lambda) sin² alpha; ValueError if it is not positive."""
+        """Housner's coefficient of restitution e_R = 1 - (2/lambda) sin² alpha; ValueError if it is not positive.
+
+        With the mass off the middle, front to back and back to front have different factors; e_R is the root of their
+        product, (rho² + h² - b b')/sqrt(i i'), which takes e_R² of the energy either way (derived).
+        """
         e = 1.0 - 2.0 / self.inertia * math.sin(self.alpha) ** 2
+        if self.cm_offset != 0.0:
+            square = self.gyration**2 + self.h**2
+            front, back = self.b - self.cm_offset, self.b + self.cm_offset
+            e = (square - front * back) / math.sqrt((square + front**2) * (square + back**2))
         if e <= 0.0:
             raise ValueError(
                 f"Housner's restitution of a block with alpha = {self.alpha:.4g} rad is {e:.4g}, not positive: "
@@ -174,17 +248,32 @@ class Block:
         if self.name is not None:
             return self.name
         assert self.cm_height is not None  # (set above)
-        middle = math.isclose(self.cm_height, 0.5 * self.height, rel_tol=1e-9)
-        mass = "" if middle else f", mass at {self.cm_height:.4g} m"
-        return f"{self.width:.4g} m × {self.height:.4g} m{mass}"
+        words = [f"{self.width:.4g} m × {self.height:.4g} m"]
+        if not math.isclose(self.cm_height, 0.5 * self.height, rel_tol=1e-9):
+            words.append(f"mass at {self.cm_height:.4g} m")
+        if self.cm_offset != 0.0:
+            side = "front" if self.cm_offset > 0.0 else "back"
+            words.append(f"mass {1000.0 * abs(self.cm_offset):.4g} mm to the {side}")
+        if self.lean != 0.0:
+            side = "front" if self.lean > 0.0 else "back"
+            words.append(f"leans {math.degrees(abs(self.lean)):.3g}° to the {side}")
+        words += [part.label for part in (self.wall, self.restraint) if part is not None]
+        return ", ".join(words)
 
 
 def describe_block(block: Block) -> dict[str, Any]:
     """Return the parameters that define the block, as plain values (SI)."""
-    return {
+    described: dict[str, Any] = {
         "name": block.label,
         "width": block.width,
         "height": block.height,
         "cm_height": block.cm_height,
         "inertia_factor": block.inertia_factor,
     }
+    if not block.symmetric:
+        described |= {"cm_offset": block.cm_offset, "lean": block.lean}
+    if block.wall is not None:
+        described["wall"] = describe_wall(block.wall)
+    if block.restraint is not None:
+        described |= {"mass": block.mass, "restraint": describe_restraint(block.restraint)}
+    return described

@@ -19,9 +19,11 @@ from typing import Any, ClassVar
 
 from .. import checks
 from ..units import STANDARD_GRAVITY
+from .assembly import Zone, assemble
 from .block import Block
 from .engine import tables as engine
-from .oscillator import Oscillator, bilinear, impact
+from .oscillator import Oscillator
+from .sides import check_zone, sides, surroundings, zone_of
 
 LEVERS = ("h", "R")
 RESTS = ("elastic", "rigid")
@@ -116,20 +118,25 @@ class _ImpactLaw(Law):
         return value
 
 
-def _q2(block: Block) -> float:
-    """Return p² sin(alpha)/alpha, the negative of the falling branch's stiffness per unit inertia, 1/s² (derived)."""
-    return block.p**2 * math.sin(block.alpha) / block.alpha
+def _viscous(block: Block, law: Law, delta: float, lever: str, ratio: float) -> Oscillator:
+    """Return the oscillator with the damping moment 2 ratio sqrt(I_O k0) theta', the same at every rotation."""
+    zone = zone_of(block, delta, lever, rigid_rest=False)
+    damping = 2.0 * ratio * math.sqrt(zone.stiffness)
+    front, back = sides(block, "bilinear", lever)
+    zone = zone._replace(
+        damping=damping,
+        front_damping=damping * (zone.inertia / front.inertia),
+        back_damping=damping * (zone.inertia / back.inertia),
+    )
+    return _bilinear(block, law, lever, zone)
 
 
-def _gain(block: Block, lever: str) -> float:
-    """Return lever arm/(lambda R²): angular per floor acceleration, 1/m (derived; for h: the paper's Eq. 5)."""
-    arm = block.h if lever == "h" else block.R
-    return arm / (block.inertia * block.R**2)
-
-
-def _zone_frequency(block: Block, delta: float) -> float:
-    """Return the elastic zone's circular frequency sqrt(k0/I_O) = q sqrt(1/delta - 1), rad/s."""
-    return math.sqrt(_q2(block) * (1.0 / delta - 1.0))
+def _bilinear(block: Block, law: Law, lever: str, zone: Zone, e: float = 1.0) -> Oscillator:
+    """Return the oscillator with falling branches, an elastic zone between them, and what stands around the block."""
+    front, back = sides(block, "bilinear", lever)
+    around = surroundings(block, front, back, exact=False)
+    check_zone(block, zone, around, type(law).__name__)
+    return assemble(front, back, e, zone, around)
 
 
 class _HeldZoneLaw(_ImpactLaw):
@@ -141,15 +148,15 @@ class _HeldZoneLaw(_ImpactLaw):
     rest: str
 
     def oscillator(self, block: Block) -> Oscillator:
-        return bilinear(
-            _q2(block),
-            block.alpha,
-            self.delta,
-            _gain(block, self.lever),
-            rule=self.rule,
-            e=self.restitution(block),
-            rigid_rest=self.rest == "rigid",
-        )
+        e = self.restitution(block)
+        zone = zone_of(block, self.delta, self.lever, self.rest == "rigid")
+        coefficient = 0.0
+        if self.rule == engine.RULE_ENTRY_SPEED:
+            coefficient = (1.0 - e) / (zone.front + zone.back)
+        elif block.symmetric:  # the potential at the zone's edge
+            front, _ = sides(block, "bilinear", self.lever)
+            coefficient = front.q2 * zone.front * (front.alpha - 0.5 * zone.front)
+        return _bilinear(block, self, self.lever, zone._replace(rule=self.rule, coefficient=coefficient), e)
 
 
 @dataclass(frozen=True)
@@ -218,9 +225,7 @@ class _RestitutionViscous(_ImpactLaw):
         """Return the damping ratio zeta for the coefficient of restitution e."""
 
     def oscillator(self, block: Block) -> Oscillator:
-        ratio = self.damping_ratio(self.restitution(block))
-        damping = 2.0 * ratio * _zone_frequency(block, self.delta)
-        return bilinear(_q2(block), block.alpha, self.delta, _gain(block, self.lever), damping=damping)
+        return _viscous(block, self, self.delta, self.lever, self.damping_ratio(self.restitution(block)))
 
 
 @dataclass(frozen=True)
@@ -280,9 +285,18 @@ class Vassiliou(Law):
     lever: str = "h"
 
     def oscillator(self, block: Block) -> Oscillator:
-        per_mass = self.coefficient * (block.alpha / 0.1) ** 2 * math.sqrt(STANDARD_GRAVITY) * block.R**1.5
-        damping = per_mass / (block.inertia * block.R**2)
-        return bilinear(_q2(block), block.alpha, self.delta, _gain(block, self.lever), damping=damping)
+        zone = zone_of(block, self.delta, self.lever, rigid_rest=False)
+        front, back = (
+            self.coefficient * (alpha / 0.1) ** 2 * math.sqrt(STANDARD_GRAVITY) * math.hypot(half, block.h) ** 1.5
+            for half, alpha in block.corners
+        )
+        of_front, of_back = sides(block, "bilinear", self.lever)
+        zone = zone._replace(
+            damping=0.5 * (front + back) / zone.inertia,
+            front_damping=front / of_front.inertia,
+            back_damping=back / of_back.inertia,
+        )
+        return _bilinear(block, self, self.lever, zone)
 
 
 @dataclass(frozen=True)
@@ -300,8 +314,7 @@ class ViscousDamping(Law):
         return cls(0.4 * (1.0 - checks.number("e", e, above=0.0, at_most=1.0)), delta, lever)
 
     def oscillator(self, block: Block) -> Oscillator:
-        damping = 2.0 * self.zeta * _zone_frequency(block, self.delta)
-        return bilinear(_q2(block), block.alpha, self.delta, _gain(block, self.lever), damping=damping)
+        return _viscous(block, self, self.delta, self.lever, self.zeta)
 
 
 @dataclass(frozen=True)
@@ -337,13 +350,15 @@ class HousnerImpact(_ImpactLaw):
             raise ValueError(f"lever={self.lever!r} needs geometry='bilinear', got geometry={self.geometry!r}")
 
     def oscillator(self, block: Block) -> Oscillator:
-        e = self.restitution(block)
-        p2 = block.p**2
-        if self.geometry == "exact":
-            return impact(p2, block.alpha, _gain(block, "h"), e, exact=True)
-        if self.geometry == "linear":
-            return impact(p2, block.alpha, p2 / STANDARD_GRAVITY, e)
-        return impact(_q2(block), block.alpha, _gain(block, self.lever), e)
+        front, back = sides(block, self.geometry, self.lever)
+        exact = self.geometry == "exact"
+        around = surroundings(block, front, back, exact)
+        if exact and around.restrained:
+            raise ValueError(
+                f'a restraint needs linearised geometry: for {block.label!r} take HousnerImpact(geometry="linear") '
+                'or "bilinear"'
+            )
+        return assemble(front, back, self.restitution(block), None, around, exact=exact)
 
 
 LAWS: dict[str, type[Law]] = {

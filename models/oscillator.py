@@ -1,8 +1,8 @@
 """Oscillators: a block under a damping law as a short table of regions, in plain numbers per unit inertia.
 
 For the engine an oscillator consists of regions of the rotation (stiffness, damping, offset), the event at each edge
-(crossing, entry into a zone whose damping is then held, impact, overturning) and the state of rest.  Three tables are
-built here; blocks beside a wall, brittle restraints and eccentric centres of mass are other tables for the same engine.
+(crossing, entry into a zone whose damping is then held, impact, rebound, rupture, overturning) and the states of rest.
+`assembly` puts such tables together.
 """
 
 from __future__ import annotations
@@ -18,24 +18,27 @@ from .engine import tables as engine
 
 
 class Edge(NamedTuple):
-    """Event at the edge of a region: the action, the region beyond, and the region that an entry rule may prefer."""
+    """Event at the edge of a region: the action, the region beyond, and the region that an entry rule may prefer.
+
+    `factor` multiplies the velocity (with a change of sign at a wall); bounces at the edge die into state `rest`.
+    """
 
     action: int
     target: int = engine.NO_REGION
     other: int = engine.NO_REGION
-
-
-OVERTURN = Edge(engine.OVERTURN)
+    factor: float = 1.0
+    rest: int = engine.NO_REGION
 
 
 class Region(NamedTuple):
-    """Region of an oscillator: x'' = -stiffness x - damping x' + offset + forcing for lower <= x <= upper.
+    """Region of an oscillator: x'' = -stiffness x - damping x' + offset + gain forcing for lower <= x <= upper.
 
-    All values are in SI units per unit inertia.  `potential` is added to stiffness x²/2 - offset x so that the
-    potential of the oscillator is continuous.  If `held` is True, the damping is set at each entry and kept.
-    `turn_left` and `turn_right` name the regions in which the motion goes on with the same energy when the velocity
-    vanishes inside this region.  In exact geometry stiffness is -p² and offset is -+p² alpha, and the engine solves
-    the sin/cos form instead.
+    `gain` and `inertia` (the moment of inertia) are relative to those of the oscillator.  All values are in SI units,
+    per unit inertia.  `potential` is added to stiffness x²/2 - offset x so that the potential of the oscillator is
+    continuous.  If `held` is True, the damping is set at each entry and kept.  `turn_left` and `turn_right` name the
+    regions in which the motion goes on with the same energy when the velocity vanishes inside this region.  `broken`: a
+    region without the restraint that others have.  In exact geometry stiffness is -p² and offset is -+p² alpha, and the
+    engine solves the sin/cos form instead.
     """
 
     lower: float
@@ -49,6 +52,9 @@ class Region(NamedTuple):
     held: bool = False
     turn_left: int = engine.NO_REGION
     turn_right: int = engine.NO_REGION
+    gain: float = 1.0
+    inertia: float = 1.0
+    broken: bool = False
 
     @property
     def captures(self) -> bool:
@@ -56,8 +62,27 @@ class Region(NamedTuple):
         return self.turn_left != engine.NO_REGION or self.turn_right != engine.NO_REGION
 
 
+class Rest(NamedTuple):
+    """State of rest at `theta`: left to region `up_target` where the forcing exceeds `up`, or down where it is below.
+
+    The thresholds are values of the forcing of gain 1, rad/s²; that of `down` is for the forcing with the opposite
+    sign.  A block that is held against a wall has a negative one, and one that cannot go to a side an infinite one.
+    `breaks`: leaving it breaks the restraint.
+    """
+
+    theta: float
+    up: float
+    up_target: int
+    down: float
+    down_target: int
+    breaks: bool = False
+
+
 class Oscillator(NamedTuple):
-    """Oscillator in numbers: regions, forcing gain (rad/s² per m/s²), entry rule, thresholds and state of rest."""
+    """Oscillator in numbers: regions, forcing gain (rad/s² per m/s²), entry rule, start and states of rest.
+
+    `sided`: its two sides differ, and the peaks of each are kept.
+    """
 
     regions: tuple[Region, ...]
     gain: float
@@ -65,18 +90,21 @@ class Oscillator(NamedTuple):
     e: float
     coefficient: float
     start: int
-    uplift_right: float
-    uplift_left: float
-    rest_right: int = engine.NO_REGION
-    rest_left: int = engine.NO_REGION
+    rests: tuple[Rest, ...] = ()
     exact: bool = False
+    sided: bool = False
+
+    @property
+    def balance(self) -> float:
+        """Rotation at which an unshaken block starts: 0, or the static lean of an elastic zone, rad."""
+        return self.regions[self.start].offset / self.regions[self.start].stiffness if self.start >= 0 else 0.0
 
     def region_at(self, theta: float, omega: float) -> int:
         """Return the region in which a run from (theta, omega) begins."""
-        if theta == 0.0 and omega == 0.0:
+        if theta == self.balance and omega == 0.0:
             return self.start
         candidates = list(range(len(self.regions)))
-        if self.start == engine.REST:
+        if self.start < 0:
             # a rigid block enters a zone only by an inward crossing
             candidates = [i for i in candidates if not self.regions[i].captures]
         else:
@@ -94,33 +122,99 @@ class Stack(NamedTuple):
 
     tables: Array
     links: Index
+    rests: Array
     parameters: Array
 
 
 def stack(oscillators: Sequence[Oscillator]) -> Stack:
-    """Return region tables (o, r, 7), links (o, r, 9) and parameters (o, 10) of oscillators, padded to one size."""
+    """Return tables (o, r, 13), links (o, r, 14), rests (o, s, 6) and parameters (o, 7), padded to one size."""
     rows = max(len(oscillator.regions) for oscillator in oscillators)
+    most = max(1, *(len(oscillator.rests) for oscillator in oscillators))
     tables = np.zeros((len(oscillators), rows, engine.REGION_COLUMNS))
     links = np.full((len(oscillators), rows, engine.LINK_COLUMNS), engine.NO_REGION, dtype=np.int64)
+    rests = np.zeros((len(oscillators), most, engine.REST_COLUMNS))
     parameters = np.zeros((len(oscillators), engine.PAR_COLUMNS))
     for o, oscillator in enumerate(oscillators):
         _check_table(oscillator)
-        for r, region in enumerate(oscillator.regions):
-            tables[o, r] = (*region[: engine.REGION_CENTRE], region.offset / region.stiffness)
-            links[o, r] = (*region.lower_edge, *region.upper_edge, region.held, region.turn_left, region.turn_right)
+        count = len(oscillator.regions)
+        tables[o, :count] = [_numbers(oscillator, region) for region in oscillator.regions]
+        links[o, :count] = [_links(oscillator, r) for r in range(count)]
+        if oscillator.rests:
+            rests[o, : len(oscillator.rests)] = oscillator.rests
         parameters[o] = (
             oscillator.gain,
             oscillator.e,
             oscillator.coefficient,
             oscillator.rule,
             oscillator.start,
-            oscillator.uplift_right,
-            oscillator.uplift_left,
-            oscillator.rest_right,
-            oscillator.rest_left,
             exact_lever(oscillator),
+            oscillator.sided,
         )
-    return Stack(tables, links, parameters)
+    return Stack(tables, links, rests, parameters)
+
+
+def _numbers(oscillator: Oscillator, region: Region) -> tuple[float, ...]:
+    """Return the row of the region table."""
+    lower, upper = region.lower_edge, region.upper_edge
+    of_edges = (lower.factor, upper.factor, _loss(oscillator, lower), _loss(oscillator, upper))
+    return (*region[:6], region.offset / region.stiffness, region.gain, region.inertia, *of_edges)
+
+
+def _links(oscillator: Oscillator, index: int) -> tuple[int, ...]:
+    """Return the row of the link table."""
+    region = oscillator.regions[index]
+    lower, upper = region.lower_edge, region.upper_edge
+    of_edges = (*lower[:3], lower.rest, *upper[:3], upper.rest)
+    turns = (region.turn_left, region.turn_right)
+    return (*of_edges, region.held, *turns, _falls(oscillator, index), _hops_to(oscillator, index), region.broken)
+
+
+def _facing(oscillator: Oscillator, edge: Edge) -> Edge:
+    """Return the edge at 0 of the region beyond an impact, from which the block comes back."""
+    beyond = oscillator.regions[edge.target]
+    return beyond.lower_edge if beyond.lower == 0.0 else beyond.upper_edge
+
+
+def _loss(oscillator: Oscillator, edge: Edge) -> float:
+    """Return 1 - e of the bounces that follow an edge (see the engine's `comes_to_rest`); 0 where there are none."""
+    if edge.action == engine.BOUNCE:
+        return 1.0 - edge.factor
+    if edge.action != engine.IMPACT:
+        return 0.0
+    following = _facing(oscillator, edge).factor
+    if following == edge.factor:
+        return 1.0 - edge.factor
+    return (1.0 - edge.factor * following) / (1.0 + following)
+
+
+def _falls(oscillator: Oscillator, index: int) -> bool:
+    """Return True if the law of a falling region holds from it to the ground on that side."""
+    region = oscillator.regions[index]
+    if region.stiffness >= 0.0:
+        return False
+    while True:
+        outward = region.upper_edge if region.offset < 0.0 else region.lower_edge
+        if outward.action != engine.CROSS:
+            return outward.action == engine.OVERTURN
+        beyond = oscillator.regions[outward.target]
+        if (beyond.stiffness, beyond.offset, beyond.damping) != (region.stiffness, region.offset, region.damping):
+            return False
+        region = beyond
+
+
+def _hops_to(oscillator: Oscillator, index: int) -> int:
+    """Return the region across an impact at 0 between two alike, undamped regions, else NO_REGION."""
+    region = oscillator.regions[index]
+    edge = region.upper_edge if region.upper == 0.0 else region.lower_edge
+    if edge.action != engine.IMPACT:
+        return engine.NO_REGION
+    beyond = oscillator.regions[edge.target]
+    back = _facing(oscillator, edge)
+    alike = all(one.damping == 0.0 and not one.held and one.gain == 1.0 for one in (region, beyond))
+    equal = edge.factor == back.factor == oscillator.e and region.stiffness == beyond.stiffness < 0.0
+    if alike and equal and back.action == engine.IMPACT and back.target == index and edge.rest == back.rest:
+        return edge.target
+    return engine.NO_REGION
 
 
 def exact_lever(oscillator: Oscillator) -> float:
@@ -136,80 +230,11 @@ def _check_table(oscillator: Oscillator) -> None:
         if region.stiffness == 0.0 or not region.lower < region.upper:
             raise ValueError(f"region {index} must have a stiffness other than 0 and lower < upper, got {region}")
         for edge, at in ((region.lower_edge, region.lower), (region.upper_edge, region.upper)):
-            if edge.action == engine.IMPACT and (at != 0.0 or oscillator.start != engine.REST):
+            if edge.action == engine.IMPACT and (at != 0.0 or oscillator.start >= 0):
                 raise ValueError(f"impacts must be at rotation 0 of an oscillator that rests there, got one at {at:g}")
-        if region.held and region.lower != -region.upper:
-            raise ValueError(f"a zone with held damping must be centred on 0, got {region.lower:g} … {region.upper:g}")
-
-
-def bilinear(
-    q2: float,
-    alpha: float,
-    delta: float,
-    gain: float,
-    *,
-    damping: float = 0.0,
-    rule: int = engine.RULE_CONSTANT,
-    e: float = 1.0,
-    rigid_rest: bool = False,
-) -> Oscillator:
-    """Return the oscillator with falling branches beyond |theta| = delta alpha and an elastic zone between them.
-
-    The falling branches have the stiffness -q², the zone (1/delta - 1) q².  With `rigid_rest` the falling branches go
-    on to theta = 0, where the block rests until |forcing| > q² alpha, and the block enters the zone only if an impact
-    with e would carry it through (the energy is the same everywhere: the zone's potential lies q² alpha² delta/2
-    higher).
-    """
-    edge = delta * alpha
-    held = rule in (engine.RULE_ENTRY_SPEED, engine.RULE_ENERGY)
-    step = 0.5 * q2 * alpha * edge
-    left, zone, right, rigid_left, rigid_right = range(5)
-    branch_left, branch_right = (rigid_left, rigid_right) if rigid_rest else (engine.NO_REGION, engine.NO_REGION)
-    regions = [
-        Region(-engine.FLAT, -edge, -q2, q2 * alpha, damping, 0.0, OVERTURN, Edge(engine.ENTER, zone, branch_left)),
-        Region(
-            -edge,
-            edge,
-            (1.0 / delta - 1.0) * q2,
-            0.0,
-            damping,
-            step,
-            Edge(engine.CROSS, left),
-            Edge(engine.CROSS, right),
-            held,
-            branch_left,
-            branch_right,
-        ),
-        Region(edge, engine.FLAT, -q2, -q2 * alpha, damping, 0.0, Edge(engine.ENTER, zone, branch_right), OVERTURN),
-    ]
-    if rigid_rest:
-        regions += [
-            Region(-edge, 0.0, -q2, q2 * alpha, 0.0, 0.0, Edge(engine.CROSS, left), Edge(engine.IMPACT, rigid_right)),
-            Region(0.0, edge, -q2, -q2 * alpha, 0.0, 0.0, Edge(engine.IMPACT, rigid_left), Edge(engine.CROSS, right)),
-        ]
-    coefficient = 0.0
-    if rule == engine.RULE_ENTRY_SPEED:
-        coefficient = (1.0 - e) / (2.0 * edge)
-    elif rule == engine.RULE_ENERGY:
-        coefficient = q2 * edge * (alpha - 0.5 * edge)
-    start = engine.REST if rigid_rest else zone
-    return Oscillator(
-        tuple(regions), gain, rule, e, coefficient, start, q2 * alpha, q2 * alpha, branch_right, branch_left
-    )
-
-
-def impact(q2: float, alpha: float, gain: float, e: float, *, exact: bool = False) -> Oscillator:
-    """Return Housner's block: two falling branches that meet in an impact at theta = 0, where the block rests.
-
-    With `exact` the geometry is the sin/cos form with q2 = p² and the threshold p² sin alpha; otherwise the threshold
-    is q² alpha.
-    """
-    left, right = range(2)
-    regions = (
-        Region(-engine.FLAT, 0.0, -q2, q2 * alpha, 0.0, 0.0, OVERTURN, Edge(engine.IMPACT, right)),
-        Region(0.0, engine.FLAT, -q2, -q2 * alpha, 0.0, 0.0, Edge(engine.IMPACT, left), OVERTURN),
-    )
-    threshold = q2 * (math.sin(alpha) if exact else alpha)
-    return Oscillator(
-        regions, gain, engine.RULE_CONSTANT, e, 0.0, engine.REST, threshold, threshold, right, left, exact
-    )
+            if edge.action == engine.IMPACT and not 0.0 < edge.factor * _facing(oscillator, edge).factor <= 1.0:
+                raise ValueError(f"the factors of two impacts must have a product above 0 and at most 1, got {edge}")
+            if edge.action == engine.BOUNCE and not (0.0 <= edge.factor <= 1.0 and edge.target == index):
+                raise ValueError(f"a bounce must lead back into its region with a factor from 0 to 1, got {edge}")
+            if edge.action in (engine.IMPACT, engine.BOUNCE) and not 0 <= edge.rest < len(oscillator.rests):
+                raise ValueError(f"an impact must name one of {len(oscillator.rests)} states of rest, got {edge}")

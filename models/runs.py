@@ -26,6 +26,13 @@ OUTPUTS: dict[str, int] = {
     "overturning_time": tables.OUT_OVERTURN_TIME,
     "impact_velocity": tables.OUT_STRIKE,
     "direction": tables.OUT_DIRECTION,
+    "peak_front": tables.OUT_FRONT,
+    "peak_back": tables.OUT_BACK,
+    "wall_impacts": tables.OUT_WALL_IMPACTS,
+    "wall_impact_velocity": tables.OUT_WALL_STRIKE,
+    "broken": tables.OUT_BROKEN,
+    "breaking_time": tables.OUT_BREAK_TIME,
+    "well": tables.OUT_WELL,
 }
 """Results of a run by name, and their column."""
 
@@ -132,7 +139,7 @@ def _batch(
         first=np.zeros(which.size, np.int64),
         begin=np.zeros((which.size, 4)),
         shaking_left=np.empty(0),
-        barriers=np.zeros((oscillators, 3)),
+        barriers=np.zeros((oscillators, 6)),
         out=np.empty((which.size, tables.OUT_COLUMNS)),
         turns=turns,
         history=history,
@@ -176,12 +183,15 @@ def trace(
     max_turning_points: int = 0,
 ) -> Trace:
     """One run with its history, from (theta0, omega0)."""
+    stacked = stack([oscillator])
     theta, omega = _flushed(np.array([theta0, omega0]))
+    if theta == 0.0 and omega == 0.0:
+        theta = oscillator.balance
     start = np.array([theta, omega, float(oscillator.region_at(theta, omega))])
     batch = _batch(
         _flushed(acceleration),
         dt,
-        stack([oscillator]),
+        stacked,
         np.zeros(1, np.int64),
         np.ones(1),
         np.zeros(len(TALLY), np.int64),

@@ -30,31 +30,33 @@ ALLOWED = {
 # From the ground up, a paragraph for each floor: a room uses only rooms of lower floors.
 # A new arrow that lifts a room is a decision, made here.
 FLOORS = """
-benchmarks/kernels benchmarks/multiprecision fragility/kernels fragility/numerics models/block models/engine
+benchmarks/kernels benchmarks/multiprecision fragility/kernels fragility/numerics models/engine models/scenes
 motions/arrays motions/kernels studies/codes
 
-models/friction models/items models/oscillator motions/corrections motions/intensity motions/readers
+models/block models/oscillator motions/corrections motions/intensity motions/readers
 
-models/laws models/runs motions/pairs motions/plausibility motions/scaling
+models/assembly models/friction models/items models/runs motions/pairs motions/plausibility motions/scaling
 
-fragility/runs models/history motions/floors motions/simulated
+models/sides motions/floors motions/simulated
 
-benchmarks/problems fragility/fitting fragility/hazard fragility/validity motions/matching
+models/laws motions/matching
 
-benchmarks/exact_motion benchmarks/rivals fragility/analyses fragility/curves fragility/efficiency
-motions/generators studies/text
+benchmarks/problems fragility/runs models/history motions/generators
 
-benchmarks/measure benchmarks/solve_ivp benchmarks/taylor benchmarks/truth fragility/exchange fragility/risk
-fragility/uncertainty
+benchmarks/exact_motion benchmarks/rivals fragility/fitting fragility/hazard fragility/validity
 
-benchmarks/peers benchmarks/scale benchmarks/speed fragility/exchange/nrml
-fragility/exchange/pelicun studies/plan
+benchmarks/measure benchmarks/solve_ivp benchmarks/taylor benchmarks/truth fragility/analyses fragility/curves
+fragility/efficiency studies/text
 
-benchmarks/flags benchmarks/precision studies/file
+benchmarks/peers benchmarks/scale benchmarks/speed fragility/exchange fragility/risk fragility/uncertainty
 
-benchmarks/figures benchmarks/suite benchmarks/tables studies/buildings studies/sensitivity studies/store
+benchmarks/flags benchmarks/precision fragility/exchange/nrml fragility/exchange/pelicun studies/plan
 
-benchmarks/page studies/kinds studies/tables
+benchmarks/figures benchmarks/suite benchmarks/tables studies/file
+
+benchmarks/page studies/buildings studies/sensitivity studies/store
+
+studies/kinds studies/tables
 
 studies/plots
 

@@ -7,14 +7,15 @@ import numpy as np
 
 from ...compiled import kernel
 from .hops import flight_terms
+from .peaks import lesser_peak
 from .pieces import solve_sample
-from .regions import bounces_to
-from .rest import comes_to_rest
+from .rest import comes_to_rest, rest_at
 from .tables import (
     CROSSES,
     FUSED,
     IMPACTS,
     LANES,
+    LINK_HOPS,
     MANY_HOPS,
     NEED,
     NO_REGION,
@@ -22,14 +23,12 @@ from .tables import (
     OMEGA,
     OVERTURNED,
     PAR_RESTITUTION,
-    PAR_UPLIFT_LEFT,
-    PAR_UPLIFT_RIGHT,
-    PEAK,
     REGION_LOWER,
     REGION_OFFSET,
     REGION_STIFFNESS,
     REGION_UPPER,
-    REST,
+    REST_DOWN,
+    REST_UP,
     STRIKE,
     THETA,
     TURNS,
@@ -92,17 +91,15 @@ def _after(theta, omega, a, t):
 def lands_soon(x, k, model, o, force, dt):
     """Return True if a block bounces so low, by the parabola of its flight, that it is followed apart from lanes."""
     here = k[NOW]
-    if here == REST or k[OVERTURNED] != 0 or model.parameters[o, PAR_RESTITUTION] < BOUNCE_RESTITUTION:
+    if here < 0 or k[OVERTURNED] != 0 or model.parameters[o, PAR_RESTITUTION] < BOUNCE_RESTITUTION:
         return False
     if x[THETA] == 0.0 and x[OMEGA] == 0.0:
         return False  # it has just been lifted
-    there = bounces_to(model, o, here)
-    if there == NO_REGION or bounces_to(model, o, there) != here:
+    if model.links[o, here, LINK_HOPS] == NO_REGION:
         return False
     offset = model.tables[o, here, REGION_OFFSET]
     side = 1.0 if offset < 0.0 else -1.0
-    lands = side * _after(x[THETA], x[OMEGA], force + offset, BOUNCE_FLIGHT * dt) < 0.0
-    return lands and model.tables[o, here, REGION_STIFFNESS] == model.tables[o, there, REGION_STIFFNESS]
+    return side * _after(x[THETA], x[OMEGA], force + offset, BOUNCE_FLIGHT * dt) < 0.0
 
 
 @kernel(**FUSED)
@@ -180,7 +177,8 @@ def _load_flight(f, column, j, model, shaking):
     x = b.x[j]
     i = b.until[j]
     here = b.k[j, NOW]
-    there = bounces_to(model, o, here)
+    there = model.links[o, here, LINK_HOPS]
+    rest = rest_at(model, o, here, 0.0)
     v[FLIGHT_THETA * LANES + column] = x[THETA]
     v[FLIGHT_OMEGA * LANES + column] = x[OMEGA]
     v[FLIGHT_TIME * LANES + column] = f.time[j]
@@ -190,12 +188,12 @@ def _load_flight(f, column, j, model, shaking):
     v[FLIGHT_OTHER_OFFSET * LANES + column] = model.tables[o, there, REGION_OFFSET]
     v[FLIGHT_STIFFNESS * LANES + column] = model.tables[o, here, REGION_STIFFNESS]
     v[FLIGHT_HIGHEST * LANES + column] = min(
-        x[PEAK],
+        lesser_peak(x),
         model.tables[o, here, REGION_UPPER] - model.tables[o, here, REGION_LOWER],
         model.tables[o, there, REGION_UPPER] - model.tables[o, there, REGION_LOWER],
     )
     e = model.parameters[o, PAR_RESTITUTION]
-    thresholds = model.parameters[o, PAR_UPLIFT_RIGHT] + model.parameters[o, PAR_UPLIFT_LEFT]
+    thresholds = model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN]
     v[FLIGHT_RESTITUTION * LANES + column] = e
     v[FLIGHT_SETTLING * LANES + column] = 0.25 * (1.0 - e) * thresholds  # (see `comes_to_rest`: more is never enough)
     v[FLIGHT_LEAST * LANES + column] = 0.25 / MANY_HOPS * thresholds * dt  # (or so many flights fill a sample)
@@ -257,10 +255,14 @@ def bounce(f, n, model, shaking, end, work):
             slope = v[FLIGHT_SLOPE * LANES + column]
             impacts = int(v[FLIGHT_IMPACTS * LANES + column])
             settles = False
+            rest = rest_at(model, o, k[NOW], 0.0)
             if what == LANDS_LOW:
                 stiffness = v[FLIGHT_STIFFNESS * LANES + column]
                 highest = v[FLIGHT_HIGHEST * LANES + column]
-                settles = comes_to_rest(model, o, omega, stiffness, force + slope * t, slope, dt - t, highest)
+                loss = 1.0 - model.parameters[o, PAR_RESTITUTION]
+                settles = comes_to_rest(
+                    model, o, rest, loss, omega, omega, stiffness, force + slope * t, slope, dt - t, highest
+                )
                 if not settles and abs(omega) >= v[FLIGHT_LEAST * LANES + column]:
                     column += 1
                     continue
@@ -271,9 +273,9 @@ def bounce(f, n, model, shaking, end, work):
             k[TURNS] += impacts
             solved += impacts
             if settles:
-                k[NOW] = REST
+                k[NOW] = -1 - rest
             elif impacts % 2 == 1:
-                k[NOW] = bounces_to(model, o, k[NOW])
+                k[NOW] = model.links[o, k[NOW], LINK_HOPS]
             if what != FLIES_ON:
                 solve_sample(x, k, model, o, force, slope, t, dt, i * dt, work, None)
                 solved += 1

@@ -4,7 +4,7 @@ import numpy as np
 
 from ...compiled import kernel
 from .free import follow_free, is_safe
-from .lanes import reset, store_fallen, store_sample, write_result
+from .lanes import begin_run, store_fallen, store_sample, write_result
 from .pieces import solve_sample
 from .rest import span_maxima, until_uplift
 from .series import first_terms, sine_and_cosine, terms_end
@@ -16,14 +16,13 @@ from .tables import (
     OVERTURNED,
     PAR_EXACT,
     PAR_GAIN,
-    PAR_START,
-    PAR_UPLIFT_LEFT,
-    PAR_UPLIFT_RIGHT,
     REGION_CENTRE,
+    REGION_GAIN,
     REGION_LOWER,
     REGION_STIFFNESS,
     REGION_UPPER,
-    REST,
+    REST_DOWN,
+    REST_UP,
     SAFE,
     SAFETY_INTERVAL,
     STATE_FLOATS,
@@ -51,8 +50,9 @@ def glide(x, k, model, o, force, slope, h):
     if w0 == 0.0 or 4.0 * p2 * h * h > 1.0:
         return False
     sine, cosine = sine_and_cosine(model.tables[o, region, REGION_CENTRE] - theta)
-    force *= model.parameters[o, PAR_EXACT]
-    slope *= model.parameters[o, PAR_EXACT]
+    lever = model.tables[o, region, REGION_GAIN] * model.parameters[o, PAR_EXACT]
+    force *= lever
+    slope *= lever
     a0 = force * cosine - p2 * sine
     _, _, _, of_w, of_a = first_terms(sine, cosine, w0, a0, p2, force, slope)
     w2, w3, w4, w5, w6, w7, w8, w9, w10, w11 = of_w
@@ -112,10 +112,8 @@ def run_exact(batch, runs):
     for r in range(runs.shape[0]):
         j = runs[r]
         o = which[j]
-        reset(x, k, begin[j, 0], begin[j, 1], begin[j, 2], int(begin[j, 3]), int(model.parameters[o, PAR_START]))
+        begin_run(x, k, model, o, begin[j])
         amplitude = -model.parameters[o, PAR_GAIN] * factors[j]
-        right = model.parameters[o, PAR_UPLIFT_RIGHT]
-        left = -model.parameters[o, PAR_UPLIFT_LEFT]
         i = first[j] - 1
         while True:
             i += 1
@@ -130,14 +128,17 @@ def run_exact(batch, runs):
                 k[SAFE] = 1
                 tally[TALLY_SAFE] += n - 1 - i
                 break
-            if k[NOW] == REST and max(force, end) <= right and min(force, end) >= left:
-                lifted = i + 1 if store else until_uplift(record, highs, amplitude, right, left, i)
-                stop = (i // SAFETY_INTERVAL + 1) * SAFETY_INTERVAL if looking else n - 1
-                i = max(i, min(lifted, stop, n - 1) - 1)
-                continue
+            if k[NOW] < 0:
+                right = model.rests[o, -1 - k[NOW], REST_UP]
+                left = -model.rests[o, -1 - k[NOW], REST_DOWN]
+                if max(force, end) <= right and min(force, end) >= left:
+                    lifted = i + 1 if store else until_uplift(record, highs, amplitude, right, left, i)
+                    stop = (i // SAFETY_INTERVAL + 1) * SAFETY_INTERVAL if looking else n - 1
+                    i = max(i, min(lifted, stop, n - 1) - 1)
+                    continue
             tally[TALLY_EVENTS] += 1
             slope = (end - force) / dt
-            if x[THETA] == 0.0 or not glide(x, k, model, o, force, slope, dt):
+            if k[NOW] < 0 or x[THETA] == 0.0 or not glide(x, k, model, o, force, slope, dt):
                 t = 0.0
                 solve_sample(x, k, model, o, force, slope, t, dt, i * dt, work, trig)
             if k[OVERTURNED] != 0:

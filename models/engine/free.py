@@ -3,36 +3,54 @@
 import math
 
 from ...compiled import kernel
+from .peaks import raise_peak
 from .pieces import solve_piece
-from .regions import potential_energy
+from .regions import energy_of, potential_energy
 from .tables import (
+    BACK,
+    BOUNCE,
+    BREAK,
+    BROKEN,
     FLAT,
     FREE,
+    FRONT,
     FUSED,
     HELD,
     IMPACTS,
+    LINK_BROKEN,
+    LINK_FALLS,
     LINK_HELD,
+    LINK_LOWER_ACTION,
+    LINK_UPPER_ACTION,
     NOW,
     OMEGA,
     OVERTURN_TIME,
     OVERTURNED,
     PAR_EXACT,
     PAR_GAIN,
-    PEAK,
+    PAR_START,
     REGION_CENTRE,
     REGION_DAMPING,
+    REGION_GAIN,
+    REGION_INERTIA,
     REGION_LOWER,
     REGION_STIFFNESS,
     REGION_UPPER,
-    REST,
+    REST_THETA,
+    REST_UP_TARGET,
+    SIDED,
     STRIKE,
     THETA,
     TURNS,
+    WALL_IMPACTS,
+    WALL_STRIKE,
+    WELL,
 )
 
 MAX_FREE_PIECES = 100_000
 MAX_FREE_TURNS = 4
 FREE_STEP = 1e9  # s: longer than any piece
+UNDECIDED = -2
 
 
 @kernel(**FUSED)
@@ -44,7 +62,7 @@ def _saddle_passed(x, k, model, o):
     """
     region = k[NOW]
     stiffness = model.tables[o, region, REGION_STIFFNESS]
-    if stiffness >= 0.0:
+    if stiffness >= 0.0 or model.links[o, region, LINK_FALLS] == 0:
         return False
     saddle = model.tables[o, region, REGION_CENTRE]
     side = 1.0 if saddle > 0.0 else -1.0
@@ -62,11 +80,16 @@ def find_barrier(model, o, barriers):
     """Write sqrt(2 (U_saddle - U_lowest)) of the lower saddle, U_lowest, and the shaking's largest lever into a row.
 
     U_lowest between the saddles; in exact geometry the lever of the shaking is largest, 1/cos(alpha), at the saddle.
+    Then the saddles next to 0, right and left: only between them is the energy below the barrier a proof; and sqrt(2E)
+    of the block as it starts.  Energies are over one moment of inertia I, so that a region of inertia J sees sqrt(J/I)
+    times the forcing of its own gain.
     """
     lowest = math.inf
     saddle_potential = math.inf
     exact = model.parameters[o, PAR_EXACT] != 0.0
     lever = 1.0
+    right = math.inf
+    left = -math.inf
     for r in range(model.tables.shape[1]):
         lower = model.tables[o, r, REGION_LOWER]
         upper = model.tables[o, r, REGION_UPPER]
@@ -74,19 +97,37 @@ def find_barrier(model, o, barriers):
         if not lower < upper:
             continue  # a row that only pads the table
         centre = model.tables[o, r, REGION_CENTRE]
+        inertia = model.tables[o, r, REGION_INERTIA]
+        own = math.sqrt(inertia) * model.tables[o, r, REGION_GAIN]
+        lever = max(lever, own)
         if stiffness > 0.0:
-            lowest = min(lowest, potential_energy(model, o, r, min(max(centre, lower), upper)))
+            lowest = min(lowest, inertia * potential_energy(model, o, r, min(max(centre, lower), upper)))
             continue
         if lower < centre < upper:
-            saddle_potential = min(saddle_potential, potential_energy(model, o, r, centre))
+            saddle_potential = min(saddle_potential, inertia * potential_energy(model, o, r, centre))
             if exact:
-                lever = max(lever, 1.0 / math.cos(centre))
-        # the end of the branch that looks to the middle
+                lever = max(lever, own / math.cos(centre))
+            if centre > 0.0:
+                right = min(right, centre)
+            else:
+                left = max(left, centre)
+        # the end of the branch that looks to the middle, and one that a wall makes
         inner = lower if abs(lower) < abs(upper) else upper
-        lowest = min(lowest, potential_energy(model, o, r, inner))
+        lowest = min(lowest, inertia * potential_energy(model, o, r, inner))
+        if model.links[o, r, LINK_LOWER_ACTION] == BOUNCE:
+            lowest = min(lowest, inertia * potential_energy(model, o, r, lower))
+        if model.links[o, r, LINK_UPPER_ACTION] == BOUNCE:
+            lowest = min(lowest, inertia * potential_energy(model, o, r, upper))
     barriers[o, 0] = math.sqrt(2.0 * max(saddle_potential - lowest, 0.0))
     barriers[o, 1] = lowest
     barriers[o, 2] = lever
+    barriers[o, 3] = right
+    barriers[o, 4] = left
+    start = int(model.parameters[o, PAR_START])
+    rests = start < 0
+    region = int(model.rests[o, -1 - start, REST_UP_TARGET]) if rests else start
+    theta = model.rests[o, -1 - start, REST_THETA] if rests else model.tables[o, region, REGION_CENTRE]
+    barriers[o, 5] = math.sqrt(2.0 * max(energy_of(model, o, region, theta, 0.0) - lowest, 0.0))
 
 
 @kernel(**FUSED)
@@ -96,53 +137,93 @@ def is_safe(x, k, model, o, push, barriers):
     With E the energy above the lowest potential, |omega| <= sqrt(2E), so dE/dt <= |omega| |force| lets sqrt(2E) grow by
     no more than push.  No law adds energy.
     """
+    if x[THETA] >= barriers[o, 3] or x[THETA] <= barriers[o, 4]:
+        return False  # beyond a saddle
     energy = 0.0
-    if k[NOW] != REST:
-        energy = 0.5 * x[OMEGA] * x[OMEGA] + potential_energy(model, o, k[NOW], x[THETA]) - barriers[o, 1]
-        stiffness = model.tables[o, k[NOW], REGION_STIFFNESS]
-        if stiffness < 0.0 and abs(x[THETA]) >= abs(model.tables[o, k[NOW], REGION_CENTRE]):
-            return False  # beyond the saddle
+    if k[NOW] >= 0:
+        energy = energy_of(model, o, k[NOW], x[THETA], x[OMEGA]) - barriers[o, 1]
+    else:
+        into = int(model.rests[o, -1 - k[NOW], REST_UP_TARGET])
+        energy = energy_of(model, o, into, x[THETA], 0.0) - barriers[o, 1]
     return math.sqrt(2.0 * max(energy, 0.0)) + push * barriers[o, 2] < (1.0 - 1e-9) * barriers[o, 0]
 
 
 @kernel(**FUSED)
 def _is_bound(x, k, model, o):
-    """Return True if the unforced block lacks the energy to exceed its peak so far on either side.
+    """Return True if the unforced block lacks the energy to exceed its peaks so far.
 
     No law adds energy, so it cannot pass a rotation whose potential is above the present energy.  At the peak that of
-    the outermost region counts: it is the lower one where a rigid branch and a zone overlap.
+    the outermost region counts: it is the lower one where a rigid branch and a zone overlap.  Nothing passes a wall.
     """
     if model.parameters[o, PAR_EXACT] != 0.0:
         return False
-    energy = 0.5 * x[OMEGA] * x[OMEGA] + potential_energy(model, o, k[NOW], x[THETA])
-    peak = x[PEAK]
-    if abs(x[THETA]) > peak:
+    energy = energy_of(model, o, k[NOW], x[THETA], x[OMEGA])
+    front = x[FRONT]
+    back = -x[BACK]
+    if x[THETA] > front or x[THETA] < back:
         return False
     right = math.inf
     left = math.inf
     for r in range(model.tables.shape[1]):
-        if model.tables[o, r, REGION_LOWER] <= peak <= model.tables[o, r, REGION_UPPER]:
-            right = min(right, potential_energy(model, o, r, peak))
-        if model.tables[o, r, REGION_LOWER] <= -peak <= model.tables[o, r, REGION_UPPER]:
-            left = min(left, potential_energy(model, o, r, -peak))
+        lower = model.tables[o, r, REGION_LOWER]
+        upper = model.tables[o, r, REGION_UPPER]
+        if lower <= front <= upper and not (front == upper and model.links[o, r, LINK_UPPER_ACTION] == BOUNCE):
+            right = min(right, energy_of(model, o, r, front, 0.0))
+        if lower <= back <= upper and not (back == lower and model.links[o, r, LINK_LOWER_ACTION] == BOUNCE):
+            left = min(left, energy_of(model, o, r, back, 0.0))
     return energy * (1.0 + 1e-9) < min(left, right)
 
 
 @kernel(**FUSED)
+def _well(x, k, model, o):
+    """Return where the unforced block stays: 0 between the saddles next to 0, 1 and -1 beyond; UNDECIDED where open.
+
+    It stays where the energy is below the lowest of the saddles, and too low to break a restraint that still holds.
+    """
+    lowest = math.inf
+    right = math.inf
+    left = -math.inf
+    for r in range(model.tables.shape[1]):
+        lower = model.tables[o, r, REGION_LOWER]
+        upper = model.tables[o, r, REGION_UPPER]
+        if not lower < upper or model.links[o, r, LINK_BROKEN] != k[BROKEN]:
+            continue
+        if model.links[o, r, LINK_LOWER_ACTION] == BREAK:
+            lowest = min(lowest, energy_of(model, o, r, lower, 0.0))
+        if model.links[o, r, LINK_UPPER_ACTION] == BREAK:
+            lowest = min(lowest, energy_of(model, o, r, upper, 0.0))
+        centre = model.tables[o, r, REGION_CENTRE]
+        if lower < centre < upper and model.tables[o, r, REGION_STIFFNESS] < 0.0:
+            lowest = min(lowest, energy_of(model, o, r, centre, 0.0))
+            if centre > 0.0:
+                right = min(right, centre)
+            else:
+                left = max(left, centre)
+    if k[NOW] >= 0 and energy_of(model, o, k[NOW], x[THETA], x[OMEGA]) >= lowest:
+        return UNDECIDED
+    if x[THETA] > right:
+        return 1
+    return -1 if x[THETA] < left else 0
+
+
+@kernel(**FUSED)
 def follow_free(x, k, model, o, time, work, trig):
-    """Follow a block after the record until it has overturned, rests, or provably never exceeds its peak again.
+    """Follow a block after the record until it has overturned, rests, or provably never exceeds its peaks again.
 
     Free motion loses energy, so a turning point on each side bounds all that follow on it; inside a zone with a stable
     centre the energy itself does.  A block that turns on one side only (beside a wall) is bounded by a few turns there.
+    A block that may come to stay elsewhere than at 0 (against a wall, on a strap) is followed until that is known, too.
     """
     turns = k[TURNS]
     impacts = k[IMPACTS]
     strike = x[STRIKE]
+    wall_impacts = k[WALL_IMPACTS]
+    wall_strike = x[WALL_STRIKE]
     k[FREE] = 1
     passed = False
     sides = 0
     for _ in range(MAX_FREE_PIECES):
-        if k[OVERTURNED] != 0 or k[NOW] == REST or sides == 3 or k[TURNS] - turns >= MAX_FREE_TURNS:
+        if k[OVERTURNED] != 0 or k[NOW] < 0 or sides == 3 or k[TURNS] - turns >= MAX_FREE_TURNS:
             break
         region = k[NOW]
         stiffness = model.tables[o, region, REGION_STIFFNESS]
@@ -155,7 +236,7 @@ def follow_free(x, k, model, o, time, work, trig):
             aside = x[THETA] - centre
             reach = math.sqrt(aside * aside + x[OMEGA] * x[OMEGA] / stiffness)
             inside = min(model.tables[o, region, REGION_UPPER] - centre, centre - model.tables[o, region, REGION_LOWER])
-            if reach < inside and reach + abs(centre) <= x[PEAK]:
+            if reach < inside and centre + reach <= x[FRONT] and reach - centre <= x[BACK]:
                 break
         if x[OMEGA] == 0.0 and x[THETA] == model.tables[o, region, REGION_CENTRE]:
             break
@@ -165,11 +246,24 @@ def follow_free(x, k, model, o, time, work, trig):
             break  # rounding on the separatrix itself: the proof stands, the time is not known
         if k[TURNS] != before:
             sides |= 1 if x[THETA] > 0.0 else 2
+    if k[SIDED] != 0 and not passed:
+        well = _well(x, k, model, o)
+        for _ in range(MAX_FREE_PIECES):
+            if well != UNDECIDED or k[OVERTURNED] != 0:
+                break
+            passed = _saddle_passed(x, k, model, o)
+            if passed:
+                break
+            time += solve_piece(x, k, model, o, 0.0, 0.0, FREE_STEP, time, work, trig)
+            well = _well(x, k, model, o)
+        k[WELL] = max(well, -1)
     k[IMPACTS] = impacts  # those of the record only
     x[STRIKE] = strike
+    k[WALL_IMPACTS] = wall_impacts
+    x[WALL_STRIKE] = wall_strike
     if passed and k[OVERTURNED] == 0:
         k[OVERTURNED] = 1
-        x[PEAK] = FLAT
+        raise_peak(x, k, math.copysign(FLAT, x[THETA]))
         x[OVERTURN_TIME] = math.nan
 
 
@@ -177,4 +271,4 @@ def follow_free(x, k, model, o, time, work, trig):
 def cannot_fall(model, o, factor, shaking_left, barriers):
     """Return True if the whole record cannot overturn a block that is at rest (as `is_safe`)."""
     push = abs(model.parameters[o, PAR_GAIN] * factor) * shaking_left[0]
-    return push * barriers[o, 2] < (1.0 - 1e-9) * barriers[o, 0]
+    return barriers[o, 5] + push * barriers[o, 2] < (1.0 - 1e-9) * barriers[o, 0]

@@ -3,26 +3,26 @@
 import math
 
 from ...compiled import kernel
-from .regions import bounces_to, near_zero
-from .rest import comes_to_rest
+from .peaks import lesser_peak, raise_peak
+from .regions import near_zero
+from .rest import comes_to_rest, rest_at
 from .tables import (
     FREE,
     FUSED,
     IMPACTS,
+    LINK_HOPS,
     MANY_HOPS,
     MANY_IMPACTS,
     NO_REGION,
     NOW,
     OMEGA,
     PAR_RESTITUTION,
-    PAR_UPLIFT_LEFT,
-    PAR_UPLIFT_RIGHT,
-    PEAK,
     REGION_LOWER,
     REGION_OFFSET,
     REGION_STIFFNESS,
     REGION_UPPER,
-    REST,
+    REST_DOWN,
+    REST_UP,
     STRIKE,
     THETA,
     TURNS,
@@ -49,21 +49,20 @@ def solve_hops(x, k, model, o, force, slope, t, dt):
     sample.
     """
     here = k[NOW]
-    there = bounces_to(model, o, here)
-    if there == NO_REGION or bounces_to(model, o, there) != here:
+    there = model.links[o, here, LINK_HOPS]
+    if there == NO_REGION:
         return t
     offset = model.tables[o, here, REGION_OFFSET]
     offset_there = model.tables[o, there, REGION_OFFSET]
     stiffness = model.tables[o, here, REGION_STIFFNESS]
-    if stiffness != model.tables[o, there, REGION_STIFFNESS]:
-        return t
     highest = min(
-        x[PEAK],
+        lesser_peak(x),
         model.tables[o, here, REGION_UPPER] - model.tables[o, here, REGION_LOWER],
         model.tables[o, there, REGION_UPPER] - model.tables[o, there, REGION_LOWER],
     )
     e = model.parameters[o, PAR_RESTITUTION]
-    settling = 0.25 * (1.0 - e) * (model.parameters[o, PAR_UPLIFT_RIGHT] + model.parameters[o, PAR_UPLIFT_LEFT])
+    rest = rest_at(model, o, here, 0.0)
+    settling = 0.25 * (1.0 - e) * (model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN])
     omega = x[OMEGA]
     strike = x[STRIKE]
     hops = 0
@@ -120,10 +119,12 @@ def solve_hops(x, k, model, o, force, slope, t, dt):
         here, there = there, here
         offset, offset_there = offset_there, offset
         if abs(omega) < settling * (dt - t) or omega == 0.0:
-            settles = comes_to_rest(model, o, omega, stiffness, force + slope * t, slope, dt - t, highest)
+            settles = comes_to_rest(
+                model, o, rest, 1.0 - e, omega, omega, stiffness, force + slope * t, slope, dt - t, highest
+            )
             if k[FREE] == 0 and settles:
                 omega = 0.0
-                here = REST
+                here = -1 - rest
                 break
     x[OMEGA] = omega
     x[STRIKE] = strike
@@ -143,8 +144,8 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt):
     v² y (4 - y)/(6 |a|), y = 1 + w y²/2, w = j v/a².  Returns the time reached within the sample.
     """
     here = k[NOW]
-    there = bounces_to(model, o, here)
-    if there == NO_REGION or bounces_to(model, o, there) != here:
+    there = model.links[o, here, LINK_HOPS]
+    if there == NO_REGION:
         return t
     offset, stiffness, gain, lean = near_zero(model, o, here)
     offset_there, stiffness_there, gain_there, lean_there = near_zero(model, o, there)
@@ -154,9 +155,10 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt):
         model.tables[o, there, REGION_UPPER] - model.tables[o, there, REGION_LOWER],
     )
     e = model.parameters[o, PAR_RESTITUTION]
-    settling = 0.25 * (1.0 - e) * (model.parameters[o, PAR_UPLIFT_RIGHT] + model.parameters[o, PAR_UPLIFT_LEFT])
+    rest = rest_at(model, o, here, 0.0)
+    settling = 0.25 * (1.0 - e) * (model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN])
     v = x[OMEGA]
-    peak = x[PEAK]
+    peak = lesser_peak(x)
     strike = x[STRIKE]
     hops = 0
     most = MANY_IMPACTS - k[IMPACTS]
@@ -180,7 +182,8 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt):
             break
         if height * 1.001 > peak:
             y = 1.0 + 0.5 * w * (1.0 + w)
-            peak = max(peak, height * y * (4.0 - y) * (1.0 / 3.0))
+            raise_peak(x, k, math.copysign(height * y * (4.0 - y) * (1.0 / 3.0), v))
+            peak = lesser_peak(x)
         t = end
         v *= -(2.0 - z + q)
         strike = max(strike, abs(v))
@@ -194,13 +197,12 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt):
         if (
             abs(v) < settling * (dt - t)
             and k[FREE] == 0
-            and comes_to_rest(model, o, v, outside, force + slope * t, slope, dt - t, min(peak, room))
+            and comes_to_rest(model, o, rest, 1.0 - e, v, v, outside, force + slope * t, slope, dt - t, min(peak, room))
         ):
             v = 0.0
-            here = REST
+            here = -1 - rest
             break
     x[OMEGA] = v
-    x[PEAK] = peak
     x[STRIKE] = strike
     k[NOW] = here
     k[TURNS] += hops

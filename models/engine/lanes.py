@@ -7,8 +7,12 @@ import numpy as np
 
 from ...compiled import kernel
 from .tables import (
+    BACK,
     BARE,
+    BREAK_TIME,
+    BROKEN,
     FLAT,
+    FRONT,
     FUSED,
     HELD,
     HISTORY_DAMPING,
@@ -23,16 +27,24 @@ from .tables import (
     NEED,
     NOW,
     OMEGA,
+    OUT_BACK,
+    OUT_BREAK_TIME,
+    OUT_BROKEN,
     OUT_DIRECTION,
+    OUT_FRONT,
     OUT_IMPACTS,
     OUT_OVERTURN_TIME,
     OUT_OVERTURNED,
     OUT_PEAK,
     OUT_STRIKE,
     OUT_UPLIFTED,
+    OUT_WALL_IMPACTS,
+    OUT_WALL_STRIKE,
+    OUT_WELL,
     OVERTURN_TIME,
     OVERTURNED,
-    PEAK,
+    PAR_SIDED,
+    PAR_START,
     REGION_DAMPING,
     REST,
     ROW_AMPLITUDE,
@@ -44,6 +56,7 @@ from .tables import (
     ROW_SQUARE,
     ROW_UPPER,
     SAFE,
+    SIDED,
     STATE_FLOATS,
     STATE_INTEGERS,
     STEP_DAMPING,
@@ -51,6 +64,9 @@ from .tables import (
     THETA,
     UPLIFTED,
     WAITS,
+    WALL_IMPACTS,
+    WALL_STRIKE,
+    WELL,
 )
 
 
@@ -107,8 +123,8 @@ def store_sample(history, i, x, k, model, o):
     history[HISTORY_OMEGA, i] = x[OMEGA]
     history[HISTORY_REGION, i] = region
     history[HISTORY_DAMPING, i] = 0.0
-    history[HISTORY_PEAK, i] = max(x[PEAK], abs(x[THETA]))
-    if region != REST:
+    history[HISTORY_PEAK, i] = max(x[FRONT], x[BACK], abs(x[THETA]))
+    if region >= 0:
         history[HISTORY_DAMPING, i] = (
             x[HELD] if model.links[o, region, LINK_HELD] else model.tables[o, region, REGION_DAMPING]
         )
@@ -140,13 +156,27 @@ def reset(x, k, theta, omega, peak, region, start):
     x[THETA] = theta
     x[OMEGA] = omega
     x[HELD] = 0.0
-    x[PEAK] = peak
+    x[FRONT] = peak
+    x[BACK] = peak
     x[OVERTURN_TIME] = math.nan
     x[STRIKE] = 0.0
+    x[WALL_STRIKE] = 0.0
+    x[BREAK_TIME] = math.nan
     for j in range(STATE_INTEGERS):
         k[j] = 0
     k[NOW] = region
     k[UPLIFTED] = 1 if region != start else 0
+
+
+@kernel(**FUSED)
+def begin_run(x, k, model, o, begin):
+    """Set the state of a run of oscillator o at its first sample: rotation, velocity, peak and region in `begin`."""
+    reset(x, k, begin[0], begin[1], begin[2], int(begin[3]), int(model.parameters[o, PAR_START]))
+    if model.parameters[o, PAR_SIDED] != 0.0:
+        k[SIDED] = 1
+        if x[FRONT] < FLAT:
+            x[FRONT] = max(x[THETA], 0.0)
+            x[BACK] = max(-x[THETA], 0.0)
 
 
 @kernel(**FUSED)
@@ -166,12 +196,19 @@ def clear_lane(s, lane):
 def write_result(out, j, x, k):
     """Write the results of a run, from its state, into row j of `out`."""
     out[j, OUT_OVERTURNED] = k[OVERTURNED]
-    out[j, OUT_PEAK] = math.nan if k[SAFE] != 0 else x[PEAK]
+    out[j, OUT_PEAK] = math.nan if k[SAFE] != 0 else max(x[FRONT], x[BACK])
     out[j, OUT_UPLIFTED] = k[UPLIFTED]
     out[j, OUT_IMPACTS] = k[IMPACTS]
     out[j, OUT_OVERTURN_TIME] = x[OVERTURN_TIME]
     out[j, OUT_STRIKE] = x[STRIKE]
     out[j, OUT_DIRECTION] = 0.0 if k[OVERTURNED] == 0 else math.copysign(1.0, x[THETA])
+    out[j, OUT_FRONT] = x[FRONT] if k[SIDED] != 0 and k[SAFE] == 0 else math.nan
+    out[j, OUT_BACK] = x[BACK] if k[SIDED] != 0 and k[SAFE] == 0 else math.nan
+    out[j, OUT_WALL_IMPACTS] = k[WALL_IMPACTS]
+    out[j, OUT_WALL_STRIKE] = x[WALL_STRIKE]
+    out[j, OUT_BROKEN] = k[BROKEN]
+    out[j, OUT_BREAK_TIME] = x[BREAK_TIME]
+    out[j, OUT_WELL] = k[WELL]
 
 
 @kernel(**FUSED)
@@ -202,12 +239,18 @@ def leave_lane(w, lane, last):
     clear_lane(w.rows, last)
 
 
+@kernel(inline="always")
+def set_lane_amplitude(s, lane, amplitude):
+    """Set the factor on the record in the lockstep rows of a lane."""
+    s[ROW_AMPLITUDE * LANES + lane] = amplitude
+    s[ROW_SQUARE * LANES + lane] = amplitude * amplitude
+
+
 @kernel(**FUSED)
 def set_amplitude(w, lane, amplitude):
     """Set the factor on the record for the run in a lane."""
     w.amplitude[lane] = amplitude
-    w.rows[ROW_AMPLITUDE * LANES + lane] = amplitude
-    w.rows[ROW_SQUARE * LANES + lane] = amplitude * amplitude
+    set_lane_amplitude(w.rows, lane, amplitude)
 
 
 @kernel(**FUSED)

@@ -7,13 +7,13 @@ from .bounces import FLIGHT_ROWS, Flights, bounce
 from .free import follow_free, is_safe
 from .lanes import (
     Lanes,
+    begin_run,
     clear_lane,
     fetch_lane,
     leave_lane,
     move_apart,
     no_runs,
     rejoin,
-    reset,
     set_amplitude,
     set_apart,
     sort,
@@ -32,9 +32,7 @@ from .tables import (
     NOW,
     OVERTURNED,
     PAR_GAIN,
-    PAR_START,
     PIECE_ROWS,
-    REST,
     ROW_EVEN,
     ROW_ODD,
     SAFE,
@@ -46,6 +44,7 @@ from .tables import (
     TALLY_EVENTS,
     TALLY_OVERTURNED,
     TALLY_SAFE,
+    THETA,
     TILE,
     TURN_COLUMNS,
     TURNS,
@@ -167,7 +166,7 @@ def run_lanes(batch, runs):
             w.oscillator[active] = o
             w.run[active] = j
             w.own[active, STEP_DAMPING] = -1.0
-            reset(x, k, begin[j, 0], begin[j, 1], begin[j, 2], int(begin[j, 3]), int(model.parameters[o, PAR_START]))
+            begin_run(x, k, model, o, begin[j])
             set_amplitude(w, active, -model.parameters[o, PAR_GAIN] * factors[j])
             if store:
                 store_sample(history, i, x, k, model, o)
@@ -195,7 +194,7 @@ def run_lanes(batch, runs):
                 # from the last lane on, so that none of those that are left changes its place
                 sort(w.leaving, w.leaving[LANES])
                 for j in range(w.leaving[LANES] - 1, -1, -1):
-                    if w.k[w.leaving[j], NOW] == REST:
+                    if w.k[w.leaving[j], NOW] < 0:
                         set_apart(w, w.leaving[j], z, asleep)
                         next_awake = min(next_awake, z.until[asleep])
                         asleep += 1
@@ -243,7 +242,7 @@ def run_lanes(batch, runs):
             break
     for j in range(asleep):  # they take their lanes again, and end with the others
         take_lane(w, active, z, j)
-        w.rows[now * LANES + active] = 0.0
+        w.rows[now * LANES + active] = w.x[active, THETA]
         w.rows[(now + 1) * LANES + active] = 0.0
         active += 1
     if store and active > 0:

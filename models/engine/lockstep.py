@@ -6,15 +6,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...compiled import kernel
-from .lanes import freeze_lane
+from .lanes import freeze_lane, set_lane_amplitude
 from .propagators import fill_step
 from .regions import captures
 from .rest import until_uplift
 from .tables import (
+    BACK,
     BARE,
     CALM_MARGIN,
     CROSSES,
     DAMPING,
+    FRONT,
     GRADE,
     HARD,
     HELD,
@@ -26,9 +28,6 @@ from .tables import (
     NOW,
     OMEGA,
     ONE_PIECE,
-    PAR_UPLIFT_LEFT,
-    PAR_UPLIFT_RIGHT,
-    PEAK,
     PIECE_A,
     PIECE_DAMPING,
     PIECE_GAP,
@@ -37,11 +36,14 @@ from .tables import (
     PIECE_SPAN,
     PIECE_STIFFNESS,
     PIECE_TIME,
+    REGION_GAIN,
     REGION_LOWER,
     REGION_OFFSET,
     REGION_STIFFNESS,
     REGION_UPPER,
-    REST,
+    REST_DOWN,
+    REST_THETA,
+    REST_UP,
     RETURNS,
     ROW_AMPLITUDE,
     ROW_CALM_LOWER,
@@ -58,6 +60,7 @@ from .tables import (
     ROW_SQUARE,
     ROW_STIFFNESS,
     ROW_UPPER,
+    SIDED,
     STEP_DAMPING,
     STEP_G0,
     STEP_G1,
@@ -196,13 +199,13 @@ def step_reach(omega, a_start, a_end, dt):
 
 
 @kernel(**BARE)
-def _need(step, upper, lower, grade, bound):
+def _need(step, upper, lower, grade, front, back):
     """Return the need of a marked sample of a moving lane: nothing (WAITS), one root, or the general way (HARD).
 
     CROSSES: it goes straight to an edge.  RETURNS: it turns, and meets the edge behind it.  TURNS_BACK: it turns.
 
     The bounds hold for sqrt|K| dt, c dt <= 1/2; towards its zero |a| falls, which bounds how far the velocity dips.
-    `bound`: turns at smaller rotations do not matter (-1: all do, and need a region of their own or a place in a list).
+    Turns between -back and front do not matter (front -1: all do, and need a region of their own or a place in a list).
     """
     theta, omega, theta_end, omega_end, push, up, stiffness, c, dt = step
     a_start = push - stiffness * theta - c * omega
@@ -217,7 +220,7 @@ def _need(step, upper, lower, grade, bound):
         reach = step_reach(omega, a_start, a_end, dt)
         behind = lower - theta if omega > 0.0 else upper - theta
         one_way = omega * omega_end < 0.0 and behind * omega < 0.0 and reach < abs(ahead)
-        return RETURNS if one_way and bound >= 0.0 else HARD
+        return RETURNS if one_way and front >= 0.0 else HARD
     if omega * omega_end > 0.0 and (
         a_start * omega >= 0.0
         or a_end * omega <= 0.0
@@ -225,14 +228,14 @@ def _need(step, upper, lower, grade, bound):
         or abs(omega_end) > 1.2 * dt * abs(a_end)
     ):
         return WAITS
-    if bound < 0.0:
+    if front < 0.0:
         return HARD
     reach = step_reach(omega, a_start, a_end, dt)
     # a single turn can pass the edge ahead only; a dip may hide two
     dips = omega * omega_end >= 0.0
     if (theta + reach >= upper and (dips or omega > 0.0)) or (theta - reach <= lower and (dips or omega < 0.0)):
         return HARD
-    return WAITS if abs(theta) + reach <= bound else TURNS_BACK
+    return WAITS if (theta + reach <= front) & (reach - theta <= back) else TURNS_BACK
 
 
 @kernel(**BARE)
@@ -265,12 +268,13 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
     record = shaking.record
     dt = shaking.dt
     region = k[NOW]
-    if region == REST:
+    if region < 0:
         k[NEED] = HARD
-        x[THETA] = 0.0
+        rest = model.rests[o, -1 - region]
+        x[THETA] = rest[REST_THETA]
         x[OMEGA] = 0.0
-        upper = model.parameters[o, PAR_UPLIFT_RIGHT]
-        lower = -model.parameters[o, PAR_UPLIFT_LEFT]
+        upper = rest[REST_UP]
+        lower = -rest[REST_DOWN]
         i = until_uplift(record, shaking.highs, amplitude, upper, lower, i)
         if i >= end:
             w.until[lane] = i
@@ -292,6 +296,9 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
         s[now * LANES + lane] = x[THETA]
         s[(now + 1) * LANES + lane] = x[OMEGA]
         return i, waiting
+    if k[SIDED] != 0:
+        amplitude *= row[REGION_GAIN]
+        set_lane_amplitude(s, lane, amplitude)
     offset = row[REGION_OFFSET]
     stiffness = row[REGION_STIFFNESS]
     upper = row[REGION_UPPER]
@@ -305,8 +312,8 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
     listed = recording or captures(model, o, region)
     k[LISTED] = 1 if listed else 0
     x[CALM_MARGIN] = 3.0 * dt * dt * (abs(amplitude) * shaking.strongest + step[STEP_PULL])
-    calm_upper = -math.inf if listed else min(x[PEAK], upper) - x[CALM_MARGIN]
-    calm_lower = math.inf if listed else max(-x[PEAK], lower) + x[CALM_MARGIN]
+    calm_upper = -math.inf if listed else min(x[FRONT], upper) - x[CALM_MARGIN]
+    calm_lower = math.inf if listed else max(-x[BACK], lower) + x[CALM_MARGIN]
     edges = Edges(upper, lower, calm_upper, calm_lower)
     theta = x[THETA]
     omega = x[OMEGA]
@@ -319,9 +326,9 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
         dip = square * _dip(rise, dt)
         theta_end, omega_end, look = _step(theta, omega, push, up, stiffness, g, dip, edges)
         if look:
-            bound = -1.0 if listed else x[PEAK]
+            front = -1.0 if listed else x[FRONT]
             sample = Step(theta, omega, theta_end, omega_end, push, up, stiffness, c, dt)
-            need = _need(sample, upper, lower, grade, bound)
+            need = _need(sample, upper, lower, grade, front, x[BACK])
             if need in (TURNS_BACK, RETURNS):
                 if waiting == LANES * TILE:
                     # no room for another turn (a block that has bounced may have far to go): on when they are solved
@@ -395,17 +402,18 @@ def advance(w, first, n, shaking, i, end, now, waiting, parked):
                 if k[GRADE] == MANY_STEPS:
                     k[NEED] = HARD
                 else:
-                    push = s[ROW_OFFSET * LANES + lane] + w.amplitude[lane] * force
-                    up = w.amplitude[lane] * rise
+                    amplitude = s[ROW_AMPLITUDE * LANES + lane]
+                    push = s[ROW_OFFSET * LANES + lane] + amplitude * force
+                    up = amplitude * rise
                     stiffness = s[ROW_STIFFNESS * LANES + lane]
                     c = x[DAMPING]
                     theta_end = s[after * LANES + lane]
                     omega_end = s[(after + 1) * LANES + lane]
                     upper = s[ROW_UPPER * LANES + lane]
                     lower = s[ROW_LOWER * LANES + lane]
-                    bound = -1.0 if k[LISTED] != 0 else x[PEAK]
+                    front = -1.0 if k[LISTED] != 0 else x[FRONT]
                     sample = Step(theta, omega, theta_end, omega_end, push, up, stiffness, c, dt)
-                    need = _need(sample, upper, lower, k[GRADE], bound)
+                    need = _need(sample, upper, lower, k[GRADE], front, x[BACK])
                     if need in (TURNS_BACK, RETURNS):
                         last = theta_end if need == TURNS_BACK else theta
                         _add_turn(w, waiting, lane, sample, last)

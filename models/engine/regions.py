@@ -1,4 +1,4 @@
-"""Properties of one region, from the tables: potential energy, captures, impacts, and the damping of a zone.
+"""Properties of one region, from the tables: energies, captures, and the damping of a zone.
 
 The damping of a zone may be set at each inward crossing and held until the next.
 """
@@ -8,14 +8,8 @@ import math
 from ...compiled import kernel
 from .tables import (
     FUSED,
-    IMPACT,
-    LINK_HELD,
-    LINK_LOWER_ACTION,
-    LINK_LOWER_TARGET,
     LINK_TURN_LEFT,
     LINK_TURN_RIGHT,
-    LINK_UPPER_ACTION,
-    LINK_UPPER_TARGET,
     NO_REGION,
     PAR_COEFFICIENT,
     PAR_EXACT,
@@ -23,6 +17,7 @@ from .tables import (
     PAR_RULE,
     REGION_CENTRE,
     REGION_DAMPING,
+    REGION_INERTIA,
     REGION_LOWER,
     REGION_OFFSET,
     REGION_POTENTIAL,
@@ -51,13 +46,9 @@ def potential_energy(model, o, region, theta):
 
 
 @kernel(**FUSED)
-def bounces_to(model, o, region):
-    """Return the region across an impact at theta = 0 of an undamped region, else NO_REGION."""
-    upper = model.tables[o, region, REGION_UPPER] == 0.0
-    action = model.links[o, region, LINK_UPPER_ACTION] if upper else model.links[o, region, LINK_LOWER_ACTION]
-    if action != IMPACT or model.links[o, region, LINK_HELD] or model.tables[o, region, REGION_DAMPING] != 0.0:
-        return NO_REGION
-    return model.links[o, region, LINK_UPPER_TARGET] if upper else model.links[o, region, LINK_LOWER_TARGET]
+def energy_of(model, o, region, theta, omega):
+    """Return kinetic and potential energy, over the oscillator's moment of inertia."""
+    return model.tables[o, region, REGION_INERTIA] * (0.5 * omega * omega + potential_energy(model, o, region, theta))
 
 
 @kernel(**FUSED)
@@ -154,12 +145,88 @@ def energy_consistent_zeta(speed, exit_speed):
 
 
 @kernel(**FUSED)
+def crossing_zeta(start, speed, end, exit_speed):
+    """Damping ratio with which a crossing from `start` < 0 at `speed` leaves `end` > 0 at `exit_speed`, as above.
+
+    For a zone whose centre is not in its middle; with u = v + zeta z and r = u² + (1 - zeta²) z² at both ends,
+    ln(r_start/r_end) = 2 zeta time falls strictly with zeta.  Regula falsi (Illinois) inside a bracket.
+    """
+    loss = (speed - exit_speed) * (speed + exit_speed) + (start - end) * (start + end)
+    if loss <= 0.0:
+        return 0.0
+    low = 0.0
+    at_low = math.log1p(loss / (exit_speed * exit_speed + end * end))
+    high = math.inf
+    at_high = -1.0
+    zeta = 0.5 * loss / ((end - start) * (speed + exit_speed))
+    for _ in range(300):
+        u0 = speed + zeta * start
+        u1 = exit_speed + zeta * end
+        r1 = exit_speed * exit_speed + end * end + 2.0 * zeta * exit_speed * end
+        excess = loss + 2.0 * zeta * (speed * start - exit_speed * end)
+        gap = (1.0 - zeta) * (1.0 + zeta)
+        w = math.sqrt(abs(gap))
+        excess_over = excess / r1
+        value = -1.0
+        if excess_over > -1.0 and (gap >= 0.0 or u0 + w * start > 0.0):
+            if gap > 0.0:
+                time = (math.atan2(w * end, u1) - math.atan2(w * start, u0)) / w
+            elif gap < 0.0:
+                time = (math.atanh(w * end / u1) - math.atanh(w * start / u0)) / w
+            else:
+                time = end / u1 - start / u0
+            value = math.log1p(excess_over) - 2.0 * zeta * time
+        if value == 0.0:
+            return zeta
+        before = zeta
+        if value > 0.0:
+            low = zeta
+            at_low = value
+            at_high *= 0.5
+        else:
+            high = zeta
+            at_high = value
+            at_low *= 0.5
+        if high == math.inf:
+            zeta = 2.0 * zeta
+        else:
+            zeta = (low * at_high - high * at_low) / (at_high - at_low)
+            if not low < zeta < high:
+                zeta = 0.5 * (low + high)
+        if high < math.inf and (high - low <= 4e-16 * high or zeta == before or zeta in (low, high)):
+            break
+    return zeta
+
+
+@kernel(**FUSED)
+def _energy_held(model, o, zone, omega):
+    """Return `held_damping` of a zone whose centre is not in its middle: its two edges have potentials of their own."""
+    row = model.tables[o, zone]
+    upward = omega > 0.0
+    entry = row[REGION_LOWER] if upward else row[REGION_UPPER]
+    leaves = row[REGION_UPPER] if upward else row[REGION_LOWER]
+    e = model.parameters[o, PAR_RESTITUTION]
+    frequency = math.sqrt(row[REGION_STIFFNESS])
+    start = -abs(entry - row[REGION_CENTRE])
+    end = abs(leaves - row[REGION_CENTRE])
+    unit = 1.0 / frequency
+    kept = e * e * potential_energy(model, o, zone, entry) - potential_energy(model, o, zone, leaves)
+    squared = e * e * omega * omega + 2.0 * kept
+    if squared > 0.0:
+        return 2.0 * frequency * crossing_zeta(start, abs(omega) * unit, end, math.sqrt(squared) * unit)
+    zeta = crossing_zeta(start, abs(omega) * unit, end, 0.0)
+    return 2.0 * frequency * (zeta * (1.0 + 1e-13) + 1e-13)  # (see `held_damping`)
+
+
+@kernel(**FUSED)
 def held_damping(model, o, zone, omega):
     """Return a zone's damping from this inward crossing to the next, by the oscillator's rule (1/s, unit inertia)."""
     rule = int(model.parameters[o, PAR_RULE])
     speed = abs(omega)
     if rule == RULE_ENTRY_SPEED:
         return model.parameters[o, PAR_COEFFICIENT] * speed
+    if rule == RULE_ENERGY and model.tables[o, zone, REGION_OFFSET] != 0.0:
+        return _energy_held(model, o, zone, omega)
     if rule == RULE_ENERGY:
         e = model.parameters[o, PAR_RESTITUTION]
         if e == 1.0:

@@ -35,11 +35,11 @@ from .tables import (
     PIECE_STIFFNESS,
     PIECE_SURE,
     PIECE_TIME,
+    REGION_GAIN,
     REGION_LOWER,
     REGION_OFFSET,
     REGION_STIFFNESS,
     REGION_UPPER,
-    REST,
     RETURNS,
     STEP_DAMPING,
     STEP_G2_RISE,
@@ -80,7 +80,7 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
             x = w.x[lane]
             if k[NEED] == RETURNS:
                 k[NEED] = CROSSES  # (its turn is in the peak by now)
-            if k[NOW] == REST or k[NEED] != CROSSES:
+            if k[NOW] < 0 or k[NEED] != CROSSES:
                 continue
             i = w.parked_at[j]
             amplitude = w.amplitude[lane]
@@ -89,10 +89,11 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
             c = x[DAMPING]
             theta = x[THETA]
             omega = x[OMEGA]
-            force = amplitude * record[i]
+            gain = row[REGION_GAIN]
+            force = gain * amplitude * record[i]
             pieces[PIECE_OMEGA * LANES + n] = omega
             pieces[PIECE_A * LANES + n] = force + row[REGION_OFFSET] - stiffness * theta - c * omega
-            pieces[PIECE_SLOPE * LANES + n] = amplitude * (record[i + 1] - record[i]) * per_dt
+            pieces[PIECE_SLOPE * LANES + n] = gain * amplitude * (record[i + 1] - record[i]) * per_dt
             pieces[PIECE_STIFFNESS * LANES + n] = stiffness
             pieces[PIECE_DAMPING * LANES + n] = c
             pieces[PIECE_SPAN * LANES + n] = dt
@@ -117,9 +118,9 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
             t = 0.0
             if k[NEED] == WAITS:  # (it has bounced to the end of its sample)
                 need = WAITS
-            elif region == REST:
-                t, force = uplift(model, o, x, k, force, slope, dt)
-                need = WAITS if k[NOW] == REST else CROSSES
+            elif region < 0:
+                t, force = uplift(model, o, x, k, force, slope, dt, i * dt)
+                need = WAITS if k[NOW] < 0 else CROSSES
             elif k[NEED] == CROSSES:
                 if pieces[PIECE_SURE * LANES + read] == 1.0:
                     t = min(pieces[PIECE_TIME * LANES + read], dt)
@@ -129,7 +130,7 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
                     x[OMEGA] = max(speed, 0.0) if upper else min(speed, 0.0)
                     force += slope * t
                     at_edge(x, k, model, o, region, upper, force, slope, dt - t, i * dt + t)
-                    need = HARD if k[NOW] == REST else CROSSES
+                    need = HARD if k[NOW] < 0 else CROSSES
                 read += 1
             if k[OVERTURNED] != 0:
                 need = WAITS
@@ -154,6 +155,8 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
                             entries += 1
                 theta = x[THETA]
                 omega = x[OMEGA]
+                force *= row[REGION_GAIN]
+                slope *= row[REGION_GAIN]
                 a = force + offset - stiffness * theta
                 if omega == 0.0 and abs(a) <= 2.0 * EPSILON * (abs(force) + abs(offset) + abs(stiffness * theta)):
                     a = 0.0

@@ -6,21 +6,28 @@ import numpy as np
 
 from ...compiled import kernel
 from .tables import (
+    BREAK_TIME,
+    BROKEN,
     EPSILON,
     FUSED,
     IMPACTS,
+    LINK_LOWER_REST,
+    LINK_UPPER_REST,
     MANY_IMPACTS,
     NOW,
     OMEGA,
-    PAR_REST_LEFT,
-    PAR_REST_RIGHT,
-    PAR_RESTITUTION,
-    PAR_UPLIFT_LEFT,
-    PAR_UPLIFT_RIGHT,
-    REGION_STIFFNESS,
-    REST,
+    REGION_GAIN,
+    REGION_LOWER,
+    REGION_UPPER,
+    REST_BREAKS,
+    REST_DOWN,
+    REST_DOWN_TARGET,
+    REST_THETA,
+    REST_UP,
+    REST_UP_TARGET,
     THETA,
     UPLIFTED,
+    WALL_IMPACTS,
 )
 
 NO_HEIGHT = 2e-11  # height of bounces, rad, that counts as none after MANY_IMPACTS impacts
@@ -31,78 +38,119 @@ MARGIN = 32.0 * EPSILON  # of the uplift threshold, within which forcing counts 
 
 
 @kernel(**FUSED)
-def comes_to_rest(model, o, omega, stiffness, force, slope, left, highest):
-    """Return True if all later bounces provably end before the sample, or before its forcing reaches the threshold.
+def comes_to_rest(model, o, rest, loss, omega, next_omega, stiffness, force, slope, left, highest):
+    """Return True if all later bounces provably end before the sample, or before its forcing leaves the threshold.
 
     On either side the deceleration changes one way over a horizon, from a to b say; a bounce under it comes back faster
     by sqrt(b/a) at most, and over many bounces these factors multiply to no more than sqrt(max/min) of each side.  So,
     with a_min the least deceleration and r the product of both ratios, the bounces that follow take at most
-    2|omega| sqrt(r)/((1 - e) a_min) in all and rise to omega² r/(2 a_min), which must not exceed `highest`: the peak so
-    far, and the branch on which there are impacts only.  A tenth of a_min is kept for the softening |K| x of the
-    branch: x <= (1 - e)² a_min horizon²/8, and a horizon of half its time constant keeps it below 1/32.
+    2|omega| sqrt(r)/(loss a_min) in all and rise to next_omega² r/(2 a_min), which must not exceed `highest`: the peak
+    so far, and the branch on which there are impacts only.  A tenth of a_min is kept for the softening |K| x of the
+    branch: x <= loss² a_min horizon²/8, and a horizon of half its time constant keeps it below 1/32.
+
+    loss: 1 - e where every impact takes the factor e.  Where those of the two sides differ, the velocities that follow
+    are omega (1 + f + f g + f² g …), and loss is (1 - f g)/(1 + f); next_omega is the larger one of omega and f omega.
+    Against a wall all bounces are on one side, and the state of rest has one threshold only.
     """
     if omega == 0.0:
         return True
-    e = model.parameters[o, PAR_RESTITUTION]
-    right = model.parameters[o, PAR_UPLIFT_RIGHT]
-    left_side = model.parameters[o, PAR_UPLIFT_LEFT]
+    right = model.rests[o, rest, REST_UP]
+    left_side = model.rests[o, rest, REST_DOWN]
     # (this necessary condition rejects most cases)
-    if 2.0 * abs(omega) >= (1.0 - e) * 0.5 * (right + left_side) * left:
+    if 2.0 * abs(omega) >= loss * 0.5 * (right + left_side) * left:
         return False
-    horizon = min(left, 0.5 / math.sqrt(-stiffness))
+    horizon = min(left, 0.5 / math.sqrt(abs(stiffness)))
     end = force + slope * horizon
     # Where the threshold is exceeded later in this sample, half the time until then is the horizon.
-    if end > model.parameters[o, PAR_UPLIFT_RIGHT] and slope > 0.0:
-        horizon = 0.5 * (model.parameters[o, PAR_UPLIFT_RIGHT] - force) / slope
-    elif end < -model.parameters[o, PAR_UPLIFT_LEFT] and slope < 0.0:
-        horizon = 0.5 * (-model.parameters[o, PAR_UPLIFT_LEFT] - force) / slope
+    if end > right and slope > 0.0:
+        horizon = 0.5 * (right - force) / slope
+    elif end < -left_side and slope < 0.0:
+        horizon = 0.5 * (-left_side - force) / slope
     end = force + slope * horizon
     least_right = right - max(force, end)
     least_left = left_side + min(force, end)
-    a_min = 0.9 * min(least_right, least_left)
+    gain_right = model.tables[o, int(model.rests[o, rest, REST_UP_TARGET]), REGION_GAIN]
+    gain_left = model.tables[o, int(model.rests[o, rest, REST_DOWN_TARGET]), REGION_GAIN]
+    a_min = 0.9 * min(gain_right * least_right, gain_left * least_left)
     if a_min <= 0.0:
         return False
-    r = (right - min(force, end)) / least_right * ((left_side + max(force, end)) / least_left)
-    time = (1.0 - e) * a_min * horizon
-    return 4.0 * omega * omega * r <= time * time and omega * omega * r <= 2.0 * a_min * highest
+    r = 1.0
+    if right < math.inf:
+        r = (right - min(force, end)) / least_right
+    if left_side < math.inf:
+        r *= (left_side + max(force, end)) / least_left
+    time = loss * a_min * horizon
+    return 4.0 * omega * omega * r <= time * time and next_omega * next_omega * r <= 2.0 * a_min * highest
+
+
+@kernel(inline="always")
+def rest_at(model, o, region, theta):
+    """Return the state of rest into which bounces at this rotation die, -1 where there are none."""
+    if theta == model.tables[o, region, REGION_LOWER]:
+        return model.links[o, region, LINK_LOWER_REST]
+    if theta == model.tables[o, region, REGION_UPPER]:
+        return model.links[o, region, LINK_UPPER_REST]
+    return -1
 
 
 @kernel(inline="always")
 def has_bounced_out(x, k, model, o, force):
     """Return True if a block has bounced MANY_IMPACTS times and bounces below NO_HEIGHT: it then counts as at rest."""
-    if k[IMPACTS] <= MANY_IMPACTS or x[THETA] != 0.0 or k[NOW] == REST:
+    if k[IMPACTS] + k[WALL_IMPACTS] <= MANY_IMPACTS or k[NOW] < 0:
         return False
-    stiffness = model.tables[o, k[NOW], REGION_STIFFNESS]
-    a_min = min(model.parameters[o, PAR_UPLIFT_RIGHT] - force, model.parameters[o, PAR_UPLIFT_LEFT] + force)
-    return x[OMEGA] * x[OMEGA] <= 2.0 * a_min * NO_HEIGHT and stiffness < 0.0
+    rest = rest_at(model, o, k[NOW], x[THETA])
+    if rest < 0:
+        return False
+    gain = model.tables[o, k[NOW], REGION_GAIN]
+    a_min = gain * min(model.rests[o, rest, REST_UP] - force, model.rests[o, rest, REST_DOWN] + force)
+    return x[OMEGA] * x[OMEGA] <= 2.0 * a_min * NO_HEIGHT
 
 
 @kernel(**FUSED)
-def uplift(model, o, x, k, force, slope, left):
+def set_at_rest(x, k, model, o, rest):
+    """Put a block into a state of rest."""
+    x[THETA] = model.rests[o, rest, REST_THETA]
+    x[OMEGA] = 0.0
+    k[NOW] = -1 - rest
+
+
+@kernel(**FUSED)
+def uplift(model, o, x, k, force, slope, left, time):
     """Return the time until forcing lifts a block at rest (left if it does not), and the forcing at that time.
 
     Forcing that is at the threshold to rounding lifts the block only if it grows: the margin is wider than the one
     within which a piece takes its acceleration for zero, or a block could be lifted and set down without end.
     """
-    right = model.parameters[o, PAR_UPLIFT_RIGHT]
-    leftward = -model.parameters[o, PAR_UPLIFT_LEFT]
+    row = model.rests[o, -1 - k[NOW]]
+    right = row[REST_UP]
+    leftward = -row[REST_DOWN]
+    sure_right = right * (1.0 + MARGIN) if right > 0.0 else right * (1.0 - MARGIN)
+    sure_left = leftward * (1.0 + MARGIN) if leftward < 0.0 else leftward * (1.0 - MARGIN)
     end = force + slope * left
     t = 0.0
-    if force > right * (1.0 + MARGIN) or force < leftward * (1.0 + MARGIN):
-        pass
-    elif end > right * (1.0 + MARGIN) and slope > 0.0:
+    if force > sure_right:
+        up = True
+    elif force < sure_left:
+        up = False
+    elif end > sure_right and slope > 0.0:
         t = max(right - force, 0.0) / slope
         force = right
-    elif end < leftward * (1.0 + MARGIN) and slope < 0.0:
+        up = True
+    elif end < sure_left and slope < 0.0:
         t = min(leftward - force, 0.0) / slope
         force = leftward
+        up = False
     else:
         return left, force
-    k[NOW] = int(model.parameters[o, PAR_REST_RIGHT]) if force > 0.0 else int(model.parameters[o, PAR_REST_LEFT])
-    k[UPLIFTED] = 1
-    x[THETA] = 0.0
+    t = min(t, left)
+    x[THETA] = row[REST_THETA]
     x[OMEGA] = 0.0
-    return min(t, left), force
+    k[NOW] = int(row[REST_UP_TARGET]) if up else int(row[REST_DOWN_TARGET])
+    k[UPLIFTED] = 1
+    if row[REST_BREAKS] != 0.0:
+        k[BROKEN] = 1
+        x[BREAK_TIME] = time + t
+    return t, force
 
 
 @kernel()

@@ -11,12 +11,17 @@ from .lockstep import step_reach
 from .pieces import solve_sample
 from .propagators import fill_steps
 from .tables import (
+    BACK,
     DEGREE,
     FLAT,
+    FRONT,
     FUSED,
     MANY_STEPS,
     OMEGA,
+    OUT_BACK,
+    OUT_BREAK_TIME,
     OUT_DIRECTION,
+    OUT_FRONT,
     OUT_IMPACTS,
     OUT_OVERTURN_TIME,
     OUT_OVERTURNED,
@@ -25,16 +30,16 @@ from .tables import (
     OUT_UPLIFTED,
     PAR_EXACT,
     PAR_GAIN,
+    PAR_SIDED,
     PAR_START,
-    PAR_UPLIFT_LEFT,
-    PAR_UPLIFT_RIGHT,
-    PEAK,
+    REGION_CENTRE,
     REGION_DAMPING,
     REGION_LOWER,
     REGION_OFFSET,
     REGION_STIFFNESS,
     REGION_UPPER,
-    REST,
+    REST_DOWN,
+    REST_UP,
     STATE_FLOATS,
     STATE_INTEGERS,
     STEP_G0,
@@ -77,7 +82,7 @@ def _unit_response(record, dt, model, steps, o, unit):
     block that rests rigidly: the running maximum of the record alone, in the row of peaks.
     """
     zone = int(model.parameters[o, PAR_START])
-    if zone == REST:
+    if zone < 0:
         high = 0.0
         for i in range(record.shape[0]):
             high = max(high, abs(record[i]))
@@ -127,17 +132,18 @@ def _unit_response(record, dt, model, steps, o, unit):
         solve_sample(x, k, model, o, push, up / dt, 0.0, dt, i * dt, work, None)
         theta = x[THETA]
         omega = x[OMEGA]
-        high = max(high, x[PEAK])
+        high = max(high, x[FRONT])
     x[THETA] = theta
     x[OMEGA] = omega
-    x[PEAK] = max(high, abs(theta))
+    x[FRONT] = max(high, abs(theta))
+    x[BACK] = x[FRONT]
     unit[UNIT_THETA, n - 1] = theta
     unit[UNIT_OMEGA, n - 1] = omega
-    unit[UNIT_PEAK, n - 1] = x[PEAK]
+    unit[UNIT_PEAK, n - 1] = x[FRONT]
     follow_free(x, k, model, o, (n - 1) * dt, work, None)
     model.tables[o, zone, REGION_LOWER] = lower
     model.tables[o, zone, REGION_UPPER] = upper
-    return x[PEAK]
+    return x[FRONT]
 
 
 @kernel(keep=True)
@@ -180,6 +186,8 @@ def begin_runs(batch, start, skip, flags_only):
         o = which[j]
         zone = int(model.parameters[o, PAR_START])
         begin[j, 3] = zone
+        if zone >= 0:
+            begin[j, 0] = model.tables[o, zone, REGION_CENTRE]  # (a static lean)
         if start.shape[0] == 3:
             begin[j, 0] = start[0]
             begin[j, 1] = start[1]
@@ -189,22 +197,22 @@ def begin_runs(batch, start, skip, flags_only):
             tally[TALLY_SAFE] += n - 1
             out[j, OUT_OVERTURNED] = 0.0
             continue
-        elif skip and (zone == REST or model.tables[o, zone, REGION_OFFSET] == 0.0):
-            # (a zone with a static offset does not respond in proportion to the factor)
+        elif skip and (
+            zone < 0 or (model.tables[o, zone, REGION_OFFSET] == 0.0 and model.parameters[o, PAR_SIDED] == 0.0)
+        ):
+            # (a zone with a static offset does not respond in proportion to the factor, nor are peaks of a side known)
             if o != current:
                 current = o
                 unit_peak = _unit_response(record, dt, model, batch.steps, o, unit)
-            if zone == REST:
-                level = (
-                    min(model.parameters[o, PAR_UPLIFT_RIGHT], model.parameters[o, PAR_UPLIFT_LEFT])
-                    / model.parameters[o, PAR_GAIN]
-                )
+            if zone < 0:
+                rest = model.rests[o, -1 - zone]
+                level = min(rest[REST_UP], rest[REST_DOWN]) / model.parameters[o, PAR_GAIN]
             else:
                 level = min(model.tables[o, zone, REGION_UPPER], -model.tables[o, zone, REGION_LOWER])
             # A part in 10⁹ early: the rounding of a scaled response must not hide the uplift.
             level *= (1.0 - 1e-9) / abs(factors[j])
             first[j] = max(_first_rise(unit[UNIT_PEAK], level) - 1, 0)
-            if zone != REST:
+            if zone >= 0:
                 begin[j, 0] = factors[j] * unit[UNIT_THETA, first[j]]
                 begin[j, 1] = factors[j] * unit[UNIT_OMEGA, first[j]]
                 begin[j, 2] = abs(factors[j]) * unit[UNIT_PEAK, first[j]]
@@ -216,6 +224,11 @@ def begin_runs(batch, start, skip, flags_only):
                 out[j, OUT_OVERTURN_TIME] = math.nan
                 out[j, OUT_STRIKE] = 0.0
                 out[j, OUT_DIRECTION] = 0.0
+                out[j, OUT_FRONT:] = 0.0
+                out[j, OUT_BREAK_TIME] = math.nan
+                if model.parameters[o, PAR_SIDED] == 0.0:
+                    out[j, OUT_FRONT] = math.nan
+                    out[j, OUT_BACK] = math.nan
                 tally[TALLY_BEFORE_UPLIFT] += n - 1
                 continue
         tally[TALLY_BEFORE_UPLIFT] += first[j]

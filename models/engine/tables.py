@@ -11,8 +11,9 @@ import numpy as np
 BARE: dict[str, Any] = {"_nrt": False}
 FUSED: dict[str, Any] = {**BARE, "fastmath": {"contract"}}
 
-# Columns of the region table: x'' = -stiffness x - damping x' + offset + forcing for lower <= x <= upper, in balance at
-# the centre offset / stiffness.
+# Columns of the region table: x'' = -stiffness x - damping x' + offset + gain forcing for lower <= x <= upper, in
+# balance at the centre offset / stiffness.  GAIN: relative to PAR_GAIN; INERTIA: relative to that of the oscillator;
+# *_FACTOR: on the velocity at an edge; *_LOSS: 1 - e of the bounces that follow an edge (see `comes_to_rest`).
 (
     REGION_LOWER,
     REGION_UPPER,
@@ -21,28 +22,47 @@ FUSED: dict[str, Any] = {**BARE, "fastmath": {"contract"}}
     REGION_DAMPING,
     REGION_POTENTIAL,
     REGION_CENTRE,
-) = range(7)
-REGION_COLUMNS = 7
+    REGION_GAIN,
+    REGION_INERTIA,
+    REGION_LOWER_FACTOR,
+    REGION_UPPER_FACTOR,
+    REGION_LOWER_LOSS,
+    REGION_UPPER_LOSS,
+) = range(13)
+REGION_COLUMNS = 13
 
-# Columns of the link table.  *_OTHER: the region taken instead where the entry rule says so; TURN_*: the region that
-# takes over where the velocity vanishes inside this one, left and right of zero.
+# Columns of the link table.  *_OTHER: the region taken instead where the entry rule says so; *_REST: the state of rest
+# into which bounces at this edge die; TURN_*: the region that takes over where the velocity vanishes inside this one,
+# left and right of zero; FALLS: the law of this region holds up to overturning; HOPS: the region across an impact at 0
+# between two alike, undamped regions, whose bounces have closed forms; BROKEN: it is without the restraint.
 (
     LINK_LOWER_ACTION,
     LINK_LOWER_TARGET,
     LINK_LOWER_OTHER,
+    LINK_LOWER_REST,
     LINK_UPPER_ACTION,
     LINK_UPPER_TARGET,
     LINK_UPPER_OTHER,
+    LINK_UPPER_REST,
     LINK_HELD,
     LINK_TURN_LEFT,
     LINK_TURN_RIGHT,
-) = range(9)
-LINK_COLUMNS = 9
+    LINK_FALLS,
+    LINK_HOPS,
+    LINK_BROKEN,
+) = range(14)
+LINK_COLUMNS = 14
 
-# Actions at an edge of a region.
-CROSS, ENTER, IMPACT, OVERTURN = range(4)
+# Columns of the states of rest: the rotation; the forcing (of gain 1) above which the block leaves it for a region, and
+# the same of the forcing with the opposite sign; whether leaving it breaks the restraint.
+REST_THETA, REST_UP, REST_UP_TARGET, REST_DOWN, REST_DOWN_TARGET, REST_BREAKS = range(6)
+REST_COLUMNS = 6
 
-# In place of a region: none, and a block at rest.
+# Actions at an edge of a region: into the region beyond, into a zone whose damping is then held, an impact into the
+# region beyond, the ground, an impact back into the same region, and into a region without the restraint.
+CROSS, ENTER, IMPACT, OVERTURN, BOUNCE, BREAK = range(6)
+
+# In place of a region: none, and a block at rest.  Rest k of an oscillator stands there as -1 - k.
 NO_REGION = -1
 REST = -1
 
@@ -56,18 +76,32 @@ RULE_CONSTANT, RULE_ENTRY_SPEED, RULE_ENERGY = range(3)
     PAR_COEFFICIENT,
     PAR_RULE,
     PAR_START,
-    PAR_UPLIFT_RIGHT,
-    PAR_UPLIFT_LEFT,
-    PAR_REST_RIGHT,
-    PAR_REST_LEFT,
     PAR_EXACT,
-) = range(10)
-PAR_COLUMNS = 10
+    PAR_SIDED,
+) = range(7)
+PAR_COLUMNS = 7
 
-# State of a run.
-THETA, OMEGA, HELD, PEAK, CALM_MARGIN, DAMPING, STRIKE, OVERTURN_TIME = range(8)
-NOW, NEED, GRADE, UPWARD, LISTED, OVERTURNED, IMPACTS, UPLIFTED, TURNS, FREE, SAFE = range(11)
-STATE_FLOATS, STATE_INTEGERS = 8, 11
+# State of a run.  FRONT, BACK: the largest rotations to the right and to the left; where an oscillator is not SIDED,
+# both are the larger one.
+THETA, OMEGA, HELD, FRONT, BACK, CALM_MARGIN, DAMPING, STRIKE, OVERTURN_TIME, WALL_STRIKE, BREAK_TIME = range(11)
+(
+    NOW,
+    NEED,
+    GRADE,
+    UPWARD,
+    LISTED,
+    OVERTURNED,
+    IMPACTS,
+    UPLIFTED,
+    TURNS,
+    FREE,
+    SAFE,
+    SIDED,
+    WALL_IMPACTS,
+    BROKEN,
+    WELL,
+) = range(15)
+STATE_FLOATS, STATE_INTEGERS = 11, 15
 
 # Results of a run.
 (
@@ -78,8 +112,15 @@ STATE_FLOATS, STATE_INTEGERS = 8, 11
     OUT_OVERTURN_TIME,
     OUT_STRIKE,
     OUT_DIRECTION,
-) = range(7)
-OUT_COLUMNS = 7
+    OUT_FRONT,
+    OUT_BACK,
+    OUT_WALL_IMPACTS,
+    OUT_WALL_STRIKE,
+    OUT_BROKEN,
+    OUT_BREAK_TIME,
+    OUT_WELL,
+) = range(14)
+OUT_COLUMNS = 14
 
 # What a batch counts: samples of all runs, those left out (before the first uplift, after overturning, once the rest of
 # the record cannot overturn the block), events solved.
@@ -165,10 +206,11 @@ MANY_IMPACTS = 4_000_000
 
 
 class Model(NamedTuple):
-    """All oscillators of a batch: region tables (o, r, 7), links (o, r, 9) and parameters (o, 10)."""
+    """All oscillators of a batch: region tables (o, r, 13), links (o, r, 14), rests (o, s, 6), parameters (o, 7)."""
 
     tables: Any
     links: Any
+    rests: Any
     parameters: Any
 
 
@@ -194,7 +236,7 @@ class Batch(NamedTuple):
     record (n,) m/s² with step dt; steps (o, r, 8): the propagator of each oscillator and region; which, factors
     (m,), sorted by oscillator; first (m,) and begin (m, 4): the first sample of each run, and theta, omega,
     peak and region there; shaking_left (n or 0): the integral of |u''| from each sample to the end, and
-    barriers (o, 3), for runs of which only the flag is asked; out (m, 7); turns (2, t) and history (5, n or 0)
+    barriers (o, 6), for runs of which only the flag is asked; out (m, 14); turns (2, t) and history (5, n or 0)
     store a single run's; tally (5,) is added to.
     """
 

@@ -4,14 +4,16 @@ import math
 
 from ...compiled import kernel
 from .events import TURN, first_event
+from .peaks import raise_peak
 from .series import evaluate, linear_series, rate_bound, series_degree
 from .tables import (
     ACCELERATION,
+    BACK,
     BARE,
     CALM_MARGIN,
+    FRONT,
     FUSED,
     LANES,
-    PEAK,
     PIECE_A,
     PIECE_DAMPING,
     PIECE_GAP,
@@ -183,8 +185,8 @@ def finish_pieces(v, n):
 @kernel(**BARE)
 def _set_calm_interval(s, lane, x):
     """Set the interval in which turns do not matter, from the peak so far."""
-    s[ROW_CALM_UPPER * LANES + lane] = min(x[PEAK], s[ROW_UPPER * LANES + lane]) - x[CALM_MARGIN]
-    s[ROW_CALM_LOWER * LANES + lane] = max(-x[PEAK], s[ROW_LOWER * LANES + lane]) + x[CALM_MARGIN]
+    s[ROW_CALM_UPPER * LANES + lane] = min(x[FRONT], s[ROW_UPPER * LANES + lane]) - x[CALM_MARGIN]
+    s[ROW_CALM_LOWER * LANES + lane] = max(-x[BACK], s[ROW_LOWER * LANES + lane]) + x[CALM_MARGIN]
 
 
 @kernel(**BARE)
@@ -212,10 +214,13 @@ def flush_turns(w, n, poly):
         lane = w.turn_lane[j]
         theta = v[PIECE_GAP * TURN_COLUMNS + j]
         # a turn next to a sample must not come out lower than the sample, by rounding
-        w.x[lane, PEAK] = max(w.x[lane, PEAK], abs(theta), abs(v[PIECE_TIME * TURN_COLUMNS + j]))
+        x = w.x[lane]
+        k = w.k[lane]
+        raise_peak(x, k, theta)
+        raise_peak(x, k, v[PIECE_TIME * TURN_COLUMNS + j])
         if v[PIECE_SURE * TURN_COLUMNS + j] == 1.0:
-            w.x[lane, PEAK] = max(w.x[lane, PEAK], abs(theta + v[PIECE_MOVED * TURN_COLUMNS + j]))
-            _set_calm_interval(w.rows, lane, w.x[lane])  # (a parked lane's rows are written anew in any case)
+            raise_peak(x, k, theta + v[PIECE_MOVED * TURN_COLUMNS + j])
+            _set_calm_interval(w.rows, lane, x)  # (a parked lane's rows are written anew in any case)
             continue
         # a dip of the velocity, or too flat for the batch's steps: each turn by the general way
         stiffness = v[PIECE_STIFFNESS * TURN_COLUMNS + j]
@@ -234,4 +239,4 @@ def flush_turns(w, n, poly):
             omega = 0.0
             left -= t
             if kind == TURN:
-                w.x[lane, PEAK] = max(w.x[lane, PEAK], abs(theta))
+                raise_peak(x, k, theta)

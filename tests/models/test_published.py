@@ -7,6 +7,7 @@ import pytest
 from reference import integrate
 from scipy.optimize import brentq
 from scipy.stats import binom
+from shared_cases import lifts_at
 from thresholds import boundary, overturns
 
 import toppling as tp
@@ -99,7 +100,7 @@ def scales(block: tp.Block, model: Law):
     """Rate q of the falling branch (rad/s) and the acceleration at the static threshold (m/s²)."""
     oscillator = model.oscillator(block)
     right = max(oscillator.regions, key=lambda region: region.upper)
-    return math.sqrt(-right.stiffness), oscillator.uplift_right / oscillator.gain
+    return math.sqrt(-right.stiffness), lifts_at(oscillator) / oscillator.gain
 
 
 @pytest.mark.parametrize("model", FIRST_SWING, ids=lambda m: m.label)

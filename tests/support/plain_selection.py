@@ -35,4 +35,17 @@ def plain_selection():
     for e, speed in ((0.1, 30.0), (0.3, 3.2), (0.999, 0.5)):
         oscillator = tp.EnergyConsistent(e=e).oscillator(BLOCK)
         found.append(trace(oscillator, np.zeros(8), 0.02, 0.06 * BLOCK.alpha, -speed * BLOCK.alpha * BLOCK.p).results)
+    # walls, a strap that breaks or holds, a mass off the middle
+    record = 3.0 * shake(rng, n=200)
+    strap = tp.Restraint.strap(1.75, 267.0, 20e3, 0.005)
+    linear = tp.HousnerImpact(e=0.9, geometry="linear")
+    for model, options in (
+        (tp.EnergyConsistent(e=0.9), {"cm_offset": 0.05}),
+        (tp.HousnerImpact(e=0.9), {"wall": tp.Wall(0.01)}),
+        (linear, {"wall": tp.Wall(0.7)}),
+        (linear, {"wall": tp.Wall(), "mass": 100.0, "restraint": strap}),
+    ):
+        oscillator = model.oscillator(tp.Block(0.4, 1.8, **options))
+        found += list(run_many([oscillator], np.array([[0.5, 1.0, 2.0]]), record, 0.01)[0])
+        found.append(trace(oscillator, np.zeros(20), 0.02, 0.1).results)
     return [[None if math.isnan(v) else float(v) for v in row] for row in found]

@@ -30,6 +30,11 @@ RIGID = [
 LAWS = ELASTIC + RIGID
 
 
+def lifts_at(oscillator):
+    """The forcing that lifts a symmetric block off a rigid rest, p² sin(alpha) or q² alpha, 1/s²."""
+    return oscillator.rests[0].up if oscillator.rests else abs(oscillator.regions[0].offset)
+
+
 def shake(rng, n=1200, dt=0.01, omega=15.0, xi=0.6):
     """A short filtered-noise record (n,), peak 1 m/s², made without the package."""
     b, a = signal.bilinear([2.0 * xi * omega, omega**2], [1.0, 2.0 * xi * omega, omega**2], fs=1.0 / dt)

@@ -8,6 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 from reference import integrate
 from reference_cases import CASES, build
+from shared_cases import lifts_at
 
 import toppling as tp
 from toppling.models.engine.tables import MANY_IMPACTS
@@ -67,7 +68,7 @@ def given_draw(**values):
 
 def threshold(oscillator):
     """Floor acceleration that a rigid block just withstands, m/s²."""
-    return oscillator.uplift_right / oscillator.gain
+    return lifts_at(oscillator) / oscillator.gain
 
 
 def check_sane(run, block, e=0.0):

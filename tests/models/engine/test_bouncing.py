@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from shared_cases import RIGID, shake
+from shared_cases import RIGID, lifts_at, shake
 from stress_cases import BLOCK, IMPACTS, OVERTURNED, PEAK, compile_engine, label
 
 import toppling as tp
@@ -81,7 +81,7 @@ class TestOneByOne:
         compared = impacts = differing = 0
         for seed, n in ((1, 700), (2, 10 * BOUNCE_INTERVAL), (3, 10 * BOUNCE_INTERVAL + 1)):
             record = shake(np.random.default_rng(seed), n=n)
-            record *= oscillator.uplift_right / oscillator.gain / np.abs(record).max()
+            record *= lifts_at(oscillator) / oscillator.gain / np.abs(record).max()
             together = run_many([oscillator], factors[None], record, 0.005, False)[0]
             for factor, found in zip(factors, together, strict=True):
                 alone, twin = (
@@ -119,7 +119,7 @@ class TestCompany:
     def test_a_history_is_the_same_run(self, model):
         """Bit for bit, whatever bounces beside it and wherever the record ends; the history ends where the run does."""
         oscillator = model.oscillator(BLOCK)
-        threshold = oscillator.uplift_right / oscillator.gain
+        threshold = lifts_at(oscillator) / oscillator.gain
         rng = np.random.default_rng(81)
         impacts = 0.0
         for n in (90, 97, 103, 200, 5 * BOUNCE_INTERVAL, 5 * BOUNCE_INTERVAL + 2, 600, 601):
@@ -141,7 +141,7 @@ class TestCompany:
         record[2:8] = 1.02
         later = np.arange(14, record.size - 20)
         record[later] = 0.9 + np.linspace(0.0, 0.2, later.size) + 20.0 * (-1.0) ** later
-        record *= oscillator.uplift_right / oscillator.gain
+        record *= lifts_at(oscillator) / oscillator.gain
         factors = np.linspace(1.0, 1.1, 1048)
         together = run_many([oscillator], factors[None], record, 0.005, False)[0]
         for factor, found in zip(factors[::53], together[::53], strict=True):

@@ -1,0 +1,415 @@
+"""Assembly of oscillators: falling branches, an elastic zone or impacts, walls, and a restraint with its rupture.
+
+A block is described by sheets: a restoring law over an interval of the rotation, with an event at each end.  Walls cut
+the outermost sheets short.  A restraint cuts sheets into pieces (slack, taut), adds its stiffness to them, and ends the
+last one by its rupture; all sheets then stand in the table a second time, without it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from .engine import tables as engine
+from .oscillator import Edge, Oscillator, Region, Rest
+
+FRONT, BACK = 1.0, -1.0
+INTACT, BROKEN = range(2)
+SMALLEST = 1e-12
+"""Least |stiffness| of a piece, of the falling branch's: the engine divides by it."""
+
+
+class Side(NamedTuple):
+    """One side of a block, seen from itself: y'' = q2 (y - alpha) + gain F for a rotation y >= 0 to that side.
+
+    q2 in 1/s² (p² in exact geometry), alpha in rad, gain in 1/m, inertia: the moment of inertia about its corner over
+    the mass, m².
+    """
+
+    q2: float
+    alpha: float
+    gain: float
+    inertia: float
+
+
+class Contact(NamedTuple):
+    """Wall on one side: the rotation at which the block meets it, rad, and velocity after over velocity before."""
+
+    rotation: float
+    factor: float
+
+
+class Spring(NamedTuple):
+    """Restraint on one side, per unit inertia: stiffness, rotations at which it is taut and breaks, moment at rest.
+
+    `strength`: the moment at which a rigid one breaks, rad/s².
+    """
+
+    stiffness: float
+    taut: float
+    breaks: float
+    preload: float
+    strength: float
+
+
+class Zone(NamedTuple):
+    """Elastic zone of a law, from -back to front: x'' = -stiffness (x - centre) - damping x' + gain F.
+
+    `step`: its potential at the centre; gain and inertia as those of a side; front_damping, back_damping: those of the
+    falling branches; rule, coefficient: how the engine sets the damping at each entry.  `rigid_rest`: the falling
+    branches go on to 0, where the block rests; else it rests in the zone.
+    """
+
+    front: float
+    back: float
+    stiffness: float
+    centre: float
+    step: float
+    gain: float
+    inertia: float
+    damping: float
+    front_damping: float
+    back_damping: float
+    rule: int
+    coefficient: float
+    rigid_rest: bool
+
+
+class Surroundings(NamedTuple):
+    """Walls and restraint of each side, where there are any."""
+
+    front_wall: Contact | None = None
+    back_wall: Contact | None = None
+    front_spring: Spring | None = None
+    back_spring: Spring | None = None
+
+    @property
+    def restrained(self) -> bool:
+        """True if a restraint acts on any side."""
+        return self.front_spring is not None or self.back_spring is not None
+
+
+class _End(NamedTuple):
+    """Event at an end of a sheet: as `Edge`, with sheets and states of rest by name."""
+
+    action: int
+    sheet: str = ""
+    other: str = ""
+    factor: float = 1.0
+    rest: str = ""
+
+
+class _Sheet(NamedTuple):
+    """Restoring law over an interval, in the rotation y seen from its side (a zone: from the front)."""
+
+    side: float
+    lower: float
+    upper: float
+    stiffness: float
+    offset: float
+    damping: float
+    potential: float
+    inner: _End
+    outer: _End
+    held: bool = False
+    captured: bool = False
+
+
+class _Piece(NamedTuple):
+    """Part of a sheet in a state of the restraint."""
+
+    sheet: str
+    mode: int
+    lower: float
+    upper: float
+    stiffness: float
+    offset: float
+    potential: float
+    inner: _End
+    outer: _End
+
+
+FALLS = _End(engine.OVERTURN)
+
+
+def assemble(
+    front: Side,
+    back: Side,
+    e: float,
+    zone: Zone | None = None,
+    around: Surroundings | None = None,
+    *,
+    exact: bool = False,
+) -> Oscillator:
+    """Return the oscillator of a block with its walls and restraint.
+
+    e: the restitution; where the inertia of the sides differs, the factors from one to the other are e sqrt(i/i'), so
+    that the energy takes the factor e² either way.  Without `zone` the falling branches meet in impacts at 0; in exact
+    geometry q2 is p², and there is no restraint.
+    """
+    around = Surroundings() if around is None else around
+    touching = around.back_wall is not None and around.back_wall.rotation == 0.0
+    if zone is not None and zone.rigid_rest and touching:
+        zone = None  # (one-sided rocking: the zone is never crossed)
+    sheets = _sheets(front, back, e, zone, around, touching)
+    pieces = _pieces(sheets, around)
+    return _Table(front, back, e, zone, around, sheets, pieces, exact).oscillator()
+
+
+def _sheets(
+    front: Side, back: Side, e: float, zone: Zone | None, around: Surroundings, touching: bool
+) -> dict[str, _Sheet]:
+    """Return the sheets of a block without restraint, from the back to the front."""
+    to_back = e if back.inertia == front.inertia else e * math.sqrt(front.inertia / back.inertia)
+    to_front = e if back.inertia == front.inertia else e * math.sqrt(back.inertia / front.inertia)
+    sheets: dict[str, _Sheet] = {}
+
+    def branch(name: str, side: Side, sign: float, lower: float, wall: Contact | None, inner: _End) -> None:
+        outer, upper = FALLS, engine.FLAT
+        if wall is not None:
+            outer = _End(engine.BOUNCE, factor=wall.factor, rest="front wall" if sign > 0.0 else "back wall")
+            upper = wall.rotation
+        damping = 0.0 if zone is None else zone.front_damping if sign > 0.0 else zone.back_damping
+        sheets[name] = _Sheet(sign, lower, upper, -side.q2, -side.q2 * side.alpha, damping, 0.0, inner, outer)
+
+    if zone is None:
+        if touching:
+            assert around.back_wall is not None
+            inner = _End(engine.BOUNCE, factor=to_back * around.back_wall.factor * to_front, rest="middle")
+        else:
+            branch(
+                "back", back, BACK, 0.0, around.back_wall, _End(engine.IMPACT, "front", factor=to_front, rest="middle")
+            )
+            inner = _End(engine.IMPACT, "back", factor=to_back, rest="middle")
+        branch("front", front, FRONT, 0.0, around.front_wall, inner)
+        return sheets
+    held = zone.rule in (engine.RULE_ENTRY_SPEED, engine.RULE_ENERGY)
+    least = 0.0 if touching else -zone.back
+    # (kinetic energy is kept where the moment of inertia changes)
+    into_front = _factor(zone.inertia, front.inertia)
+    into_back = _factor(zone.inertia, back.inertia)
+    inner_end = _End(engine.CROSS, "back", factor=into_back)
+    if touching:
+        assert around.back_wall is not None
+        inner_end = _End(engine.BOUNCE, factor=around.back_wall.factor, rest="middle")
+    else:
+        rigid = "rigid back" if zone.rigid_rest else ""
+        entry = _End(engine.ENTER, "zone", rigid, 1.0 / into_back)
+        branch("back", back, BACK, zone.back, around.back_wall, entry)
+    sheets["zone"] = _Sheet(
+        FRONT, least, zone.front, zone.stiffness, zone.stiffness * zone.centre, zone.damping,
+        zone.step + 0.5 * zone.stiffness * zone.centre**2,
+        inner_end, _End(engine.CROSS, "front", factor=into_front), held, zone.rigid_rest,
+    )  # fmt: skip
+    rigid = "rigid front" if zone.rigid_rest else ""
+    entry = _End(engine.ENTER, "zone", rigid, 1.0 / into_front)
+    branch("front", front, FRONT, zone.front, around.front_wall, entry)
+    if zone.rigid_rest:
+        for name, side, sign, edge, factor in (
+            ("back", back, BACK, zone.back, to_front),
+            ("front", front, FRONT, zone.front, to_back),
+        ):
+            other = "front" if name == "back" else "back"
+            impact = _End(engine.IMPACT, f"rigid {other}", factor=factor, rest="middle")
+            sheets[f"rigid {name}"] = _Sheet(
+                sign, 0.0, edge, -side.q2, -side.q2 * side.alpha, 0.0, 0.0, impact, _End(engine.CROSS, name)
+            )
+    return sheets
+
+
+def _factor(before: float, after: float) -> float:
+    """Return velocity after over velocity before a change of the moment of inertia that keeps the kinetic energy."""
+    return 1.0 if before == after else math.sqrt(before / after)
+
+
+def _pieces(sheets: dict[str, _Sheet], around: Surroundings) -> list[_Piece]:
+    """Return the sheets as they stand with the restraint, in pieces, and then without it."""
+    pieces: list[_Piece] = []
+    rigid = False
+    for name, sheet in sheets.items():
+        spring = around.front_spring if sheet.side == FRONT else around.back_spring
+        if spring is not None and spring.stiffness == math.inf:
+            rigid = True
+            break
+        pieces += _restrained(name, sheet, spring)
+    if rigid:
+        pieces = []  # at rest until it breaks
+    if rigid or any(piece.outer.action == engine.BREAK for piece in pieces):
+        pieces += [piece._replace(mode=BROKEN) for name, sheet in sheets.items() for piece in _restrained(name, sheet)]
+    return pieces
+
+
+def _restrained(name: str, sheet: _Sheet, spring: Spring | None = None) -> list[_Piece]:
+    """Return a sheet in pieces: slack, taut up to the rupture; the sheet itself without a restraint."""
+    whole = _Piece(
+        name, INTACT, sheet.lower, sheet.upper, sheet.stiffness, sheet.offset, sheet.potential, sheet.inner, sheet.outer
+    )
+    if spring is None or sheet.upper <= spring.taut:  # (a zone ends before the restraint is taut)
+        return [whole]
+    slack = whole._replace(offset=sheet.offset - spring.preload)
+    breaks = _End(engine.BREAK, name)
+    end, outer = (spring.breaks, breaks) if spring.breaks < sheet.upper else (sheet.upper, sheet.outer)
+    if end <= max(spring.taut, sheet.lower):  # it breaks as soon as it is taut
+        return [slack._replace(upper=end, outer=outer)]
+    stiffness = sheet.stiffness + spring.stiffness
+    if abs(stiffness) < SMALLEST * abs(sheet.stiffness):
+        stiffness = -SMALLEST * abs(sheet.stiffness)
+    through = _End(engine.CROSS, name)
+    starts = max(spring.taut, sheet.lower)
+    taut = slack._replace(
+        lower=starts,
+        upper=end,
+        stiffness=stiffness,
+        offset=slack.offset + spring.stiffness * spring.taut,
+        potential=slack.potential + 0.5 * spring.stiffness * spring.taut**2,
+        inner=sheet.inner if starts == sheet.lower else through,
+        outer=outer,
+    )
+    return [taut] if starts == sheet.lower else [slack._replace(upper=starts, outer=through), taut]
+
+
+class _Table(NamedTuple):
+    """Sheets and pieces on their way to regions."""
+
+    front: Side
+    back: Side
+    e: float
+    zone: Zone | None
+    around: Surroundings
+    sheets: dict[str, _Sheet]
+    pieces: list[_Piece]
+    exact: bool
+
+    def oscillator(self) -> Oscillator:
+        """Return the regions with their links, and the states of rest."""
+        zone = self.zone
+        elastic = zone is not None and not zone.rigid_rest and "back" in self.sheets
+        names = [] if elastic else [("middle", mode) for mode in self._modes()]
+        names += [
+            (f"{name} wall", mode)
+            for name, sheet in self.sheets.items()
+            for mode in self._modes()
+            if name in ("front", "back") and sheet.outer.action == engine.BOUNCE and self._reaches(name, mode)
+        ]
+        rests = tuple(self._rest(name, mode) for name, mode in names)
+        regions = tuple(self._region(piece, names) for piece in self.pieces)
+        start = self._find("zone", INTACT, 0.0, outward=True) if elastic else engine.REST
+        rule = engine.RULE_CONSTANT if zone is None else zone.rule
+        coefficient = 0.0 if zone is None else zone.coefficient
+        sided = self.around != Surroundings() or self.front != self.back
+        return Oscillator(regions, self.front.gain, rule, self.e, coefficient, start, rests, self.exact, sided)
+
+    def _modes(self) -> tuple[int, ...]:
+        return (INTACT, BROKEN) if any(piece.mode == BROKEN for piece in self.pieces) else (INTACT,)
+
+    def _reaches(self, sheet: str, mode: int) -> bool:
+        """Return True if the outer end of a sheet can be reached in a state of the restraint."""
+        return any(p.sheet == sheet and p.mode == mode and p.upper == self.sheets[sheet].upper for p in self.pieces)
+
+    def _side(self, sheet: str) -> Side:
+        if sheet == "zone":
+            assert self.zone is not None
+            return self.front._replace(gain=self.zone.gain, inertia=self.zone.inertia)
+        return self.front if self.sheets[sheet].side == FRONT else self.back
+
+    def _find(self, sheet: str, mode: int, at: float, *, outward: bool) -> int:
+        """Return the number of the piece of a sheet that a motion enters at a rotation, seen from the sheet's side."""
+        for index, piece in enumerate(self.pieces):
+            if piece.sheet == sheet and piece.mode == mode:
+                inside = piece.lower <= at < piece.upper if outward else piece.lower < at <= piece.upper
+                if inside:
+                    return index
+        return engine.NO_REGION
+
+    def _edge(self, piece: _Piece, end: _End, at: float, names: list[tuple[str, int]]) -> Edge:
+        """Return the event at an end of a piece, at the rotation `at` seen from its side."""
+        if end.action == engine.OVERTURN:
+            return Edge(engine.OVERTURN)
+        rest = names.index((end.rest, piece.mode)) if end.rest else engine.NO_REGION
+        if end.action == engine.BOUNCE:
+            return Edge(engine.BOUNCE, self.pieces.index(piece), factor=end.factor, rest=rest)
+        mode = BROKEN if end.action == engine.BREAK else piece.mode
+        mine = self.sheets[piece.sheet].side
+        outward = at == piece.upper
+
+        def beyond(sheet: str) -> int:
+            theirs = self.sheets[sheet].side
+            return self._find(sheet, mode, mine * theirs * at, outward=outward == (mine == theirs))
+
+        other = beyond(end.other) if end.other else engine.NO_REGION
+        if end.action == engine.IMPACT:
+            other = engine.NO_REGION
+        return Edge(end.action, beyond(end.sheet), other, end.factor, rest)
+
+    def _region(self, piece: _Piece, names: list[tuple[str, int]]) -> Region:
+        sheet = self.sheets[piece.sheet]
+        inner = self._edge(piece, piece.inner, piece.lower, names)
+        outer = self._edge(piece, piece.outer, piece.upper, names)
+        turns = (engine.NO_REGION, engine.NO_REGION)
+        if sheet.captured:
+            turns = (
+                self._find("rigid back", piece.mode, 0.0, outward=True),
+                self._find("rigid front", piece.mode, 0.0, outward=True),
+            )
+        side = self._side(piece.sheet)
+        gain = side.gain / self.front.gain
+        if self.exact:
+            first = self._side(self.pieces[0].sheet)  # (the engine takes the lever 1/cos(alpha) of region 0)
+            gain *= math.cos(first.alpha) / math.cos(side.alpha)
+        front = sheet.side == FRONT
+        return Region(
+            piece.lower if front else -piece.upper,
+            piece.upper if front else -piece.lower,
+            piece.stiffness,
+            piece.offset if front else -piece.offset,
+            sheet.damping,
+            piece.potential,
+            inner if front else outer,
+            outer if front else inner,
+            sheet.held,
+            *turns,
+            gain,
+            side.inertia / self.front.inertia,
+            piece.mode == BROKEN,
+        )
+
+    def _rest(self, name: str, mode: int) -> Rest:
+        """Return the state of rest in the middle, or held against a wall, in a state of the restraint."""
+        if name == "middle":
+            return self._middle(mode)
+        sheet = name.removesuffix(" wall")
+        side = self._side(sheet)
+        at = self.sheets[sheet].upper
+        index = self._find(sheet, mode, at, outward=False)
+        piece = self.pieces[index]
+        # the forcing (of gain 1) towards this side below which it comes off the wall
+        held = (piece.stiffness * at - piece.offset) / (side.gain / self.front.gain)
+        if self.exact:
+            held = side.q2 * math.cos(side.alpha) * math.tan(side.alpha - at) / (side.gain / self.front.gain)
+        if sheet == "front":
+            return Rest(at, math.inf, index, -held, index)
+        return Rest(-at, -held, index, math.inf, index)
+
+    def _middle(self, mode: int) -> Rest:
+        up, front = self._threshold("front", mode)
+        down, back = self._threshold("back", mode)
+        rigid = mode == INTACT and not any(piece.mode == INTACT for piece in self.pieces)
+        return Rest(0.0, up, front if front >= 0 else back, down, back if back >= 0 else front, rigid)
+
+    def _threshold(self, name: str, mode: int) -> tuple[float, int]:
+        """Return the forcing (of gain 1) that lifts a block at rest to a side, and the region that it enters."""
+        sheet = name
+        if self.zone is not None:
+            sheet = f"rigid {name}" if self.zone.rigid_rest else "zone"
+        if sheet not in self.sheets or (name == "back" and sheet == "zone"):
+            return math.inf, engine.NO_REGION
+        side = self._side(sheet)
+        spring = self.around.front_spring if name == "front" else self.around.back_spring
+        index = self._find(sheet, mode, 0.0, outward=True)
+        added = 0.0
+        if spring is not None and mode == INTACT:
+            added = spring.strength if spring.stiffness == math.inf else spring.preload
+        if index < 0:  # rigid: it leaves for the block without it
+            index = self._find(sheet, BROKEN, 0.0, outward=True)
+        threshold = 0.0 if sheet == "zone" else side.q2 * (math.sin(side.alpha) if self.exact else side.alpha)
+        return (threshold + added) / (side.gain / self.front.gain), index

@@ -1,0 +1,157 @@
+"""The two sides of a block in numbers per unit inertia: falling branches, elastic zone, walls, restraint."""
+
+from __future__ import annotations
+
+import math
+
+from ..units import STANDARD_GRAVITY
+from .assembly import Contact, Side, Spring, Surroundings, Zone
+from .block import Block
+from .engine import tables as engine
+from .scenes.restraint import Restraint
+from .scenes.wall import rebound
+
+
+def sides(block: Block, geometry: str, lever: str = "h") -> tuple[Side, Side]:
+    """Return the front and the back of a block in "exact", "linear" or "bilinear" geometry.
+
+    About a corner at the horizontal distance b from the centre of mass, with rho² = I_G/m: i = rho² + h² + b²,
+    R = sqrt(b² + h²), p² = g R/i; leaning towards a side by phi takes phi from its alpha = atan(b/h).  Exact and linear
+    geometry have p², and the gains R cos(alpha)/i and R/i; bilinear has p² sin(alpha)/alpha and the gain
+    R cos(alpha)/i (for the lever arm "R": R/i).
+    """
+    if block.symmetric:
+        p2 = block.p**2
+        inertia = block.inertia * block.R**2
+        if geometry == "exact":
+            side = Side(p2, block.alpha, block.h / inertia, inertia)
+        elif geometry == "linear":
+            side = Side(p2, block.alpha, p2 / STANDARD_GRAVITY, inertia)
+        else:
+            arm = block.h if lever == "h" else block.R
+            side = Side(p2 * math.sin(block.alpha) / block.alpha, block.alpha, arm / inertia, inertia)
+        return side, side
+    front, back = (_side(block, half, alpha, geometry, lever) for half, alpha in block.corners)
+    return front, back
+
+
+def _side(block: Block, half: float, alpha: float, geometry: str, lever: str) -> Side:
+    inertia = block.gyration**2 + block.h**2 + half**2
+    radius = math.hypot(half, block.h)
+    p2 = STANDARD_GRAVITY * radius / inertia
+    level = radius * math.cos(alpha) / inertia
+    if geometry == "exact":
+        return Side(p2, alpha, level, inertia)
+    if geometry == "linear":
+        return Side(p2, alpha, radius / inertia, inertia)
+    return Side(p2 * math.sin(alpha) / alpha, alpha, level if lever == "h" else radius / inertia, inertia)
+
+
+def zone_of(block: Block, delta: float, lever: str, rigid_rest: bool) -> Zone:
+    """Return the elastic zone of a law with half width delta alpha, in which it is undamped.
+
+    It has the stiffness (1/delta - 1) q² and a potential q² alpha² delta/2 higher than the falling branches at 0, so
+    that the energy is the same everywhere.
+
+    Where the sides differ, moments per mass at the edges are M = a - k theta with a = i q² alpha and k = i q².  With
+    theta_z = delta (alpha_F + alpha_B)/2 the edges 1/theta = 1/theta_z ± (k_F - k_B)/(2 (a_F + a_B)) are those for
+    which the straight line between the branches does the same work as they do (derived); the block then leans to its
+    nearer edge.  The zone's moment of inertia is sqrt(i_F i_B), its lever arm the mean of both.
+    """
+    front, back = sides(block, "bilinear", lever)
+    if block.symmetric:
+        edge = delta * front.alpha
+        stiffness = (1.0 / delta - 1.0) * front.q2
+        step = 0.5 * front.q2 * front.alpha * edge
+        gain, inertia = front.gain, front.inertia
+        return Zone(
+            edge, edge, stiffness, 0.0, step, gain, inertia, 0.0, 0.0, 0.0, engine.RULE_CONSTANT, 0.0, rigid_rest
+        )
+    k_front, k_back = front.inertia * front.q2, back.inertia * back.q2
+    a_front, a_back = k_front * front.alpha, k_back * back.alpha
+    middle = 2.0 / (delta * (front.alpha + back.alpha))
+    skew = 0.5 * (k_front - k_back) / (a_front + a_back)
+    at_front, at_back = 1.0 / (middle + skew), 1.0 / (middle - skew)
+    m_front, m_back = a_front - k_front * at_front, a_back - k_back * at_back
+    if min(at_front, at_back, m_front, m_back) <= 0.0:
+        raise ValueError(f"delta {delta:g} leaves no elastic zone for {block.label!r}: take a smaller one")
+    stiffness = (m_front + m_back) / (at_front + at_back)
+    centre = at_front - m_front / stiffness
+    step = a_front * at_front - 0.5 * k_front * at_front**2 - 0.5 * stiffness * (at_front - centre) ** 2
+    inertia = math.sqrt(front.inertia * back.inertia)
+    gain = 0.5 * (front.gain * front.inertia + back.gain * back.inertia) / inertia
+    return Zone(
+        at_front, at_back, stiffness / inertia, centre, step / inertia, gain, inertia,
+        0.0, 0.0, 0.0, engine.RULE_CONSTANT, 0.0, rigid_rest,
+    )  # fmt: skip
+
+
+def surroundings(block: Block, front: Side, back: Side, exact: bool) -> Surroundings:
+    """Return walls and restraint of a block as the two sides meet them."""
+    front_wall = back_wall = None
+    wall = block.wall
+    if wall is not None:
+        level = block.height if wall.height is None else wall.height
+        (front_half, _), (back_half, _) = block.corners
+
+        def contact(gap: float, half: float) -> Contact | None:
+            rotation = wall.contact(gap, block.height, exact)
+            if rotation >= engine.FLAT:
+                return None  # (out of reach)
+            factor = wall.restitution
+            if factor is None:
+                factor = rebound(block.gyration, half, block.h, level)
+            return Contact(rotation, factor)
+
+        back_wall = contact(wall.gap, back_half)
+        if wall.front_gap is not None:
+            front_wall = contact(wall.front_gap, front_half)
+    restraint = block.restraint
+    if restraint is None:
+        return Surroundings(front_wall, back_wall)
+    assert block.mass is not None  # (checked by the block)
+    return Surroundings(
+        front_wall,
+        back_wall,
+        _spring(restraint, restraint.front, block.mass * front.inertia),
+        _spring(restraint, restraint.back, block.mass * back.inertia),
+    )
+
+
+def _spring(restraint: Restraint, arm: float | None, inertia: float) -> Spring | None:
+    """Return a restraint with a moment arm (m) per unit of a moment of inertia (kg m²)."""
+    if arm is None:
+        return None
+    taut = restraint.slack / arm
+    breaks = math.inf
+    if restraint.strength < math.inf:
+        breaks = taut + (restraint.strength - restraint.preload) / (restraint.stiffness * arm)
+    return Spring(
+        restraint.count * restraint.stiffness * arm**2 / inertia,
+        taut,
+        breaks,
+        restraint.count * restraint.preload * arm / inertia,
+        restraint.count * restraint.strength * arm / inertia,
+    )
+
+
+def check_zone(block: Block, zone: Zone, around: Surroundings, law: str) -> None:
+    """Raise ValueError for surroundings that a law with an elastic zone cannot have."""
+    instead = 'take HousnerImpact(geometry="bilinear")'
+    for contact, edge in ((around.front_wall, zone.front), (around.back_wall, zone.back)):
+        if contact is not None and 0.0 < contact.rotation <= edge:
+            raise ValueError(
+                f"the wall of {block.label!r} is met at {contact.rotation:.3g} rad, inside the elastic zone of "
+                f"{edge:.3g} rad that {law} has: {instead} or a smaller delta"
+            )
+    touching = around.back_wall is not None and around.back_wall.rotation == 0.0
+    if touching and not zone.rigid_rest and (zone.rule == engine.RULE_ENERGY or not block.symmetric):
+        raise ValueError(
+            f"{law} with rest='elastic' has no half zone for {block.label!r}, which touches its wall: take rest='rigid'"
+        )
+    for spring, edge in ((around.front_spring, zone.front), (around.back_spring, zone.back)):
+        if spring is not None and (spring.taut < edge or spring.stiffness == math.inf):
+            raise ValueError(
+                f"the restraint of {block.label!r} acts from {spring.taut:.3g} rad on, inside the elastic zone of "
+                f"{edge:.3g} rad that {law} has: {instead}"
+            )
