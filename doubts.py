@@ -10,7 +10,7 @@ from contextvars import ContextVar
 from typing import NamedTuple
 
 KINDS: dict[str, str] = {
-    "block size": "sides above 20 m or below 1 cm",
+    "block size": "sides above 20 m or below 0.01 m",
     "level": "levels above 5 g or 10 m/s",
     "scenario": "earthquakes and sites outside of a generator's data, or motions unlike a ground-motion model's",
     "spectra": "ensembles whose motions have nearly one spectrum: PGV/PGA or Sa(1 s)/Sa(0.2 s) hardly varies",

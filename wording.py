@@ -58,6 +58,17 @@ def two_digits(value: float) -> str:
     return f"{round(value, digits):,.{max(digits, 0)}f}"
 
 
+def given_number(value: float) -> str:
+    """A number that a user gives, such as a price or a budget, with all of its digits.
+
+    Examples
+    --------
+    >>> given_number(1234.0), given_number(0.35), given_number(1250000.5)
+    ('1,234', '0.35', '1,250,000.5')
+    """
+    return f"{value:,.12g}"
+
+
 def one_digit(value: float) -> str:
     """Return a number with one significant digit, two where it begins with 1.
 

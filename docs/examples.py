@@ -21,6 +21,7 @@ FIGURES = {
     "clinic": ("number", "exceedance", "anchoring"),
     "tower": ("fragility",),
     "branches": ("branches",),
+    "clinic_branches": ("branches",),
 }
 """What is shown of each study."""
 

@@ -53,7 +53,7 @@ WHAT = {
     "Makris–Konstantinidis underestimates peaks under shaking": LARGER.replace("larger", "smaller"),
     "c_V overestimates overturning": ABOVE.replace("above 1: falls too late", "below 1: falls too soon"),
     "c_V overestimates peaks under shaking": LARGER,
-    "defect 1: discrete damping takes out too little": (
+    "defect 1: discrete damping dissipates too little": (
         "its last peak of free rocking over the rigid block's; above 1: too little"
     ),
     "defect 2: a spurious elastic mode": (

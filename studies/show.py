@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 FRAGILITY, SENSITIVITY = "fragility", "sensitivity"
+MOST_SPREAD = 30
+"""Most places and pieces in the table of rates over branches; the results hold all of them."""
 MOST_RANKINGS = 8
 """Figures of rankings at the most, one for each block (and floor); the results hold all rankings."""
 
@@ -96,7 +98,8 @@ def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path
 
 
 def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
-    from .tables.fragility import fragility_table, measure_rows, risk_table, size_table, spread_rows  # noqa: PLC0415
+    from .tables.branches import spread_rows  # noqa: PLC0415
+    from .tables.fragility import fragility_table, measure_rows, risk_table, size_table  # noqa: PLC0415
 
     first = shown(results)
     yield fragility_table(first)
@@ -159,7 +162,9 @@ def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
     from .kinds.performance import ranking_of  # noqa: PLC0415
     from .tables.assessment import annual_rows, consequence_rows, level_rows, ranking_rows  # noqa: PLC0415
+    from .tables.branches import amount_spread_rows, spread_rows  # noqa: PLC0415
     from .tables.pieces import code_rows, piece_rows  # noqa: PLC0415
+    from .text.spread import rates_of_building  # noqa: PLC0415
 
     for k, model in enumerate(results["model"].values):
         pieces = piece_rows(results, k)
@@ -171,6 +176,11 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
         if consequences is not None:
             yield plain_table(*consequences)
         yield plain_table(*ranking_rows(ranking_of(results), str(model)))
+    if "branch" in results.dims:
+        spread = spread_rows(rates_of_building(results).isel(block=slice(MOST_SPREAD)))
+        for rows in (spread, amount_spread_rows(results)):
+            if rows is not None and rows.rows:
+                yield plain_table(*rows)
     required = code_rows(results)
     if required is not None:
         yield plain_table(*required)
@@ -179,6 +189,8 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
 def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .plots.anchoring import anchoring_figure  # noqa: PLC0415
     from .plots.assessment import exceedance_figure, levels_figure  # noqa: PLC0415
+    from .plots.branches import spread_figure  # noqa: PLC0415
+    from .text.spread import rates_of_building  # noqa: PLC0415
 
     quantities = ["number", *(["loss"] if "loss_mean" in results else [])]
     if results.sizes["level"] > 1:
@@ -188,6 +200,8 @@ def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
         yield "exceedance", exceedance_figure(results, quantities[-1])
     if "downtime_rate" in results:
         yield "downtime_exceedance", exceedance_figure(results, "downtime")
+    if "branch" in results.dims:
+        yield "branches", spread_figure(rates_of_building(results))
     yield "anchoring", anchoring_figure(results)
 
 

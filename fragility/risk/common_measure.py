@@ -11,10 +11,7 @@ from ...motions.intensity.dataset import measure_named
 from ..curves.curve import CurveArrays, LinkedCurves, TabulatedCurves, curve_arrays, im_of
 from ..hazard.curve import FLOOR, HazardCurve
 from ..runs.provenance import levels_of_the_ground
-from ..runs.scaling import BLOCK_MEASURES
-
-GROUND_FLOORS = ("", "0")
-"""Labels of the floor that is the ground."""
+from ..runs.scaling import BLOCK_MEASURES, GROUND_FLOORS
 
 
 def in_hazard_measure(

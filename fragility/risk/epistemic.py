@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -25,21 +24,11 @@ from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND
 from .common_measure import in_hazard_measure
 from .convolution import rates_of
 from .modelling import MODELLING, with_modelling
+from .weighing import SOURCES, SampledRates, fractiles_of, shares_of_spread
 
 FRACTILES = (0.05, 0.16, 0.5, 0.84, 0.95)
 SAMPLES = 1000
 """Samples of the modelling uncertainty where curves hold no replicates."""
-MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT = (
-    "models",
-    "motions",
-    "hazard",
-    "modelling",
-    "number of motions",
-    "together",
-)
-SOURCES = (MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT)
-"""What spreads a rate: branches of models, motions and hazards; beta_m; the finite number of motions; and what branches
-do together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,17 +41,6 @@ class Branch:
     curves: xr.Dataset
     hazard: HazardCurve
     weight: float
-
-
-class _Rates(NamedTuple):
-    """Rates of one branch: of its best estimate (curve,), and samples (curve, replicate, realisation) with and without
-    modelling uncertainty; weights of the realisations.
-    """
-
-    mean: Array
-    samples: Array
-    modelled: Array
-    weights: Array
 
 
 def epistemic_rates(
@@ -136,8 +114,8 @@ def epistemic_rates(
     if beta > 0.0:
         modelled = [_rates_of(with_modelling(one.curves, beta), one.hazard, below, above, outside) for one in every]
         mean = np.stack(modelled, axis=-1) @ weights
-    spread = _spread(every, found, weights)
-    quantiles = _fractiles(found, weights, shares)
+    spread = shares_of_spread(every, found, weights)
+    quantiles = fractiles_of(found, weights, shares)
     shape = [first.sizes[dim] for dim in dims]
     text = "annual rate of overturning"
     variables = {
@@ -214,7 +192,7 @@ def _refuse_others(first: xr.Dataset, curves: xr.Dataset) -> None:
             raise ValueError(f"curves of all branches must be of the same {name}s in the same order")
 
 
-def _rates(one: Branch, beta: float, below: str, above: str, outside: str, seed: int) -> _Rates:
+def _rates(one: Branch, beta: float, below: str, above: str, outside: str, seed: int) -> SampledRates:
     """Return the rates of one branch."""
     if beta > 0.0:
         with_modelling(one.curves, 0.0)  # (refuses curves that it cannot be in, or is in already)
@@ -227,12 +205,12 @@ def _rates(one: Branch, beta: float, below: str, above: str, outside: str, seed:
     count = arrays.shape[-1]
     shaped = samples.reshape(mean.size, count, weights.size)
     if beta == 0.0:
-        return _Rates(mean, shaped, shaped, weights)
+        return SampledRates(mean, shaped, shaped, weights)
     order = stream(seed, 0).permutation(count)
     z = scipy.special.ndtri((order + 0.5) / count)
     moved = arrays.shifted(np.broadcast_to(beta * z, arrays.shape))
     modelled = np.stack([rates_of(moved.flat(), piece, outside).rate for piece in realisations], axis=-1)
-    return _Rates(mean, shaped, modelled.reshape(shaped.shape), weights)
+    return SampledRates(mean, shaped, modelled.reshape(shaped.shape), weights)
 
 
 def _sampled(one: Branch, least: int) -> CurveArrays:
@@ -249,88 +227,6 @@ def _sampled(one: Branch, least: int) -> CurveArrays:
 
 def _rates_of(curves: xr.Dataset, hazard: HazardCurve, below: str, above: str, outside: str) -> Array:
     return rates_of(in_hazard_measure(curves, hazard)[0].flat(), hazard.pieces(below, above)[0], outside).rate
-
-
-def _fractiles(found: Sequence[_Rates], weights: Array, shares: Sequence[float]) -> Array:
-    """Return weighted order statistics (curve, fractile); NaN for a curve without an estimate in some branch."""
-    curves = found[0].mean.size
-    out = np.full((curves, len(shares)), np.nan)
-    each = []
-    for one, weight in zip(found, weights, strict=True):
-        part = np.broadcast_to(one.weights, one.modelled.shape[1:])
-        each.append((weight * part / part.sum()).ravel())
-    mass = np.concatenate(each)
-    for i in range(curves):
-        if any(np.isnan(one.mean[i]) for one in found):
-            continue
-        values = np.concatenate([one.modelled[i].ravel() for one in found])
-        known = ~np.isnan(values)
-        part = mass.copy()
-        begin = 0
-        for own, weight in zip(
-            found, weights, strict=True
-        ):  # (a replicate may have no curve; its branch keeps its weight)
-            end = begin + own.modelled[i].size
-            held = part[begin:end][known[begin:end]].sum()
-            part[begin:end] *= weight / held if held > 0.0 else np.nan
-            begin = end
-        order = np.argsort(values[known], kind="stable")
-        total = np.cumsum(part[known][order])
-        at = np.searchsorted(total / total[-1], np.array(shares) - 1e-12)
-        out[i] = values[known][order][np.minimum(at, order.size - 1)]
-    return out
-
-
-def _spread(every: Sequence[Branch], found: Sequence[_Rates], weights: Array) -> Array:
-    """Return the shares (curve, source) of the variance of ln(rate)."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        plain = [np.log(one.samples) for one in found]
-        modelled = [np.log(one.modelled) for one in found]
-        # (of each branch: the mean over replicates, on its realisations)
-        central = [_moments(one)[0] for one in plain]
-    cells: list[tuple[str, str, str]] = []
-    columns, mass = [], []
-    for branch, one, values, weight in zip(every, found, central, weights, strict=True):
-        for k, share in enumerate(one.weights):
-            cells.append((branch.model, branch.motions, f"{branch.hazard_name} {k}"))
-            columns.append(values[:, k])
-            mass.append(weight * share / one.weights.sum())
-    means, part = np.stack(columns, axis=1), np.array(mass)
-    out = np.zeros((means.shape[0], len(SOURCES)))
-    between = _variance(means, part)
-    for i in range(3):
-        names = list(dict.fromkeys(cell[i] for cell in cells))
-        of = [np.array([cell[i] == name for cell in cells]) for name in names]
-        main = np.stack([(means[:, at] @ part[at]) / part[at].sum() for at in of], axis=1)
-        out[:, i] = _variance(main, np.array([part[at].sum() for at in of]))
-    out[:, SOURCES.index(JOINT)] = np.maximum(between - out[:, :3].sum(axis=1), 0.0)
-    finite, both = np.zeros(means.shape[0]), np.zeros(means.shape[0])
-    for one, before, after, weight in zip(found, plain, modelled, weights, strict=True):
-        of_realisations = one.weights / one.weights.sum()
-        finite += weight * _moments(before)[1] @ of_realisations
-        both += weight * _moments(after)[1] @ of_realisations
-    out[:, SOURCES.index(FINITE)] = finite
-    # (replicates and beta_m are independent of each other)
-    out[:, SOURCES.index(MODEL_ERROR)] = np.maximum(both - finite, 0.0)
-    whole = out.sum(axis=1, keepdims=True)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(np.isfinite(whole) & (whole > 0.0), out / whole, np.nan)
-
-
-def _moments(values: Array) -> tuple[Array, Array]:
-    """Return mean and variance over replicates (curve, realisation) of those that are known, NaN without any."""
-    known = np.isfinite(values)
-    number = known.sum(axis=1)
-    part = np.where(number > 0, 1.0 / np.maximum(number, 1), np.nan)
-    mean = np.where(known, values, 0.0).sum(axis=1) * part
-    off = np.where(known, values - mean[:, None], 0.0)
-    return mean, (off * off).sum(axis=1) * part
-
-
-def _variance(values: Array, weights: Array) -> Array:
-    mean = values @ weights / weights.sum()
-    off = values - mean[:, None]
-    return np.asarray((off * off) @ weights / weights.sum())
 
 
 def _labelled(dim: str, values: Array, long_name: str) -> xr.Variable:

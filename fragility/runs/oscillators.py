@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterator, Sequence
-from typing import SupportsIndex, overload
+from typing import Generic, SupportsIndex, TypeVar, overload
 
-from ...models import Block
 from ...models.oscillator import Oscillator
 
+Row = TypeVar("Row")
 
-class OscillatorGrid(Sequence[Oscillator]):
+
+class OscillatorGrid(Sequence[Oscillator], Generic[Row]):
     """Oscillators block by block, made by a function of the block whenever they are read.
 
     Parameters
     ----------
-    blocks : sequence of Block
+    blocks : sequence
+        Blocks, or whatever oscillators are made of.
     oscillators_of : callable
         Makes the oscillators of a block: `per_block` of them, whose kinds (`Oscillator.exact`) depend on their
         positions alone.
@@ -24,7 +26,7 @@ class OscillatorGrid(Sequence[Oscillator]):
     """
 
     def __init__(
-        self, blocks: Sequence[Block], oscillators_of: Callable[[Block], Sequence[Oscillator]], per_block: int
+        self, blocks: Sequence[Row], oscillators_of: Callable[[Row], Sequence[Oscillator]], per_block: int
     ) -> None:
         self._blocks, self._oscillators_of, self._per_block = blocks, oscillators_of, per_block
         # chunks of the same oscillators follow each other, one for each part of the motions

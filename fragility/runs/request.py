@@ -44,7 +44,7 @@ class Request(NamedTuple):
     compute: bool = True
 
     @property
-    def oscillators(self) -> OscillatorGrid:
+    def oscillators(self) -> OscillatorGrid[Block]:
         """The oscillators block by block, those of all laws for each block."""
         laws = self.models
         return OscillatorGrid(self.blocks, lambda block: [oscillator_of(block, law) for law in laws], len(laws))

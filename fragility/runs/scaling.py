@@ -19,7 +19,7 @@ from ...motions.intensity.measure import MEASURES, Measure
 from ...units import DIMENSIONLESS, STANDARD_GRAVITY
 from .factors import BlockFactors, Factors, ScaleFactors, unscaled
 
-ON_THE_GROUND = ("", "0", "ground")
+GROUND_FLOORS = ("", "0", "ground")
 """Labels of floors whose motion is that of the ground."""
 SCALE = "scale"
 MIN_FACTOR = 1e-100
@@ -187,7 +187,7 @@ def name_at(long_name: str, motions: Sequence[Record], ground: Sequence[Record] 
     """Return the long name of a measure of `ground`, or of the motions themselves, which may be of the ground."""
     if ground is not None:
         return of_the_ground(long_name)
-    return long_name.replace("floor", "ground") if all(one.floor in ON_THE_GROUND for one in motions) else long_name
+    return long_name.replace("floor", "ground") if all(one.floor in GROUND_FLOORS for one in motions) else long_name
 
 
 def of_the_ground(long_name: str) -> str:

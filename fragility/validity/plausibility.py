@@ -21,7 +21,7 @@ HIGHEST: dict[str, tuple[float, float, str]] = {
 
 
 def block_doubts(blocks: Iterable[Block]) -> list[Doubt]:
-    """Return the doubt in the sizes of blocks: sides above 20 m or below 1 cm."""
+    """Return the doubt in the sizes of blocks: sides above 20 m or below 0.01 m."""
     every = list(blocks)
     sides = np.array([(block.width, block.height) for block in every]).reshape(-1, 2)
     found = []
@@ -30,18 +30,22 @@ def block_doubts(blocks: Iterable[Block]) -> list[Doubt]:
             sides.max(axis=1) > LARGEST,
             sides > IMPOSSIBLY_LARGE,
             f"above {LARGEST:g} m",
-            "millimetres written as metres?",
+            "centimetres or millimetres written as metres?",
         ),
         (
             sides.min(axis=1) < SMALLEST,
             sides < IMPOSSIBLY_SMALL,
-            f"below {100.0 * SMALLEST:g} cm",
+            f"below {SMALLEST:g} m",
             "another unit than metres?",
         ),
     ):
         named = [every[i] for i in np.flatnonzero(odd)]
         if named:
-            sizes = first_names([f"{one.label}: {one.width:g} m x {one.height:g} m" for one in named])
+            # (a block without a name is called by its sizes)
+            own = [f"{one.name}: " if one.name else "" for one in named]
+            sizes = first_names(
+                [f"{name}{one.width:g} m × {one.height:g} m" for name, one in zip(own, named, strict=True)]
+            )
             have = "has" if len(named) == 1 else "have"
             of = f"{len(named):,} of {len(every):,} blocks {have} sides" if len(every) > 1 else "the block has sides"
             found.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))

@@ -7,16 +7,16 @@ are near a boundary.  The runs are therefore repeated, with flags as their only 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from ... import checks
-from ...aliases import Array, Flags, Progress
+from ...aliases import Flags, Progress
 from ...models import Block, Law
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
@@ -32,6 +32,8 @@ from ..runs.runners import Runner
 
 if TYPE_CHECKING:
     from distributed import Client
+
+Row = TypeVar("Row")
 
 PERTURBATION = 1e-6
 NOT_TESTED = -1
@@ -91,7 +93,8 @@ class FlipCounts(NamedTuple):
     """Number of perturbations that change the flag of each run that was repeated.
 
     chosen (motion,): True for the motions whose runs were repeated; counts (block, model, level or 1, …, chosen
-    motion), where … are several runs of one block under one law, such as those of its variants.
+    motion), where … are several runs of one block under one law, such as those of its variants.  Counts may lie in a
+    file and are read slab by slab.
     """
 
     chosen: Flags
@@ -122,76 +125,79 @@ def count_flips(
     shaped = _shaped(_flags(runs))
     chosen = choose_motions(runs.sizes["motion"], share)
     plain = [one for one, is_in in zip(records_of(runs, motions), chosen, strict=True) if is_in]
-    blocks, models = blocks_of(runs), laws_of(runs)
-    factors = factors_under(runs, chosen)
-
-    with_e = [j for j, model in enumerate(models) if model.restitution(blocks[0]) is not None]
-    shaken = OscillatorGrid(blocks, lambda block: [oscillator_of(block, model) for model in models], len(models))
-    struck = OscillatorGrid(
-        blocks, lambda block: [one for j in with_e for one in _either_side(block, models[j])], 2 * len(with_e)
+    models = laws_of(runs)
+    counts = count_flips_of(
+        blocks_of(runs),
+        lambda block: [(block, model) for model in models],
+        lambda blocks: shaped[blocks].values[..., chosen],
+        plain,
+        factors_under(runs, chosen),
+        runner,
+        progress,
     )
-    done = _repeated(shaken, struck if with_e else (), plain, (factors, factors), runner, progress)
-
-    each = len(blocks), len(models)
-    _, levels, n = factors.shape
-    # (oscillator, up and down x level, motion), and (block x law x up and down, level, motion)
-    flags_up_down = done[0].reshape(*each, 2, levels, n)
-    flags_e = done[1].reshape(each[0], len(with_e), 2, levels, n) if with_e else None
-    counts = runner.array((*each, levels, n), np.int8)
-    for part in slabs({str(dim): size for dim, size in shaped.sizes.items()}, ("block",)):
-        here = part.get("block", slice(None))
-        nominal = shaped[here].values[..., chosen]
-        counts[here] = (flags_up_down[here] != nominal[:, :, None]).sum(axis=2, dtype=np.int8)
-        if flags_e is not None:
-            counts[here, with_e] += (flags_e[here] != nominal[:, with_e, None]).sum(axis=2, dtype=np.int8)
     return FlipCounts(chosen, counts)
 
 
 def count_flips_of(
-    pairs: Sequence[tuple[Block, Law]],
-    flags: Flags,
+    rows: Sequence[Row],
+    pairs_of: Callable[[Row], Sequence[tuple[Block, Law]]],
+    flags_of: Callable[[slice], Flags],
     motions: Sequence[Record],
-    factors: Array,
+    factors: Factors,
     runner: Runner,
     progress: Progress | None = None,
 ) -> NDArray[np.int8]:
     """Repeat the runs of pairs of a block and a law under the perturbations of `undecided_outcomes` and count flips.
 
-    flags (pair, level, motion): as they are without a perturbation; factors (pair or 1, level, motion).  The counts are
-    on the dimensions of the flags.
+    Parameters
+    ----------
+    rows : sequence
+        Whatever pairs are made of, such as blocks; at least one.
+    pairs_of : callable
+        Makes the pairs of a row, as many for each; pairs at the same position have laws of the same kind (with a
+        restitution or without, and of the same geometry).
+    flags_of : callable
+        Returns the flags (row, pair, level, motion) of a slice of the rows, as they are without a perturbation.
+    motions : sequence of Record
+        The motions under which runs are repeated.
+    factors : array or BlockFactors, (row or 1, level, motion)
+        Scale factors of these motions.
+    runner, progress
+        For the repeated runs.
+
+    Returns
+    -------
+    numpy.ndarray
+        Counts (row, pair, level, motion), allocated by the runner.
     """
-    with_e = [i for i, (block, law) in enumerate(pairs) if law.restitution(block) is not None]
-    shaken = [oscillator_of(*pair) for pair in pairs]
-    struck = [one for i in with_e for one in _either_side(*pairs[i])]
-    own = factors if factors.shape[0] == 1 else factors[with_e]
-    done = _repeated(shaken, struck, motions, (factors, own), runner, progress)
-    n, levels, shakes = flags.shape
-    counts: NDArray[np.int8] = (done[0].reshape(n, 2, levels, shakes) != flags[:, None]).sum(axis=1, dtype=np.int8)
+    first = pairs_of(rows[0])
+    with_e = [j for j, (block, law) in enumerate(first) if law.restitution(block) is not None]
+
+    def struck(row: Row) -> list[Oscillator]:
+        pairs = pairs_of(row)
+        return [one for j in with_e for one in _either_side(*pairs[j])]
+
+    _, levels, n = factors.shape
+    shaken = OscillatorGrid(rows, lambda row: [oscillator_of(*pair) for pair in pairs_of(row)], len(first))
+    works: list[tuple[Work, slice | list[int]]] = [
+        (Work(shaken, tuple(motions), either_side(factors, PERTURBATION), outputs=FLAGS), slice(None))
+    ]
     if with_e:
-        of_e = done[1].reshape(len(with_e), 2, levels, shakes)
-        counts[with_e] += (of_e != flags[with_e][:, None]).sum(axis=1, dtype=np.int8)
+        again = OscillatorGrid(rows, struck, 2 * len(with_e))
+        works.append((Work(again, tuple(motions), factors, outputs=FLAGS), with_e))
+    counts = runner.array((len(rows), len(first), levels, n), np.int8)
+    counts[...] = 0
+    done, total = 0, sum(work.runs for work, _ in works)
+    for work, tested in works:
+        told = None if progress is None else lambda part, _, done=done: progress(done + part, total)
+        # (up and down are factors in the first work, along the levels, and oscillators in the second)
+        flags = collect(work, runner, told).results["overturned"].reshape(len(rows), -1, 2, levels, n)
+        for part in slabs(dict(zip(("block", "model", "level", "motion"), counts.shape, strict=True)), ("block",)):
+            here = part.get("block", slice(None))
+            nominal = flags_of(here)[:, tested]
+            counts[here, tested] += (flags[here] != nominal[:, :, None]).sum(axis=2, dtype=np.int8)
+        done += work.runs
     return counts
-
-
-def _repeated(
-    shaken: Sequence[Oscillator],
-    struck: Sequence[Oscillator],
-    motions: Sequence[Record],
-    factors: tuple[Factors, Factors],
-    runner: Runner,
-    progress: Progress | None,
-) -> list[Flags]:
-    """Run some oscillators with factors a millionth higher and lower, and others (where there are any) as they are."""
-    works = [Work(shaken, tuple(motions), either_side(factors[0], PERTURBATION), outputs=FLAGS)]
-    if len(struck):
-        works.append(Work(struck, tuple(motions), factors[1], outputs=FLAGS))
-    total = sum(work.runs for work in works)
-    done: list[Flags] = []
-    for work in works:
-        before = sum(flags.size for flags in done)
-        told = None if progress is None else lambda n, _, before=before: progress(before + n, total)
-        done.append(collect(work, runner, told).results["overturned"])
-    return done
 
 
 def choose_motions(n: int, share: float) -> Flags:

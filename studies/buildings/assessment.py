@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -38,9 +38,10 @@ from ...motions.plausibility import record_doubts
 from ...units import DIMENSIONLESS, provenance
 from .consequences import REALISATIONS, PieceScores
 from .contents import Contents, Inventory
+from .modelling import ShiftedLevels, classes_of, joined, scored_levels
 from .outcomes import DAY, JointFlags, thresholds_up_to, upper_tail
 from .shaking import Shaking
-from .variables import JOINT, Precision, annual_variables, conditional_variables, variable
+from .variables import JOINT, Modelled, Precision, annual_variables, conditional_variables, variable
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -95,9 +96,11 @@ def assess(
     variability : Variability, optional
         The differences between pieces of a line; where not given, pieces are alike and overturn together.
     modelling_dispersion : float
-        beta_m of annual values, as `toppling.fragility.with_modelling` explains: how well the model's capacities are
-        known.  It is common to all pieces, so that the number that falls in a year is as wide as it can be; values
-        given a level hold none of it.
+        beta_m, as `toppling.fragility.with_modelling` explains: how well the model's capacities are known.  It is
+        common to all pieces of a class (`Contents.piece_class`, else pieces of the same sizes), which fall together
+        more for it, and independent from class to class.  With a hazard curve annual values are means over it, and
+        values given a level hold none of it; without one values given a level are means over it, from runs at
+        thirteen levels about each (`studies.buildings.modelling`).
     quantiles : sequence of float
         Wanted quantiles of number and loss, between 0 and 1.
     losses : array_like, optional
@@ -190,24 +193,32 @@ def assess(
     floors = shaking.used(inventory)
     scaled = scaling(levels, shaking.ground, im, (), shaking.ground)
     beta = checks.number("modelling_dispersion", modelling_dispersion, at_least=0.0, at_most=5.0)
+    run, mixture = scaled, None
     if beta > 0.0 and hazard is None:
-        raise ValueError(f"modelling_dispersion is of annual values, which need a hazard, got {beta:g} without one")
+        every, mixture = scored_levels(scaled.levels, beta)
+        run = scaling(every, shaking.ground, im, (), shaking.ground)
     weights = None if hazard is None else _weights(scaled, hazard, beta)
     thresholds = _losses(losses, inventory)
     realisations = REALISATIONS if variability is None else variability.realisations
     scores = PieceScores(realisations, consequence_correlation, precision.seed)
     check_drawn(inventory, realisations)
     warn([*block_doubts([row.block for row in inventory.rows]), *record_doubts(shaking.ground)])
-    flags = _run(inventory, laws, shaking, floors, scaled, im, variability, runner, progress)
+    flags = _run(inventory, laws, shaking, floors, run, im, variability, runner, progress)
     places = [BUILDING, *(f"floor {floor}" for floor in floors)]
     members = np.array(
         [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
     )
     joint = JointFlags(inventory, flags, members, thresholds, variability, runner.array, scores)
     precision = precision.over(len(shaking.ground))
-    variables = conditional_variables(joint, precision)
+    modelled = None
+    if mixture is not None:
+        modelled = Modelled(joined(joint, mixture, precision.seed), mixture, np.zeros(0))
+        flags = flags[:, :, :, np.searchsorted(run.levels, scaled.levels)]
+    variables = conditional_variables(joint, precision, modelled)
     if weights is not None:
-        variables |= annual_variables(joint, weights, precision)
+        if beta > 0.0 and len(set(classes_of(inventory))) > 1:
+            modelled = _in_classes(joint, weights, scaled.levels, hazard, beta)
+        variables |= annual_variables(joint, weights, precision, modelled)
     text = "whether a piece overturned"
     if variability is None:
         variables["overturned"] = variable(("model", "item", "level", "motion"), flags[:, :, 0], DIMENSIONLESS, text)
@@ -323,6 +334,12 @@ def _shifted(progress: Callable[[int, int], None], before: int, total: int) -> C
     return lambda done, _: progress(before + done, total)
 
 
+def _in_classes(joint: JointFlags, weights: LevelWeights, levels: Array, hazard: Any, beta: float) -> Modelled:
+    """Return the outcomes of a year over the modelling uncertainty of several classes."""
+    mixture = ShiftedLevels.between(weights, covering(hazard, levels, beta), hazard, beta)
+    return Modelled(joined(joint, mixture, joint.scores.seed), mixture, mixture.rates)
+
+
 def _weights(scaled: Scaling, hazard: Hazard, beta: float) -> LevelWeights:
     """Return the hazard curve as weights of the levels; ValueError where it is of another measure."""
     hazard_points(hazard)
@@ -340,15 +357,24 @@ def _weights(scaled: Scaling, hazard: Hazard, beta: float) -> LevelWeights:
     return level_weights(scaled.levels, hazard)
 
 
+class HazardPoints(NamedTuple):
+    """A hazard curve as points."""
+
+    levels: Array
+    rates: Array
+    im: Any
+    units: str
+
+
 def covering(hazard: HazardCurve, levels: Array, modelling: float = 0.0) -> HazardCurve:
     """Return the hazard as points from a step below the levels to above them, its ends extended with their slopes.
 
     With `modelling` (beta_m) the hazard is that of `blurred`, under which rates are means over what the model may be.
     """
-    if modelling > 0.0:
-        return blurred(hazard, modelling, levels)
     lowest = min(hazard.levels[0], levels[0] ** 2 / levels[1] if levels.size > 1 else levels[0])
     highest = max(hazard.levels[-1], levels[-1])
+    if modelling > 0.0:
+        return blurred(hazard, modelling, np.array([lowest, highest]))
     # (between points this close a second-order curve is nearly straight)
     bent = np.geomspace(lowest, highest, 2000) if hazard.curvature > 0.0 else np.empty(0)
     ends = [one for one in (lowest, highest) if one not in hazard.levels]
@@ -393,7 +419,7 @@ def _laws(models: Any) -> list[Law]:
     return found
 
 
-_OPTIONAL = ("room", "code_class", "code_importance", "mass", "anchor_strength", "anchor_height")
+_OPTIONAL = ("room", "piece_class", "code_class", "code_importance", "mass", "anchor_strength", "anchor_height")
 _DRAWN = ("cost", "downtime", "injury")
 """What is described where it is given."""
 
@@ -457,7 +483,7 @@ def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Var
 
 
 def _drawn_columns(rows: Sequence[Contents], money: str) -> dict[str, tuple[Any, str, str]]:
-    """Return the parameters of the distributions that lines give, NaN for lines without."""
+    """Return the parameters and names of the distributions that lines give, NaN and '' for lines without."""
     named = {
         "cost_median": ("cost", "median", money, "median cost when a piece overturns"),
         "cost_dispersion": ("cost", "dispersion", DIMENSIONLESS, "dispersion of that cost"),
@@ -466,12 +492,17 @@ def _drawn_columns(rows: Sequence[Contents], money: str) -> dict[str, tuple[Any,
         "persons_exposed": ("injury", "persons", DIMENSIONLESS, "mean number of persons where a piece falls"),
         "injury_probability": ("injury", "probability", DIMENSIONLESS, "probability that each of them is injured"),
     }
-    found = {}
+    found: dict[str, tuple[Any, str, str]] = {}
     for name, (kind, parameter, units, text) in named.items():
         given = [getattr(row, kind) for row in rows]
         if any(one is not None for one in given):
             values = [np.nan if one is None else getattr(one, parameter) for one in given]
             found[name] = values, units, text
+    for kind in ("cost", "downtime"):
+        drawn = [getattr(row, kind) for row in rows]
+        if any(one is not None for one in drawn):
+            names = np.array(["" if one is None else one.distribution for one in drawn], dtype=object)
+            found[f"{kind}_distribution"] = names, DIMENSIONLESS, f"distribution of that {kind}, normal truncated at 0"
     return found
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 
+from ... import checks
 from ...aliases import Array
 
 NODES = 20_000
@@ -43,6 +44,12 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array]) -> Choice:
     -------
     Choice
 
+    Raises
+    ------
+    ValueError
+        A budget that is negative or not finite; a cost or a gain that is negative, or a gain that is not finite; goals
+        of another number of lines than the costs.
+
     Notes
     -----
     A knapsack problem for each goal, solved by branch and bound (scipy's HiGHS) with what the goals before gain as a
@@ -54,7 +61,15 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array]) -> Choice:
     >>> choice.chosen.tolist(), choice.gaps
     ([False, True, True], (0.0,))
     """
+    checks.number("budget", budget, at_least=0.0)
     gains = [np.asarray(one, dtype=float) for one in goals]
+    if any(one.shape != costs.shape for one in gains):
+        shapes = ", ".join(str(one.shape) for one in gains)
+        raise ValueError(f"goals must have a value for each of the costs, {costs.shape}, got {shapes}")
+    if np.any(costs < 0.0):
+        raise ValueError(f"costs must be >= 0, got {np.nanmin(costs):g}")
+    if any(not np.all(np.isfinite(one) & (one >= 0.0)) for one in gains):
+        raise ValueError("goals must be finite and >= 0")
     worth = np.any([one > 0.0 for one in gains], axis=0)
     open_ = np.flatnonzero(np.isfinite(costs) & (costs <= budget) & worth)
     chosen = np.zeros(costs.size, dtype=bool)

@@ -64,6 +64,8 @@ class Contents:
         Cost of repairing or replacing a piece that overturned, in the inventory's currency, in place of `value`.
     downtime : Consequence, optional
         Days for which a piece that overturned is out of use.
+    piece_class : str
+        Its class, whose pieces have their modelling uncertainty in common; '' for all pieces of the same sizes.
     injury : Injury, optional
         The persons whom a piece injures; where their mean is above 0, ``injury`` is added to its consequences.
 
@@ -91,11 +93,14 @@ class Contents:
     cost: Consequence | None = None
     downtime: Consequence | None = None
     injury: Injury | None = None
+    piece_class: str = ""
 
     def __post_init__(self) -> None:
         _text("label", self.label)
         if self.room:
             _text("room", self.room)
+        if self.piece_class:
+            _text("piece_class", self.piece_class)
         if not isinstance(self.block, Block):
             raise TypeError(f"block must be a toppling Block, got {checks.kind(self.block)}")
         if isinstance(self.floor, str):
@@ -139,6 +144,13 @@ class Contents:
     def loss(self) -> float:
         """Mean loss when a piece overturns: its value, or the mean of its cost."""
         return float(self.value) if self.cost is None else self.cost.mean
+
+    @property
+    def class_label(self) -> str:
+        """Its class: the one that is given, or its sizes."""
+        block = self.block
+        sizes = (block.width, block.height, block.cm_height, block.inertia_factor)
+        return self.piece_class or " x ".join("-" if one is None else f"{one:.9g}" for one in sizes)
 
     @property
     def drawn(self) -> bool:

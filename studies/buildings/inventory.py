@@ -46,6 +46,7 @@ COLUMNS = (
     "downtime_distribution",
     "persons_exposed",
     "injury_probability",
+    "class",
 )
 """Columns of an inventory file, in any order."""
 
@@ -117,6 +118,8 @@ def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = 
     ``persons_exposed``        mean number of persons where a piece falls, over all hours, 0 to 10,000
     ``injury_probability``     probability that one of them is injured, 0 to 1; above 0 (with persons) it is a
                                consequence ``injury``
+    ``class``                  class of pieces whose capacities the model may miss by the same factor (all pieces of
+                               the same sizes), for the study's ``modelling_dispersion``
     ========================== =========================================================================================
 
     Where semicolons or tabs separate the cells, numbers may have decimal commas; a file has either commas or points.
@@ -222,6 +225,7 @@ def _contents(line: CsvLine) -> Contents:
             anchored=anchored in _YES,
             anchoring_cost=cost,
             room=line.text("room"),
+            piece_class=line.text("class"),
             code_class=code_class,
             code_importance=line.number_in("code_importance", at_least=1.0, at_most=1.5),
             mass=line.number_in("mass_kg", above=0.0, at_most=MAX_VALUE),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,10 +16,11 @@ from ...fragility.hazard.levels import line_weights
 from ...fragility.risk.modelling import MODELLING
 from ...units import DIMENSIONLESS
 from ...wording import whole_percent
-from ..codes.check import Code
-from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard
+from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard, branches_beyond_note
+from ..text.spread import branch_names
 from ..text.words import level_text
-from .assessment import BUILDING, covering
+from .assessment import BUILDING, HazardPoints, covering
+from .branches import BEYOND
 from .contents import Inventory
 from .variables import variable
 
@@ -29,6 +30,9 @@ COARSE = 0.1
 """Difference between lines and cubics through the levels above which an annual value is worth a sentence."""
 NEAR = 0.7
 """Similarity of a consequence to one that is a matter of safety, from which it may be a slip of the pen."""
+AMOUNTS = {"number": "overturnings", "loss": "loss", "downtime": "downtime", "injuries": "injuries"}
+"""Annual amounts of a building in words."""
+SINGULAR = ("loss", "downtime")
 MOST_NAMED = 6
 """Most anchored items that a sentence names."""
 
@@ -37,18 +41,11 @@ def notes(assessment: xr.Dataset) -> list[str]:
     """Notes that a reader should know before relying on the numbers: one sentence each."""
     held = anchored_text(assessment)
     found = [held] if held else []
-    for one in _amounts(assessment):
-        below, above = (float(_share(one, f"annual_{one.name}_{side}").max()) for side in ("below", "above"))
-        if below > NOTABLE_BELOW:
-            found.append(
-                f"{whole_percent(below)} of the annual {one.text} comes from below the first level, where it is a "
-                "guess: add lower levels"
-            )
-        if above > NOTABLE and not one.settled:
-            found.append(
-                f"{whole_percent(above)} of the annual {one.text} comes from above the last level, as if nothing more "
-                "fell there: add higher levels"
-            )
+    amounts = _amounts(assessment)
+    below = [(one, _share(one, "below")) for one in amounts]
+    above = [(one, _share(one, "above")) for one in amounts if not one.settled]
+    found += _from(below, NOTABLE_BELOW, "below the first level, where it is a guess: add lower levels")
+    found += _from(above, NOTABLE, "above the last level, as if nothing more fell there: add higher levels")
     if not bool(assessment["overturned"].any()):
         found.append("nothing overturned under any motion: annual values have no intervals")
     if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:
@@ -71,7 +68,7 @@ def anchored_text(here: xr.Dataset) -> str:
     )
 
 
-def inventory_notes(inventory: Inventory, safety: Sequence[str], code: Code | None) -> list[str]:
+def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) -> list[str]:
     """Notes on what an inventory may have meant, and on what a building code would need of it: a sentence each.
 
     Examples
@@ -79,7 +76,7 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], code: Code | No
     >>> import toppling as tp
     >>> from toppling.studies.buildings.contents import Contents
     >>> shelf = Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=0, consequences=("injuries",))
-    >>> inventory_notes(Inventory((shelf,)), ("injury", "blocks-exit"), None)[0]
+    >>> inventory_notes(Inventory((shelf,)), ("injury", "blocks-exit"), False)[0]
     "the consequence 'injuries' is not among the safety consequences: did you mean 'injury'?"
     """
     found = []
@@ -93,7 +90,7 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], code: Code | No
             f"no consequence in the inventory ({', '.join(words)}) is a matter of safety ({', '.join(safety)}): every "
             "piece is judged by money; performance.safety names others"
         )
-    if code is not None:
+    if coded:
         for column, missing, what in (
             ("mass_kg", [row.label for row in inventory.rows if row.mass is None], "no design force is computed for"),
             (
@@ -118,7 +115,7 @@ def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.V
     knots, rates = np.asarray(plain.levels), np.asarray(plain.rates)
 
     def weights(of: Array) -> xr.DataArray:
-        return xr.DataArray(line_weights(levels, _Points(knots, of, plain.im, plain.units)).weights, dims="level")
+        return xr.DataArray(line_weights(levels, HazardPoints(knots, of, plain.im, plain.units)).weights, dims="level")
 
     # where other events are left out the curve is flat: below its own first level, or all the way up to its last
     shaking, known, rarer = (weights(np.minimum(rates, most)) for most in (np.inf, hazard.rates[0], hazard.rates[-1]))
@@ -143,31 +140,29 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[str]:
     levels = assessment["level"].values
     curve = covering(hazard, levels, float(assessment.attrs.get(MODELLING, 0.0)))
     whole = xr.DataArray(line_weights(levels, curve).weights, dims="level")
-    found = []
-    for one in _amounts(assessment):
+    amounts, more = _amounts(assessment), []
+    for one in amounts:
         given = assessment[f"{one.name}_mean"].sel(place=BUILDING)
         annual = (given * whole).sum("level")
         apart = float((annual / one.annual.where(one.annual > 0.0) - 1.0).fillna(0.0).max())
-        if apart > COARSE:
-            found.append(
-                f"the levels are coarse for this hazard curve: straight lines between them would give "
-                f"{whole_percent(apart)} more annual {one.text} than the cubics used: add levels"
-            )
-        for side, end in (("below", hazard.levels[0]), ("above", hazard.levels[-1])):
-            share = float(assessment[f"annual_{one.name}_share_{side}"].max())
-            if share > NOTABLE:
-                where = beyond_hazard(side, level_text(float(end), assessment["level"]))
-                found.append(f"{whole_percent(share)} of the annual {one.text} comes from shaking {where}")
+        more += [f"{whole_percent(apart)} more annual {one.text}"] if apart > COARSE else []
+    found = []
+    if more:
+        found.append(
+            f"the levels are coarse for this hazard curve: straight lines between them would give {_listed(more)} than "
+            "the cubics used: add levels"
+        )
+    for side, end in (("below", hazard.levels[0]), ("above", hazard.levels[-1])):
+        shares = [(one, float(assessment[f"annual_{one.name}_share_{side}"].max())) for one in amounts]
+        where = beyond_hazard(side, level_text(float(end), assessment["level"]))
+        found += _from(shares, NOTABLE, f"shaking {where}")
     return found
 
 
-class _Points(NamedTuple):
-    """A hazard curve as points."""
-
-    levels: Array
-    rates: Array
-    im: Any
-    units: str
+def branch_notes(spread: xr.Dataset) -> list[str]:
+    """Notes on branches whose rates come from shaking beyond hazard curves or levels: a sentence each."""
+    beyond = [float(one) for one in spread[BEYOND].values]
+    return branches_beyond_note(beyond, branch_names(spread))
 
 
 class _Amount(NamedTuple):
@@ -181,20 +176,44 @@ class _Amount(NamedTuple):
 
 
 def _amounts(assessment: xr.Dataset) -> list[_Amount]:
-    """Return number and loss, where their annual values are known."""
-    found = []
+    """Return number, loss, downtime and injuries, where their annual values are known."""
     free = (~assessment["anchored"].astype(bool)) * assessment["count"]
-    for name, text, each in (("number", "overturnings", free), ("loss", "loss", free * assessment["value"])):
+    fallen = assessment["probability"].isel(level=-1)
+    found = []
+    for name, text in AMOUNTS.items():
         if f"annual_{name}" in assessment:
-            last = assessment[f"{name}_mean"].sel(place=BUILDING).isel(level=-1)
-            settled = bool((last >= SETTLED * float(each.sum())).all())
+            each = free * _of_a_piece(assessment, name)
+            settled = bool(((fallen * each).sum("item") >= SETTLED * float(each.sum())).all())
             found.append(_Amount(name, text, assessment[f"annual_{name}"].sel(place=BUILDING), settled, assessment))
     return found
 
 
-def _share(one: _Amount, name: str) -> xr.DataArray:
-    """Return the share of a part in an annual amount, by model; 0 where the amount is 0."""
-    part = one.assessment[name].sel(place=BUILDING)
+def _of_a_piece(assessment: xr.Dataset, name: str) -> xr.DataArray | float:
+    """Return how much a falling piece of each item adds; its median for downtimes, of which the longest counts."""
+    if name == "number":
+        return 1.0
+    if name == "loss":
+        return assessment["value"]
+    if name == "downtime":
+        return assessment["downtime_median"].fillna(0.0)
+    return (assessment["persons_exposed"] * assessment["injury_probability"]).fillna(0.0)
+
+
+def _share(one: _Amount, side: str) -> float:
+    """Return the share of an annual amount from one side of the levels, the largest of the laws; 0 of an amount 0."""
+    part = one.assessment[f"annual_{one.name}_{side}"].sel(place=BUILDING)
     # (the weight of cubics for the last level may be less than the rate above it)
-    share: xr.DataArray = (part / one.annual.where(one.annual > 0.0)).fillna(0.0).clip(max=1.0)
-    return share
+    return float((part / one.annual.where(one.annual > 0.0)).fillna(0.0).clip(max=1.0).max())
+
+
+def _from(shares: Sequence[tuple[_Amount, float]], least: float, where: str) -> list[str]:
+    """Return one sentence on the shares of annual amounts above `least` that come from somewhere, if there are any."""
+    told = [(f"{whole_percent(share)} of the annual {one.text}", one.name) for one, share in shares if share > least]
+    if not told:
+        return []
+    single = len(told) == 1 and told[0][1] in SINGULAR
+    return [f"{_listed([text for text, _ in told])} {'comes' if single else 'come'} from {where}"]
+
+
+def _listed(parts: Sequence[str]) -> str:
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)

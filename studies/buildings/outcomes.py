@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -162,9 +162,9 @@ class JointFlags:
         draws = {one.name: self._draws(bool(one.drawn)) for one in quantities}
         of_places = (models, self.members.shape[0], *shaken)
         found = JointOutcomes(
-            {one.name: self._filled(of_places, 0.0) for one in quantities},
-            {one.name: self._filled((*of_places, draws[one.name][0].shape[0]), 0.0) for one in quantities},
-            {one.name: self._filled((models, *one.sets.shape[:-1], *shaken), 1.0) for one in events},
+            {one.name: self.filled(of_places, 0.0) for one in quantities},
+            {one.name: self.filled((*of_places, draws[one.name][0].shape[0]), 0.0) for one in quantities},
+            {one.name: self.filled((models, *one.sets.shape[:-1], *shaken), 1.0) for one in events},
         )
         for of, rows, flags in self._slabs():
             chance = chances(flags)
@@ -230,7 +230,15 @@ class JointFlags:
             of, rows = where.get("model", slice(None)), where.get("item", slice(None))
             yield of, rows, self.flags[of, rows]
 
-    def _filled(self, shape: tuple[int, ...], value: float) -> Array:
+    def part(self, rows: Index) -> JointFlags | None:
+        """Return the flags of some lines, None where there are none."""
+        if not rows.size:
+            return None
+        inventory = replace(self.inventory, rows=tuple(self.inventory.rows[i] for i in rows))
+        return replace(self, inventory=inventory, flags=self.flags[:, rows], members=self.members[:, rows])
+
+    def filled(self, shape: tuple[int, ...], value: float) -> Array:
+        """Allocate an array of one value."""
         found = self.array(shape, np.float64)
         found[...] = value
         return found

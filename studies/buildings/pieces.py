@@ -183,6 +183,16 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
         Money, in the currency of the inventory.
     model : int
         Position of the law.
+
+    Returns
+    -------
+    Choice
+        With the chosen lines in the order of the results' items.
+
+    Raises
+    ------
+    ValueError
+        A budget that is negative or not finite.
     """
     named = {one.item: one for one in pieces_of(results, model)}
     pieces = [named[str(item)] for item in results["item"].values]
@@ -195,7 +205,8 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
         goals[1].append(falls if one.safety else 0.0)
         gain = falls * (one.value if valued else 1.0)
         if priced:
-            gain = YEARS * one.saving.value - one.number * one.cost if math.isfinite(one.saving.value) else 0.0
+            gain = YEARS * one.saving.value - one.number * one.cost
+            gain = gain if math.isfinite(gain) else 0.0
         goals[2].append(0.0 if one.safety or one.recommendation in (*HELD, DUTY) else max(gain, 0.0))
     costs: Array = np.array([one.number * one.cost for one in pieces])
     return best_set(costs, budget, [np.array(one) for one in goals])

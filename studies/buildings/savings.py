@@ -195,6 +195,12 @@ class ItemChances:
         found: Array = chances_of_any(chances(flags), self._counts, self._independent)[0]
         return found
 
+    def any_piece_of(self, k: int, i: int) -> Array:
+        """P(at least one piece of item i overturns | motion) under one law (level, motion)."""
+        flags = self._flags.isel(model=[k], item=self._chosen[[i]]).values
+        found: Array = chances_of_any(chances(flags), self._counts[[i]], self._independent)[0, 0]
+        return found
+
 
 def score_of(saving: Array, cost: Array | None) -> Array:
     """Return the score that decides the order: the saving (…, item), or the saving over the cost."""

@@ -84,7 +84,6 @@ def screen_inventory(
     values = flags.transpose("item", "model", "variant", "level", "motion").values
     total = screening.runs(inventory, models, values.shape[3], values.shape[4], variability)
     chosen = choose_motions(values.shape[4], screening.undecided) if screening.undecided > 0.0 else None
-    tested = None if chosen is None else values[..., chosen]
     tests = _Tests(models, variability, screening.undecided, runner, progress, total)
     parts = []
     for floor in shaking.used(inventory):
@@ -92,8 +91,8 @@ def screen_inventory(
         rows, plain = [inventory.rows[i] for i in at], shaking.on(floor)
         scaled = scaling(levels, plain, im, (), shaking.ground)
         flips = None
-        if chosen is not None and tested is not None:
-            flips = tests.of(rows, tested[at], chosen, plain, dense(scaled.factors))
+        if chosen is not None:
+            flips = tests.of(rows, values, at, chosen, plain, dense(scaled.factors))
         given = input_of_pairs(
             [row.label for row in rows],
             [[(row.block, with_restitution(law, row.e)) for law in models] for row in rows],
@@ -122,32 +121,52 @@ class _Tests:
         self.done = 0
 
     def of(
-        self, rows: Sequence[Contents], flags: Flags, chosen: Flags, motions: Sequence[Record], factors: Array
+        self,
+        rows: Sequence[Contents],
+        flags: Flags,
+        at: Sequence[int],
+        chosen: Flags,
+        motions: Sequence[Record],
+        factors: Array,
     ) -> FlipCounts:
-        """Return the counts of the lines of a floor, from their flags (line, model, variant, level, chosen motion)."""
+        """Return the counts of the lines of a floor.
+
+        flags (line, model, variant, level, motion): of all floors; at: the positions of this floor's lines in them;
+        chosen (motion,): True for the motions that are tested.
+        """
         first: dict[tuple[Any, ...], int] = {}
         for i, row in enumerate(rows):
             if not row.anchored:
                 first.setdefault(kind_of(row), i)
-        lines, models, variants, levels, _ = flags.shape
-        counts = np.zeros((lines, models, levels, variants, flags.shape[4]), np.int8)
+        _, models, variants, levels, _ = flags.shape
+        counts = self.runner.array((len(rows), models, levels, variants, int(chosen.sum())), np.int8)
+        counts[...] = 0
         if first:
-            own = flags[list(first.values())]
-            pairs = [
-                pair
-                for i in first.values()
-                for law in self.models
-                for pair in pieces_of(rows[i].block, law, rows[i].e, self.variability)
-            ]
+            lines = [rows[i] for i in first.values()]
+            places = np.array(at)[list(first.values())]
             near = [one for one, is_in in zip(motions, chosen, strict=True) if is_in]
-            flat = own.reshape(len(pairs), *own.shape[3:])
-            told = None if self.progress is None else self._told
-            found = count_flips_of(pairs, flat, near, factors[:, :, chosen], self.runner, told).reshape(own.shape)
+
+            def flags_of(part: slice) -> Flags:
+                own: Flags = flags[places[part]][..., chosen]
+                return own.reshape(len(own), models * variants, *own.shape[3:])
+
+            found = count_flips_of(
+                lines,
+                lambda row: [
+                    pair for law in self.models for pair in pieces_of(row.block, law, row.e, self.variability)
+                ],
+                flags_of,
+                near,
+                factors[:, :, chosen],
+                self.runner,
+                None if self.progress is None else self._told,
+            )
             self.done += perturbed_runs(len(first) * variants, self.models, levels, len(motions), self.share)
-            places = {kind: k for k, kind in enumerate(first)}
+            numbers = {kind: k for k, kind in enumerate(first)}
             for i, row in enumerate(rows):
                 if not row.anchored:
-                    counts[i] = np.moveaxis(found[places[kind_of(row)]], 1, 2)
+                    own = found[numbers[kind_of(row)]].reshape(models, variants, levels, -1)
+                    counts[i] = np.moveaxis(own, 1, 2)
         return FlipCounts(chosen, counts)
 
     def _told(self, done: int, _: int) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import xarray as xr
@@ -20,7 +20,8 @@ from ...fragility.numerics.slabs import slabs
 from ...fragility.numerics.totals import exceedances
 from ...units import DIMENSIONLESS
 from ...wording import given_percent
-from .outcomes import JointFlags, Quantity
+from .modelling import Mixture
+from .outcomes import JointFlags, JointOutcomes, Quantity
 
 Variables = dict[str, xr.Variable]
 
@@ -80,22 +81,25 @@ class Precision:
         return mean, np.where(possible, lower, 0.0), np.where(possible, upper, 0.0)
 
 
-def conditional_variables(joint: JointFlags, precision: Precision) -> Variables:
-    """Compute all variables given the level."""
+def conditional_variables(joint: JointFlags, precision: Precision, modelled: Modelled | None = None) -> Variables:
+    """Compute all variables given the level; with `modelled` they are means over the modelling uncertainty."""
     models, items, _, levels, _ = joint.flags.shape
+    results = joint.results if modelled is None else modelled.results
+    levels = levels if modelled is None else modelled.mixture.shares.shape[0]
     falls = np.empty((3, models, items, levels))
     for of, rows, chance in joint.chances():
-        falls[:, of, rows] = precision.of_probabilities(chance, joint.standing[rows, None])
+        given = chance if modelled is None else modelled.mixture.of(chance)
+        falls[:, of, rows] = precision.of_probabilities(given, joint.standing[rows, None])
     dims: tuple[str, ...] = ("model", "item", "level")
     text = "probability that a piece overturns"
     found = with_interval("probability", dims, falls, DIMENSIONLESS, text, precision)
     for one in joint.quantities:
         # at most everything overturns that is not anchored
         most = (joint.members @ (one.amounts * joint.counts * joint.standing))[None, :, None]
-        means = precision.of_means(joint.results.expected[one.name], most)
+        means = precision.of_means(results.expected[one.name], most)
         dims = ("model", "place", "level")
         found |= with_interval(f"{one.name}_mean", dims, means, one.units, f"mean of {one.text}", precision)
-        outcomes = joint.results.outcomes[one.name]
+        outcomes = results.outcomes[one.name]
         # (what is drawn has no greatest value, but where nothing can overturn)
         bound = np.where(most > 0.0, np.inf, 0.0) if one.drawn else most
         at, above = _spread(outcomes, one, bound, precision)
@@ -105,19 +109,30 @@ def conditional_variables(joint: JointFlags, precision: Precision) -> Variables:
         text = f"probability of {one.bound}"
         found[f"{one.name}_exceedance"] = variable(dims, above, DIMENSIONLESS, text)
         dims = ("model", "place", "level", "motion", "realisation")
-        if joint.variability is None and not one.drawn:
+        if outcomes.shape[-1] == 1 and joint.variability is None and not one.drawn:
             dims, outcomes = dims[:-1], outcomes[..., 0]
         found[one.name] = variable(dims, outcomes, one.units, one.text)
     for event in joint.events:
         found |= with_interval(
             f"{event.name}_probability",
             ("model", *event.dims, "level"),
-            precision.of_probabilities(joint.results.happens[event.name], joint.possible(event)[..., None]),
+            precision.of_probabilities(results.happens[event.name], joint.possible(event)[..., None]),
             DIMENSIONLESS,
             f"probability that {event.text}",
             precision,
         )
     return found
+
+
+class Modelled(NamedTuple):
+    """Outcomes over the modelling uncertainty at points of shaking, their states, and the annual rates of the points.
+
+    The points are the levels, and have no rates, where there is no hazard.
+    """
+
+    results: JointOutcomes
+    mixture: Mixture
+    rates: Array
 
 
 def _spread(outcomes: Array, one: Quantity, most: Array, precision: Precision) -> tuple[Array, Array]:
@@ -134,9 +149,16 @@ def _spread(outcomes: Array, one: Quantity, most: Array, precision: Precision) -
     return at, above
 
 
-def annual_variables(joint: JointFlags, weights: LevelWeights, precision: Precision) -> Variables:
-    """Compute all annual variables: values given the level, weighted with the hazard motion by motion."""
+def annual_variables(
+    joint: JointFlags, weights: LevelWeights, precision: Precision, modelled: Modelled | None = None
+) -> Variables:
+    """Compute all annual variables: values given the level, weighted with the hazard motion by motion.
+
+    With `modelled` the joint outcomes are over the modelling uncertainty of several classes, at points whose rates are
+    `Modelled.rates`; sums of means are those of the weights, which hold it.
+    """
     w = weights.weights
+    results, rates_of_points = (joint.results, w) if modelled is None else (modelled.results, modelled.rates)
     found: Variables = {
         "level_weight": variable(("level",), w, PER_YEAR, "annual rate that the level stands for"),
         "level_weight_below": variable((), weights.below, PER_YEAR, "part of the first one from below the levels"),
@@ -153,7 +175,8 @@ def annual_variables(joint: JointFlags, weights: LevelWeights, precision: Precis
         found |= with_interval(name, ("model", "item"), amounts[one.name], units, of_item, precision)
         given = joint.results.expected[one.name]
         name = f"annual_{one.name}"
-        means = precision.of_means(a_year(given, w))
+        each_motion = a_year(results.expected[one.name], rates_of_points) if one.greatest else a_year(given, w)
+        means = precision.of_means(each_motion)
         found |= with_interval(name, ("model", "place"), means, units, text, precision)
         for side, weight, at in (("below", weights.below, 0), ("above", weights.above, -1)):
             values = weight * given[:, :, at].mean(axis=-1)
@@ -161,13 +184,13 @@ def annual_variables(joint: JointFlags, weights: LevelWeights, precision: Precis
         found |= with_interval(
             f"{one.name}_rate",
             ("model", "place", f"{one.name}_threshold"),
-            _rates_of(joint.results.outcomes[one.name], one, w, precision),
+            _rates_of(results.outcomes[one.name], one, rates_of_points, precision),
             PER_YEAR,
             f"annual rate of {one.bound}",
             precision,
         )
     for event in joint.events:
-        happens = precision.of_means(a_year(joint.results.happens[event.name], w))
+        happens = precision.of_means(a_year(results.happens[event.name], rates_of_points))
         text = f"annual rate at which {event.text}"
         found |= with_interval(f"{event.name}_rate", ("model", *event.dims), happens, PER_YEAR, text, precision)
     return found

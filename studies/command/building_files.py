@@ -1,8 +1,8 @@
-"""Export of a performance study for pelicun: fragility, quantities by floor and values of its pieces, under one law."""
+"""Export of a performance study for pelicun: fragility, quantities by floor and consequences of its pieces, one law."""
 
 from __future__ import annotations
 
-from contextlib import suppress
+import math
 from pathlib import Path
 from typing import Any
 
@@ -12,22 +12,32 @@ import xarray as xr
 from ...fragility import Written
 from ...fragility.curves.curve import ISOTONIC
 from ...fragility.exchange.ids import TABLE_MARKS, is_id
-from ...fragility.exchange.pelicun.building import Line, currency_unit, write_building
+from ...fragility.exchange.pelicun.building import FILES, Line, write_building
+from ...fragility.exchange.pelicun.consequences import UNITS, Amount, currency_unit
 from ...fragility.fitting.isotonic import isotonic_probabilities
 from ...wording import counted, currency_of
+from ..buildings.consequences import LOGNORMAL, Consequence, PieceScores
 from ..buildings.variables import JOINT
 from ..file.table import StudyError
+from ..report.method import study_of
 from ..report.results_file import read_results
 from ..store.content import check_content
-from .export import laws_of
+from ..store.outputs import own_files
+from .export import PELICUN, laws_of
 
 LIMITS = (
     "The tables do not hold that pieces on different lines fall under the same motions (pelicun draws their capacities "
     "independently at a given shaking: means agree, and numbers and losses spread less than in the study), intervals, "
-    "modelling uncertainty, annual rates, the spread of costs (they are means), downtime, consequences for people, "
+    "modelling uncertainty, annual rates, injuries and other consequences for people (pelicun has no table for them), "
     "costs of anchoring, or what a building code asks. "
 )
 """What the tables cannot hold, for their description and the terminal."""
+OF_TIME = (
+    "pelicun adds the downtimes of all pieces (repair_time-sequential; -parallel: those of a floor), and the study's "
+    "downtime of the building is the longest of them: the largest Time column of DV_repair_sample, with "
+    "AggregateColocatedComponentResults false"
+)
+"""How to read pelicun's times, for the terminal."""
 INDEPENDENT = "independent"
 
 
@@ -69,6 +79,7 @@ def write_building_files(
         curves, smoothed = _curves(one)
         lines = [_line(one, i, smoothed[i]) for i in range(len(items))]
         currency = currency_of(results)
+        correlation = _correlation(results)
     description = f"Damping law: {law}. Probabilities are those of a study that found them by simulation. {LIMITS}"
     ids = None if prefix is None else _ids(prefix, len(items))
     written = _written(curves, lines, folder, currency, description, ids)
@@ -77,7 +88,14 @@ def write_building_files(
     said = [f"{counted(len(items), 'component')} of {counted(pieces, 'piece')} for pelicun, damping law {law}"]
     if never:
         said.append(f"{counted(never, 'component')} without a fall at any level (anchored, or under no motion)")
-    if any(path.name == "units.json" for path in written.paths):
+    if correlation is not None:
+        said.append(
+            f"cost and downtime of a piece are correlated: give {correlation:g} as pelicun's option "
+            "RepairCostAndTimeCorrelation"
+        )
+    if any(line.downtime is not None for line in lines):
+        said.append(OF_TIME)
+    if any(path.name == UNITS for path in written.paths):
         said.append(f"values in {currency_unit(currency)}: give units.json as pelicun's option UnitsFile")
     said.append(
         "demands are of the ground motion, at location 0 in direction 1; a piece on floor k is at location k + 1"
@@ -133,7 +151,67 @@ def _line(one: xr.Dataset, i: int, smoothed: float) -> Line:
             f"The probabilities were made not to fall with the level, which changed them by up to {smoothed:.2g}."
         )
     note.append("The pieces of this line fall together." if together else "Each piece has a capacity of its own.")
-    return Line(int(floor), int(values["count"]), together, float(values["value"]), " ".join(note))
+    number = int(values["count"])
+    at_once = number if together else 1
+    cost, downtime = (_consequence(one, i, kind) for kind in ("cost", "downtime"))
+    return Line(
+        int(floor),
+        number,
+        together,
+        Amount(float(values["value"])) if cost is None else _amount(cost, at_once),
+        None if downtime is None else _amount(downtime, at_once, greatest=True),
+        " ".join(note),
+        " ".join([*_said("cost", cost, at_once), *_said("downtime", downtime, at_once)]),
+    )
+
+
+def _consequence(one: xr.Dataset, i: int, kind: str) -> Consequence | None:
+    """Return the cost or the downtime of a piece of a line as a distribution, None where the line gives none."""
+    if f"{kind}_median" not in one.coords or np.isnan(one[f"{kind}_median"].values[i]):
+        return None
+    median, dispersion, distribution = (
+        one[f"{kind}_{name}"].values[i] for name in ("median", "dispersion", "distribution")
+    )
+    return Consequence(float(median), float(dispersion), str(distribution))
+
+
+def _amount(one: Consequence, pieces: int, greatest: bool = False) -> Amount:
+    """Return a consequence as pelicun draws it: once for pieces that fall together.
+
+    The cost of several pieces is then their mean, and their downtime the greatest: lognormal with the mean and the
+    standard deviation that these have of independent pieces.
+    """
+    if one.dispersion == 0.0:
+        return Amount(float(one.median))
+    if pieces == 1:
+        return Amount(float(one.median), float(one.dispersion), one.distribution)
+    mean, deviation = one.of_several(pieces, greatest)
+    beta = math.sqrt(math.log1p((deviation / mean) ** 2))
+    return Amount(mean * math.exp(-0.5 * beta**2), beta, LOGNORMAL)
+
+
+def _said(kind: str, one: Consequence | None, pieces: int) -> list[str]:
+    """Return what is to be said of a cost or a downtime of several pieces that fall together."""
+    if one is None or one.dispersion == 0.0 or pieces == 1:
+        return []
+    spread = "dispersion" if one.distribution == LOGNORMAL else "coefficient of variation"
+    what = "mean cost" if kind == "cost" else "longest downtime"
+    return [
+        f"The {kind} of one piece is {one.distribution} with median {one.median:g} and {spread} {one.dispersion:g}. "
+        f"The {pieces:,} pieces of this row fall together and pelicun draws once for all of them: the row gives a "
+        f"lognormal distribution with the mean and the standard deviation of their {what}, each piece drawn "
+        "independently."
+    ]
+
+
+def _correlation(results: xr.Dataset) -> float | None:
+    """Return the correlation of cost and downtime of a piece, None where no line spreads both, or where it is 0."""
+    spread = [results.get(f"{kind}_dispersion", xr.DataArray(0.0)) > 0.0 for kind in ("cost", "downtime")]
+    if not bool((spread[0] & spread[1]).any()):
+        return None
+    asked = study_of(results).get("performance")
+    given = asked.get("consequence_correlation") if isinstance(asked, dict) else None
+    return (PieceScores().correlation if given is None else float(given)) or None
 
 
 def _ids(prefix: str, number: int) -> list[str]:
@@ -151,16 +229,11 @@ def _ids(prefix: str, number: int) -> list[str]:
 def _written(
     curves: xr.Dataset, lines: list[Line], folder: Path, currency: str, description: str, ids: list[str] | None
 ) -> Written:
-    """Write the files into a folder that is made where missing, and not left empty."""
-    made = not folder.exists()
+    """Write the files into a folder, from which those of an earlier export for pelicun are removed."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StudyError(f"{folder}: cannot be made a folder ({error.strerror})") from None
-    try:
-        return write_building(curves, lines, folder, currency, description, ids)
+        with own_files(folder, PELICUN, FILES):
+            return write_building(curves, lines, folder, currency, description, ids)
     except (TypeError, ValueError) as error:
-        if made:
-            with suppress(OSError):
-                folder.rmdir()
+        if isinstance(error, StudyError):
+            raise
         raise StudyError(str(error)) from None

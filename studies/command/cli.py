@@ -420,7 +420,7 @@ def compare(
         Parameter(help="A law of A and a law of B (label or short name); of A alone, two of its laws."),
     ] = None,
     out: Annotated[
-        Path, Parameter(name=("--out", "--output"), help="Folder for comparison.csv and the figures.")
+        Path, Parameter(name=("--out", "--output"), help="Folder for the page, comparison.csv and the figures.")
     ] = Path("results/compare"),
     verify: Verify = False,
 ) -> None:
@@ -431,7 +431,8 @@ def compare(
     Parameters
     ----------
     a
-        The results (results.nc) that are compared with, or the folder that holds them.
+        The results (results.nc) that are compared with, the folder that holds them, or a study file (its results in
+        results/NAME).
     b
         The other results; may be left out with --laws.
     """

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
@@ -14,12 +13,14 @@ import xarray as xr
 from ...aliases import Index
 from ...fragility import ExchangeError, Written, with_modelling, write_curve_csv, write_nrml, write_pelicun
 from ...fragility.curves.curve import TABULATED
+from ...fragility.exchange.pelicun.building import FILES, FRAGILITY
 from ...fragility.fitting.states import SEPARATED
 from ...fragility.risk.modelling import MODELLING
 from ..file.table import StudyError
 from ..report.results_file import refuse_newer
 from ..store.content import check_content
 from ..store.folder import UNREADABLE, damaged
+from ..store.outputs import own_files
 
 CurveFormat = Literal["pelicun", "nrml", "csv"]
 ExportFormat = Literal["pelicun", "nrml", "csv", "xlsx"]
@@ -30,12 +31,16 @@ PERFORMANCE, UNCERTAINTY = "performance", "uncertainty"
 MOST_NAMED, NAMED = 12, 3
 """Most curves without an estimate that are all named, and the number that is named of more curves."""
 
+PELICUN = "export pelicun"
+"""By this name a folder's record has the files for pelicun, of curves and of buildings."""
+
 # Names of files never come from labels: they are fixed, in a folder that the user chooses.
-_WRITERS: dict[str, tuple[Callable[[xr.Dataset, Path], Written], str]] = {
-    "pelicun": (write_pelicun, "fragility.csv"),
-    "nrml": (write_nrml, "fragility.xml"),
-    "csv": (write_curve_csv, "curves.csv"),
+_WRITERS: dict[str, tuple[Callable[[xr.Dataset, Path], Written], str, tuple[str, ...]]] = {
+    "pelicun": (write_pelicun, FRAGILITY, FILES),
+    "nrml": (write_nrml, "fragility.xml", ("fragility.xml",)),
+    "csv": (write_curve_csv, "curves.csv", ("curves.csv",)),
 }
+"""The writer of each format, the name of its file, and the names of all files that the format may have."""
 
 
 def read_curves(path: Path, model: str | None = None, verify: bool = False, modelling: bool = False) -> xr.Dataset:
@@ -169,23 +174,19 @@ def missing_lines(written: Written) -> list[str]:
 
 
 def write_curves(curves: xr.Dataset, folder: Path, format_: CurveFormat) -> Written:
-    """Write curves into a folder, made where missing.
+    """Write curves into a folder, made where missing, from which an earlier export in this format is removed.
 
     Raises
     ------
     StudyError
-        One sentence: curves that the format cannot hold, a folder that cannot be written.
+        One sentence: curves that the format cannot hold, a folder that cannot be written or holds other files of these
+        names.
     """
-    write, name = _WRITERS[format_]
-    made = not folder.exists()
+    write, name, names = _WRITERS[format_]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StudyError(f"{folder}: cannot be made a folder ({error.strerror})") from None
-    try:
-        return write(curves, folder / name)
+        with own_files(folder, f"export {format_}", names):
+            return write(curves, folder / name)
     except (TypeError, ValueError) as error:
-        if made:
-            with suppress(OSError):
-                folder.rmdir()
+        if isinstance(error, StudyError):
+            raise
         raise StudyError(str(error) if isinstance(error, ExchangeError) else f"no curves to export: {error}") from None

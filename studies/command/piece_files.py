@@ -15,6 +15,7 @@ from ...writing import write_bytes
 from ..file.table import StudyError
 from ..report.results_file import read_results
 from ..store.content import check_content
+from ..store.outputs import own_files
 from ..tables.fragility import rate_values
 from ..tables.pieces import piece_table
 from ..tables.values import Cell, ValueTable, csv_bytes
@@ -58,7 +59,8 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
     Raises
     ------
     StudyError
-        One sentence: results that cannot be read or hold no rates, no such law, a file that cannot be written.
+        One sentence: results that cannot be read or hold no rates, no such law, a file that cannot be written, or that
+        is there and was not written by toppling.
 
     Notes
     -----
@@ -70,8 +72,8 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
         written = csv_bytes(found) if format_ == "csv" else _xlsx(name, found, about)
     path = folder / f"{name}.{format_}"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_bytes(path, written)
+        with own_files(folder, f"export {format_} {name}", [path.name]):
+            write_bytes(path, written)
     except OSError as error:
         raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None
     return path
@@ -85,7 +87,10 @@ def _table(results: xr.Dataset, path: Path, model: str | None) -> tuple[str, Val
         ["intervals", f"{confidence_text(results)}, over motions; the hazard curve, where there is one, as given"],
     ]
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
-    about.append(["modelling uncertainty", f"β_m = {beta:g}" if beta else "none in rates and chances"])
+    held = f"β_m = {beta:g}" if beta else "none in rates and chances"
+    if beta and str(results.attrs.get("modelling")) == "fractiles":
+        held = f"β_m = {beta:g} in ranges over branches, none in other rates and chances"
+    about.append(["modelling uncertainty", held])
     version: list[Cell] = ["toppling", str(results.attrs.get("toppling_version", ""))]
     if str(results.attrs["kind"]) != PERFORMANCE:
         if "rate" not in results or "block" not in results["rate"].dims:

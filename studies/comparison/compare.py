@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,6 +10,7 @@ from ...wording import confidence_text, system_reason
 from ...writing import write_bytes
 from ..file.table import StudyError
 from ..show import save_figures
+from ..store.outputs import own_files
 from ..tables.values import csv_bytes
 from ..text.rows import Rows
 from .curves import compare_curves
@@ -18,7 +20,9 @@ from .ratios import HIGHER, LOWER, OPEN
 from .sides import PIECES, two_sides
 from .tables import answer, rows_of, value_table, whole_rows
 
-CSV_NAME = "comparison.csv"
+TABLE, PAGE = "comparison.csv", "comparison.html"
+NAMES = (TABLE, PAGE, "curves.png", "chances.png")
+"""Names of all files that a comparison may have."""
 WAY = (
     f"{HIGHER}, {LOWER}: the interval of B/A does not include 1, so the choice of motions does not explain the "
     f"difference; {OPEN}: it includes 1, and more motions may decide; –: too few motions bring anything down"
@@ -37,14 +41,16 @@ class Comparison(NamedTuple):
 def compare(
     first: Path, second: Path, folder: Path, laws: tuple[str, str] | None = None, verify: bool = False
 ) -> Comparison:
-    """Compare two results, and write the table and the figures of the comparison into a folder.
+    """Compare two results, and write the table, the figures and the page of the comparison into a folder.
 
     Parameters
     ----------
     first, second : Path
-        Folders of finished studies, or their results; A and B in all that is said.
+        Folders of finished studies, their results, or study files with results in results/NAME; A and B in all that is
+        said.
     folder : Path
-        For ``comparison.csv`` and the figures, made where missing.
+        For ``comparison.csv``, ``comparison.html`` and the figures, made where missing; those of an earlier comparison
+        are removed.
     laws : tuple of str, optional
         A law of A and a law of B to compare, by label or short name; all laws in common where not given.
     verify : bool
@@ -53,9 +59,11 @@ def compare(
     Raises
     ------
     StudyError
-        One sentence: as `two_sides`; no block, piece or law in common; a file that cannot be written.
+        One sentence: as `two_sides`; no block, piece or law in common; a file that cannot be written, or
+        that is there and was not written by toppling.
     """
     from . import figures  # noqa: PLC0415 - matplotlib
+    from .page import html_page  # noqa: PLC0415 - jinja2
 
     same = laws is not None and first.resolve() == second.resolve()
     with two_sides(first, second, same, verify) as (a, b):
@@ -66,23 +74,34 @@ def compare(
             raise StudyError(f"--laws {laws[0]} {laws[1]}: name two laws")
         if a.kind == PIECES:
             found = compare_pieces(a, b, laws)
-            drawn = list(figures.of_pieces(found, a.title, b.title, sure))
+            draw = partial(figures.of_pieces, found, a.title, b.title, sure)
         else:
             both = compare_curves(a, b, laws)
             found = both.found
-            drawn = list(figures.of_curves(both, sure))
+            draw = partial(figures.of_curves, both, sure)
         head = [f"{one.name}: {one.title} ({one.path})" for one in (a, b)]
-        head += ["what differs:", *(f"  {one}" for one in differences_in_words(a, b, found.names, found.laws))]
-    compared = {line.quantity for line in found.lines}
-    told = [one for one in found.quantities if one.name in compared and one.shown]
-    tables = [rows_of(found.lines, one, sure) for one in told if not one.whole]
-    whole = [one for one in told if one.whole]
-    tables += [whole_rows(found.lines, whole, sure)] if whole else []
-    tail = [*(answer(found.lines, one) for one in told), WAY, *(f"note: {one}" for one in found.notes)]
-    path = folder / CSV_NAME
+        differences = differences_in_words(a, b, found.names, found.laws)
+        compared = {line.quantity for line in found.lines}
+        told = [one for one in found.quantities if one.name in compared and one.shown]
+        tables = [rows_of(found.lines, one, sure) for one in told if not one.whole]
+        whole = [one for one in told if one.whole]
+        tables += [whole_rows(found.lines, whole, sure)] if whole else []
+        said = [answer(found.lines, one) for one in told]
+        page = html_page(a, b, said, differences, tables, [WAY, *found.notes], draw)
+        drawn = list(draw())
+    with own_files(folder, "compare", NAMES):
+        written = [
+            _write(folder / TABLE, csv_bytes(value_table(found.lines, found.quantities))),
+            *save_figures(drawn, folder),
+            _write(folder / PAGE, page.encode("utf-8")),
+        ]
+    head += ["what differs:", *(f"  {one}" for one in differences)]
+    return Comparison(head, tables, [*said, WAY, *(f"note: {one}" for one in found.notes)], written)
+
+
+def _write(path: Path, content: bytes) -> Path:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_bytes(path, csv_bytes(value_table(found.lines, found.quantities)))
+        write_bytes(path, content)
     except OSError as error:
         raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None
-    return Comparison(head, tables, tail, [path, *save_figures(drawn, folder)])
+    return path

@@ -53,7 +53,7 @@ def _panels(both: CurveComparison, medians: list[Line], confidence: str) -> Figu
     places = [both.places[medians.index(line)] for line in chosen]
     columns = axes.columns_for(len(chosen))
     rows = math.ceil(len(chosen) / columns)
-    figure = Figure(figsize=(max(2.9 * columns, 6.0), 2.9 * rows + 1.5), layout="constrained")
+    figure = axes.figure(max(2.9 * columns, 6.0), 2.9 * rows + 1.5)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     low, high, log = _span((both.a.side, both.b.side), chosen)
     x = np.geomspace(low, high, POINTS) if log else np.linspace(high / POINTS, high, POINTS)
@@ -114,8 +114,9 @@ def _span(sides: tuple[Side, Side], chosen: list[Line]) -> tuple[float, float, b
 def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confidence: str) -> Figure:
     """Return the figure of the chances of both sides: a row for each block or piece, dots with intervals."""
     chosen = furthest(lines, MOST_DOTS)
-    figure = Figure(figsize=(7.6, 0.42 * len(chosen) + 2.3), layout="constrained")
+    figure = axes.figure(7.6, 0.42 * len(chosen) + 2.3)
     ax = figure.add_subplot()
+    name_width = 3.2 if axes.has_room() else 1.35
     ends: list[float] = []
     for i, line in enumerate(chosen):
         for name, value, shift in (("A", line.a, -0.14), ("B", line.b, 0.14)):
@@ -140,9 +141,9 @@ def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confid
     laws = len({line.laws for line in lines}) > 1
     parts = [(short_name(line.name), line.place, law_text(line.laws) if laws else "") for line in chosen]
     names = [", ".join(filter(None, one)) for one in parts]
-    axes.named_rows(ax, [axes.wrapped(name, 3.2, 9.0) for name in names], fontsize=9)
+    axes.named_rows(ax, [axes.model_name(axes.wrapped(name, name_width, 9.0)) for name in names], fontsize=9)
     axes.plain_log(ax)
-    ax.set_xlabel(f"{quantity.title} (%)")
+    ax.set_xlabel(axes.wrapped(f"{quantity.title} (%)", axes.width_of(ax) - name_width))
     axes.legend_below(figure, *ax.get_legend_handles_labels())
     first = f"; the {len(chosen)} of {len(lines):,} that differ most" if len(chosen) < len(lines) else ""
     axes.heading(figure, _title(titles, lines), f"lines: {confidence} intervals over motions{first}")

@@ -18,8 +18,10 @@ UNCOMPARED = (*APART, "blocks", "blocks_file", "models")
 DRAWN = (
     "cost_median",
     "cost_dispersion",
+    "cost_distribution",
     "downtime_median",
     "downtime_dispersion",
+    "downtime_distribution",
     "persons_exposed",
     "injury_probability",
 )

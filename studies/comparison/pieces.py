@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from ...aliases import Array
 from ...fragility.fitting.bootstrap import draw_motions
@@ -14,31 +15,49 @@ from ...fragility.numerics.totals import chances, chances_of_any
 from ...units import DIMENSIONLESS, PER_YEAR
 from ...wording import currency_of
 from ..buildings.assessment import BUILDING
+from ..buildings.outcomes import DAY
 from ..buildings.pieces import HELD, YEARS, Piece, Range, pieces_of
-from ..buildings.variables import a_year, level_index
+from ..buildings.variables import a_year, level_index, per_year
 from ..text.words import floor_name, level_text
 from .ratios import NONE, Found, Line, Quantity, ratio_of, verdict_of
 from .sides import Side, matched_laws, matched_names, measure_of, same_motions
 
 CHANCE, NUMBER, LOSS, ANY = "chance", "number", "loss", "any"
-"""Quantities: the chance of one piece; expected pieces and value that overturn; the chance that anything does."""
-YEARLY = {NUMBER: "annual_number", LOSS: "annual_loss", ANY: "any_rate"}
-AT_LEVEL = {NUMBER: "number_mean", LOSS: "loss_mean", ANY: "any_probability"}
+DOWNTIME, INJURIES = "downtime", "injuries"
+"""Quantities: the chance of one piece; expected pieces and value that overturn, the longest downtime of them and the
+persons whom they injure; the chance that anything overturns."""
+YEARLY = {
+    NUMBER: "annual_number",
+    LOSS: "annual_loss",
+    DOWNTIME: "annual_downtime",
+    INJURIES: "annual_injuries",
+    ANY: "any_rate",
+}
+AT_LEVEL = {
+    NUMBER: "number_mean",
+    LOSS: "loss_mean",
+    DOWNTIME: "downtime_mean",
+    INJURIES: "injuries_mean",
+    ANY: "any_probability",
+}
 """Names of the totals in the results, with a hazard and without."""
 WHOLE = "the building"
 NEVER = "never seen to fall"
-PERIOD = "in 1000 years"
+PERIOD = "in 1,000 years"
 
 
 class Shaken(NamedTuple):
     """What falls on one side under one law, motion by motion, (…, motion), as annual values or at the level.
 
-    `chance` (item, motion) is of one piece of each line, `number`, `loss` and `any` (motion,) of the building.
+    `chance` (item, motion) is of one piece of each line, all others (motion,) of the building; `downtime` and
+    `injuries` are None where the results have none.
     """
 
     chance: Array
     number: Array
     loss: Array
+    downtime: Array | None
+    injuries: Array | None
     any: Array
 
     @classmethod
@@ -53,12 +72,32 @@ class Shaken(NamedTuple):
         none = np.ones((sizes["level"], sizes["motion"]))
         for i in range(sizes["item"]):
             flags = results["overturned"].isel(model=[law], item=[i])
+            if "variant" not in flags.dims:  # (pieces without variability)
+                flags = flags.expand_dims("variant")
             own = chances(flags.transpose("model", "item", "variant", "level", "motion").values)
             none *= 1.0 - chances_of_any(own, counts[[i]], independent)[0, 0]
             chance[i] = a_year(own[0, 0], weights)
         number = (counts[:, None] * chance).sum(axis=0)
         loss = ((counts * values)[:, None] * chance).sum(axis=0)
-        return cls(chance, number, loss, a_year(1.0 - none, weights))
+        persons = _persons(results)
+        injuries = None if persons is None else ((counts * persons)[:, None] * chance).sum(axis=0)
+        return cls(chance, number, loss, _downtime(results, law, weights), injuries, a_year(1.0 - none, weights))
+
+
+def _persons(results: xr.Dataset) -> Array | None:
+    """Return the mean number of persons whom a piece of each line injures (item,), None where no line injures any."""
+    if AT_LEVEL[INJURIES] not in results:
+        return None
+    mean = results["persons_exposed"].values * results["injury_probability"].values
+    return np.asarray(np.where(np.isnan(mean), 0.0, mean))
+
+
+def _downtime(results: xr.Dataset, law: int, weights: Array) -> Array | None:
+    """Return the expected longest downtime under each motion, None where no line has any."""
+    if DOWNTIME not in results:
+        return None
+    drawn = results[DOWNTIME].isel(model=law).sel(place=BUILDING).mean("realisation")
+    return a_year(drawn.transpose("level", "motion").values, weights)
 
 
 def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Found:
@@ -97,10 +136,12 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
             lines.append(_line(both, rates, names, yearly, float(a.results.attrs["confidence"])))
     alone = items.only_a or items.only_b
     notes = ["the totals of the building hold the pieces that only one side has"] if alone else []
-    if any(name in side.results for side in (a, b) for name in ("annual_downtime", "annual_injuries")):
-        notes.append("downtime and injuries are not compared: each study's own report has them")
     if not _lossy(a, b) and any(map(_valued, (a, b))):
         notes.append("losses are not compared: one side has none, or another currency")
+    for quantity, subject in ((DOWNTIME, "downtimes"), (INJURIES, "injuries")):
+        has = [AT_LEVEL[quantity] in side.results for side in (a, b)]
+        if has[0] != has[1]:
+            notes.append(f"{subject} are not compared: only the inventory of {'A' if has[0] else 'B'} gives them")
     return Found(items, models, lines, _quantities(a, yearly), notes)
 
 
@@ -113,12 +154,15 @@ def _quantities(side: Side, yearly: bool) -> list[Quantity]:
         when = f"at {measure_of(side)} = {level}"
     per, in_a = (PER_YEAR, f"{money} a year".strip()) if yearly else (DIMENSIONLESS, money)
     # (few pieces fall in one year)
-    number = (f"Pieces expected to fall {when}", "", 1.0) if not yearly else ("Pieces expected to fall", PERIOD, 1e-3)
-    loss = "Expected loss" if yearly else f"Expected loss {when}"
+    at = "" if yearly else f" {when}"
+    rare = (PERIOD, 1e-3) if yearly else ("", 1.0)
+    days = (f"{DAY}s a year", 1.0, per_year(DAY)) if yearly else (f"{DAY}s", 1.0, DAY)
     return [
         Quantity(CHANCE, f"Chance that a piece falls {when}", "", 1.0, DIMENSIONLESS, chance=True),
-        Quantity(NUMBER, *number, per, whole=True),
-        Quantity(LOSS, loss, in_a, 1.0, in_a, whole=True),
+        Quantity(NUMBER, f"Pieces expected to fall{at}", *rare, per, whole=True),
+        Quantity(LOSS, f"Expected loss{at}", in_a, 1.0, in_a, whole=True),
+        Quantity(DOWNTIME, f"Expected downtime{at}", *days, whole=True),
+        Quantity(INJURIES, f"Injured persons expected{at}", *rare, per, whole=True),
         Quantity(ANY, f"Chance that anything falls {when}", "", 1.0, DIMENSIONLESS, chance=True, whole=True),
     ]
 
@@ -156,10 +200,9 @@ def _lossy(a: Side, b: Side) -> bool:
 def _totals(
     a: Side, b: Side, at: tuple[int, int], shaken: list[Shaken], drawn: list[Array], laws: tuple[str, str], yearly: bool
 ) -> list[Line]:
-    """Return the lines of the building: pieces that fall, value that falls, and the chance that anything does."""
-    known = [NUMBER, LOSS, ANY]
-    if not _lossy(a, b):
-        known.remove(LOSS)
+    """Return the lines of the building: what falls and what comes of it, as far as both sides have it."""
+    both = [one for one in AT_LEVEL if all(AT_LEVEL[one] in side.results for side in (a, b))]
+    known = [one for one in both if one != LOSS or _lossy(a, b)]
     found = []
     for quantity in known:
         of_years = yearly and quantity == ANY

@@ -15,9 +15,9 @@ from ...fragility.fitting.states import OVERTURNED, state_name
 from ..file.table import StudyError
 from ..report.results_file import read_results
 from ..store.content import check_content
-from ..store.folder import RESULT_NAME, is_locked
-from ..store.shards import read_manifest
+from ..store.differences import changes
 from ..text.words import measure_name
+from .sources import result_of
 
 CURVES, PIECES = ("fragility", "uncertainty"), "performance"
 """Kinds of studies that are compared: by curves, and by pieces."""
@@ -65,7 +65,7 @@ def two_sides(first: Path, second: Path, same: bool = False, verify: bool = Fals
     Parameters
     ----------
     first, second : Path
-        Folders of finished studies, or their results (``results.nc``).
+        Folders of finished studies, their results (``results.nc``), or study files with results in results/NAME.
     same : bool
         True where both may be the same, as for two laws of one study.
     verify : bool
@@ -74,10 +74,10 @@ def two_sides(first: Path, second: Path, same: bool = False, verify: bool = Fals
     Raises
     ------
     StudyError
-        One sentence: no results, a study that is not finished, the same results twice, edited results, kinds, damage
+        One sentence: as `result_of`, the same results twice, edited results, kinds, damage
         states or measures that differ, kinds that are not compared.
     """
-    paths = [_result_of(one) for one in (first, second)]
+    paths = [result_of(one) for one in (first, second)]
     if not same and paths[0].resolve() == paths[1].resolve():
         raise StudyError(f"{first} and {second} are the same results: name another folder, or two laws with --laws")
     with read_results(paths[0]) as one, read_results(paths[1]) as other:
@@ -87,7 +87,8 @@ def two_sides(first: Path, second: Path, same: bool = False, verify: bool = Fals
                 check_content(path, results, verify)
             sides.append(Side(name, path, results, _study(path, results)))
         a, b = sides
-        if not same and a.identity(0) and [a.identity(i) for i in (0, 1)] == [b.identity(i) for i in (0, 1)]:
+        alike = a.identity(0) and [a.identity(i) for i in (0, 1)] == [b.identity(i) for i in (0, 1)]
+        if not same and alike and not any(changes(a.study, b.study)):
             raise StudyError(f"{first} and {second} hold the results of the same study: nothing differs")
         try:
             refuse_different(a, b)
@@ -239,19 +240,6 @@ def _labels(side: Side, dim: str) -> list[str]:
 def _listed(labels: Sequence[str], most: int = 6) -> str:
     more = f" and {len(labels) - most:,} more" if len(labels) > most else ""
     return ", ".join(map(repr, labels[:most])) + more
-
-
-def _result_of(path: Path) -> Path:
-    """Return the result file of a finished study; StudyError where there is none, or the study is not finished."""
-    if not path.is_dir():
-        return path
-    if is_locked(path):
-        raise StudyError(f"{path}: its study is running: compare it when it is finished")
-    if read_manifest(path) is not None:
-        raise StudyError(f"{path}: its study is not finished: the same toppling run goes on where it stopped")
-    if not (path / RESULT_NAME).exists():
-        raise StudyError(f"{path}: holds no results of a study ({RESULT_NAME})")
-    return path / RESULT_NAME
 
 
 def _study(path: Path, results: xr.Dataset) -> dict[str, Any]:

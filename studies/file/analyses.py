@@ -290,8 +290,16 @@ class PerformanceTable(Table):
         Field(description="Order of the pieces in their table."),
     ] = "recommendation"
     modelling_dispersion: Annotated[
-        float, Field(ge=0.0, le=5.0, description="β_m of annual values, common to all pieces; 0: not counted.")
+        float,
+        Field(
+            ge=0.0,
+            le=5.0,
+            description="β_m: how well the model's capacities are known, common to a class of pieces; 0: not counted.",
+        ),
     ] = 0.0
+    modelling: Annotated[
+        Literal["mean", "fractiles"], Field(description="Whether β_m is in the means or in fractiles of the rates.")
+    ] = "mean"
     consequence_correlation: Annotated[
         float, Field(ge=0.0, le=1.0, description="Correlation of cost, downtime and injuries of one piece.")
     ] = 1.0

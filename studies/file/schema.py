@@ -199,13 +199,18 @@ class StudyFile(Table):
         }
         keys = {OF_MOTIONS: "motion_sets", OF_HAZARD: "hazards"}
         kinds = [one.of for one in self.branches or []]
-        modelled = self.fit is not None and self.fit.modelling == "fractiles"
+        key, table = ("fit", self.fit) if self.performance is None else ("performance", self.performance)
+        modelled = table is not None and table.modelling == "fractiles"
+        if modelled and table is not None and table.modelling_dispersion == 0.0:
+            raise ValueError(f"{key}.modelling = 'fractiles' needs {key}.modelling_dispersion > 0")
         if self.branches is None and not any(sets.values()) and not modelled:
             return
-        if self.kind != "fragility":
-            raise ValueError(f"branches are for fragility studies of known blocks, not for a {self.kind} study")
+        if self.kind not in ("fragility", "performance"):
+            raise ValueError(
+                f"branches are for fragility studies of known blocks and for inventories, not for a {self.kind} study"
+            )
         if self.hazard is None:
-            what = "branches" if self.branches is not None or any(sets.values()) else "fit.modelling = 'fractiles'"
+            what = "branches" if self.branches is not None or any(sets.values()) else f"{key}.modelling = 'fractiles'"
             raise ValueError(f"{what}: they spread an annual rate, which needs a [hazard]")
         if len(set(kinds)) < len(kinds):
             raise ValueError(f"branches hold one table for each kind, got {', '.join(kinds)}")

@@ -19,14 +19,14 @@ from ...fragility.validity.undecided import perturbed_runs
 from ...models import Block, Law
 from ...models.friction import FixedFriction, Friction
 from ...wording import counted
-from ..file.branches import OF_HAZARD, OF_MODELS, OF_MOTIONS
 from ..file.schema import StudyFile
-from ..plan.branches import BRANCH_COORDINATES, Branches
+from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
 from ..plan.designs import Design
 from ..plan.estimates import LOW_SHARE, Fit, ranked
 from ..plan.risk import Risk
-from ..text.curve_notes import modelling_note
-from ..text.words import reference_position
+from ..text.curve_notes import branches_beyond_note, modelling_note
+from ..text.spread import branch_names
+from .branches import weighted_hazards, weighted_laws, weighted_motions
 from .study import (
     CURVE_BYTES,
     REPLICATE_BYTES,
@@ -68,37 +68,12 @@ def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branch
     modelling = study.fit.in_fractiles
     if study.risk is None or (content.branches is None and modelling == 0.0):
         return None
-    asked = {one.of: one.shares for one in content.branches or []}
-    labels = [model.label for model in study.models]
-    if OF_MODELS in asked:
-        models: dict[str, float] = {}
-        for name, weight in asked[OF_MODELS].items():
-            found = [model.label for model in study.models if name in (model.label, model.law)]
-            if len(found) != 1 or found[0] in models:
-                allowed = ", ".join(map(repr, labels))
-                raise ValueError(f"branches of models must name one law each of {allowed}, got {name!r}")
-            models[found[0]] = weight
-    else:  # (the law that every report takes first)
-        models = {labels[reference_position([model.law for model in study.models])[0]]: 1.0}
-    others = {one.name: one.motions for one in content.motion_sets or []}
-    motions: dict[str, tuple[Design | None, float]] = {}
-    for name, weight in asked.get(OF_MOTIONS, {OF_MOTIONS: 1.0}).items():
-        if name == OF_MOTIONS:
-            motions[name] = None, weight
-            continue
-        try:
-            motions[name] = content.other(others[name]).design(folder), weight
-        except ValueError as error:
-            raise ValueError(f"motion_sets {name!r}: {error}") from None
-    curves = {one.name: one.hazard for one in content.hazards or []}
-    hazards = {}
-    for name, weight in asked.get(OF_HAZARD, {OF_HAZARD: 1.0}).items():
-        try:
-            curve = study.risk.hazard if name == OF_HAZARD else curves[name].build(content.analysis.im, folder)
-        except ValueError as error:
-            raise ValueError(f"hazards {name!r}: {error}") from None
-        hazards[name] = replace(curve, at=study.risk.hazard.at), weight
-    return Branches(models, motions, hazards, modelling)
+    return Branches(
+        weighted_laws(content, study.models),
+        weighted_motions(content, lambda other: other.design(folder)),
+        weighted_hazards(content, study.risk.hazard, content.analysis.im, folder),
+        modelling,
+    )
 
 
 def _fit(content: StudyFile) -> Fit:
@@ -206,14 +181,20 @@ class FragilityStudy(BlockStudy, Study):
 
     @property
     def curves(self) -> int:
-        return len(self.blocks) * len(self.models) * max(1, len(self.design.floors))
+        return self._curves_of(self.design) + sum(map(self._curves_of, self.further.values()))
+
+    def _curves_of(self, design: Design) -> int:
+        return len(self.blocks) * len(self.models) * max(1, len(design.floors))
 
     def seconds_of_fits(self, threads: int) -> float:
         drawn = 0 if self.fit.intervals in ("wald", "profile") and self.risk is None else self.fit.replicates
-        alone = SECONDS_A_CURVE + SECONDS_A_MOTION * self.design.shakes
-        levels = max(1, self.design.levels.size)
-        each = SECONDS_A_LEVEL * levels + SECONDS_A_WEIGHT * self.design.shakes / max(1, len(self.design.floors))
-        return self.curves * (alone + drawn * each / threads)
+        seconds = 0.0
+        for design in (self.design, *self.further.values()):
+            alone = SECONDS_A_CURVE + SECONDS_A_MOTION * design.shakes
+            levels = max(1, design.levels.size)
+            each = SECONDS_A_LEVEL * levels + SECONDS_A_WEIGHT * design.shakes / max(1, len(design.floors))
+            seconds += self._curves_of(design) * (alone + drawn * each / threads)
+        return seconds
 
     @property
     def kept_outputs(self) -> tuple[str, ...]:
@@ -235,7 +216,7 @@ class FragilityStudy(BlockStudy, Study):
         # and the friction that a block needs, which is the same for all laws
         slides = 0 if self.friction is None else 1 if isinstance(self.friction, FixedFriction) else 4
         of_blocks = 8.0 * self.runs / len(self.models)
-        of_curves = (STORED_BYTES + (0.0 if self.measures is None else RANKED_BYTES)) * self.curves
+        of_curves = (STORED_BYTES + (0.0 if self.measures is None else RANKED_BYTES)) * self._curves_of(self.design)
         return (self.bytes_a_run + 1 + slides) * float(self.runs) + of_blocks + of_curves
 
     @property
@@ -246,23 +227,25 @@ class FragilityStudy(BlockStudy, Study):
         each_motion = self.design.runs // self.design.shakes
         return perturbed_runs(len(self.blocks), self.models, each_motion, self.design.shakes, self.undecided)
 
-    def _spread(self, curves: xr.Dataset, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[str]]:
+    def _spread(self, own: FittedCurves, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[str]]:
         """Run the motions of branches, and return the rates over all branches, with notes on the branches' curves."""
         assert self.branches is not None
         assert self.risk is not None
         done = self.runs + self.perturbed_runs
         said: list[str] = []
 
-        def fitted(name: str, design: Design) -> xr.Dataset:
+        def fitted(name: str, design: Design) -> FittedCurves:
             nonlocal done
             each = part_of(progress, done, self.work)
             runs = design.run(self.blocks, self.models, self.fit.outputs, client, each)
             done += len(self.blocks) * len(self.models) * design.runs
             found = self.fit.curves(runs, True, telling=client.tell)
             said.extend(f"under the motions {name!r}: {note}" for note in self.fit.notes(found, runs))
-            return self.fit.modelled(found)
+            return FittedCurves(self.fit.modelled(found), design.highest(runs))
 
-        return self.branches.of(curves, fitted, self.risk, self.fit.seed), said
+        spread = self.branches.of(own, fitted, self.risk, self.fit.seed, self.fit.state)
+        beyond = spread[BEYOND].max([dim for dim in spread[BEYOND].dims if dim != "branch"]).values.tolist()
+        return spread, [*said, *branches_beyond_note(beyond, branch_names(spread))]
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         results = self.design.run(
@@ -302,7 +285,7 @@ class FragilityStudy(BlockStudy, Study):
             found |= rates.data_vars
             attributes |= {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}
             if self.branches is not None:
-                spread, of_branches = self._spread(modelled, client, progress)
+                spread, of_branches = self._spread(FittedCurves(modelled, highest), client, progress)
                 said += of_branches
                 found |= spread.data_vars
                 coordinates = {name: spread.coords[name] for name in BRANCH_COORDINATES}

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -29,11 +29,13 @@ from ...units import DIMENSIONLESS
 from ...wording import counted
 from ..buildings.anchoring import anchoring
 from ..buildings.assessment import assess, check_drawn, described, distinct_runs
+from ..buildings.branches import InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.code_checks import code_variables
 from ..buildings.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
 from ..buildings.contents import Inventory
 from ..buildings.inventory import read_inventory
-from ..buildings.notes import hazard_notes, hazard_shares, inventory_notes, notes
+from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
+from ..buildings.notes import branch_notes, hazard_notes, hazard_shares, inventory_notes, notes
 from ..buildings.pieces import SAFETY, budget_set
 from ..buildings.screening import Screening, screen_inventory
 from ..buildings.shaking import Shaking
@@ -41,11 +43,14 @@ from ..buildings.variables import JOINT, variable
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
 from ..file.analyses import LevelsTable, PerformanceTable
+from ..file.branches import OF_MOTIONS
 from ..file.schema import StudyFile
+from ..plan.branches import BRANCH_COORDINATES
 from ..plan.estimates import MEAN as IN_MEAN
 from ..plan.reading import Reading
-from ..text.curve_notes import modelling_note
+from ..text.curve_notes import level_modelling_note, modelling_note
 from ..text.words import level_text
+from .branches import weighted_hazards, weighted_laws, weighted_motions
 from .study import SLAB_BYTES_A_RUN, Study, each, part_of, perturbed_words, plain, screening_of
 
 if TYPE_CHECKING:
@@ -56,6 +61,8 @@ OSCILLATOR_BYTES = 5500.0
 NOT_ASKED = Screening()
 RANKING = "ranked_"
 """Prefix of the names of the ranking's variables, beside those of the assessment."""
+DECIDED = ("code_", "budget_")
+"""Beginnings of the names of the variables that keys decide which change no run."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +93,8 @@ class PerformanceStudy(Study):
     correlation: float = 1.0
     generator: Generator | None = None
     screening: Screening = NOT_ASKED
+    where: str = IN_MEAN
+    branches: InventoryBranches | None = None
     kind: ClassVar[str] = "performance"
 
     @classmethod
@@ -122,8 +131,6 @@ class PerformanceStudy(Study):
                     f"code_importance must be 1.0 or 1.5 by 'asce7-22' (13.1.3), got {row.code_importance:g} for "
                     f"{row.label!r}"
                 )
-        if asked.modelling_dispersion > 0.0 and hazard is None:
-            raise ValueError("performance.modelling_dispersion is of annual values, which need a [hazard]")
         if asked.budget is not None and all(row.anchoring_cost is None for row in inventory.rows):
             raise ValueError("performance.budget needs anchoring_cost in the inventory, which gives none")
         given = any(row.drawn for row in inventory.rows)
@@ -155,7 +162,9 @@ class PerformanceStudy(Study):
             asked.consequence_correlation,
             content.motions.made_by(folder),
             Screening(*screening_of(content)),
+            asked.modelling,
         )
+        study = replace(study, branches=_branches(content, folder, study))
         allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
         if study.objective not in allowed:
             raise ValueError(f"performance.objective must be one of {', '.join(allowed)}, got {study.objective!r}")
@@ -176,12 +185,37 @@ class PerformanceStudy(Study):
         shakes = sum(array.sizes["motion"] for array in self.motions)
         levels = "" if self.im == SCALE else f" × {counted(self.levels.size, 'level')}"
         shaken = f"{counted(len(self.models), 'law')} × {counted(shakes, 'motion')}{levels}"
-        return f"{of} × {shaken} = {counted(self.runs, 'run')}{perturbed_words(self.perturbed_runs)}"
+        about = "" if self.levels_run == self.levels.size else f" (at {self.levels_run:,} levels about them)"
+        other = f", and {self.further_runs:,} under the motions of {counted(len(self.further), 'branch')}"
+        return (
+            f"{of} × {shaken}{about} = {counted(self.runs, 'run')}{perturbed_words(self.perturbed_runs)}"
+            f"{other if self.further_runs else ''}"
+        )
+
+    @property
+    def levels_run(self) -> int:
+        """Number of levels that are run: with modelling uncertainty at given levels several about each."""
+        if self.hazard is not None or self.modelling == 0.0:
+            return int(self.levels.size)
+        return int(scored_levels(self.levels, self.modelling)[0].size)
 
     @property
     def runs(self) -> int:
-        shakes = sum(array.sizes["motion"] for array in self.motions)
-        return distinct_runs(self.inventory, self.variability) * len(self.models) * shakes * self.levels.size
+        return self._runs_of(self.motions) * self.levels_run
+
+    def _runs_of(self, motions: Iterable[xr.DataArray]) -> int:
+        shakes = sum(array.sizes["motion"] for array in motions)
+        return distinct_runs(self.inventory, self.variability) * len(self.models) * shakes
+
+    @property
+    def further(self) -> dict[str, ShakenBy]:
+        """The motions of branches beside the study's own, by name."""
+        return {} if self.branches is None else self.branches.further
+
+    @property
+    def further_runs(self) -> int:
+        """Number of runs under the motions of branches."""
+        return sum(self._runs_of(one.motions) for one in self.further.values()) * int(self.levels.size)
 
     @property
     def perturbed_runs(self) -> int:
@@ -191,7 +225,7 @@ class PerformanceStudy(Study):
 
     @property
     def work(self) -> int:
-        return self.runs + self.perturbed_runs
+        return self.runs + self.perturbed_runs + self.further_runs
 
     @property
     def stored_bytes(self) -> float:
@@ -219,7 +253,18 @@ class PerformanceStudy(Study):
         # expectations and chances of any fall and of each consequence; savings by anchoring and their ranks
         consequences = len(self.inventory.consequences)
         anchored = [of_motions] * 4 + [of_lines * self.replicates] * 2
-        return [of_places] * (3 + self._drawn) + ([of_places * consequences] if consequences else []) + anchored
+        # flips of all lines, and of those that are run
+        flips = [self.screening.undecided * self._flags, *super().arrays_aside]
+        found = flips + [of_places] * (3 + self._drawn)
+        found += ([of_places * consequences] if consequences else []) + anchored
+        # the motions of branches: flags and outcomes of each; classes of pieces joined in draws of their capacities
+        for one in self.further.values():
+            share = sum(array.sizes["motion"] for array in one.motions) / sum(a.sizes["motion"] for a in self.motions)
+            found += [share * self._flags, 8.0 * share * self._outcomes]
+        if self.modelling > 0.0:
+            points = max(self.levels_run, MOST_POINTS) / self.levels.size
+            found += [of_places * points * DRAWS] * (2 + self._drawn)
+        return found
 
     @property
     def _shaken(self) -> int:
@@ -255,7 +300,11 @@ class PerformanceStudy(Study):
 
     @property
     def notes(self) -> list[str]:
-        return [*super().notes, *inventory_notes(self.inventory, self.safety, self.code)]
+        return [*super().notes, *inventory_notes(self.inventory, self.safety, self.code is not None)]
+
+    def _settled_notes(self, results: xr.Dataset) -> set[str]:
+        before = str(results.attrs["safety"]).split(JOINT), "code" in results.attrs
+        return super()._settled_notes(results) | {*inventory_notes(self.inventory, *before)}
 
     @property
     def squat(self) -> list[str]:
@@ -263,28 +312,30 @@ class PerformanceStudy(Study):
 
     @property
     def doubts(self) -> list[Doubt]:
+        others = [one for shaken in self.further.values() for one in shaken.reading.doubts]
         measure = None if self.im == SCALE else intensity_measure(self.im)
         levels = [] if measure is None else level_doubts(self.levels, measure.units)
         far = self.reading.far if self.im == SCALE else ()
-        return [*block_doubts([row.block for row in self.inventory.rows]), *self.reading.doubts, *far, *levels]
+        return [*block_doubts([row.block for row in self.inventory.rows]), *self.reading.doubts, *far, *levels, *others]
 
     @cached_property
     def reading(self) -> Reading:
-        found = Reading.of(self.motions, self.generator)
-        if self.building is None:
-            return found
-        with noted():  # (a study has doubts among its notes)
-            roof = self.building.floor_motions(self.motions, [self.building.floors[-1]])
-        return found._replace(doubts=(*found.doubts, *ringing_doubts(roof)))
+        return _reading(self.motions, self.generator, self.building)
 
     @property
     def arrays(self) -> Iterable[xr.DataArray]:
-        return self.motions
+        return (*self.motions, *(array for one in self.further.values() for array in one.motions))
 
     @property
     def _read(self) -> list[Any]:
         rows = [described(row) for row in self.inventory.rows]
-        return [rows, self.inventory.currency, None if self.hazard is None else asdict(self.hazard)]
+        others = [] if self.branches is None else [asdict(one.hazard) for one in self.branches.every]
+        return [rows, self.inventory.currency, None if self.hazard is None else asdict(self.hazard), *others]
+
+    @property
+    def _in_mean(self) -> float:
+        """beta_m where means hold it, else 0."""
+        return self.modelling if self.where == IN_MEAN else 0.0
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         with noted():  # (a study has doubts among its notes)
@@ -297,7 +348,7 @@ class PerformanceStudy(Study):
                 self.building,
                 self.hazard,
                 variability=self.variability,
-                modelling_dispersion=self.modelling,
+                modelling_dispersion=self._in_mean,
                 consequence_correlation=self.correlation,
                 replicates=self.replicates,
                 seed=self.seed,
@@ -305,6 +356,7 @@ class PerformanceStudy(Study):
                 progress=part_of(progress, 0, self.work),
             )
             screened = self._screened(found, client, progress)
+            spread, said = self._spread(found, client, progress)
         ranked = anchoring(
             found,
             self.objective,
@@ -314,33 +366,69 @@ class PerformanceStudy(Study):
             array=client.array,
         )
         whole = ranked.reindex(item=found["item"])
-        said = notes(found)
+        said = [*notes(found), *said]
         if self.hazard is not None:
             found = found.assign(hazard_shares(found, self.hazard))
-            said += [*hazard_notes(found, self.hazard), modelling_note(self.modelling, IN_MEAN)]
+            said += [*hazard_notes(found, self.hazard), modelling_note(self.modelling, self.where)]
+        elif self.modelling > 0.0:
+            said.append(level_modelling_note(self.modelling))
         if self.at is not None and self.levels.size > 1 and "at_level" not in self.configuration["performance"]:
             middle = level_text(self.at, found["level"])
             said.append(f"performance.at_level is not given: table and ranking are of the middle level, {middle}")
         beside = {f"{RANKING}{name}": one for name, one in whole.data_vars.items()}
-        coded = (
-            {}
-            if self.code is None
-            else code_variables(self.inventory, self.code, self.building, (*SAFETY, *self.safety))
-        )
         results = (
-            found.assign({**beside, **coded, **screened.data_vars})
+            found.assign({**beside, **screened.data_vars, **spread.data_vars})
             .assign_coords(reason=screened["reason"])
+            .assign_coords({name: spread.coords[name] for name in BRANCH_COORDINATES if name in spread.coords})
             .assign_attrs(
                 ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
                 screen=screened.attrs["screen"],
                 notes="\n".join([*said, *screen_notes(screened)]),
-                safety=JOINT.join(self.safety),
-                sort=self.sort,
+                modelling_dispersion=self.modelling,
+                modelling=self.where,
                 **({} if self.at is None else {"at_level": self.at}),
-                **({} if self.code is None else {"code": self.code.title, "code_site": self.code.site}),
             )
         )
-        return results if self.budget is None else _with_set(results, self.budget)
+        return self._decided(results)
+
+    def _decided(self, results: xr.Dataset) -> xr.Dataset:
+        earlier = [name for name in results.data_vars if str(name).startswith(DECIDED)]
+        found = results.drop_vars(earlier).assign_attrs(safety=JOINT.join(self.safety), sort=self.sort)
+        for name in ("code", "code_site", "budget"):
+            found.attrs.pop(name, None)
+        if self.code is not None:
+            coded = code_variables(self.inventory, self.code, self.building, (*SAFETY, *self.safety))
+            found = found.assign(coded).assign_attrs(code=self.code.title, code_site=self.code.site)
+        return found if self.budget is None else _with_set(found, self.budget)
+
+    def _spread(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[str]]:
+        """Run the motions of branches, and return the rates over all branches, with notes on the branches."""
+        if self.branches is None:
+            return xr.Dataset(), []
+        done = self.runs + self.perturbed_runs
+        assessed = {OF_MOTIONS: found}
+        said: list[str] = []
+        for name, one in self.further.items():
+            assessed[name] = assess(
+                self.inventory,
+                self.models,
+                one.motions,
+                self.levels,
+                self.im,
+                self.building,
+                variability=self.variability,
+                consequence_correlation=self.correlation,
+                replicates=self.replicates,
+                seed=self.seed,
+                client=client,
+                progress=part_of(progress, done, self.work),
+            )
+            done += self._runs_of(one.motions) * int(self.levels.size)
+            if not bool(assessed[name]["overturned"].any()):
+                said.append(f"under the motions {name!r} nothing overturns: their rates are 0 and have no range")
+        sampling = Sampling(self.replicates, self.seed, self.modelling, self.where != IN_MEAN)
+        spread = rates_over_branches(self.branches.every, assessed, self.inventory, sampling)
+        return spread, [*said, *branch_notes(spread)]
 
     def _screened(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Screen the lines of the inventory."""
@@ -356,6 +444,48 @@ class PerformanceStudy(Study):
             self.variability,
             part_of(progress, self.runs, self.work),
         )
+
+
+class ShakenBy(NamedTuple):
+    """The motions of a branch, and what was read and is doubted of them."""
+
+    motions: tuple[xr.DataArray, ...]
+    reading: Reading
+
+
+class InventoryBranches(NamedTuple):
+    """All combinations of a study's branches, and the motions beside the study's own, by name."""
+
+    every: list[InventoryBranch]
+    further: dict[str, ShakenBy]
+
+
+def _branches(content: StudyFile, folder: Path, study: PerformanceStudy) -> InventoryBranches | None:
+    """Return the weighted branches of a study, None where it has none; ValueError for laws that it lacks."""
+    spread = study.where != IN_MEAN and study.modelling > 0.0
+    if study.hazard is None or (content.branches is None and not spread):
+        return None
+    motions = weighted_motions(content, lambda other: _shaken_by(other, folder, study))
+    hazards = weighted_hazards(content, study.hazard, study.im, folder)
+    shares = {name: weight for name, (_, weight) in motions.items()}
+    every = combinations(weighted_laws(content, study.models), shares, hazards)
+    return InventoryBranches(every, {name: made for name, (made, _) in motions.items() if made is not None})
+
+
+def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy) -> ShakenBy:
+    motions = tuple(content.motions.build(folder))
+    Shaking.of(study.building, motions, None, study.im == SCALE).used(study.inventory)
+    return ShakenBy(motions, _reading(motions, content.motions.made_by(folder), study.building))
+
+
+def _reading(motions: tuple[xr.DataArray, ...], generator: Generator | None, building: Building | None) -> Reading:
+    """Return what was read of motions, with what is doubted of them and of the building's motion under them."""
+    found = Reading.of(motions, generator)
+    if building is None:
+        return found
+    with noted():  # (a study has doubts among its notes)
+        roof = building.floor_motions(motions, [building.floors[-1]])
+    return found._replace(doubts=(*found.doubts, *ringing_doubts(roof)))
 
 
 def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:

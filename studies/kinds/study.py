@@ -39,7 +39,7 @@ from ..plan.designs import Design, Incremental
 from ..plan.reading import Reading
 from ..plan.risk import Risk
 from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
-from ..store.differences import APART
+from ..store.differences import identifying
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.resources import Resources, chunks_of, refuse_shortage
 from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_shards
@@ -154,7 +154,8 @@ class Study(ABC):
     @property
     def arrays_aside(self) -> Sequence[float]:
         """Approximate bytes of each further array that may be large during the run; large arrays are on the disk."""
-        return ()
+        # (one byte for each outcome that is tested, by two further runs at least)
+        return [0.5 * (self.work - self.runs)]
 
     @cached_property
     def room(self) -> Resources:
@@ -275,7 +276,7 @@ class Study(ABC):
                 state = content_state(before)
                 if state == EDITED:
                     raise StudyError(f"{target}: was {state}; move it away, or use --fresh to compute it again")
-                results = before.assign_attrs(self._named(before))
+                results = self._renewed(before)
                 if results.attrs == before.attrs:
                     return before
                 # (what was never sealed may have been edited)
@@ -354,10 +355,25 @@ class Study(ABC):
             read["spectral_variability"] = json.dumps(varied)
         return found.assign_attrs(**self._named(found), **read, kind=self.kind, identity=self.identity)
 
+    def _renewed(self, before: xr.Dataset) -> xr.Dataset:
+        """Return finished results with what keys decide now that are no part of the identity."""
+        named = self._named(before)
+        if before.attrs.get("study") != named["study"]:
+            before = self._decided(before)
+        return before.assign_attrs(named)
+
+    def _decided(self, results: xr.Dataset) -> xr.Dataset:
+        """Return results with what `DECISIONS` compute from them, in place of what earlier ones gave."""
+        return results
+
+    def _settled_notes(self, results: xr.Dataset) -> set[str]:
+        """Return the notes of results that are written anew: on doubts, and on `DECISIONS`."""
+        return {one.sentence for one in self.doubts}
+
     def _named(self, results: xr.Dataset) -> dict[str, str]:
-        """Return the attributes that title, accepted doubts and cover decide, which are no part of the identity."""
-        doubted = {one.sentence for one in self.doubts}
-        said = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in doubted]
+        """Return the attributes that title, accepted doubts, cover and `DECISIONS` decide."""
+        settled = self._settled_notes(results)
+        said = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in settled]
         return {
             "notes": "\n".join([*(note for note in self.notes if note not in said), *said]),
             "doubts": json.dumps([[*one[:2], one.kind in self.accepted] for one in self.doubts], ensure_ascii=False),
@@ -367,8 +383,8 @@ class Study(ABC):
 
     @cached_property
     def identity(self) -> str:
-        """Hashes of all that decides the results: of the tables and the version, and of the motions' samples."""
-        content = {key: value for key, value in self.configuration.items() if key not in APART}
+        """Hashes of all that decides the runs: of the tables and the version, and of the motions' samples."""
+        content = identifying(self.configuration)
         inputs = hashlib.sha256(json.dumps([__version__, content, self._read], sort_keys=True).encode())
         found = hashlib.sha256()
         plain = (record for array in self.arrays for record in records(array))

@@ -25,16 +25,17 @@ from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.runs.scaling import BLOCK_MEASURES
-from ...fragility.validity.undecided import choose_motions
+from ...fragility.validity.characteristics import Characteristics
 from ...models import Block, Law
 from ...models.friction import Friction
+from ...motions import records
 from ...units import DIMENSIONLESS
 from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.designs import Incremental
 from ..plan.estimates import Fit
 from ..plan.risk import Risk
-from ..plan.sample_screen import joined_screens, screen_samples
+from ..plan.sample_screen import joined_screens, samples_perturbed_runs, screen_samples
 from ..plan.samples import NO_CAPACITY, fitted, pooled_curves, summary, yearly
 from ..text.curve_notes import curve_notes
 from .study import (
@@ -137,12 +138,7 @@ class UncertaintyStudy(BlockStudy, Study):
     @property
     def perturbed_runs(self) -> int:
         """Number of further runs that test which outcomes of the samples are undecided."""
-        if self.undecided == 0.0:
-            return 0
-        shakes = self.design.shakes
-        chosen = int(choose_motions(shakes, self.undecided).sum())
-        each = [2 if law.restitution(one) is None else 4 for own in self._pairs[:1] for row in own for one, law in row]
-        return len(self.blocks) * sum(each) * chosen * (self.design.runs // shakes)
+        return len(self.blocks) * samples_perturbed_runs(self._pairs[0], self.design, self.undecided)
 
     @property
     def work(self) -> int:
@@ -195,9 +191,10 @@ class UncertaintyStudy(BlockStudy, Study):
         found = found[list(parts[0].data_vars)]
         done = self.runs
         screens = []
+        shaking = Characteristics.of(records(self.design.motions))
         for block, pairs, part in zip(self.blocks, self._pairs, parts, strict=True):
             told = part_of(progress, done, self.work)
-            asked = self.friction, self.undecided, client, told
+            asked = self.friction, self.undecided, shaking, client, told
             screens.append(screen_samples(block, pairs, self.design, part["overturned"], *asked))
             done += self.perturbed_runs // len(self.blocks)
         screened = joined_screens(screens, found["model"])

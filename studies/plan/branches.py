@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
+from typing import NamedTuple
 
 import xarray as xr
 
 from ...fragility import Branch, HazardCurve, epistemic_rates
+from ...fragility.fitting.states import OVERTURNED, State, state_name
+from ...units import DIMENSIONLESS
 from .designs import Design
-from .risk import OUTSIDE, Risk
+from .risk import OUTSIDE, Risk, worded
 
 RENAMED = {
     "rate_mean": "epistemic_rate",
@@ -30,6 +33,16 @@ BRANCH_COORDINATES = (
 )
 
 
+BEYOND = "branch_share_beyond"
+
+
+class FittedCurves(NamedTuple):
+    """Curves of a design, and the highest shaking of its runs in their measure, SI."""
+
+    curves: xr.Dataset
+    highest: xr.DataArray | float
+
+
 @dataclass(frozen=True)
 class Branches:
     """Weights by name of laws (labels), sets of motions and hazard curves; the study's own motions have no design.
@@ -47,12 +60,19 @@ class Branches:
         """The designs beside the study's own, by name."""
         return {name: design for name, (design, _) in self.motions.items() if design is not None}
 
-    def of(self, curves: xr.Dataset, fitted: Callable[[str, Design], xr.Dataset], risk: Risk, seed: int) -> xr.Dataset:
+    def of(
+        self,
+        own: FittedCurves,
+        fitted: Callable[[str, Design], FittedCurves],
+        risk: Risk,
+        seed: int,
+        state: State = OVERTURNED,
+    ) -> xr.Dataset:
         """Return the rates over all combinations, under the names that they have in the results.
 
         Parameters
         ----------
-        curves : xarray.Dataset
+        own : FittedCurves
             The study's own curves with their replicates, of all laws.
         fitted : callable
             Returns the curves of another design, of all laws, given its name and itself.
@@ -60,14 +80,22 @@ class Branches:
             The rules beyond the ends of hazard curves.
         seed : int
             Of the pairing of replicates with samples of the modelling uncertainty.
+        state : str or float
+            The state that counts, for the long names.
+
+        Returns
+        -------
+        xarray.Dataset
+            As `epistemic_rates`; and ``branch_share_beyond``, the share of each branch's rate from shaking beyond its
+            hazard curve or above its runs, where it is a guess.
         """
-        every = {name: curves if design is None else fitted(name, design) for name, (design, _) in self.motions.items()}
+        every = {name: own if design is None else fitted(name, design) for name, (design, _) in self.motions.items()}
         branches = [
             Branch(
                 model,
                 motions,
                 hazard,
-                every[motions].sel(model=model),
+                every[motions].curves.sel(model=model),
                 curve,
                 share * self.motions[motions][1] * weight,
             )
@@ -78,4 +106,12 @@ class Branches:
         found = epistemic_rates(
             branches, self.modelling, below=risk.below, above=risk.above, outside=OUTSIDE, seed=seed
         )
-        return found.rename(RENAMED)
+        of_each = [
+            replace(risk, hazard=one.hazard, along=None).beyond(one.curves, every[one.motions].highest)
+            for one in branches
+        ]
+        beyond = xr.concat(of_each, "branch").transpose(*found["branch_rate"].dims)
+        text = "share of the branch's rate from shaking beyond its hazard curve or above its runs"
+        attributes = {"units": DIMENSIONLESS, "long_name": text}
+        found = found.assign({BEYOND: (beyond.dims, beyond.values, attributes)})
+        return worded(found.rename(RENAMED), state_name(state))

@@ -13,10 +13,10 @@ from ...fragility.curves.curve import LEAST
 from ...fragility.fitting.states import OVERTURNED, State, state_name
 from ...fragility.hazard.curve import FLOOR
 from ...fragility.numerics.slabs import gathered
-from ...fragility.risk.common_measure import GROUND_FLOORS, per_block
-from ...fragility.runs.scaling import BLOCK_MEASURES
+from ...fragility.risk.common_measure import per_block
+from ...fragility.runs.scaling import BLOCK_MEASURES, GROUND_FLOORS
 from ...units import DIMENSIONLESS
-from ..text.curve_notes import BEYOND, family_notes, rate_notes, verb_of
+from ..text.curve_notes import BEYOND, SETTLED, family_notes, rate_notes, verb_of
 from .designs import Design
 
 # The names in the results, where other variables have the plain names.
@@ -132,6 +132,18 @@ class Risk:
         settled = _by_block(_plain(curves), highest, lambda one, level: curve_probability(one, [level], LEAST)[..., 0])
         ends = float(self.hazard.levels[0]), float(self.hazard.levels[-1])
         return said + rate_notes(rates, settled, ends, end, cure)
+
+    def beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
+        """Return the largest share of each rate from below or above the hazard curve, or above `highest`: a guess.
+
+        Shaking above the highest that was run is known where nearly every block has fallen there.
+        """
+        plain = _plain(curves)
+        rates = self.rates(plain, 0.9)
+        settled = _by_block(plain, highest, lambda one, level: curve_probability(one, [level], LEAST)[..., 0])
+        extrapolated = self._beyond(plain, highest).where(settled < SETTLED, 0.0)
+        found = xr.concat([rates["share_below"], rates["share_above"], extrapolated], "part", coords="minimal")
+        return found.max("part").fillna(0.0)
 
     def rates(self, curves: xr.Dataset, confidence: float) -> xr.Dataset:
         """Compute the rates of curves alone, under the names of `annual_rate`."""

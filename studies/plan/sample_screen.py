@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from ...aliases import Progress
-from ...fragility.runs.factors import BlockFactors
+from ...aliases import Flags, Index, Progress
+from ...fragility.runs.factors import BlockFactors, Factors
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import ground_of, scaling
 from ...fragility.validity.characteristics import Characteristics
@@ -17,6 +17,7 @@ from ...fragility.validity.summary import input_of_pairs, over_samples, summary_
 from ...fragility.validity.undecided import FlipCounts, choose_motions, count_flips_of
 from ...models import Block, Law
 from ...models.friction import Friction
+from ...models.laws import oscillator_of
 from ...motions import records
 from .designs import Incremental
 
@@ -28,6 +29,7 @@ def screen_samples(
     overturned: xr.DataArray,
     friction: Friction | None,
     undecided: float,
+    shaking: Characteristics,
     runner: Runner,
     progress: Progress | None = None,
 ) -> xr.Dataset:
@@ -47,6 +49,8 @@ def screen_samples(
         The friction there is.
     undecided : float
         Share of the motions whose flags are tested.
+    shaking : Characteristics
+        Of the motions of the design.
     runner, progress
         For the runs under perturbations.
 
@@ -69,18 +73,50 @@ def screen_samples(
     flips = None
     if undecided > 0.0:
         chosen = choose_motions(len(plain), undecided)
-        flags = overturned.transpose("sample", "model", "level", "motion").values[..., chosen]
-        factors = (
-            scaled.factors.part(motions=chosen)
-            if isinstance(scaled.factors, BlockFactors)
-            else scaled.factors[:, :, chosen]
-        )
-        each = np.repeat(factors, len(pairs[0]), axis=0) if factors.shape[0] > 1 else factors
-        flat = flags.reshape(-1, *flags.shape[2:])
+        flags = overturned.transpose("sample", "model", "level", "motion").values
         near = [one for one, is_in in zip(plain, chosen, strict=True) if is_in]
-        counts = count_flips_of([pair for row in pairs for pair in row], flat, near, each, runner, progress)
-        flips = FlipCounts(chosen, counts.reshape(flags.shape))
-    return over_samples(summary_screen(given, Characteristics.of(plain), friction, flips), block)
+        counts = runner.array((*flags.shape[:3], len(near)), np.int8)
+        done, every = 0, samples_perturbed_runs(pairs, design, undecided)
+        for at in _alike(pairs):
+            rows = [pairs[i] for i in at]
+
+            def flags_of(part: slice, at: Index = at) -> Flags:
+                own: Flags = flags[at[part]][..., chosen]
+                return own
+
+            def told(n: int, _: int, done: int = done) -> None:
+                if progress is not None:
+                    progress(done + n, every)
+
+            factors = _factors_of(scaled.factors, at, chosen)
+            counts[at] = count_flips_of(rows, list, flags_of, near, factors, runner, told)
+            done += samples_perturbed_runs(rows, design, undecided)
+        flips = FlipCounts(chosen, counts)
+    return over_samples(summary_screen(given, shaking, friction, flips), block)
+
+
+def samples_perturbed_runs(pairs: Sequence[Sequence[tuple[Block, Law]]], design: Incremental, undecided: float) -> int:
+    """Return the number of further runs that test which outcomes of a block's samples are undecided."""
+    if undecided == 0.0:
+        return 0
+    chosen = int(choose_motions(design.shakes, undecided).sum())
+    each = sum(2 if law.restitution(one) is None else 4 for row in pairs for one, law in row)
+    return each * chosen * (design.runs // design.shakes)
+
+
+def _alike(pairs: Sequence[Sequence[tuple[Block, Law]]]) -> list[Index]:
+    """Return the positions of the samples in groups that have laws of the same kinds."""
+    groups: dict[tuple[tuple[type[Law], bool], ...], list[int]] = {}
+    for i, row in enumerate(pairs):
+        groups.setdefault(tuple((type(law), oscillator_of(one, law).exact) for one, law in row), []).append(i)
+    return [np.array(at) for at in groups.values()]
+
+
+def _factors_of(factors: Factors, samples: Index, motions: Flags) -> Factors:
+    """Return the factors of some samples, where each has its own, under some motions."""
+    if isinstance(factors, BlockFactors):
+        return factors._replace(measured=factors.measured[samples][:, motions])
+    return (factors if factors.shape[0] == 1 else factors[samples])[:, :, motions]
 
 
 def joined_screens(parts: Sequence[xr.Dataset], models: xr.DataArray) -> xr.Dataset:

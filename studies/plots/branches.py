@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, NullFormatter, PercentFormatter
 
+from ...fragility.fitting.states import OVERTURNED, state_name
 from ...wording import two_digits
 from ..text.spread import WORDS
 from ..text.words import floor_name
@@ -20,7 +21,7 @@ THIN, THICK = (0.05, 0.95), (0.16, 0.84)
 
 
 def spread_figure(results: xr.Dataset) -> Figure:
-    """Return the figure of the rates over all branches of a fragility study: ranges beside shares of the spread."""
+    """Return the figure of the rates over all branches: ranges of each block or piece beside what spreads them."""
     dims = results["epistemic_rate"].dims
     flat = results[["epistemic_rate", "epistemic_rate_fractile", "epistemic_spread", "branch_rate"]]
     flat = flat.stack(row=dims, create_index=False) if len(dims) > 1 else flat.rename({dims[0]: "row"})
@@ -79,8 +80,11 @@ def spread_figure(results: xr.Dataset) -> Figure:
     handles, labels = shares.get_legend_handles_labels()
     axes.legend_below(figure, [*marks, *handles], [*texts, *labels])
     title = str(results.attrs.get("title", "Rates over branches"))
+    state = str(results.attrs.get("state", state_name(OVERTURNED)))
     axes.heading(
-        figure, title, f"annual rates over {results.sizes['branch']:,} weighted branches, and what spreads them"
+        figure,
+        title,
+        f"annual rates of {state} over {results.sizes['branch']:,} weighted branches, and what spreads them",
     )
     return figure
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from ...wording import about_percent, currency_of, interval_text, percent, short_digits, two_digits
+from ...wording import about_percent, currency_of, given_number, interval_text, percent, two_digits
 from ..buildings.pieces import DUTY, HELD, REDUCES, SAFER, SAFETY, SMALL, WEAK, WORTH, Piece, pieces_of
 from ..buildings.pieces import YEARS as PIECE_YEARS
 from ..buildings.variables import JOINT
@@ -46,7 +46,7 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
                 words = dict.fromkeys(word for one in first for word in one.consequences if word in _safety(results))
                 yield f"Anchor first, for safety ({', '.join(words)}): {_pieces(first)}."
                 if also := [one for one in pieces if one.recommendation == SAFER]:
-                    yield f"Anchoring these makes people safer, too: {_pieces(also)}."
+                    yield f"Anchoring these also makes people safer: {_pieces(also)}."
             else:
                 yield f"Most of the risk comes from {_pieces(first)}: anchor them first."
         worth = [one for one in pieces if one.recommendation == WORTH]
@@ -62,8 +62,8 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
         yield from _sizes(results)
     elif kind == "fragility" and "rate" not in results:
         yield (
-            "Compare these levels with the shaking expected at the site; with a hazard curve of the site this report "
-            "also says how often that happens."
+            "Compare these levels with the shaking expected at the site; with a hazard curve of the site, this "
+            "report also says how often that happens."
         )
 
 
@@ -84,7 +84,7 @@ def _sizes(results: xr.Dataset) -> Iterator[str]:
         where = "" if floor is None else f" on {floor_name(floor)}"
         value, low, high = (float(here[f"size_{along}{end}"].isel(model=at)) for end in ("", "_lower", "_upper"))
         if not math.isfinite(value):
-            yield f"No {along} was found that meets {target}{where}."
+            yield f"No {along} was found that meets the target of {target}{where}."
             continue
         others = np.delete(here[f"size_{along}"].values, at)
         others = others[np.isfinite(others)]
@@ -92,8 +92,8 @@ def _sizes(results: xr.Dataset) -> Iterator[str]:
         laws = "law" if others.size == 1 else "laws"
         other = f"; {' to '.join(dict.fromkeys(ends))}{unit} under the other {laws}" if ends else ""
         yield (
-            f"To overturn with no more than {target}{where}, a {along} of {two_digits(value)}{unit} is needed "
-            f"({interval_text(low, high, two_digits)}{other})."
+            f"For a probability of overturning of no more than {target}{where}, a {along} of {two_digits(value)}{unit} "
+            f"is needed ({interval_text(low, high, two_digits)}{other})."
         )
 
 
@@ -108,8 +108,8 @@ def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
         yield f"Anchor, because {results.attrs['code']} requires it, whatever the risk: {_pieces(duty)}."
     if weak:
         yield (
-            "Strengthen the anchors, which are weaker than the force that the code asks for (all rates take them as "
-            f"holding): {_pieces(weak)}."
+            "Strengthen the anchors, which are weaker than the force that the code asks for (all rates assume that "
+            f"they hold): {_pieces(weak)}."
         )
     if unknown:
         clauses = [one.code.clause for one in unknown if one.code is not None]
@@ -123,7 +123,7 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
         return
     at, _ = reference_law(results)
     money = f" {currency_of(results)}" if currency_of(results) else ""
-    budget = f"{short_digits(float(results.attrs['budget']))}{money}"
+    budget = f"{given_number(float(results.attrs['budget']))}{money}"
     chosen = [one for one in pieces if one.chosen]
     if not chosen:
         yield f"No line that matters can be anchored for {budget}."
@@ -131,7 +131,7 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     cost = sum(one.number * one.cost for one in chosen)
     names = _pieces(chosen, len(chosen))
     effect = _effect(pieces, chosen, money, _safety(results))
-    yield f"With {budget} anchor {names}, for {short_digits(cost)}{money}{effect}."
+    yield f"With a budget of {budget}, anchor {names}, for {given_number(cost)}{money}{effect}."
     gap = float(results["budget_gap"].values[at])
     over = float(results.attrs["budget"]) - cost
     others = [
@@ -139,10 +139,10 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     ]
     dear = [one for one in pieces if not one.chosen and one.recommendation == WORTH and one.number * one.cost > over]
     if others and gap == 0.0 and all(one.recommendation == SMALL for one in others):
-        yield f"{short_digits(over)}{money} are left: no other line that they would pay for saves more than it costs."
+        yield f"{given_number(over)}{money} remain: no other line that this sum would pay for saves more than it costs."
     elif dear and gap == 0.0:
         yield (
-            f"All pieces of a line are anchored together; the {short_digits(over)}{money} left do not pay for "
+            f"All pieces of a line are anchored together; the {given_number(over)}{money} that remain do not pay for "
             f"{_pieces(dear)}, and no other set for this budget does better."
         )
     if gap > 0.0:
@@ -154,7 +154,7 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     if dear:
         yield f"The budget does not cover all that the code requires: {_pieces(dear)}."
     if unknown:
-        yield f"What anchoring {_pieces(unknown)} costs, as the code requires, is not given."
+        yield f"The cost of anchoring {_pieces(unknown)}, which the code requires, is not given."
 
 
 def _effect(pieces: list[Piece], chosen: list[Piece], money: str, safety: list[str]) -> str:

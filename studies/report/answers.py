@@ -27,12 +27,12 @@ from ...wording import (
 from ..kinds.performance import ranking_of
 from ..plan.estimates import middle_level
 from ..sensitivity.claims import FAILS, HOLDS, OPEN
-from ..tables.assessment import DRAWN, DRAWN_A_YEAR, annual_rows, level_rows, objective_unit, ranking_rows
+from ..tables.assessment import DRAWN, annual_rows, level_rows, objective_unit, ranking_rows
 from ..tables.sensitivity import GREEK, claims_of
 from ..text.block_order import places, shown
 from ..text.curve_notes import reached_of, verb_of
 from ..text.rows import Rows
-from ..text.words import INPUTS, axis_of, display_unit, floor_name, reference_law
+from ..text.words import INPUTS, axis_of, display_unit, floor_name, quantity_name, reference_law
 from .results_file import without_motions
 
 SPREAD = (0.1, 0.5, 0.9)
@@ -150,7 +150,7 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
     >>> level = xr.DataArray([0.5, 8.0], attrs={"units": "m s-1", "long_name": "peak ground velocity"})
     >>> curve_sentence(curves, "overturns", level)  # doctest: +NORMALIZE_WHITESPACE
     'overturns with a probability of 50 % at a peak ground velocity of 4.00 m/s (95 % interval 3.60–4.40) under rigid,
-    the reference law. The other law puts it at 2.00 m/s: a factor of 2 between laws.'
+    the reference law. The other law gives 2.00 m/s: a factor of 2 between laws.'
     """
     at, known = reference_law(here)
     law = f"under {here['model'].values[at]}" + (", the reference law" if known else "")
@@ -164,7 +164,7 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
         lower, upper = (float(one[f"median_{end}"]) / scale for end in ("lower", "upper"))
         percent = confidence_text(here)
         interval = f"({percent} interval {interval_text(lower, upper)})".replace(f"{percent} interval no", "no")
-        measure = axis.attrs.get("long_name", "level")
+        measure = quantity_name(axis)
         article = "an" if measure[:1].lower() in "aeiou" else "a"
         once = " once it has uplifted" if here.attrs.get("form") == "uplift-lognormal" else ""
         text = (
@@ -183,11 +183,11 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
             if three_digits(low) == three_digits(high)
             else f"{three_digits(low)} to {three_digits(high)}"
         )
-        them = "law puts" if others.size == 1 else f"{others.size} laws put"
+        them = "law gives" if others.size == 1 else f"{others.size} laws give"
         every = [*found, median / scale] if np.isfinite(median) else [*found]
         ratio = f"{max(every) / min(every):.2g}"
         apart = f": a factor of {ratio} between laws" if ratio != "1" else ""
-        text += f" The other {them} it at {ends}{unit}{apart}."
+        text += f" The other {them} {ends}{unit}{apart}."
         if found.size < others.size:
             text += f" ({others.size - found.size} of them have no median.)"
     elif others.size:
@@ -204,14 +204,14 @@ def _rate_sentence(here: xr.Dataset, years: float) -> str:
         return "Without a curve there is no annual rate."
     lower, upper = (float(one[f"rate_{end}"]) for end in ("lower", "upper"))
     interval = "whose interval has no width (see the notes)" if lower == upper else years_between(upper, lower)
-    chance = f"{chance_text(float(one['risk_probability']))} in {years:g} years"
-    text = f"With the hazard curve given that is once in {in_years(rate)} years ({interval}), {chance}"
+    chance = f"with a probability of {chance_text(float(one['risk_probability']))} in {years:g} years"
+    text = f"With the given hazard curve this happens once in {in_years(rate)} years ({interval}), {chance}"
     others = np.delete(here["rate"].values.astype(float), at)
     others = others[np.isfinite(others)]
     if others.size:
         often, seldom = in_years(others.max()), in_years(others.min())
         text += (
-            f"; by the other law{'s' if others.size > 1 else ''} once in {often}"
+            f"; under the other law{'s' if others.size > 1 else ''} once in {often}"
             + (f" to {seldom}" if seldom != often else "")
             + " years"
         )
@@ -233,9 +233,9 @@ def _size_sentences(results: xr.Dataset) -> Iterator[str]:
             low, high = (float(one[f"{name}_{end}"]) for end in ("lower", "upper"))
             interval = interval_text(low, high)
             size, law = f"{three_digits(found)} {units} ({interval})", one["model"].item()
-            yield f"A {along} of {size} meets {target}{where} under {law}."
+            yield f"A {along} of {size} meets the target of {target}{where} under {law}."
         else:
-            yield f"No {along} was found that meets {target}{where}: {one['size_status'].item()}."
+            yield f"No {along} was found that meets the target of {target}{where}: {one['size_status'].item()}."
 
 
 def _uncertainty(results: xr.Dataset) -> Answer:
@@ -251,7 +251,7 @@ def _uncertainty(results: xr.Dataset) -> Answer:
         if np.isfinite(own).any():
             low, high = np.nanquantile(own, [0.05, 0.95])
             text += (
-                f" Of the blocks that it may be, 90 % have a median between {three_digits(low)} and "
+                f" For 90 % of the samples of its properties the median lies between {three_digits(low)} and "
                 f"{three_digits(high)}{f' {unit}' if unit else ''}."
             )
         if "rate" in here:
@@ -278,22 +278,22 @@ def largest_share(here: xr.Dataset, words: Mapping[str, str] = INPUTS) -> tuple[
 def _largest_share(here: xr.Dataset) -> str:
     found = largest_share(here)
     if found is None:
-        return "Where the scatter comes from could not be determined."
+        return "The source of the scatter could not be determined."
     what = "the logarithm of its capacity" if "capacity_share" in here else "its outcome where that is least certain"
     return f"{whole_percent(found[1])} of the variance of {what}, the largest part, comes from {found[0]}."
 
 
 def _performance(results: xr.Dataset) -> Answer:
     yearly = "annual_number" in results
-    question = "What falls in this building " + ("in a year" if yearly else "at this shaking")
-    question += ", what does that mean, and what should be anchored first?"
+    question = "What falls in this building " + ("in a year" if yearly else "at this level of shaking")
+    question += ", with what consequences, and what should be anchored first?"
     at, known = reference_law(results)
     labels = [str(one) for one in results["model"].values]
     said = []
     for model in (labels[at], *(one for i, one in enumerate(labels) if i != at))[:MOST_DESCRIBED]:
         level = None if yearly else float(results.attrs["at_level"])
         rows = annual_rows(results, model) if level is None else level_rows(results, level, model)
-        law = f"under {model}" + (", the reference law" if known and model == labels[at] else "")
+        law = f"Under {model}," + (" the reference law," if known and model == labels[at] else "")
         said.append(_whole_building(rows, law, results))
         if model == labels[at]:
             said.extend(_first_to_anchor(results, model))
@@ -303,33 +303,28 @@ def _performance(results: xr.Dataset) -> Answer:
 def _whole_building(rows: Rows, law: str, results: xr.Dataset) -> str:
     """Return a sentence from a table's first row, that of the whole building; its numbers are the table's texts."""
     if not rows.rows:
-        return f"Nothing is known {law}."
+        return f"{law} nothing is known."
     found = dict(zip(rows.headings, rows.rows[0], strict=True))
-    percent = f"{confidence_text(results)} intervals in brackets"
     money = f" {currency_of(results)}" if currency_of(results) else ""
-    if "overturned a year" in found:
-        text = f"Of {found['free pieces']} pieces that can fall {found['overturned a year']} overturn in a mean year"
-        if "lost a year" in found:
-            text += f", a loss of {found['lost a year']}{money}"
-        text += _drawn_text(found, DRAWN_A_YEAR)
+    yearly = "overturned a year" in found
+    number, loss = (found.get(f"{name} a year" if yearly else name) for name in ("overturned", "lost"))
+    years = " a year" if yearly else ""
+    amounts = [] if loss is None else [f"expected loss is {loss}{money}{years}"]
+    for heading, text in found.items():
+        for name, words, unit in (("downtime", "downtime", " days"), ("injuries", "number of injured persons", "")):
+            if heading.startswith(DRAWN[name]):
+                amounts.append(f"expected {words} is {text}{unit}{heading.removeprefix(DRAWN[name])}")
+    if yearly:
         often = found["anything falls, once in"]
-        text += f"; nothing ever falls {law}" if often == "–" else f"; something falls once in {often} {law}"
+        rest = "Nothing falls under any motion" if often == "–" else f"At least one piece falls once in {often}"
     else:
-        shaken = rows.title.partition(" (")[0].partition(",")[0]
-        text = f"{shaken}, of {found['free pieces']} pieces that can fall {found['overturned']} overturn"
-        if "lost" in found:
-            text += f", a loss of {found['lost']}{money}"
-        text += _drawn_text(found, DRAWN)
         chance = "0 %" if found["anything falls"] == "–" else found["anything falls"]
-        text += f"; the probability that anything falls is {chance} {law}"
-    return f"{text} ({percent})."
-
-
-def _drawn_text(found: dict[str, str], headings: dict[str, str]) -> str:
-    """Return what the sentence says of downtime and injuries, where the table holds them."""
-    days, persons = (found.get(headings[name]) for name in ("downtime", "injuries"))
-    text = f", {days} days of downtime" if days is not None else ""
-    return text + (f", {persons} injured persons" if persons is not None else "")
+        shaken = rows.title.partition(" (")[0].partition(",")[0]
+        law = f"{shaken} and {law[:1].lower()}{law[1:]}"
+        rest = f"The probability that at least one piece falls is {chance}"
+    said = [f"{law} on average {number} of the {found['free pieces']} pieces that are not anchored overturn{years}."]
+    said += [f"The {', and the '.join(amounts)}."] if amounts else []
+    return f"{' '.join(said)} {rest} ({confidence_text(results)} intervals in brackets)."
 
 
 def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
@@ -355,7 +350,7 @@ def _sensitivity(results: xr.Dataset) -> Answer:
     parts = [f"{n} {alone if n == 1 else several}" for n, alone, several in counts]
     said = [f"Of {len(claims)} claims about {symbol}: {', '.join(parts)}."] if claims else ["No claim could be judged."]
     said += [f"{_capitalised(one.claim)}: {one.verdict}. {_capitalised(one.text)}." for one in claims[:MOST_DESCRIBED]]
-    return Answer(f"How much do results depend on {symbol}, and does what is said of it hold?", said)
+    return Answer(f"How much do the results depend on {symbol}, and do the statements about it hold?", said)
 
 
 def _capitalised(text: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...wording import confidence_text, counted, short_digits
+from ...wording import confidence_text, counted, given_number
 from ..text.words import reference_law
 from .method import study_of
 
@@ -39,7 +39,7 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         storeys = building.get("storeys")
         what = "The building" if storeys is None else f"The building, of {counted(int(storeys), 'storey')},"
         period = building.get("period_s")
-        first = "" if period is None else f" with a first natural period of {short_digits(float(period))} s"
+        first = "" if period is None else f" with a first natural period of {given_number(float(period))} s"
         yield f"{what} is taken as elastic{first}; each {one} is shaken by the motion of its own floor."
     elif "buildings" in study:
         yield "The buildings are taken as elastic; each block is shaken by the motion of its own floor."
@@ -76,11 +76,11 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         if beta
         else "they do not include modelling uncertainty"
     )
-    if "epistemic_rate" in results:
+    if "branch" in results.dims:
         branches = counted(results.sizes["branch"], "weighted combination")
         yield (
-            f"Ranges of return periods and of chances hold 90 % of what {branches} of laws, motions and hazard curves "
-            "give, with what else the study says is not known; other ranges are "
+            f"Ranges of return periods and of chances cover 90 % of the results of {branches} of laws, motions and "
+            "hazard curves, together with the other uncertainties that the study states; other ranges are "
             f"{sure} intervals that reflect only the limited number of motions."
         )
     else:
@@ -106,10 +106,10 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
     elif "records" in given:
         what = counted(number, "recorded ground motion")
     elif varied:
-        what = f"{counted(number, 'ground motion')}, other earthquakes for each level of shaking"
+        what = f"{counted(number, 'ground motion')}, from different earthquakes for each level of shaking"
     elif "magnitude" in given:
         distance = given.get("distance_m")
-        far = "" if distance is None else f" at a distance of {short_digits(float(distance) / 1000.0)} km"
+        far = "" if distance is None else f" at a distance of {given_number(float(distance) / 1000.0)} km"
         what = f"{counted(number, 'simulated ground motion')} of an earthquake of magnitude {given['magnitude']:g}{far}"
     else:
         what = counted(number, "simulated ground motion" if made else "idealised pulse")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import BytesIO, StringIO
 from typing import TYPE_CHECKING, NamedTuple
@@ -22,6 +22,9 @@ from ..text.names import clean
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    Draw = Callable[[], Iterator[tuple[str, Figure]]]
+    """Draws figures, each with its file name."""
 
 MOST_PANELS_DESCRIBED = 6
 PIXELS_AN_INCH = 96.0
@@ -49,6 +52,8 @@ CAPTIONS = {
     "fragility": "Probability of overturning against the strength of shaking: fitted curves, observed shares of the "
     "motions with their intervals.",
     "risk": "Which shaking the annual rate of overturning comes from.",
+    "branches": "How often it happens over all weighted branches, and what spreads it: ranges of the annual rate "
+    "beside the shares of laws, motions, hazard curves, modelling uncertainty and the number of motions.",
     "measures": "Which measure of shaking tells best which block falls: the smaller the dispersion the better.",
     "uncertainty": "Probability of overturning with everything that is uncertain, and where its scatter comes from.",
     "sobol": "Sobol’ indices: how much of the variance each input explains, alone and with others.",
@@ -68,17 +73,24 @@ CAPTIONS = {
     "decay_error": "How far free rocking lies from the rigid block’s closed form, over the values that are varied.",
     "free_rocking": "Free rocking of a block let go, beside the rigid block’s.",
     "convergence": "How the response to a pulse converges as the value that is varied becomes small.",
+    "curves": "Fragility curves of both studies, a panel for each block and law; bands are intervals over motions.",
+    "chances": "The chances of both studies side by side, with their intervals over motions.",
     "tornado": "How far the median moves when one input at a time goes from its low to its high value.",
 }
 
 
 def pictures(results: xr.Dataset, numbers: str, *, png: bool = False) -> Iterator[Picture]:
-    """Yield every figure of a study's results.
+    """Yield every figure of a study's results, with the arguments of `pictures_of`."""
+    yield from pictures_of(lambda: show.figures(results), numbers, png=png)
+
+
+def pictures_of(draw: Draw, numbers: str, *, png: bool = False) -> Iterator[Picture]:
+    """Yield figures as pictures for a page.
 
     Parameters
     ----------
-    results : xarray.Dataset
-        A study's results.
+    draw : callable
+        Draws the figures, each with its file name; they are drawn a second time for a phone.
     numbers : str
         The main numbers in words, with which the description of each figure ends.
     png : bool
@@ -89,7 +101,7 @@ def pictures(results: xr.Dataset, numbers: str, *, png: bool = False) -> Iterato
     Picture
         Its ``svg`` is safe inside HTML: no script, no external reference, and ids that no other figure has.
     """
-    for i, (name, figure, narrow) in enumerate(_figures(results, phone=not png), start=1):
+    for i, (name, figure, narrow) in enumerate(_figures(draw, phone=not png), start=1):
         described = f"{describe(figure)} {clean(numbers)}".strip()
         svg, phone, content = "", "", b""
         if narrow is None:
@@ -140,18 +152,18 @@ def _settings() -> Iterator[None]:
         yield
 
 
-def _figures(results: xr.Dataset, *, phone: bool) -> Iterator[tuple[str, Figure, Figure | None]]:
+def _figures(draw: Draw, *, phone: bool) -> Iterator[tuple[str, Figure, Figure | None]]:
     """Yield every figure, and with `phone` the same figure drawn for a phone."""
     with _settings():
-        narrow = _on_a_phone(results)
-        for name, figure in show.figures(results):
+        narrow = _on_a_phone(draw)
+        for name, figure in draw():
             yield name, figure, next(narrow) if phone else None
 
 
-def _on_a_phone(results: xr.Dataset) -> Iterator[Figure]:
+def _on_a_phone(draw: Draw) -> Iterator[Figure]:
     from ..plots.axes import on_a_phone  # noqa: PLC0415 - matplotlib loads slowly
 
-    figures = show.figures(results)
+    figures = draw()
     while True:
         # (the width is set while a figure is drawn, not while its reader has it)
         with on_a_phone():

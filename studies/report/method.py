@@ -37,32 +37,32 @@ SECTIONS = {
 }
 DESIGNS = {
     "ida": "Incremental dynamic analysis: every motion is scaled to every level, and every block is run under it.",
-    "stripes": "Stripes: at every level the blocks are run under motions of that level’s own.",
-    "cloud": "Cloud: every motion is run once, as it is.",
+    "stripes": "Stripes: each level of shaking has a set of motions of its own.",
+    "cloud": "Cloud: every motion is run once, as it is given.",
 }
 KIND_TEXTS = {
     "uncertainty": "Sizes, restitution and law are drawn together by Latin hypercube sampling; every draw is run under "
     "every motion at every level.",
-    "performance": "Every piece of the inventory is run under the motion of its floor; pieces are counted, and their "
-    "value, motion by motion, because one earthquake shakes all of them.",
+    "performance": "Every piece of the inventory is run under the motion of its floor; the number and the value "
+    "of the pieces that fall are counted motion by motion, because one earthquake shakes all of them.",
     "sensitivity": "One parameter is varied; every value is a law of its own, run under the same motions, so that "
     "differences are paired.",
 }
 ENGINE = (
     "Rocking is solved from event to event (edges of zones, impacts, turning points), in closed form where the law is "
     "linear between events and by Taylor series with error control in exact geometry. A block has overturned when it "
-    "does not come back."
+    "does not return to the upright position."
 )
 ASSUMPTIONS = (
-    "Blocks are rigid, rock in one plane about the lower corners on a rigid floor, and do not slide, bounce, twist.",
+    "Blocks are rigid, rock in one plane about the lower corners on a rigid floor, and do not slide, bounce or twist.",
     "Shaking is horizontal, in the plane of the width; there is no vertical shaking.",
     "Blocks do not touch walls or each other, and do not act on the building.",
     "Restitution is the block’s own, e_R = 1 − (2/λ) sin²α (Housner 1963), where the study gives no other.",
 )
 MEDIAN = (
     "Median: the level of shaking that half of the motions need. Dispersion β: the standard deviation of the logarithm "
-    "of that level from motion to motion; with β = 0.4 two of three need between the median divided by 1.5 and 1.5 "
-    "times the median."
+    "of that level from motion to motion; with β = 0.4 two motions in three need between the median divided by 1.5 and "
+    "1.5 times the median."
 )
 BUILDING_ASSUMPTION = (
     "The building responds elastically: floor motions follow from its modes, and neither the soil below it nor its "
@@ -96,7 +96,7 @@ LAWS = {
         "Viscous damping throughout, of the ratio ζ given.", "as given; FEMA 356 takes ζ = 0.4 (1 − e)"
     ),
     "energy-consistent": LawDescription(
-        "Damping in a narrow zone |θ| ≤ δα that takes out exactly what an impact with e takes out.",
+        "Damping in a narrow zone |θ| ≤ δα that dissipates exactly the energy that an impact with e dissipates.",
         "derived in toppling",
     ),
     "housner": LawDescription(
@@ -117,7 +117,7 @@ def law_rows(results: xr.Dataset) -> Rows | None:
     for label, name in zip(labels, [str(one) for one in plain.values], strict=True):
         said = LAWS.get(name, LawDescription("", ""))
         rows.append((label, said.words, said.source))
-    return Rows("Laws by which blocks lose energy", ("law", "what it does", "source"), rows)
+    return Rows("Damping laws of the blocks", ("law", "what it does", "source"), rows)
 
 
 def block_rows(results: xr.Dataset) -> Rows | None:
@@ -168,7 +168,9 @@ def study_file_rows(results: xr.Dataset) -> Rows:
         elif section is not None:
             rows.append((title, _value(section)))
     return Rows(
-        "What the study file asks (units stand in the keys; what is not here is the default)", ("key", "value"), rows
+        "Keys of the study file (units are part of their names; keys that are not listed have their defaults)",
+        ("key", "value"),
+        rows,
     )
 
 

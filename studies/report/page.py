@@ -106,7 +106,7 @@ def html_page(results: xr.Dataset, path: Path, state: str, *, opened: bool = Fal
     """
     found = content(results, path, state)
     drawn = [(one, Markup(one.svg), Markup(one.phone)) for one in pictures(results, found["numbers"])]
-    template = _environment(escaping=True).get_template("report.html.j2")
+    template = environment(escaping=True).get_template("report.html.j2")
     return template.render(**found, figures=drawn, opened=opened)
 
 
@@ -137,7 +137,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "not_checked": not_checked(),
         "notes": notes,
     }
-    terms = used(_texts(of_client))
+    terms = used(texts(of_client))
     return {
         **of_client,
         **technical,
@@ -145,7 +145,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "lead_title": "Each piece" if str(results.attrs["kind"]) == "performance" else "Each block",
         "cover": [(name.capitalize(), text) for name, text in _cover(results)],
         "terms": terms,
-        "technical_terms": used(_texts(technical), terms),
+        "technical_terms": used(texts(technical), terms),
         "numbers": _shortened(" ".join(said.sentences)),
         "verdict": badge(found),
         "word": worst_word(found),
@@ -163,15 +163,15 @@ def _cover(results: xr.Dataset) -> Iterator[tuple[str, str]]:
             yield name, text
 
 
-def _texts(part: object) -> Iterator[str]:
+def texts(part: object) -> Iterator[str]:
     """Yield every text of a part of the page."""
     if isinstance(part, str):
         yield part
     elif isinstance(part, dict):
-        yield from _texts(list(part.values()))
+        yield from texts(list(part.values()))
     elif isinstance(part, list | tuple):
         for one in part:
-            yield from _texts(one)
+            yield from texts(one)
 
 
 def _tables_of(every: list[Rows | None], words: bool = False) -> list[PageTable]:
@@ -188,7 +188,9 @@ def _study_text(results: xr.Dataset) -> str:
     return _PLAIN_LIST.sub(lambda found: f"[{' '.join(re.split(_LINE, found[1]))}]", text)
 
 
-def _environment(*, escaping: bool) -> Environment:
+def environment(*, escaping: bool) -> Environment:
+    """Return the templates of pages, whose texts are cleaned and, with `escaping`, escaped for HTML."""
+
     def safe(value: object) -> object:
         return clean(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
@@ -214,7 +216,7 @@ def _write_markdown(results: xr.Dataset, result: Path, state: str, target: Path)
         _write(beside, one.png)
         written.append(beside)
         figures.append((one, beside.name.replace(" ", "%20").replace("(", "%28").replace(")", "%29")))
-    text = _environment(escaping=False).get_template("report.md.j2").render(**found, figures=figures)
+    text = environment(escaping=False).get_template("report.md.j2").render(**found, figures=figures)
     _write(target, text.encode("utf-8", "replace"))
     return [target, *written]
 

@@ -27,12 +27,12 @@ from ...wording import (
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
 from ..sensitivity.claims import FAILS, HOLDS
-from ..tables.assessment import pieces_at
+from ..tables.assessment import pieces_at, span
 from ..tables.sensitivity import GREEK, claims_of
 from ..text.block_order import places
 from ..text.curve_notes import action_of, reached_of, verb_of
-from ..text.spread import spread_sentence
-from ..text.words import axis_of, display_unit, floor_name, level_text, reference_law
+from ..text.spread import amount_sentence, building_spread, spread_sentence
+from ..text.words import axis_of, display_unit, floor_name, level_text, quantity_name, reference_law
 from .answers import largest_share
 from .results_file import without_motions
 
@@ -56,7 +56,7 @@ SOURCES = {
     "model": "the damping law",
     "sample": "the properties of the block",
     "cm_height": "the height of the mass centre",
-    "motion": "the motion",
+    "motion": "the differences between motions",
 }
 """Uncertain inputs in plain words, by their names."""
 
@@ -97,7 +97,11 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     verb = verb_of(state)
     if cases.size > 1:
         others = cases.size - always
-        of = f"the other {others:,}" if always else f"the {others:,} {'blocks' if not where else 'blocks and floors'}"
+        of = (
+            f"the other {others:,}"
+            if always
+            else f"the {others:,} {'blocks' if not where else 'combinations of block and floor'}"
+        )
         yield f"{name}{where} is the most vulnerable of {of}."
     yield from _hundred_earthquakes(first, results, f"{name}{where}", verb)
     most = largest_share(first, SOURCES) if str(results.attrs["kind"]) == "uncertainty" else None
@@ -135,7 +139,7 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     axis = axis_of(results)
     scale, unit = display_unit(axis)
     unit = f" {unit}" if unit else ""
-    measure = str(axis.attrs.get("long_name", "level"))
+    measure = quantity_name(axis)
     median, low, high = (float(first[f"median{end}"]) / scale for end in ("", "_lower", "_upper"))
     sure = confidence_text(results)
     if math.isfinite(high) or low > 0.0:
@@ -169,7 +173,9 @@ def _chance_in_years(first: xr.Dataset, name: str, verb: str, years: float, held
     chance, low, high = (float(first[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
     if not np.isfinite(chance):
         return "How often that happens cannot be said: there is no curve."
-    rest = f"from the limited number of motions alone{held}; law and hazard curve are assumed to be right"
+    rest = (
+        f"from the limited number of motions alone{held}; the damping law and the hazard curve are assumed to be right"
+    )
     ends = "" if low == high else f" ({chances_between(low, high, about_percent)}, {rest})"
     return f"The chance that {name} {verb} within {years:g} years is about {about_percent(chance)}{ends}."
 
@@ -180,7 +186,13 @@ def _building(results: xr.Dataset) -> Iterator[str]:
     one = results.isel(model=at).sel(place=BUILDING)
     pieces = pieces_at(results, BUILDING)
     sure = f"{confidence_text(results)} interval"
-    if "any_rate" in one:
+    branches = "branch" in results.dims
+    if branches:
+        beta = float(results.attrs.get("modelling_dispersion", 0.0))
+        held = beta if str(results.attrs.get("modelling")) == "fractiles" else 0.0
+        whole = building_spread(results, "any_rate", BUILDING)
+        yield spread_sentence(whole, "At least one item in this building", "overturns", held)
+    elif "any_rate" in one:
         rate, low, high = (float(one[f"any_rate{end}"]) for end in ("", "_lower", "_upper"))
         if rate > 0.0:
             chance, *ends = (-math.expm1(-YEARS * each) for each in (rate, low, high))
@@ -200,29 +212,39 @@ def _building(results: xr.Dataset) -> Iterator[str]:
             f"something, and on average {two_digits(number)} ({interval_text(ends[0], ends[1], two_digits)}) of the "
             f"{pieces:,} pieces that are not anchored would fall ({sure} over motions)."
         )
-    if "annual_loss" in one:
+    if branches and "annual_loss" in one:
+        money = f" {currency_of(results)}" if currency_of(results) else ""
+        yield amount_sentence(building_spread(results, "annual_loss", BUILDING), "The expected loss", money)
+    elif "annual_loss" in one:
         loss, low, high = (float(one[f"annual_loss{end}"]) for end in ("", "_lower", "_upper"))
         money = f" {currency_of(results)}" if currency_of(results) else ""
         interval = interval_text(low, high, two_digits)
         of = "cost of what falls" if "cost_median" in results.coords else "value of what falls"
         yield f"The expected loss, the {of}, is about {two_digits(loss)}{money} a year ({interval})."
     if "annual_downtime" in one:
-        days, low, high = (float(one[f"annual_downtime{end}"]) for end in ("", "_lower", "_upper"))
+        years, words = span(one["annual_downtime"])
+        days, low, high = (years * float(one[f"annual_downtime{end}"]) for end in ("", "_lower", "_upper"))
         interval = interval_text(low, high, two_digits)
         yield (
-            f"The expected downtime is about {two_digits(days)} days a year ({interval}), counting in each earthquake "
+            f"The expected downtime is about {two_digits(days)} days {words} ({interval}), counting in each earthquake "
             "only the piece that takes longest to restore."
         )
     if "annual_injuries" in one:
-        persons, low, high = (1000.0 * float(one[f"annual_injuries{end}"]) for end in ("", "_lower", "_upper"))
+        years, words = span(one["annual_injuries"])
+        persons, low, high = (years * float(one[f"annual_injuries{end}"]) for end in ("", "_lower", "_upper"))
         interval = interval_text(low, high, two_digits)
-        yield f"On average about {two_digits(persons)} persons would be injured in 1,000 years ({interval})."
+        yield f"On average about {two_digits(persons)} persons would be injured {words} ({interval})."
     if "consequence_rate" in one and float(one["consequence_rate"].max()) > 0.0:
         yield from _consequences(results.isel(model=at))
-    held = anchored_text(results)
-    if held:
-        yield f"{held[:1].upper()}{held[1:]}."
-    if "any_rate" in one:
+    anchored = anchored_text(results)
+    if anchored:
+        yield f"{anchored[:1].upper()}{anchored[1:]}."
+    if branches:
+        yield (
+            f"Other ranges here are {sure}s under one law, one set of motions and one hazard curve, and reflect only "
+            "the limited number of motions."
+        )
+    elif "any_rate" in one:
         yield (
             f"All ranges here are {sure}s that reflect only the limited number of motions{_held(results)}; the damping "
             "law and the hazard curve are assumed to be right."
@@ -242,9 +264,9 @@ def _consequences(here: xr.Dataset) -> Iterator[str]:
             worst = floors.isel(place=int(floors.values.argmax()))
             mainly = floors.sizes["place"] > 1 and float(worst) > 0.5 * float(floors.sum())
             where = f", mainly on {floor_name(str(worst['place'].item()).removeprefix('floor '))}" if mainly else ""
-            years = f"once in {about_years(rate)} years ({_range(high, low)}{where})"
-            said.append(f"“{one['consequence'].item()}” {years}")
-    yield f"Pieces that overturn may cause: {'; '.join(said)}."
+            years = f"about once in {about_years(rate)} years ({_range(high, low)}{where})"
+            said.append(f"marked “{one['consequence'].item()}” overturns {years}")
+    yield f"At least one piece {'; one '.join(said)}."
 
 
 def _range(often: float, seldom: float) -> str:
@@ -257,6 +279,8 @@ def _range(often: float, seldom: float) -> str:
 def _held(results: xr.Dataset) -> str:
     """Return what rates hold of modelling uncertainty."""
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
+    if str(results.attrs.get("modelling")) == "fractiles":
+        beta = 0.0
     return (
         f" (a modelling uncertainty of {beta:g} is in the rate itself)" if beta else ", without modelling uncertainty"
     )
@@ -266,7 +290,7 @@ def _strength(results: xr.Dataset) -> str:
     level = results["level"]
     if str(results.attrs["im"]) == "scale":
         return "like these"
-    name = level.attrs.get("long_name", results.attrs["im"])
+    name = quantity_name(level, str(results.attrs["im"]))
     return f"as strong as a {name} of {level_text(float(results.attrs['at_level']), level)}"
 
 

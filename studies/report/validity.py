@@ -26,6 +26,7 @@ from ...fragility.validity.reasons import (
 from ...fragility.validity.screen import HALF_WIDTH, SQUAT_RATIO
 from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability
 from ...wording import counted, two_digit_percent
+from ..buildings.notes import AMOUNTS
 from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import NOTABLE
 
@@ -42,10 +43,25 @@ NO_BETTER_THAN = 0.3
 UNSTABLE = 0.05
 """Share of outcomes that a change of a millionth reverses, from which outcomes need care."""
 MOST_NAMES = 4
+ODD = {
+    "block size": "the size of a block looks wrong",
+    "level": "the highest level is stronger than any real shaking",
+    "scenario": "the motions or their scenario lie outside what ground-motion data support",
+    "vertical": "vertical components of records shake the blocks horizontally",
+    "offset": "the mean of a record is not zero",
+    "drift": "the velocity of a record drifts",
+    "displacement": "the displacement of a record is too large to be real",
+    "PGA": "the PGA of a record is too large to be real",
+    "PGV/PGA": "the ratio PGV/PGA of a record is not that of an earthquake",
+    "duration": "a record is longer than any earthquake",
+    "ringing": "the floor motions end before the building has come to rest",
+    "misfit": "the motions do not match their target spectrum",
+}
+"""What is odd about the inputs, by the kind of doubt."""
 AGAIN = "Run the study with this version."
-NO_CHECK = "The results hold no such check."
+NO_CHECK = "The results do not contain this check."
 SLIDING = "Does the block rock rather than slide?"
-HAZARD = "Do the annual rates come from shaking that is known?"
+HAZARD = "Do the annual rates come from the part of the hazard curve that is known?"
 ENDS = {"below": "first", "above": "last"}
 CURES = {
     "below": "Give the hazard curve at lower levels.",
@@ -112,9 +128,9 @@ def badge(found: list[Check]) -> str:
 def not_checked() -> list[str]:
     """Return the reservations that no check covers, one sentence each."""
     return [
-        f"{NOT_MODELLED[:1].upper()}{NOT_MODELLED[1:]}: neither is how blocks hit walls, each other or people.",
-        "Whether the motions are those of the site: they are what the study gives.",
-        "Whether the blocks are rigid, evenly loaded and free of whatever holds them in reality.",
+        f"{NOT_MODELLED[:1].upper()}{NOT_MODELLED[1:]}, nor are impacts on walls, other blocks or people.",
+        "Whether the motions suit the site: they are as the study specifies them.",
+        "Whether the real objects are rigid, evenly loaded and not held by anything.",
     ]
 
 
@@ -126,7 +142,7 @@ def _edited(state: str) -> Iterator[Check]:
             INVALID,
             reason,
             "Run the study again with --fresh.",
-            "results were edited",
+            "the results were edited after they had been computed",
         )
 
 
@@ -134,7 +150,7 @@ def _model(results: xr.Dataset) -> Iterator[Check]:
     yield _rocking(results)
     if "outside" not in results:
         reason = "The results hold no shares of the runs for which rocking may be the wrong model."
-        yield Check("Were the runs screened?", UNKNOWN, reason, AGAIN, "runs were not screened")
+        yield Check("Were the runs screened?", UNKNOWN, reason, AGAIN, "the runs were not screened")
         return
     yield _sliding(results)
     yield _zone(results)
@@ -160,14 +176,16 @@ def _rocking(results: xr.Dataset) -> Check:
     question = "Do the blocks rock at all, rather than bounce?"
     needs = _uplift(results)
     if needs is None:
-        return Check(question, UNKNOWN, "The results hold no shapes of blocks.", AGAIN, "shapes of blocks are missing")
+        return Check(
+            question, UNKNOWN, "The results hold no shapes of blocks.", AGAIN, "the shapes of the blocks are missing"
+        )
     squat = needs.values > 1.0 / SQUAT_RATIO
     named = [str(one) for one in needs[needs.dims[0]].values[squat]]
     if not named:
         return Check(question, GOOD, "Every mass centre is at least two half widths high.")
     cure = "Leave them out, or look at them with a model that includes sliding and bouncing."
     reason = f"{_names_text(named)}: the mass centre is less than two half widths high, so that bouncing decides."
-    clause = f"{len(named):,} of {counted(squat.size, 'block')} bounce{'s' if len(named) == 1 else ''} rather than rock"
+    clause = f"{len(named):,} of {counted(squat.size, 'block')} would bounce rather than rock"
     return Check(question, INVALID if squat.all() else CARE, reason, cure, clause)
 
 
@@ -179,7 +197,7 @@ def _sliding(results: xr.Dataset) -> Check:
     shares = results["outside"].sel(reason=[one.name for one in reasons]).max("reason")
     share, where = _worst(shares)
     if share < MARKED and given:
-        return Check(question, GOOD, "With the friction given fewer than 1 % of the runs of any block slide.")
+        return Check(question, GOOD, "With the friction given, every block slides in fewer than 1 % of its runs.")
     need = float(results["friction_rocking_demand"].max())
     if share < MARKED:
         return Check(
@@ -190,9 +208,9 @@ def _sliding(results: xr.Dataset) -> Check:
             cure,
             "no coefficient of friction is given",
         )
-    limit = "with the friction given" if given else "unless friction is above 1"
-    reason = f"Up to {two_digit_percent(share)} of the runs slide {limit} ({where})."
-    clause = f"up to {two_digit_percent(share)} of the runs slide {limit}"
+    limit = "with the friction given" if given else "unless the coefficient of friction is above 1"
+    clause = f"blocks slide in up to {two_digit_percent(share)} of the runs {limit}"
+    reason = f"{clause[:1].upper()}{clause[1:]} ({where})."
     return Check(question, INVALID if float(shares.min()) > MOST else CARE, reason, cure, clause)
 
 
@@ -222,14 +240,15 @@ def _zone(results: xr.Dataset) -> Check:
     if not resonant.any() and delta[-1] <= LARGE_DELTA:
         return Check(question, GOOD, f"{largest}, {bound}; no elastic mode lies inside a motion’s band.")
     if not resonant.any():
-        return Check(question, CARE, f"{largest}, {bound}.", cure, f"δ of {delta[-1]:.3g} is {bound}")
+        clause = f"the law is elastic up to {two_digit_percent(delta[-1])} of the angle at which the block tips"
+        return Check(question, CARE, f"{largest}, {bound}.", cure, clause)
     names = [str(one) for one in results["model"].values[resonant]]
     reason = (
         f"{largest}, {bound}; but the elastic mode lies inside the band of up to "
-        f"{two_digit_percent(float(share.max()))} of the motions for {_names_text(names)}: at rest they resonate and "
-        f"uplift where a rigid block stands still."
+        f"{two_digit_percent(float(share.max()))} of the motions for {_names_text(names)}: at rest the blocks resonate "
+        f"and uplift where a rigid block stands still."
     )
-    clause = f"the elastic mode resonates with up to {two_digit_percent(float(share.max()))} of the motions"
+    clause = f"the law’s elastic mode resonates with up to {two_digit_percent(float(share.max()))} of the motions"
     return Check(question, INVALID if (share.values > MOST).all() else CARE, reason, cure, clause)
 
 
@@ -254,9 +273,9 @@ def _motions(results: xr.Dataset) -> Check:
 
 
 def _inputs(results: xr.Dataset) -> Check:
-    question = "Do sizes, levels and records look like real ones?"
+    question = "Are sizes, levels and records plausible?"
     if "doubts" not in results.attrs:
-        return Check(question, UNKNOWN, NO_CHECK, AGAIN, "inputs were not checked")
+        return Check(question, UNKNOWN, NO_CHECK, AGAIN, "the inputs were not checked")
     doubts = [one for one in json.loads(str(results.attrs["doubts"])) if one[0] != SPECTRA]
     kinds = dict.fromkeys(str(kind) for kind, _, accepted in doubts if not accepted)
     if kinds:
@@ -267,32 +286,32 @@ def _inputs(results: xr.Dataset) -> Check:
             CARE,
             " ".join(f"{one[:1].upper()}{one[1:]}." for one in said),
             f"Correct them; where they are meant so, put accept = [{names}] at the top of the study file.",
-            f"the inputs look odd ({', '.join(kinds)})",
+            "; ".join(ODD[kind] for kind in kinds),
         )
     if doubts:
         names = ", ".join(dict.fromkeys(str(kind) for kind, *_ in doubts))
-        return Check(question, GOOD, f"What looks odd is accepted by the study: {names}.")
-    return Check(question, GOOD, "Nothing is outside of what exists, and no record keeps an offset or drifts.")
+        return Check(question, GOOD, f"The study accepts what is implausible about them: {names}.")
+    return Check(question, GOOD, "No size or level is implausible, and no record has an offset or drifts.")
 
 
 def _spectra(results: xr.Dataset) -> Check:
     question = "Do the motions’ spectra differ as those of earthquakes do?"
     if "spectral_variability" not in results.attrs:
         if "machines" not in results.attrs:
-            return Check(question, UNKNOWN, NO_CHECK, AGAIN, "spectra were not compared")
+            return Check(question, UNKNOWN, NO_CHECK, AGAIN, "the spectra of the motions were not compared")
         reason = "Pulses, single motions and floor motions are not compared."
-        return Check(question, UNKNOWN, reason, clause="spectra were not compared")
+        return Check(question, UNKNOWN, reason, clause="the spectra of the motions were not compared")
     found = Variability(*json.loads(str(results.attrs["spectral_variability"])))
     reason = f"{found.text}, {NATURAL}."
     if not found.low:
         return Check(question, GOOD, reason)
-    alike = "spectra of the motions are too much alike"
+    alike = "the spectra of the motions are too similar"
     accepted = any(kind == SPECTRA and yes for kind, _, yes in json.loads(str(results.attrs.get("doubts", "[]"))))
     rates = any(name in results for name in RATES)
     cure = f"{CURE[:1].upper()}{CURE[1:]}."
     if not found.narrow:
         why = "That is little, but may be chance: there are few motions."
-        return Check(question, CARE, f"{reason} {why}", cure, "spectra of the few motions are alike")
+        return Check(question, CARE, f"{reason} {why}", cure, "the spectra of the few motions are similar")
     so = "Curves are too steep" + (", and annual rates far more certain than they are." if rates else ".")
     if accepted:
         if rates:
@@ -302,7 +321,7 @@ def _spectra(results: xr.Dataset) -> Check:
 
 
 def _curves(results: xr.Dataset) -> Check:
-    question = "Does every curve stand on runs that fell and runs that stood?"
+    question = "Is every curve based on runs that fell and runs that stood?"
     status = results["status"].values.astype(str)
     none = ~results["converged"].values.astype(bool)
     guessed = status == SEPARATED
@@ -311,23 +330,25 @@ def _curves(results: xr.Dataset) -> Check:
     if none.any():
         why = ", ".join(f"{np.sum(status[none] == one)} × {one}" for one in dict.fromkeys(status[none]))
         clause = f"{none.sum():,} of {counted(total, 'curve')} cannot be fitted"
-        reason = f"{none.sum()} of {total} have no curve ({why})."
+        reason = f"{none.sum():,} of {counted(total, 'curve')} cannot be fitted ({why})."
         return Check(question, INVALID if none.all() else CARE, reason, cure, clause)
     if guessed.any():
-        reason = f"{guessed.sum()} of {total} are separated: their dispersion is a guess."
         clause = f"the dispersion is a guess for {guessed.sum():,} of {counted(total, 'curve')}"
+        reason = f"{clause[:1].upper()}{clause[1:]}: fewer than two levels have runs of both outcomes."
         return Check(question, CARE, reason, cure, clause)
     if (status == OK).all():
-        return Check(question, GOOD, f"All {total} do." if total > 1 else "It does.")
-    not_ok = f"{np.sum(status != OK)} of {total}"
-    return Check(question, CARE, f"{not_ok} are not plainly ok.", cure, f"{not_ok} curves are not plainly ok")
+        return Check(question, GOOD, "All curves are." if total > 1 else "It is.")
+    marked = status[status != OK]
+    of = "the curve" if total == 1 else f"{marked.size:,} of {counted(total, 'curve')}"
+    clause = f"{of} {'is' if marked.size == 1 else 'are'} marked “{'”, “'.join(dict.fromkeys(marked))}”"
+    return Check(question, CARE, f"{clause[:1].upper()}{clause[1:]}.", cure, clause)
 
 
 def _intervals(results: xr.Dataset) -> Check:
-    question = "Are the intervals narrow enough to decide by?"
+    question = "Are the intervals narrow enough to base a decision on?"
     cure = "Take more motions, or decide with the whole interval."
     if "median_lower" not in results:
-        return Check(question, UNKNOWN, "The medians have no intervals.", AGAIN, "medians have no intervals")
+        return Check(question, UNKNOWN, "The medians have no intervals.", AGAIN, "the medians have no intervals")
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = results["median_upper"] / results["median_lower"]
     known = ratio.where(np.isfinite(results["median"]))
@@ -335,7 +356,7 @@ def _intervals(results: xr.Dataset) -> Check:
         return Check(question, INVALID, "No median has an interval.", cure, "no median has an interval")
     widest, where = _worst(known)
     reason = f"The widest interval of a median spans a factor of {widest:.3g} ({where})."
-    clause = f"the interval of a median spans a factor of {widest:.3g}"
+    clause = f"the interval of a median spans a factor of {widest:.2g}"
     if not np.isfinite(widest):
         reason, clause = f"An interval of a median is open ({where}).", "the interval of a median is open"
     if widest <= WIDE:
@@ -352,7 +373,7 @@ def _scaling(results: xr.Dataset) -> Check:
             question, GOOD, f"Fewer than 1 % of the runs are scaled by less than {low:g} or more than {high:g}."
         )
     clause = f"up to {two_digit_percent(share)} of the runs are scaled by less than {low:g} or more than {high:g}"
-    cure = "Take motions that are as strong as the levels, or stripes of them."
+    cure = "Take motions whose strength is near the levels, or a set of motions for each level (stripes)."
     return Check(question, CARE, f"{clause[:1].upper()}{clause[1:]}.", cure, clause)
 
 
@@ -368,12 +389,18 @@ def _stability(results: xr.Dataset) -> Check:
     if share < UNSTABLE:
         return Check(question, GOOD, f"{reason} Probabilities are not affected.")
     clause = f"up to {two_digit_percent(share)} of the outcomes are undecided"
-    return Check(question, CARE, reason, "Trust probabilities, not single runs; take more motions.", clause)
+    return Check(question, CARE, reason, "Rely on probabilities, not on single runs; take more motions.", clause)
 
 
 def _hazard(results: xr.Dataset) -> Check:
     if "rate_share_above" not in results:
-        return Check(HAZARD, UNKNOWN, "The results hold no shares of the rates.", AGAIN, "shares of rates are missing")
+        return Check(
+            HAZARD,
+            UNKNOWN,
+            "The results hold no shares of the rates.",
+            AGAIN,
+            "how much of the rates comes from beyond the hazard curve is not known",
+        )
     known = np.isfinite(results["rate"])
     if not bool(known.any()):
         return Check(HAZARD, INVALID, "There is no rate: no curve has one.", CURES["above"], "there is no annual rate")
@@ -382,28 +409,34 @@ def _hazard(results: xr.Dataset) -> Check:
         return far
     alike = results["rate_lower"] == results["rate_upper"] if "rate_lower" in results else results["rate"] < 0.0
     if bool(alike.any()):
-        none = f"{int(alike.sum())} intervals of rates have no width"
-        return Check(HAZARD, CARE, f"{none}.", "Take closer levels.", none)
+        n = int(alike.sum())
+        none = f"the interval of {counted(n, 'annual rate')} has no width"
+        return Check(HAZARD, CARE, f"{none[:1].upper()}{none[1:]}.", "Take closer levels.", none)
     return far
 
 
 def _hazard_of_building(results: xr.Dataset) -> Check:
-    names = [name for name in ("number", "loss") if f"annual_{name}_share_above" in results]
+    names = [name for name in AMOUNTS if f"annual_{name}_share_above" in results]
+    of = xr.Variable("of", [f"annual {AMOUNTS[name]}" for name in names])
     return _beyond_hazard(
-        {side: xr.concat([results[f"annual_{name}_share_{side}"] for name in names], "of") for side in CURES}
+        {
+            side: xr.concat([results[f"annual_{name}_share_{side}"] for name in names], "of").assign_coords(of=of)
+            for side in CURES
+        },
+        "value",
     )
 
 
-def _beyond_hazard(shares: dict[str, xr.DataArray]) -> Check:
-    """Check the shares of annual rates that come from shaking below and above a hazard curve's levels."""
+def _beyond_hazard(shares: dict[str, xr.DataArray], of: str = "rate") -> Check:
+    """Check the shares of annual rates or values that come from shaking below and above a hazard curve's levels."""
     side = max(shares, key=lambda one: _worst(shares[one])[0])
     share, where = _worst(shares[side])
-    end = f"{side} the hazard curve’s {ENDS[side]} level"
+    end = f"shaking {side} the hazard curve’s {ENDS[side]} level"
     if share <= NOTABLE:
-        return Check(HAZARD, GOOD, f"At most {two_digit_percent(share)} come from {end}.")
-    clause = f"up to {two_digit_percent(share)} of an annual rate comes from {end}"
+        return Check(HAZARD, GOOD, f"At most {two_digit_percent(share)} of any annual {of} comes from {end}.")
+    clause = f"up to {two_digit_percent(share)} of an annual {of} comes from {end}"
     word = INVALID if float(shares[side].min()) > MOST else CARE
-    return Check(HAZARD, word, f"Up to {two_digit_percent(share)} come from {end} ({where}).", CURES[side], clause)
+    return Check(HAZARD, word, f"{clause[:1].upper()}{clause[1:]} ({where}).", CURES[side], clause)
 
 
 def _worst(shares: xr.DataArray) -> tuple[float, str]:

@@ -292,8 +292,8 @@ def _peaks(evidence: Evidence, law: str, what: str, *, smaller: bool) -> Claim |
     found = (middle, low, high) if smaller else (1.0 - middle, 1.0 - high, 1.0 - low)
     text = (
         f"{evidence.where} {whole_percent(found[0])} ({whole_percent(found[1])} to {whole_percent(found[2])}) of its "
-        f"peaks are {'smaller' if smaller else 'larger'} than the rigid block's, of those runs in which that rocks "
-        "and the two differ"
+        f"peaks are {'smaller' if smaller else 'larger'} than the rigid block's, among the runs in which the rigid "
+        "block rocks and the two differ"
     )
     verdict = HOLDS if found[1] > 0.5 else FAILS if found[2] < 0.5 else OPEN
     return Claim(f"{NAMES[law]} {what} peaks under shaking", PAPER, verdict, *found, _bootstrap(evidence.results), text)
@@ -318,7 +318,7 @@ def _loss(evidence: Evidence) -> Claim | None:
     # (without loss nothing can be dissipated, and the ratio is 1)
     more, less = found[1] >= 1.0 - SAME, found[2] <= 1.0 + SAME
     verdict = OPEN if more == less else HOLDS if more else FAILS
-    return Claim("defect 1: discrete damping takes out too little", OURS, verdict, *found, _range(evidence), text)
+    return Claim("defect 1: discrete damping dissipates too little", OURS, verdict, *found, _range(evidence), text)
 
 
 def _mode(evidence: Evidence) -> Claim | None:

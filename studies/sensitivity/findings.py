@@ -328,7 +328,7 @@ def _coordinates(
 def _said(runs: xr.Dataset, sweep: Sweep) -> dict[str, Any]:
     """Return the attributes: the varied parameter and the options of its evaluation."""
     low, high = DELTA_USUAL
-    friction = f"e that need no more friction than {sweep.friction:g}"
+    friction = f"values of e that need a friction coefficient of at most {sweep.friction:g}"
     return {
         **runs.attrs,
         "parameter": sweep.parameter,

@@ -105,18 +105,19 @@ def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[
     """Write the films of a run: a GIF, and an MP4 where ffmpeg is installed."""
     from ..film.animate import animate  # noqa: PLC0415 - matplotlib
     from ..film.writers import ffmpeg  # noqa: PLC0415
+    from ..store.progress import show_progress  # noqa: PLC0415
     from .run import FILMS  # noqa: PLC0415
 
     names = FILMS if ffmpeg() else FILMS[:1]
     if len(names) == 1:
         say(log, "no ffmpeg on the PATH: the film is a GIF alone")
     try:
-        with log.status("") as status:
-            found = []
-            for name in names:
-                status.update(f"drawing {name}")
-                # (an MP4 has twice the pixels: its file is small, and it can be watched on a full screen)
-                found.append(animate(response, folder / name, speed=speed, size=480 if name.endswith("gif") else 960))
+        found = []
+        for name in names:
+            # (an MP4 has twice the pixels: its file is small, and it can be watched on a full screen)
+            size = 480 if name.endswith("gif") else 960
+            with show_progress(log, f"frames of {name}", None) as shown:
+                found.append(animate(response, folder / name, speed=speed, size=size, progress=shown.update))
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted: {name} is not written, the history is") from None
     except OSError as error:

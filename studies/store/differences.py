@@ -14,9 +14,28 @@ MOST_SAID = 3
 
 APART = ("title", "accept", "report")
 """Keys of a study file that change no result, and are no part of a study's identity."""
+DECISIONS = {"performance": ("sort", "safety", "code", "budget")}
+"""Keys by table that change no run: what they decide is computed from results, and they are no part of the identity."""
 FILES = ("records", "floors_file", "target")
 """Keys of motions that name files."""
 OTHER_MOTIONS = "this processor or its libraries make other motions"
+
+
+def identifying(study: Any) -> Any:
+    """Return the part of a study file's content that decides its runs, and so its identity.
+
+    Examples
+    --------
+    >>> identifying({"title": "a", "performance": {"im": "pga", "sort": "value"}})
+    {'performance': {'im': 'pga'}}
+    """
+    if not isinstance(study, dict):
+        return study
+    found = {key: value for key, value in study.items() if key not in APART}
+    for table, keys in DECISIONS.items():
+        if isinstance(found.get(table), dict):
+            found[table] = {key: value for key, value in found[table].items() if key not in keys}
+    return found
 
 
 def same_inputs(before: str, now: str) -> bool:
@@ -53,7 +72,7 @@ def differences(before: Any, now: Any, same: bool = False) -> str:
     Parameters
     ----------
     before, now : dict
-        The content of the study files as plain values.  The title does not affect the results and is not compared.
+        The content of the study files as plain values.  What is no part of the identity is not compared.
     same : bool
         True where the inputs are the same, and the motions alone differ (`same_inputs`).
 
@@ -66,7 +85,7 @@ def differences(before: Any, now: Any, same: bool = False) -> str:
     >>> differences({"motions": {"seed": 1}}, {"motions": {"seed": 2}})
     'motions.seed was 1, is 2'
     """
-    changed = [f"{key} was {old}, is {new}" for key, old, new in changes(before, now)]
+    changed = [f"{key} was {old}, is {new}" for key, old, new in changes(identifying(before), identifying(now))]
     if not changed:
         if same and makes_motions(now):
             return OTHER_MOTIONS
@@ -79,7 +98,7 @@ def differences(before: Any, now: Any, same: bool = False) -> str:
 
 
 def changes(before: Any, now: Any, key: str = "") -> Iterator[tuple[str, str, str]]:
-    """Yield each key whose values differ with both values in words; the title is not compared.
+    """Yield each key whose values differ with both values in words; keys `APART` are not compared.
 
     Examples
     --------
@@ -88,11 +107,13 @@ def changes(before: Any, now: Any, key: str = "") -> Iterator[tuple[str, str, st
     """
     if isinstance(before, dict) and isinstance(now, dict):
         for name in dict.fromkeys([*before, *now]):
+            if not key and name in APART:
+                continue
             yield from changes(before.get(name), now.get(name), f"{key}.{name}" if key else str(name))
     elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
         for i, (old, new) in enumerate(zip(before, now, strict=True), start=1):
             yield from changes(old, new, f"{key}[{i}]")
-    elif before != now and key != "title":
+    elif before != now:
         yield key, _short(before), _short(now)
 
 

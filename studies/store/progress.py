@@ -54,8 +54,8 @@ class Display:
 
 
 @contextmanager
-def show_progress(console: Console, what: str, total: int) -> Iterator[Display]:
-    """Make the display of the progress: a bar on a terminal, lines elsewhere."""
+def show_progress(console: Console, what: str, total: int | None) -> Iterator[Display]:
+    """Make the display of the progress: a bar on a terminal, lines elsewhere; None: a total that is not known yet."""
     if not console.is_terminal:
         last = time.monotonic()
 

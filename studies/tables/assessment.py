@@ -23,9 +23,10 @@ from ..buildings.variables import PER_YEAR, level_index
 from ..text.rows import Rows
 from ..text.words import floor_name, level_text
 
-DRAWN_A_YEAR = {"downtime": "out of use, days a year", "injuries": "injured a year"}
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
-"""Headings of amounts that only some inventories give."""
+"""Headings of amounts that only some inventories give; of amounts in a year with the `span` of time."""
+SELDOM = 0.1
+"""Amount a year below which it is written as that of 1,000 years."""
 
 
 def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
@@ -40,13 +41,14 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
     if "annual_number" not in here:
         raise ValueError("annual values need an assessment with a hazard curve, got one without")
     has_loss = "annual_loss" in here
-    amounts = _drawn_in(here, "annual_{}", DRAWN_A_YEAR)
+    amounts = {name: f"annual_{name}" for name in DRAWN if f"annual_{name}" in here}
+    spans = {name: span(here[one]) for name, one in amounts.items()}
     headings = [
         "",
         "free pieces",
         "overturned a year",
         *(["lost a year"] if has_loss else []),
-        *amounts.values(),
+        *(drawn_heading(name, spans[name][1]) for name in amounts),
         "anything falls, once in",
     ]
     rows = []
@@ -55,7 +57,7 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
         cells = [place_name(str(place)), str(pieces_at(here, str(place))), _interval(one, "annual_number")]
         if has_loss:
             cells.append(_interval(one, "annual_loss"))
-        cells += [_interval(one, name) for name in amounts]
+        cells += [_interval(one, variable, spans[name][0]) for name, variable in amounts.items()]
         cells.append(_period(one, "any_rate"))
         rows.append(tuple(cells))
     money = currency_of(here)
@@ -75,7 +77,7 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
     at = level_index(assessment, level)
     here = of_model(assessment, model).isel(level=at)
     has_loss = "loss_mean" in here
-    amounts = _drawn_in(here, "{}_mean", DRAWN)
+    amounts = {f"{name}_mean": heading for name, heading in DRAWN.items() if f"{name}_mean" in here}
     ends = [given_percent(float(q)) for q in here["quantile"].values]
     headings = [
         "",
@@ -158,10 +160,20 @@ def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) 
     return Rows(f"Anchoring saves of: {ranking.attrs['objective_text']}", tuple(headings), rows)
 
 
-def _drawn_in(here: xr.Dataset, pattern: str, headings: dict[str, str]) -> dict[str, str]:
-    """Return the headings of the amounts that results hold, by the names of their variables."""
-    named = {pattern.format(quantity): heading for quantity, heading in headings.items()}
-    return {name: heading for name, heading in named.items() if name in here}
+def span(annual: xr.DataArray) -> tuple[float, str]:
+    """Return the years for which an annual amount is written, so that it is no small fraction, and those in words.
+
+    Examples
+    --------
+    >>> span(xr.DataArray([2.5, 0.01])), span(xr.DataArray([0.0075]))
+    ((1.0, 'a year'), (1000.0, 'in 1,000 years'))
+    """
+    return (1000.0, "in 1,000 years") if float(annual.max()) < SELDOM else (1.0, "a year")
+
+
+def drawn_heading(name: str, years: str) -> str:
+    """Return the heading of a downtime or of injuries in so many years."""
+    return f"{DRAWN[name]} {years}"
 
 
 def place_name(place: str) -> str:
@@ -198,7 +210,7 @@ def objective_unit(ranking: xr.Dataset) -> tuple[float, str]:
     if units == DIMENSIONLESS:
         return 1.0, ""
     if units == PER_YEAR:
-        return (1000.0, "in 1000 years") if float(ranking["left"].max()) < 0.1 else (1.0, "a year")
+        return span(ranking["left"])
     return 1.0, units.replace(f" {PER_YEAR}", " a year")
 
 

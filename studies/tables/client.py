@@ -34,7 +34,7 @@ def client_rows(results: xr.Dataset) -> Rows | None:
     """Return the table of the pieces of a performance study, or of the blocks of others; None without either."""
     kind = str(results.attrs["kind"])
     if kind == "performance":
-        return piece_rows(results, reference_law(results)[0])
+        return piece_rows(results, reference_law(results)[0], branches=True)
     return _blocks(results) if kind in ("fragility", "uncertainty") else None
 
 
@@ -72,11 +72,13 @@ def _blocks(results: xr.Dataset) -> Rows:
     headings += ["mean return period, years", f"chance in {years}"] if yearly else []
     said = [f"{confidence_text(here)} intervals over motions"]
     if "epistemic_rate" in here:
-        said = [f"of the level: {said[0]}; of return period and chance: 90 % over what is not known"]
+        said = [f"of the level: {said[0]}; of return period and chance: 90 % over all stated uncertainties"]
     said += [chosen_of(here)] if chosen_of(here) else []
     if starred:
         least = given_percent(NOTABLE)
-        said.append(f"*: more than {least} of the rate comes from above the hazard curve's end, where it is a guess")
+        said.append(
+            f"*: more than {least} of the rate comes from beyond the end of the hazard curve, where it is extrapolated"
+        )
     title = f"When each block {verb} ({'; '.join(said)})"
     return Rows(title, tuple(headings), rows)
 

@@ -15,8 +15,6 @@ from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.hazard.rates import probability_in
 from ...units import PER_YEAR
 from ...wording import (
-    about_percent,
-    about_years,
     chance_text,
     chances_between,
     confidence_text,
@@ -33,7 +31,6 @@ from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
 from ..text.curve_notes import reached_of, verb_of
 from ..text.rows import Rows
-from ..text.spread import HEADINGS
 from ..text.words import axis_of, display_unit, floor_name, fractile_text, measure_name
 from .values import Cell, ValueTable, known, with_units
 
@@ -145,36 +142,6 @@ def risk_table(results: xr.Dataset) -> Table:
                 cells = ("[italic]no curve[/]", "", "", "")
             table.add_row(f" {escape(str(model))}", *cells, end_section=j == results.sizes["model"] - 1)
     return table
-
-
-def spread_rows(results: xr.Dataset) -> Rows | None:
-    """Return the rates over all branches, and what spreads them, for a terminal or a report; None without branches."""
-    if "epistemic_rate" not in results:
-        return None
-    names = [str(one) for one in results["epistemic_source"].values]
-    there = [one for one in names if float(results["epistemic_spread"].sel(epistemic_source=one).max()) > 0.0]
-    floors = results["floor"].values.tolist() if "floor" in results["epistemic_rate"].dims else [None]
-    fractiles = results["epistemic_fractile"].values.tolist()
-    rows = []
-    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
-        one = results.isel(block=i) if floor is None else results.isel(block=i, floor=k)
-        where = "" if floor is None else f", {floor_name(floor)}"
-        mean = one["epistemic_rate"].item()
-        years = [about_years(rate) for rate in one["epistemic_rate_fractile"].values]
-        shares = [float(one["epistemic_spread"].sel(epistemic_source=name)) for name in there]
-        rows.append((
-            f"{results['block'].values[i]}{where}",
-            about_years(mean),
-            *years[::-1],
-            *(about_percent(share) if np.isfinite(share) else "–" for share in shares),
-        ))  # fmt: skip
-    ends = [f"{given_percent(1.0 - p)}" for p in fractiles[::-1]]
-    headings = ("", "1 / mean", *ends, *(HEADINGS[name] for name in there))
-    beta = float(results.attrs.get("modelling_dispersion", 0.0))
-    held = f", β_m = {beta:g}" if beta and str(results.attrs.get("modelling")) == "fractiles" else ""
-    over = f"{results.sizes['branch']:,} weighted branches{held}"
-    title = f"How often over {over}: years between two falls, and shares of what spreads them"
-    return Rows(title, headings, rows)
 
 
 def _at(one: xr.Dataset, scale: float) -> str:

@@ -13,13 +13,15 @@ from ...wording import (
     chances_between,
     confidence_text,
     currency_of,
-    short_digits,
+    given_number,
     three_digits,
     two_digits,
 )
 from ..buildings.pieces import HELD, SHARES, YEARS, Piece, Range, pieces_of
 from ..text.rows import Rows
+from ..text.spread import OUTER
 from ..text.words import display_unit, floor_name, level_text
+from .assessment import drawn_heading, span
 from .values import ValueTable, known, with_units
 
 UNCHECKED = "code requirements not checked"
@@ -39,6 +41,9 @@ COLUMNS = {
     "chance_in_50_years": "1",
     "chance_in_50_years_lower": "1",
     "chance_in_50_years_upper": "1",
+    "chance_in_50_years_over_branches": "1",
+    "chance_in_50_years_over_branches_5_percent": "1",
+    "chance_in_50_years_over_branches_95_percent": "1",
     "level": "level",
     "probability_at_level": "1",
     "probability_at_level_lower": "1",
@@ -71,9 +76,13 @@ COLUMNS = {
 """Columns of the table in a file, and the kind of their units."""
 
 
-def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
-    """Return the table of the pieces under one law, for a terminal or a report."""
+def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> Rows:
+    """Return the table of the pieces under one law, for a terminal or a report.
+
+    With `branches` the chances of falling are means and ranges over all branches, where the study has them.
+    """
     pieces = pieces_of(results, model)
+    spread = over_branches(results) if branches else {}
     yearly = "item_rate" in results
     rooms = any(one.room for one in pieces)
     meant = any(one.consequences for one in pieces)
@@ -91,14 +100,14 @@ def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
     headings += ["one falls in a year", f"in {YEARS:g} years"] if yearly else ["one falls"]
     headings.append("recommendation")
     headings += ["code"] if coded else []
-    headings += [f"for {short_digits(budget)} {money}".rstrip()] if spent else []
+    headings += [f"for {given_number(budget)} {money}".rstrip()] if spent else []
     headings += [f"{' / '.join(f'{100.0 * share:g}' for share in SHARES)} % fall at {measure}"] if several else []
     headings += ["if it falls"] if meant else []
     headings += ["mean cost of one" if "cost_median" in results.coords else "value of one"] if valued else []
     headings += ["anchoring one costs"] if priced else []
     headings += ["pays back, years"] if pays else []
     amounts = _annual_amounts(results)
-    headings += amounts.values()
+    headings += [heading for heading, _ in amounts.values()]
     rows = []
     for one in pieces[:MOST_ROWS]:
         held = one.recommendation in HELD
@@ -106,7 +115,8 @@ def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
         cells.append(f"{one.number:,}")
         chances: list[Range | float] = [one.chance]
         if yearly:
-            chances = [in_years(one.chance, 1.0).value, in_years(one.chance, YEARS)]
+            rate = spread.get(one.item, one.chance)
+            chances = [in_years(rate, 1.0).value, in_years(rate, YEARS)]
         cells += ["–" if held else _chance(chance) for chance in chances]
         cells.append(one.recommendation)
         cells += ["–" if one.code is None else one.code.status] if coded else []
@@ -115,10 +125,12 @@ def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
             at = [_level(level, results["level"], scale) for level in one.levels]
             cells.append("–" if held else at[0] if at[0] == at[1] else " / ".join(at))
         cells += [", ".join(one.consequences) or "–"] if meant else []
-        cells += [short_digits(one.value) if one.value > 0.0 else "–"] if valued else []
-        cells += [short_digits(one.cost) if math.isfinite(one.cost) else "–"] if priced else []
+        mean = "cost_median" in results.coords and bool(results["cost_median"].sel(item=one.item).notnull())
+        write = two_digits if mean else given_number  # (a mean is computed, a value is as it was given)
+        cells += [write(one.value) if one.value > 0.0 else "–"] if valued else []
+        cells += [given_number(one.cost) if math.isfinite(one.cost) else "–"] if priced else []
         cells += [two_digits(one.payback) if math.isfinite(one.payback) else "–"] if pays else []
-        cells += ["–" if held else _amount(getattr(one, name).value) for name in amounts]
+        cells += ["–" if held else _amount(years * getattr(one, name).value) for name, (_, years) in amounts.items()]
         rows.append(tuple(cells))
     when = (
         ""
@@ -126,7 +138,7 @@ def piece_rows(results: xr.Dataset, model: int = 0) -> Rows:
         else f" at {name} = {level_text(float(results.attrs['at_level']), results['level'])}"
     )
     said = [
-        f"{confidence_text(results)} over motions",
+        "chances: 90 % over what is not known" if spread else f"{confidence_text(results)} intervals over motions",
         *([f"values in {money}"] if money and (valued or priced) else []),
     ]
     said += _first(len(pieces))
@@ -186,6 +198,7 @@ def piece_table(results: xr.Dataset, model: int = 0) -> ValueTable:
     yearly = "item_rate" in results
     left = [name for name in COLUMNS if name.startswith("probability_at" if yearly else "chance_in")]
     left += ["level"] if yearly else []
+    left += [] if "branch" in results.dims else [name for name in COLUMNS if "over_branches" in name]
     left += [] if "code" in results.attrs else [name for name in COLUMNS if name.startswith("code")]
     for name, quantity in (("downtime", "downtime"), ("injured", "injuries")):
         if f"item_annual_{quantity}" not in results:
@@ -197,8 +210,18 @@ def piece_table(results: xr.Dataset, model: int = 0) -> ValueTable:
         "damping_law": str(results["model"].values[model]),
         "level": math.nan if yearly else float(results.attrs["at_level"]),
     }
-    every = [of_all | _values(one, yearly) for one in pieces_of(results, model)]
+    spread = over_branches(results)
+    every = [of_all | _values(one, yearly, spread.get(one.item)) for one in pieces_of(results, model)]
     return ValueTable(headings, [[known(one[name]) for name in kept] for one in every])
+
+
+def over_branches(results: xr.Dataset) -> dict[str, Range]:
+    """Return the mean rate of each piece over all branches with its 5 and 95 % fractiles; empty without branches."""
+    if "epistemic_item_rate" not in results:
+        return {}
+    ends = results["epistemic_item_rate_fractile"].sel(epistemic_fractile=list(OUTER)).values
+    rates = zip(results["epistemic_item_rate"].values.tolist(), ends.tolist(), strict=True)
+    return {str(item): Range(mean, *pair) for item, (mean, pair) in zip(results["item"].values, rates, strict=True)}
 
 
 def in_years(rate: Range, years: float) -> Range:
@@ -206,7 +229,7 @@ def in_years(rate: Range, years: float) -> Range:
     return Range(*(float(probability_in(np.float64(one), years)) for one in rate))
 
 
-def _values(one: Piece, yearly: bool) -> dict[str, str | float | int]:
+def _values(one: Piece, yearly: bool, spread: Range | None) -> dict[str, str | float | int]:
     found: dict[str, str | float | int] = {
         "item": one.item,
         "room": one.room,
@@ -222,6 +245,11 @@ def _values(one: Piece, yearly: bool) -> dict[str, str | float | int]:
         "recommendation": one.recommendation,
         "within_budget": "" if one.recommendation in HELD else "yes" if one.chosen else "no",
     }
+    if spread is not None:
+        known_rate = spread if one.recommendation not in HELD and spread.value > 0.0 else Range(*[math.nan] * 3)
+        name = "chance_in_50_years_over_branches"
+        ends = ("", "_5_percent", "_95_percent")
+        found |= {f"{name}{end}": value for end, value in zip(ends, in_years(known_rate, YEARS), strict=True)}
     if one.code is not None:
         found |= {
             "code": one.code.status,
@@ -243,14 +271,16 @@ def _values(one: Piece, yearly: bool) -> dict[str, str | float | int]:
     return found
 
 
-def _annual_amounts(results: xr.Dataset) -> dict[str, str]:
-    """Return the headings of what a line costs, is out of use and injures in a year, where it is drawn."""
-    headings = {
-        "saving": "all: lost a year" if "cost_median" in results.coords and "item_annual_loss" in results else "",
-        "downtime": "one: days a year out of use" if "item_annual_downtime" in results else "",
-        "injuries": "all: injured a year" if "item_annual_injuries" in results else "",
-    }
-    return {name: heading for name, heading in headings.items() if heading}
+def _annual_amounts(results: xr.Dataset) -> dict[str, tuple[str, float]]:
+    """Return the headings of what a line costs, is out of use and injures, where it is drawn, and of how many years."""
+    found = {}
+    if "cost_median" in results.coords and "item_annual_loss" in results:
+        found["saving"] = ("all: lost a year", 1.0)
+    for name, which in (("downtime", "one"), ("injuries", "all")):
+        if f"item_annual_{name}" in results:
+            years, words = span(results[f"item_annual_{name}"])
+            found[name] = (f"{which}: {drawn_heading(name, words)}", years)
+    return found
 
 
 def _amount(value: float) -> str:

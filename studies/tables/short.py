@@ -8,14 +8,22 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.fitting.states import OVERTURNED, state_name
-from ...wording import about_percent, confidence_text, in_years, interval_text, three_digits, years_between
+from ...wording import (
+    about_percent,
+    chances_between,
+    confidence_text,
+    in_years,
+    interval_text,
+    three_digits,
+    years_between,
+)
 from ..buildings.pieces import HELD, YEARS, pieces_of
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import verb_of
 from ..text.rows import Rows
 from ..text.spread import range_text
 from ..text.words import axis_of, display_unit, floor_name, measure_name, reference_law
-from .pieces import code_text
+from .pieces import code_text, over_branches
 from .pieces import in_years as chances_in
 
 MOST = 9
@@ -72,12 +80,18 @@ def _pieces(results: xr.Dataset) -> Rows:
     at, _ = reference_law(results)
     yearly = "item_rate" in results
     every = pieces_of(results, at)
-    rows = []
+    spread = over_branches(results)
+    rows: list[tuple[str, ...]] = []
     for one in every[:MOST]:
         chance = chances_in(one.chance, YEARS).value if yearly else one.chance.value
         falls = "–" if one.recommendation in HELD else about_percent(chance) if chance > 0.0 else "never seen"
         floor = floor_name(one.floor).removeprefix("floor ")
-        rows.append((one.item, floor, f"{one.number:,}", falls, one.recommendation))
+        cells = [one.item, floor, f"{one.number:,}", falls]
+        if spread:
+            _, low, high = chances_in(spread[one.item], YEARS)
+            cells.append("–" if high == 0.0 else chances_between(low, high, about_percent))
+        rows.append((*cells, one.recommendation))
     first = f"; the first {MOST} of {len(every):,}" if len(every) > MOST else ""
-    headings = ("piece", "floor", "number", f"falls in {YEARS:g} years" if yearly else "falls", "recommendation")
+    falling = f"falls in {YEARS:g} years" if yearly else "falls"
+    headings = ("piece", "floor", "number", falling, *(["over branches (90 %)"] if spread else []), "recommendation")
     return Rows(f"Each piece under {results['model'].values[at]} ({code_text(results)}{first})", headings, rows)

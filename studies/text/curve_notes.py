@@ -6,6 +6,8 @@ extrapolated.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -198,7 +200,57 @@ def modelling_note(dispersion: float, where: str) -> str:
         )
     if where == "mean":
         return f"rates hold a modelling uncertainty of β_m = {dispersion:g}, in the mean"
-    return f"fractiles of the rate hold a modelling uncertainty of β_m = {dispersion:g}; rates of single curves do not"
+    return (
+        f"fractiles of the rate hold a modelling uncertainty of β_m = {dispersion:g}; rates of single branches do not"
+    )
+
+
+def level_modelling_note(dispersion: float) -> str:
+    """Return what chances at given levels hold of modelling uncertainty, in a sentence."""
+    return (
+        f"chances and numbers at a level hold a modelling uncertainty of β_m = {dispersion:g}, from runs at levels up "
+        f"to {math.exp(3.0 * dispersion):.2g} times lower and higher; the ranking of what anchoring saves does not"
+    )
+
+
+def branches_beyond(results: xr.Dataset) -> str:
+    """Return how many branches rest on shaking beyond hazard curves or runs, for a title; empty without any."""
+    if "branch_share_beyond" not in results:
+        return ""
+    share = results["branch_share_beyond"]
+    largest = share.max([dim for dim in share.dims if dim != "branch"]).values
+    many = int((largest > NOTABLE).sum())
+    if not many:
+        return ""
+    return (
+        f"{many} of {largest.size} branches: more than {given_percent(NOTABLE)} of a rate is a guess, from beyond the "
+        "hazard curve or the runs"
+    )
+
+
+def branches_beyond_note(beyond: Sequence[float], names: Sequence[str]) -> list[str]:
+    """Return what is to be known of branches whose rates come from shaking beyond hazard curves or levels.
+
+    Parameters
+    ----------
+    beyond : sequence of float
+        The share of each branch's rate (its largest over blocks) from such shaking.
+    names : sequence of str
+        The branches in words.
+
+    Examples
+    --------
+    >>> branches_beyond_note([0.0, 0.34], ["a / b", "a / c"])[0][:76]
+    'in 1 of 2 branches part of a rate comes from shaking beyond the hazard curve'
+    """
+    many = [share for share in beyond if share > NOTABLE]
+    if not many:
+        return []
+    worst = max(range(len(names)), key=lambda i: beyond[i])
+    return [
+        f"in {len(many)} of {len(names)} branches part of a rate comes from shaking beyond the hazard curve or above "
+        f"the highest runs, up to {whole_percent(beyond[worst])} ({names[worst]})"
+    ]
 
 
 def rate_notes(

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...wording import about_percent, about_years, counted, one_digit
+from ...wording import about_percent, about_years, counted, one_digit, two_digits
+from .words import floor_name
 
 WORDS = {
     "models": "the choice of law",
@@ -29,6 +30,12 @@ OUTER = (0.05, 0.95)
 """Fractiles between which the range is said."""
 
 
+def branch_names(results: xr.Dataset) -> list[str]:
+    """Return the branches in words: law, motions and hazard of each."""
+    named = (results[f"branch_{of}"].values for of in ("model", "motions", "hazard"))
+    return [" / ".join(map(str, one)) for one in zip(*named, strict=True)]
+
+
 def range_text(here: xr.Dataset) -> str:
     """Return the range of years between two falls over all branches, such as 30 to 500 years, of one block."""
     low, high = (float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
@@ -42,6 +49,50 @@ def sources(here: xr.Dataset) -> list[tuple[str, float]]:
     names = [str(one) for one in here["epistemic_source"].values]
     found = [(WORDS[name], float(share)) for name, share in zip(names, shares, strict=True) if share > 0.0]
     return sorted(found, key=lambda one: -one[1])
+
+
+def rates_of_building(results: xr.Dataset) -> xr.Dataset:
+    """Return the rates over branches of a performance study as those of blocks: of any fall by place, and of pieces.
+
+    Pieces stand by their mean rates, those that never fall (such as anchored ones) are left out.
+    """
+    item = _as_blocks(results, "item_rate", "item")
+    item = item.isel(block=np.argsort(-item["epistemic_rate"].values, kind="stable"))
+    item = item.isel(block=np.flatnonzero(item["epistemic_rate"].values > 0.0))
+    place = _as_blocks(results, "any_rate", "place")
+    names = [f"anything, {floor_name(str(one).removeprefix('floor '))}" for one in place["block"].values[1:]]
+    place = place.assign_coords(block=["anything in the building", *names])
+    place = place.isel(block=[0] if len(names) == 1 else slice(None))
+    return xr.concat([place, item], "block").assign_attrs(results.attrs)
+
+
+def building_spread(results: xr.Dataset, quantity: str, place: str) -> xr.Dataset:
+    """Return an annual value of a place over all branches as the rate of one block."""
+    return _as_blocks(results, quantity, "place").sel(block=place)
+
+
+def _as_blocks(results: xr.Dataset, quantity: str, dim: str) -> xr.Dataset:
+    names = {
+        f"epistemic_{quantity}": "epistemic_rate",
+        f"epistemic_{quantity}_fractile": "epistemic_rate_fractile",
+        f"epistemic_{quantity}_spread": "epistemic_spread",
+        f"branch_{quantity}": "branch_rate",
+    }
+    found = results[list(names)].rename(names)
+    kept = [dim, "epistemic_fractile", "epistemic_source", *(str(one) for one in found.coords if "branch" in str(one))]
+    return found.drop_vars([name for name in found.coords if name not in kept]).rename({dim: "block"})
+
+
+def amount_sentence(here: xr.Dataset, what: str, unit: str) -> str:
+    """Return the sentence on an annual amount over all branches: its mean and its range."""
+    low, high = (float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
+    mean = float(here["epistemic_rate"])
+    text = f"{what} is about {two_digits(mean)}{unit} a year, and with a probability of 90 % between "
+    text += f"{two_digits(low)} and {two_digits(high)}{unit} over what is not known"
+    found = sources(here)
+    if found:
+        text += f" (the largest part of that range, {about_percent(found[0][1])}, comes from {found[0][0]})"
+    return f"{text}."
 
 
 def spread_sentence(here: xr.Dataset, name: str, verb: str, modelling: float) -> str:
@@ -60,5 +111,5 @@ def spread_sentence(here: xr.Dataset, name: str, verb: str, modelling: float) ->
     if found:
         text += f"; the largest part of that range ({about_percent(found[0][1])}) comes from {found[0][0]}"
     rate = float(here["epistemic_rate"])
-    mean = f" The mean of the rate is one fall in {about_years(rate)} years." if rate > 0.0 else ""
+    mean = f" The mean rate is once in {about_years(rate)} years." if rate > 0.0 else ""
     return f"{text}.{mean}"

@@ -73,6 +73,18 @@ def axis_name(axis: xr.DataArray, default: str = "level") -> str:
     return f"{axis.attrs.get('long_name', default)}{f' ({unit})' if unit else ''}"
 
 
+def quantity_name(axis: xr.DataArray, default: str = "level") -> str:
+    """The name of the quantity of an axis in a sentence, where a number follows it.
+
+    Examples
+    --------
+    >>> quantity_name(xr.DataArray(0.0, attrs={"long_name": "spectral acceleration at 1 s, 5 % damping"}))
+    'spectral acceleration at 1 s (5 % damping)'
+    """
+    name, _, rest = str(axis.attrs.get("long_name", default)).partition(", ")
+    return f"{name} ({rest})" if rest else name
+
+
 def measure_name(label: str, power: float = 1.0) -> str:
     """The written name of a measure; for a measure that grows with the square of the amplitude, its square root.
 

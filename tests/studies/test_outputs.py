@@ -35,6 +35,7 @@ STUDIES = {
     "uncertainty": ("uncertainty", "", YEAR + FIT),
     "clinic": ("clinic", "", ""),
     "laboratory": ("laboratory", "", ""),
+    "clinic_branches": ("clinic_branches", "", ""),
     "sensitivity": ("sensitivity_delta", "", ""),
 }
 """Examples by name, with what is put before and after their text."""
@@ -64,14 +65,14 @@ def results(tmp_path_factory):
 
 TABLES = (
     *("runs", "curves", "year", "branches", "measures", "samples", "varied"),
-    *("given", "annual", "ranking", "duties", "standing", "screen", "shares"),
+    *("given", "annual", "spread", "ranking", "duties", "standing", "screen", "shares"),
 )
 """The page's tables in their order."""
 OF_KIND = {
     "fragility": ("runs", "curves", "year", "branches", "measures", "standing", "screen"),
     "uncertainty": ("samples", "curves", "year", "standing", "shares"),
     "sensitivity": ("varied", "standing", "shares"),
-    "performance": ("given", "annual", "ranking", "duties", "standing", "shares"),
+    "performance": ("given", "annual", "spread", "ranking", "duties", "standing", "shares"),
 }
 UNITS = {
     "1/year": {"year-1"},

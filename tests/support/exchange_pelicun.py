@@ -159,7 +159,9 @@ def main(folder):
     print(f"multilinear: {len(tables)} components, {checked} probabilities agree")
     for building in expected["buildings"]:
         checked, worst = check_building(folder / building["folder"], building)
-        print(f"{building['folder']}: {checked} mean numbers and costs agree, the worst by {worst:.1f} standard errors")
+        print(
+            f"{building['folder']}: {checked} numbers, costs and downtimes agree, means by {worst:.1f} standard errors"
+        )
     rows = expected["pelicun"]
     files = sorted({row["file"] for row in rows})
     checked = sum(check_table(folder, [row for row in rows if row["file"] == file]) for file in files)

@@ -16,26 +16,28 @@ from scipy.special import ndtr
 import toppling as tp
 from toppling.fragility import write_nrml, write_pelicun
 from toppling.fragility.curves import published
+from toppling.studies.buildings.contents import Contents
+from toppling.studies.buildings.inventory import read_inventory
 from toppling.studies.command.building_files import write_building_files
 
 RATIOS = (0.4, 0.8, 1.0, 1.3, 2.5)  # of the demand to the median
 DEMANDS = {"pga": ("PFA", "g", 9.80665), "pgv": ("PFV", "mps", 1.0), "Sa(1.0)": ("SA_1.0", "g", 9.80665)}
 IMTS = {"pga": ("PGA", 9.80665), "pgv": ("PGV", 0.01), "Sa(1.0)": ("SA(1.0)", 9.80665)}
 AT_LEVELS = (5, 8, 11)  # positions among the levels of a building's study
+FEW, PGA, ALIKE = (
+    ("number = 100", "number = 20"),
+    ('im = "Sa(0.5)"', 'im = "pga"'),
+    ("variability =", "# variability ="),
+)
 BUILDINGS = {
-    "independent": ("SA_0.5", "g", 9.80665, [("number = 100", "number = 20")]),
-    "alike": (
-        "PGA",
-        "g",
-        9.80665,
-        [
-            ("number = 100", "number = 20"),
-            ('im = "Sa(0.5)"', 'im = "pga"'),
-            ("variability =", "# variability ="),
-        ],
-    ),
+    "independent": ("clinic", "SA_0.5", "g", 9.80665, [FEW]),
+    "alike": ("clinic", "PGA", "g", 9.80665, [FEW, PGA, ALIKE]),
+    "drawn": ("laboratory", "SA_0.5", "g", 9.80665, [FEW]),
+    "drawn-alike": ("laboratory", "PGA", "g", 9.80665, [FEW, PGA, ALIKE]),
 }
-"""Studies of the small clinic: demand, unit and its SI value, and changes of the text; pieces alike or not."""
+"""Studies of examples: demand, unit and its SI value, and changes of the text; pieces alike or not."""
+DRAWS = 1_000_000
+"""Pieces that are drawn for the means and the spreads expected of costs and downtimes."""
 
 
 def fitted(im: str) -> xr.Dataset:
@@ -137,11 +139,12 @@ def main(folder: Path) -> None:
 
 
 def building(folder: Path, name: str) -> dict[str, object]:
-    """A small clinic, exported for a whole assessment, and the falls that its study expects."""
-    demand, unit, factor, changes = BUILDINGS[name]
+    """An example, exported for a whole assessment, and the falls, costs and downtimes that its study expects."""
+    example, demand, unit, factor, changes = BUILDINGS[name]
     examples = Path(tp.__file__).parent / "studies" / "examples"
-    text = (examples / "clinic.toml").read_text(encoding="utf-8")
-    for old, new in (("inventory.csv", (examples / "inventory.csv").as_posix()), *changes):
+    text = (examples / f"{example}.toml").read_text(encoding="utf-8")
+    inventory = examples / ("inventory.csv" if example == "clinic" else f"{example}.csv")
+    for old, new in ((inventory.name, inventory.as_posix()), *changes):
         assert old in text
         text = text.replace(old, new)
     study = folder / f"{name}.toml"
@@ -151,21 +154,64 @@ def building(folder: Path, name: str) -> dict[str, object]:
     write_building_files(results, folder / name, prefix="CLINIC")
     with xr.open_dataset(results) as stored:
         found = stored.isel(model=0).load()
+    lines = read_inventory(inventory).rows
+    assert [one.label for one in lines] == found["item"].values.tolist()
+    together = found.attrs["pieces"] == "alike"
     components = []
     for i, one in enumerate(found["probability"].transpose("item", "level").values):
         rising = bool((np.diff(one) >= 0.0).all())  # the table has made the others rise
         p = one if rising else isotonic_regression(one).x
+        chance = [float(p[k]) for k in AT_LEVELS]
+        number = int(found["count"].values[i])
+        drawn = [consequences_of(lines[i], number, together, at, i) for at in chance]
         components.append(
             {
                 "id": f"CLINIC.{i + 1:03d}",
-                "number": int(found["count"].values[i]),
-                "value": float(found["value"].values[i]),
-                "together": found.attrs["pieces"] == "alike",
-                "probability": [float(p[k]) for k in AT_LEVELS],
+                "number": number,
+                "value": float(found["value"].values[i]) if lines[i].cost is None else None,
+                "together": together,
+                "probability": chance,
+                "cost": [one for one, _ in drawn],
+                "downtime": [one for _, one in drawn],
             }
         )
     levels = [float(found["level"].values[k]) / factor for k in AT_LEVELS]
-    return {"folder": name, "demand": demand, "unit": unit, "levels": levels, "components": components}
+    correlation = 0.7 if example == "laboratory" else 0.0
+    return {
+        "folder": name,
+        "demand": demand,
+        "unit": unit,
+        "levels": levels,
+        "components": components,
+        "correlation": correlation,
+    }
+
+
+def consequences_of(line: Contents, number: int, together: bool, chance: float, seed: int) -> list[list[float] | None]:
+    """Mean, standard deviation and kurtosis of a line's cost and longest downtime, drawn piece by piece.
+
+    None where the line gives no distribution.
+    """
+    rng = np.random.default_rng(seed)
+    draws = DRAWS // number
+    falls = rng.random((draws, 1 if together else number)) < chance
+    found: list[list[float] | None] = []
+    for given, joined in ((line.cost, np.sum), (line.downtime, np.max)):
+        if given is None:
+            found.append(None)
+            continue
+        scores = rng.standard_normal((draws, number))
+        if given.distribution == "normal":
+            values = given.median * (1.0 + given.dispersion * scores)
+            assert (values < 0.0).mean() < 1e-3  # (else the truncation would matter here)
+            values = np.maximum(values, 0.0)
+        else:
+            values = given.median * np.exp(given.dispersion * scores)
+        each = joined(falls * values, axis=1)
+        apart, deviation = each - each.mean(), float(each.std())
+        kurtosis = float((apart**4).mean() / deviation**4) if deviation > 0.0 else 0.0
+        found.append([float(each.mean()), deviation, kurtosis])
+    return found
 
 
 def multilinear_forms(folder: Path) -> list[dict[str, object]]:

@@ -9,17 +9,24 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
+from ....aliases import Array
+from ...curves.curve import ISOTONIC
+from ...fitting.links import LOGNORMAL
 from ...fitting.states import INCOMPLETE
-from ..datasets import curve_dataset
+from ..datasets import MAX_NUMBERS, curve_dataset
 from ..files import ExchangeError, number, read_text
 from ..ids import common_limit_state, labelled_curves
 from ..rows import MAX_CURVES, CurveParameters, CurveRow, CurveSet, select_measure
 from .demands import measure_of, units_of
 from .metadata import read_metadata
+from .multilinear import FAMILY, points
 
 MAX_LIMIT_STATES = 20
+Read = tuple[str, int, CurveRow, tuple[Array, Array] | None]
+"""Id, index of the limit state, curve, and the levels and probabilities of a curve without parameters."""
 
 
 def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = None, im: str | None = None) -> xr.Dataset:
@@ -39,13 +46,14 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
     xarray.Dataset
         median (SI) and dispersion on the dimensions that were written, else on ``block``, labelled by ids; with
         ``limit_state`` where a component has more than one; coordinates id and directional; attribute im.  Incomplete
-        rows are NaN, with that status.
+        rows are NaN, with that status.  Of curves of the family ``multilinear_CDF`` probability on ``level`` in place
+        of median and dispersion (form isotonic): all of them at the levels of all, linear between their own.
 
     Raises
     ------
     ExchangeError
         One sentence that names the file and the error: unknown measures or families, missing ids, several measures and
-        no choice of one.
+        no choice of one, both families in the rows that are read.
     """
     file, text = read_text(path)
     heading, rows = _table(file, text)
@@ -68,7 +76,9 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
     (label, ground), found = select_measure(file, by_measure, im)
     metadata = read_metadata(file.with_suffix(".json"))
     states = _limit_states(file, heading)
-    rows_of = [(row["ID"], at, curve) for row in found for at, curve in _curves(file, row, states, label)]
+    levels, rows_of = _at_common_levels(
+        file, [(row["ID"], *curve) for row in found for curve in _curves(file, row, states, label)]
+    )
     dims, named = labelled_curves(rows_of, metadata.components, [f"LS{i}" for i in states])
     made = CurveSet(
         label,
@@ -77,6 +87,8 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
         dims,
         tuple(name for name, _, _ in rows_of),
         named,
+        LOGNORMAL if levels is None else ISOTONIC,
+        levels,
         title=metadata.title or f"Fragility curves of {file.name}",
         state=common_limit_state(rows_of, metadata.components, "LS1"),
     )
@@ -118,8 +130,30 @@ def _limit_states(file: Path, heading: Sequence[str]) -> list[int]:
     return states
 
 
-def _curves(file: Path, row: Mapping[str, str], states: Sequence[int], im: str) -> list[tuple[int, CurveRow]]:
-    """Return one row's curves, each with the index of its limit state."""
+def _at_common_levels(file: Path, read: Sequence[Read]) -> tuple[Array | None, list[tuple[str, int, CurveRow]]]:
+    """Return the levels of all curves without parameters, None where there are none, and all curves at these levels."""
+    tables = [own for _, _, _, own in read if own is not None]
+    if not tables:
+        return None, [(name, at, curve) for name, at, curve, _ in read]
+    lognormal = next((name for name, _, curve, own in read if own is None and curve.estimated), None)
+    if lognormal is not None:
+        raise ExchangeError(
+            f"{file}: {lognormal!r:.80} is lognormal and other components are {FAMILY}: read one family with ids"
+        )
+    levels = np.unique(np.concatenate([x for x, _ in tables]))
+    if levels.size * len(read) > MAX_NUMBERS:
+        raise ExchangeError(f"{file}: {len(read):,} curves have {levels.size:,} levels: read some of them with ids")
+    found = []
+    for name, at, curve, own in read:
+        p = None if own is None else np.interp(levels, *own)
+        found.append((name, at, curve._replace(probability=p)))
+    return levels, found
+
+
+def _curves(
+    file: Path, row: Mapping[str, str], states: Sequence[int], im: str
+) -> list[tuple[int, CurveRow, tuple[Array, Array] | None]]:
+    """Return one row's curves, each with the index of its limit state, and its own levels with their probabilities."""
     name = row["ID"]
     numbers = {}
     for column, key in (("Demand-Directional", "directional"), ("Demand-Offset", "offset")):
@@ -132,26 +166,30 @@ def _curves(file: Path, row: Mapping[str, str], states: Sequence[int], im: str) 
     if numbers.get("offset") == 0.0:
         del numbers["offset"]
     if row.get("Incomplete", "").strip() not in ("", "0", "0.0", "False"):
-        return [(0, CurveRow((), status=INCOMPLETE, numbers=numbers))]
+        return [(0, CurveRow((), status=INCOMPLETE, numbers=numbers), None)]
     _, units = units_of(im)
     if row["Demand-Unit"] not in units:
         raise ExchangeError(
             f"{file}: Demand-Unit of {name!r:.80} must be one of {', '.join(units)} for {row['Demand-Type']}, "
             f"got {row['Demand-Unit']!r:.30}"
         )
-    found = []
+    unit = units[row["Demand-Unit"]]
+    found: list[tuple[int, CurveRow, tuple[Array, Array] | None]] = []
     for at, i in enumerate(states):
         family, theta_0, theta_1 = (row[f"LS{i}-{key}"].strip() for key in ("Family", "Theta_0", "Theta_1"))
         if not (family or theta_0 or theta_1):
             continue
         where = f"of LS{i} of {name!r:.80}"
-        if family != "lognormal":
-            raise ExchangeError(f"{file}: the family {where} must be lognormal, got {family!r:.30}")
         weights = row.get(f"LS{i}-DamageStateWeights", "").strip()
-        median = number(file, f"Theta_0 {where}", theta_0) * units[row["Demand-Unit"]]
-        parameters = CurveParameters(median, number(file, f"Theta_1 {where}", theta_1))
-        curve = CurveRow((), parameters, numbers=numbers, words={"weights": weights} if weights else {})
-        found.append((at, curve))
+        curve = CurveRow((), numbers=numbers, words={"weights": weights} if weights else {})
+        if family == FAMILY:
+            found.append((at, curve, points(file, where, theta_0, unit)))
+        elif family == LOGNORMAL:
+            median = number(file, f"Theta_0 {where}", theta_0) * unit
+            parameters = CurveParameters(median, number(file, f"Theta_1 {where}", theta_1))
+            found.append((at, curve._replace(parameters=parameters), None))
+        else:
+            raise ExchangeError(f"{file}: the family {where} must be lognormal or {FAMILY}, got {family!r:.30}")
     if not found:
         raise ExchangeError(f"{file}: {name!r:.80} has no limit state and is not said to be incomplete")
     return found

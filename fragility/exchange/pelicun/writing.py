@@ -66,7 +66,8 @@ def write_pelicun(
     Curves that are not lognormal are written as pelicun's ``multilinear_CDF`` (3.10 reads it): levels and probabilities
     with lines between them, to six digits.  A curve with a factor of uplift then errs by less than 0.0002 (dispersions
     below 0.003 more).  An isotonic curve has its own levels; below the lowest it falls to 0 within one step, as in
-    annual rates, and above the highest it is held constant.  `read_pelicun` reads lognormal rows alone.
+    annual rates, and above the highest it is held constant.  `read_pelicun` reads both forms, one at a time: what had
+    a factor of uplift comes back as probabilities at levels.
 
     The metadata have the keys that the Damage and Loss Model Library asks for, and no others.
 

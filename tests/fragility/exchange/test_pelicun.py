@@ -152,7 +152,79 @@ class TestMultilinear:
         assert [name for name, row in rows.items() if row["Incomplete"] == "1"] == [*written.missing]
         assert len(written.missing) == 1
 
-    def test_reading_them_is_refused(self, tmp_path):
-        write_pelicun(isotonic(), tmp_path / "t.csv")
-        with pytest.raises(ExchangeError, match=re.escape("must be lognormal, got 'multilinear_CDF'")):
-            read_pelicun(tmp_path / "t.csv")
+
+class TestReading:
+    def test_isotonic_curves_there_and_back(self, tmp_path):
+        """To a millionth at the levels that were written, on the same dimensions; below them from 0 a step lower."""
+        curves = isotonic()
+        write_pelicun(curves, tmp_path / "t.csv")
+        found = read_pelicun(tmp_path / "t.csv")
+        assert (found.attrs["form"], found["probability"].dims) == ("isotonic", ("block", "model", "level"))
+        levels = curves["level"].values
+        np.testing.assert_allclose(found["level"].values, [0.3**2 / 0.7, *levels], rtol=1e-12)
+        assert found["level"].attrs["units"] == "m s-1"
+        at = found["probability"].isel(level=slice(1, None))
+        np.testing.assert_allclose(at.values[0], curves["probability"].values[0], atol=4e-6)
+        np.testing.assert_allclose(at.values[1, 0], 0.0, atol=0.0)
+        assert np.isnan(found["probability"].values[1, 1]).all()
+        assert found["block"].values.tolist() == ["a", "b"]
+        assert list(found["status"].values[1]) == ["ok", "incomplete"]
+        np.testing.assert_allclose(found["probability"].isel(level=0).values[0], 0.0, atol=0.0)
+
+    def test_written_again(self, tmp_path):
+        """What was read is a curve like any other: the second table has the numbers of the first."""
+        write_pelicun(isotonic().isel(block=[0]), tmp_path / "t.csv")
+        write_pelicun(read_pelicun(tmp_path / "t.csv"), tmp_path / "again.csv")
+        for row, other in zip(table(tmp_path / "t.csv"), table(tmp_path / "again.csv"), strict=True):
+            (x, y), (v, w) = points(row["LS1-Theta_0"]), points(other["LS1-Theta_0"])
+            np.testing.assert_allclose(np.interp(x, v, w), y, atol=5e-6)
+
+    def test_factors_of_uplift(self, tmp_path):
+        curves = uplifting()
+        write_pelicun(curves, tmp_path / "t.csv")
+        found = read_pelicun(tmp_path / "t.csv")
+        x = found["level"].values
+        for i in range(curves.sizes["block"]):
+            median, dispersion, uplift, beta = (float(curves[name].values[i]) for name in curves.data_vars)
+            expected = ndtr(np.log(x / median) / dispersion)
+            expected *= ndtr(np.log(x / uplift) / beta) if beta > 0.0 else x >= uplift
+            near = np.abs(x / uplift - 1.0) < 3e-5 if beta == 0.0 else np.zeros(x.size, dtype=bool)
+            assert np.abs(found["probability"].values[i] - expected)[~near].max() < 2e-4
+
+    HEADING = "ID,Demand-Type,Demand-Unit,LS1-Family,LS1-Theta_0,LS1-Theta_1"
+
+    def read(self, folder, *cells, **options):
+        rows = [f"c{i},Peak Floor Acceleration,g,{cell}" for i, cell in enumerate(cells)]
+        (folder / "t.csv").write_text("\n".join([self.HEADING, *rows]) + "\n", encoding="utf-8")
+        return read_pelicun(folder / "t.csv", **options)
+
+    def test_a_table_of_others(self, tmp_path):
+        """By hand: two curves with levels of their own, each linear between them, 0 below and 1 above."""
+        found = self.read(tmp_path, 'multilinear_CDF,"1,2|0,1",', 'multilinear_CDF,"1.5,3,5|0,0.5,1",')
+        np.testing.assert_allclose(found["level"].values, np.array([1.0, 1.5, 2.0, 3.0, 5.0]) * G)
+        np.testing.assert_allclose(found["probability"].values[0], [0.0, 0.5, 1.0, 1.0, 1.0], atol=1e-12)
+        np.testing.assert_allclose(found["probability"].values[1], [0.0, 0.0, 1.0 / 6.0, 0.5, 1.0], atol=1e-12)
+
+    @pytest.mark.parametrize(
+        ("cell", "message"),
+        [
+            ('"1,2|0",', "must be levels|probabilities, as many of both"),
+            ('"1,2",', "must be levels|probabilities, as many of both"),
+            ('"1,2|0,1|0,1",', "must be levels|probabilities, as many of both"),
+            ('"2,1|0,1",', "levels must be strictly increasing"),
+            ('"0,1|0,1",', "levels must be finite and > 0"),
+            ('"1,2|0,0.9",', "probabilities must begin with 0, end with 1"),
+            ('"1,2,3|0,1.5,1",', "probabilities must begin with 0, end with 1 and not decrease"),
+            ('"1,x|0,1",', "must be a finite number"),
+        ],
+    )
+    def test_no_curves(self, cell, message, tmp_path):
+        with pytest.raises(ExchangeError, match=re.escape(message)):
+            self.read(tmp_path, f"multilinear_CDF,{cell}")
+
+    def test_both_families(self, tmp_path):
+        cells = "lognormal,1.0,0.5", 'multilinear_CDF,"1,2|0,1",'
+        with pytest.raises(ExchangeError, match="'c0' is lognormal and other components are multilinear_CDF"):
+            self.read(tmp_path, *cells)
+        assert "median" in self.read(tmp_path, *cells, ids=["c0"])
+        assert "probability" in self.read(tmp_path, *cells, ids=["c1"])

@@ -30,7 +30,7 @@ SHAKES = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
 def test_sizes(width, height, expected):
     found = block_doubts([tp.Block(width, height, name="one")])
     assert [one.grave for one in found] == ([] if expected is None else [expected])
-    assert all(f"one: {width:g} m x {height:g} m" in one.sentence for one in found)
+    assert all(f"one: {width:g} m × {height:g} m" in one.sentence for one in found)
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ class TestWarnings:
 
     def test_sizes_levels_and_records(self):
         (size,) = self.said(tp.Block(400.0, 1800.0), [1.0])
-        assert "millimetres written as metres?" in str(size.message)
+        assert "centimetres or millimetres written as metres?" in str(size.message)
         (level,) = self.said(CABINET, [1.0, 98.0])
         assert "the highest level, 9.99322 g, is beyond any shaking" in str(level.message)
         offset = tp.motions.from_array(np.sin(np.arange(500) * 0.1) + 0.2, 0.01, recorded=True)

@@ -601,7 +601,10 @@ class TestNotes:
         assert block_notes([BLOCKS[0]]) == []
         wide = block_notes([tp.Block(40.0, 60.0, name="house")])
         assert "house: its centre of mass is 1.5 half widths high" in wide[0]
-        assert wide[1] == "the block has sides above 20 m (house: 40 m x 60 m): millimetres written as metres?"
+        assert (
+            wide[1]
+            == "the block has sides above 20 m (house: 40 m × 60 m): centimetres or millimetres written as metres?"
+        )
 
 
 STUDY = """

@@ -258,65 +258,11 @@ class TestInAYear:
     def test_levels_that_begin_too_high_are_noted(self):
         high = assess(INVENTORY, LAW, shaking(6), [6.0, 12.0], "pga", FRAME, CURVE)
         assert (high.annual_number_below.sel(place="building") > 0.0).all()
-        assert any("comes from below the first level, where it is a guess" in one for one in notes(high))
+        assert any("come from below the first level, where it is a guess" in one for one in notes(high))
 
 
 def replace_curve(**changes):
     return SimpleNamespace(**{**CURVE.__dict__, "rates": [0.1, 1e-4], **changes})
-
-
-@pytest.fixture(scope="module")
-def both():
-    """The building without and with modelling uncertainty, under a power law."""
-    options = LAW, shaking(), LEVELS, "pga", FRAME, tp.HazardCurve.power_law(1e-3, 1.8, "pga")
-    return assess(INVENTORY, *options), assess(INVENTORY, *options, modelling_dispersion=0.4)
-
-
-class TestModelling:
-    """One capacity factor, not known, common to all pieces: annual values are means over it."""
-
-    def test_every_annual_value_has_the_closed_form_s_factor(self, both):
-        """Under a power law exp(k² beta_m²/2): rates, numbers, losses, events and exceedances, with their intervals."""
-        plain, found = both
-        factor = np.exp(0.5 * 1.8**2 * 0.4**2)
-        names = [name for name in plain.data_vars if {"annual", "rate"} & {*str(name).split("_")}]
-        assert len(names) > 15
-        for name in names:
-            np.testing.assert_allclose(found[name], factor * plain[name], rtol=1e-9, err_msg=str(name))
-
-    def test_values_given_a_level_hold_none(self, both):
-        plain, found = both
-        for name in ("number_mean", "any_probability", "number_exceedance", "probability"):
-            np.testing.assert_array_equal(found[name], plain[name])
-        assert found.attrs["modelling_dispersion"] == 0.4
-
-    def test_many_buildings_of_the_same_factor(self, monkeypatch):
-        """Against 400 factors drawn and each assessed by itself, with a hazard curve that bends: any fall, and losses.
-
-        Two pieces fall from known levels on (2.3 and 4.1 m/s²) under every motion; between levels the assessment
-        interpolates, so the levels are close.
-        """
-        levels = np.geomspace(0.05, 60.0, 400)
-        two = Inventory((Contents("a", SHELF, 0, value=1.0), Contents("b", CASE, 0, value=10.0)), "EUR")
-        flags = np.repeat([(levels > 2.3)[:, None], (levels > 4.1)[:, None]], 3, axis=2)
-        hazard = tp.HazardCurve([0.1, 1.0, 4.0, 20.0], [1e-1, 5e-3, 2e-4, 1e-6], "pga")
-        one = known(monkeypatch, flags, two, levels, hazard, modelling_dispersion=0.3).isel(model=0, place=0)
-        factors = np.exp(0.3 * np.random.default_rng(1).standard_normal(400))
-        above = [tp.annual_rate(curve(at * f), hazard)["rate"].item() for at in (2.3, 4.1) for f in factors]
-        first, second = np.reshape(above, (2, -1))
-        assert float(one.any_rate) == pytest.approx(first.mean(), rel=0.06)
-        assert float(one.annual_loss) == pytest.approx((first + 10.0 * second).mean(), rel=0.06)
-
-    def test_refuses(self):
-        with pytest.raises(ValueError, match="modelling_dispersion is of annual values, which need a hazard"):
-            assess(INVENTORY, LAW, shaking(2), LEVELS, "pga", FRAME, modelling_dispersion=0.3)
-        with pytest.raises(TypeError, match="modelling_dispersion needs a HazardCurve"):
-            assess(INVENTORY, LAW, shaking(2), LEVELS, "pga", FRAME, CURVE, modelling_dispersion=0.3)
-
-
-def curve(median):
-    """A piece that falls from a known level on."""
-    return xr.Dataset({"median": ((), median, {"units": "m s-2"}), "dispersion": 0.0}, attrs={"im": "pga"})
 
 
 class TestPieces:
@@ -659,7 +605,7 @@ class TestTablesAndFigures:
         assert headings == ("rank", "item", "floor", "pieces", "saves, EUR a year", "share", "cost", "pays back in")
         assert len(rows) == 2
         _, headings, rows = ranking_rows(anchoring(found, "blocks-exit"))
-        assert headings[4] == "saves, a year" or headings[4] == "saves, in 1000 years"
+        assert headings[4] == "saves, a year" or headings[4] == "saves, in 1,000 years"
         assert len(rows) == 2
 
     @pytest.mark.parametrize(

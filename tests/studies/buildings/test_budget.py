@@ -37,6 +37,20 @@ class TestBestSet:
         found = best_set(np.array([6.0, 5.0, 5.0]), 10.0, [np.array([10.0, 6.0, 6.0])])
         assert found.chosen.tolist() == [False, True, True]
 
+    @pytest.mark.parametrize(
+        ("costs", "budget", "goal", "message"),
+        [
+            ([1.0, 2.0], -1.0, [1.0, 1.0], "budget must be finite and >= 0, got -1"),
+            ([1.0, 2.0], np.nan, [1.0, 1.0], "budget must be finite and >= 0, got nan"),
+            ([1.0, 2.0], 5.0, [1.0], r"goals must have a value for each of the costs, \(2,\), got \(1,\)"),
+            ([1.0, -2.0], 5.0, [1.0, 1.0], "costs must be >= 0, got -2"),
+            ([1.0, 2.0], 5.0, [1.0, np.inf], "goals must be finite and >= 0"),
+        ],
+    )
+    def test_refuses(self, costs, budget, goal, message):
+        with pytest.raises(ValueError, match=message):
+            best_set(np.array(costs), budget, [np.array(goal)])
+
     def test_safety_is_never_behind_money(self):
         found = best_set(np.array([100.0, 100.0]), 100.0, [np.array([1e-9, 0.0]), np.array([0.0, 1e9])])
         assert found.chosen.tolist() == [True, False]

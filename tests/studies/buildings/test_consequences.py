@@ -18,7 +18,9 @@ from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.consequences import Consequence, Injury, PieceScores
 from toppling.studies.buildings.contents import Contents, Inventory
+from toppling.studies.buildings.notes import hazard_notes, hazard_shares, notes
 from toppling.studies.buildings.pieces import SAFETY, pieces_of
+from toppling.studies.report.validity import CARE, checks_of
 from toppling.studies.tables.assessment import annual_rows, level_rows
 from toppling.studies.tables.pieces import piece_rows, piece_table
 
@@ -237,6 +239,92 @@ class TestRealisations:
             np.testing.assert_allclose(drawn[name], plain[name], rtol=1e-12)
 
 
+QUANTITIES = ("number", "loss", "downtime", "injuries")
+
+
+class TestEndsOfTheHazardCurve:
+    """How much of each annual value comes from beyond the ends of a hazard curve that is a power law there, too."""
+
+    K = 1.8
+
+    def curve(self, first, last):
+        levels = np.array([first, last])
+        return tp.HazardCurve(levels, 1e-3 * levels**-self.K, "pga")
+
+    def found(self, monkeypatch, flags, curve):
+        found = shaken(monkeypatch, flags)
+        return found.assign(hazard_shares(found, curve))
+
+    @pytest.mark.parametrize("name", QUANTITIES)
+    def test_closed_form_where_everything_falls_at_every_level(self, monkeypatch, name):
+        """v = 1 above the first level b, and rises from 0 at a = b/2: ∫ v |dλ| = λ(a) (1 - e^-z)/z with z = k ln 2."""
+        z = self.K * math.log(2.0)
+        whole = 0.5**-self.K * -math.expm1(-z) / z
+        found = self.found(monkeypatch, np.ones((3, 3, 10)), self.curve(1.5, 3.0))
+        below, above = (found[f"annual_{name}_share_{side}"].item() for side in ("below", "above"))
+        assert above == pytest.approx(3.0**-self.K / whole, rel=1e-12)
+        assert below == pytest.approx(1.0 - 1.5**-self.K / whole, rel=1e-12)
+        assert float(found[f"annual_{name}"][0, 0]) == pytest.approx(1e-3 * whole * found[f"{name}_mean"][0, 0, 0])
+
+    @pytest.mark.parametrize("name", QUANTITIES)
+    @pytest.mark.parametrize(("first", "last"), [(1.3, 9.0), (0.2, 2.7)])
+    def test_equals_the_integral_in_small_steps(self, monkeypatch, name, first, last):
+        found = self.found(monkeypatch, falls(80), self.curve(first, last))
+        mean = found[f"{name}_mean"].isel(model=0).sel(place="building").values
+        fine = np.linspace(math.log(0.5), math.log(1e4), 400_001)
+        middle = 0.5 * (fine[1:] + fine[:-1])
+        value = np.interp(middle, np.log([0.5, *LEVELS]), [0.0, *mean])
+        events = value * -np.diff(np.exp(-self.K * fine))
+        for side, outside in (("below", np.exp(middle) < first), ("above", np.exp(middle) > last)):
+            share = events[outside].sum() / events.sum()
+            assert found[f"annual_{name}_share_{side}"].item() == pytest.approx(share, rel=1e-3, abs=1e-12)
+
+    def test_notes_name_every_quantity_of_which_much_comes_from_there(self, monkeypatch):
+        """The rack, which injures nobody, falls at the last level alone: much of loss and downtime is from above."""
+        flags = np.zeros((3, 3, 20))
+        flags[0], flags[1, 2] = 1.0, 1.0
+        freezer = replace(LAB.rows[0], count=30, cost=Consequence(1.0))
+        rack = replace(LAB.rows[1], downtime=Consequence(200.0))
+        found = shaken(monkeypatch, flags, Inventory((freezer, rack, LAB.rows[2]), "EUR"))
+        curve = self.curve(0.1, 4.0)
+        found = found.assign(hazard_shares(found, curve))
+        number, loss, downtime, injuries = (found[f"annual_{name}_share_above"].item() for name in QUANTITIES)
+        assert min(loss, downtime) > 0.05 > max(number, injuries) > 0.0
+        (note,) = (one for one in hazard_notes(found, curve) if "the hazard curve's last level" in one)
+        said = f"{100 * loss:.0f} % of the annual loss and {100 * downtime:.0f} % of the annual downtime"
+        assert note.startswith(f"{said} come from shaking above the hazard curve's last level")
+        (check,) = (one for one in checks_of(found) if "annual rates" in one.question)
+        assert check.word == CARE
+        assert check.reason.endswith(f"(annual loss, {LAW.label}).")
+
+    @pytest.mark.parametrize(
+        ("first", "side", "words"),
+        [
+            (0, "below", "come from below the first level, where it is a guess: add lower levels"),
+            (2, "above", "come from above the last level, as if nothing more fell there: add higher levels"),
+        ],
+    )
+    def test_notes_on_the_ends_of_the_levels(self, monkeypatch, first, side, words):
+        """From some level on, half of the motions overturn everything."""
+        flags = np.zeros((3, 3, 20))
+        flags[:, first:, ::2] = 1.0
+        found = shaken(monkeypatch, flags)
+        (note,) = (one for one in notes(found) if "annual" in one and side in one)
+        part = {one: (found[f"annual_{one}_{side}"] / found[f"annual_{one}"])[0, 0].item() for one in QUANTITIES}
+        number, loss, downtime, injuries = (f"{100 * part[name]:.0f} % of the annual" for name in QUANTITIES)
+        said = f"{number} overturnings, {loss} loss, {downtime} downtime and {injuries} injuries"
+        assert note == f"{said} {words}"
+
+    def test_no_note_above_where_all_has_fallen(self, monkeypatch):
+        flags = np.zeros((3, 3, 20))
+        flags[:, 2] = 1.0
+        assert not [one for one in notes(shaken(monkeypatch, flags)) if "above the last level" in one]
+        flags[1, 2, ::2] = 0.0  # half of the racks stand, and they injure nobody
+        (note,) = (one for one in notes(shaken(monkeypatch, flags)) if "above the last level" in one)
+        assert "downtime" in note
+        assert "injuries" not in note
+
+
 class TestDecisions:
     def test_means_pay_back(self, monkeypatch):
         found = shaken(monkeypatch, falls(60))
@@ -267,15 +355,20 @@ class TestDecisions:
         shown = dict(zip(rows.headings, next(row for row in rows.rows if row[0] == "freezer"), strict=True))
         assert shown["mean cost of one"] == "1,200"
         assert float(shown["all: lost a year"]) == pytest.approx(float(found.item_annual_loss[0, 0]), rel=0.05)
-        assert float(shown["all: injured a year"]) == pytest.approx(hurt, rel=0.05)
-        assert float(shown["one: days a year out of use"]) == pytest.approx(
-            float(found.item_annual_downtime[0, 0]), rel=0.05
+        assert float(shown["all: injured in 1,000 years"]) == pytest.approx(1000.0 * hurt, rel=0.05)
+        assert float(shown["one: out of use, days in 1,000 years"]) == pytest.approx(
+            1000.0 * float(found.item_annual_downtime[0, 0]), rel=0.05
         )
         annual_table = annual_rows(found)
         whole = dict(zip(annual_table.headings, annual_table.rows[0], strict=True))
-        for heading, name in (("out of use, days a year", "downtime"), ("injured a year", "injuries")):
+        years = {}
+        for beginning, name in (("out of use, days ", "downtime"), ("injured ", "injuries")):
+            (heading,) = (one for one in whole if one.startswith(beginning))
+            years[name] = {"a year": 1.0, "in 1,000 years": 1000.0}[heading.removeprefix(beginning)]
             first = float(whole[heading].partition(" ")[0])
-            assert first == pytest.approx(float(found[f"annual_{name}"][0, 0]), rel=0.005)
+            annual = float(found[f"annual_{name}"][0, 0])
+            assert first == pytest.approx(years[name] * annual, rel=0.005)
+            assert (annual < 0.1) == (years[name] == 1000.0)
         given = level_rows(found, 2.0)
         assert {"out of use, days", "injured"} <= {*given.headings}
 

@@ -266,7 +266,7 @@ class TestBudget:
 class TestTables:
     def test_rows(self):
         found = piece_rows(results())
-        assert found.title == "Each piece (95 % over motions, values in EUR, code requirements not checked)"
+        assert found.title == "Each piece (95 % intervals over motions, values in EUR, code requirements not checked)"
         assert found.headings[:6] == ("piece", "room", "floor", "number", "one falls in a year", "in 50 years")
         rows = {row[0]: dict(zip(found.headings, row, strict=True)) for row in found.rows}
         assert rows["rack"]["in 50 years"] == "9.5\u00a0% (7.2–12)"

@@ -9,9 +9,11 @@ import pytest
 import xarray as xr
 from library_metadata import SCHEMAS
 
+from toppling.studies.buildings.consequences import Consequence
 from toppling.studies.command import building_files, cli
 from toppling.studies.command.cli import main
 from toppling.studies.file.table import StudyError
+from toppling.studies.store.outputs import RECORD
 from toppling.units import STANDARD_GRAVITY as G
 
 LEVELS = np.array([1.0, 2.0, 4.0, 8.0])
@@ -132,10 +134,116 @@ def test_currencies(currency, unit, needed, export):
     assert (folder / "units.json").exists() == needed
 
 
+def with_distributions(found):
+    """The shelf's cost is lognormal, the rack's normal; the shelf has a downtime, too, and the cylinder a value."""
+    nothing = [np.nan] * 3
+    columns = {
+        "cost_median": ([300.0, 26_000.0, np.nan], "EUR"),
+        "cost_dispersion": ([0.6, 0.3, np.nan], "1"),
+        "cost_distribution": (np.array(["lognormal", "normal", ""], dtype=object), "1"),
+        "downtime_median": ([20.0, *nothing[1:]], "day"),
+        "downtime_dispersion": ([0.5, *nothing[1:]], "1"),
+        "downtime_distribution": (np.array(["lognormal", "", ""], dtype=object), "1"),
+        "value": ([300.0 * np.exp(0.18), 26_010.0, 80.0], "EUR"),
+    }
+    return found.assign_coords({name: ("item", values, {"units": unit}) for name, (values, unit) in columns.items()})
+
+
+class TestDistributions:
+    def rows(self, folder):
+        return {row["ID"]: row for row in table(folder / "consequence_repair.csv")}
+
+    def test_of_single_pieces(self, export):
+        """As the inventory gives them: a row a piece, for which pelicun draws."""
+        found = with_distributions(results(laws=("exact",), pieces="independent", study="{}"))
+        said, folder = export(found)
+        rows = self.rows(folder)
+        assert [*rows["entrance_shelf-Cost"].values()][2:] == ["1 EA", "EUR", "lognormal", "300.0", "0.6"]
+        assert [*rows["entrance_shelf-Time"].values()][2:] == ["1 EA", "day", "lognormal", "20.0", "0.5"]
+        assert [*rows["rack-Cost"].values()][2:] == ["1 EA", "EUR", "normal", "26000.0", "0.3"]
+        assert [*rows["cylinder-Cost"].values()][2:] == ["1 EA", "EUR", "", "80.0", ""]
+        assert {"rack-Time", "cylinder-Time"}.isdisjoint(rows)
+        assert any("give 1 as pelicun's option RepairCostAndTimeCorrelation" in line for line in said)
+        assert any("the largest Time column" in line for line in said)
+        about = json.loads((folder / "consequence_repair.json").read_text(encoding="utf-8"))
+        jsonschema.Draft7Validator(SCHEMAS["consequence_repair"]).validate(about)
+        assert about["entrance_shelf"]["Description"].endswith("cost of one and downtime of one")
+        assert "Comments" not in about["entrance_shelf"]
+
+    def test_of_pieces_that_fall_together(self, export):
+        """One draw a row: mean and deviation of the mean cost and of the longest downtime, by brute force."""
+        _, folder = export(with_distributions(results(laws=("exact",), study="{}")))
+        rows = self.rows(folder)
+        cost, time = rows["entrance_shelf-Cost"], rows["entrance_shelf-Time"]
+        scores = np.random.default_rng(1).standard_normal((400_000, 3))
+        for row, values, unit in (
+            (cost, (300.0 * np.exp(0.6 * scores)).mean(axis=1), "1 EA"),
+            (time, (20.0 * np.exp(0.5 * scores)).max(axis=1), "3 EA"),
+        ):
+            assert (row["DS1-Family"], row["Quantity-Unit"]) == ("lognormal", unit)
+            median, beta = float(row["DS1-Theta_0"]), float(row["DS1-Theta_1"])
+            mean = median * np.exp(0.5 * beta**2)
+            assert mean == pytest.approx(values.mean(), rel=5e-3)
+            assert mean * np.sqrt(np.expm1(beta**2)) == pytest.approx(values.std(), rel=1e-2)
+        rack = rows["rack-Cost"]
+        median, beta = float(rack["DS1-Theta_0"]), float(rack["DS1-Theta_1"])
+        pair = 26_000.0 * np.maximum(1.0 + 0.3 * scores[:, :2], 0.0).mean(axis=1)
+        assert median * np.exp(0.5 * beta**2) == pytest.approx(pair.mean(), rel=2e-3)
+        about = json.loads((folder / "consequence_repair.json").read_text(encoding="utf-8"))
+        jsonschema.Draft7Validator(SCHEMAS["consequence_repair"]).validate(about)
+        said = about["entrance_shelf"]["Comments"]
+        assert "The downtime of one piece is lognormal with median 20 and dispersion 0.5." in said
+        assert "coefficient of variation 0.3" in about["rack"]["Comments"]
+
+    @pytest.mark.parametrize(
+        ("study", "given"), [('{"performance": {"consequence_correlation": 0.7}}', "0.7"), ("{}", "1")]
+    )
+    def test_correlation(self, study, given, export):
+        said, _ = export(with_distributions(results(laws=("exact",), study=study)))
+        assert any(f"give {given} as" in line for line in said)
+
+    def test_results_without_the_name_of_a_distribution(self, export):
+        """Those of an older version do not say it, and it is not guessed (the reader of results says so)."""
+        found = with_distributions(results(laws=("exact",), study="{}")).drop_vars("cost_distribution")
+        with pytest.raises(KeyError, match="cost_distribution"):
+            export(found)
+
+    @pytest.mark.parametrize("greatest", [False, True])
+    @pytest.mark.parametrize("pieces", [1, 2, 40])
+    @pytest.mark.parametrize("one", [Consequence(5.0, 0.0), Consequence(5.0, 0.8), Consequence(5.0, 0.5, "normal")])
+    def test_moments_of_several(self, one, pieces, greatest):
+        """Beside brute force, and of one piece beside the closed form."""
+        values = one.at(np.random.default_rng(2).standard_normal((200_000, pieces)))
+        each = values.max(axis=1) if greatest else values.mean(axis=1)
+        mean, deviation = one.of_several(pieces, greatest)
+        assert mean == pytest.approx(each.mean(), abs=5.0 * each.std() / np.sqrt(200_000) + 1e-12)
+        assert deviation == pytest.approx(each.std(), rel=0.05, abs=1e-12)
+        if pieces == 1 or not greatest:
+            assert mean == pytest.approx(one.mean, rel=1e-9)
+
+
+def test_files_of_an_earlier_export_are_removed(export):
+    _, folder = export(results(), model="exact")
+    assert (folder / "units.json").exists()
+    (folder / "notes.txt").write_text("mine", encoding="utf-8")
+    export(results().assign_coords(value=("item", [0.0] * 3)), model="exact")
+    left = {"fragility.csv", "fragility.json", "components.csv", "notes.txt", RECORD}
+    assert {path.name for path in folder.iterdir()} == left
+
+
+def test_a_table_of_someone_else_s_is_not_written_over(export):
+    _, folder = export(results(), model="exact")
+    (folder / "components.csv").write_text("mine\n", encoding="utf-8")
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    with pytest.raises(StudyError, match=r"components[.]csv: was not written by toppling, or was changed since"):
+        export(results(), model="linear")
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
 def test_no_values_no_consequences(export):
     found = results()
     _, folder = export(found.assign_coords(value=("item", [0.0] * 3)), model="exact")
-    assert {path.name for path in folder.iterdir()} == {"fragility.csv", "fragility.json", "components.csv"}
+    assert {path.name for path in folder.iterdir()} == {"fragility.csv", "fragility.json", "components.csv", RECORD}
 
 
 def test_metadata(export):

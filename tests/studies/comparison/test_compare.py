@@ -13,6 +13,8 @@ from toppling.fragility.fitting.fit import fit_lognormal
 from toppling.studies.command.cli import main
 from toppling.studies.comparison import curves, pieces, sides
 from toppling.studies.comparison.compare import compare
+from toppling.studies.file.table import StudyError
+from toppling.studies.store.outputs import RECORD
 
 BLOCKS = '[[blocks]]\nname = "narrow"\nwidth_m = 0.35\nheight_m = 1.6\n'
 WIDE = '[[blocks]]\nname = "wide"\nwidth_m = 0.5\nheight_m = 1.6\n'
@@ -226,6 +228,9 @@ class TestPieces:
         with sides.two_sides(folder / name, folder / name, same=True) as (a, _):
             shaken = pieces.Shaken.of(a, 0)
             for quantity, variable in pieces.YEARLY.items():
+                if variable not in a.results:  # (neither downtime nor injuries)
+                    assert getattr(shaken, quantity) is None
+                    continue
                 held = float(a.results[variable].sel(place="building")[0])
                 assert getattr(shaken, quantity).mean() == pytest.approx(held, rel=1e-12)
             assert shaken.chance.mean(axis=1) == pytest.approx(a.results["item_rate"].values[0], rel=1e-12)
@@ -247,7 +252,7 @@ class TestCommand:
         text = " ".join(capsys.readouterr().out.split())
         assert "A: Free (" in text
         assert "Chance that a piece falls in 50 years with 95 % intervals over motions" in text
-        assert "Pieces expected to fall (in 1000 years)" in text
+        assert "Pieces expected to fall (in 1,000 years)" in text
         assert "falls in 50 years: higher in B, by more than the choice of motions explains" in text
         rows = list(csv.DictReader((tmp_path / "out/comparison.csv").open(encoding="utf-8")))
         row = next(one for one in rows if one["name"] == "shelf")
@@ -257,14 +262,32 @@ class TestCommand:
 
     def test_figures_of_curves(self, folder, tmp_path):
         found = compare(folder / "base", folder / "motions", tmp_path)
-        assert [path.name for path in found.written] == ["comparison.csv", "curves.png", "chances.png"]
-        assert all(path.read_bytes().startswith(b"\x89PNG") for path in found.written[1:])
+        assert [path.name for path in found.written] == [
+            "comparison.csv",
+            "curves.png",
+            "chances.png",
+            "comparison.html",
+        ]
+        assert all(path.read_bytes().startswith(b"\x89PNG") for path in found.written[1:3])
 
     def test_the_same_bytes_again(self, folder, tmp_path):
         for name in ("one", "two"):
             compare(folder / "base", folder / "motions", tmp_path / name)
-        files = [(tmp_path / name / "comparison.csv").read_bytes() for name in ("one", "two")]
-        assert files[0] == files[1]
+        for file in ("comparison.csv", "comparison.html"):
+            one, two = ((tmp_path / name / file).read_bytes() for name in ("one", "two"))
+            assert one == two
+
+    def test_files_of_an_earlier_comparison_are_removed(self, folder, tmp_path):
+        """Chances of pieces have no curves; what is not ours stays."""
+        (tmp_path / "mine.png").write_bytes(b"mine")
+        compare(folder / "base", folder / "motions", tmp_path)
+        compare(folder / "free", folder / "held", tmp_path)
+        left = {"mine.png", "comparison.csv", "comparison.html", "chances.png", RECORD}
+        assert {path.name for path in tmp_path.iterdir()} == left
+        (tmp_path / "curves.png").write_bytes(b"mine")
+        with pytest.raises(StudyError, match=r"curves[.]png: was not written by toppling"):
+            compare(folder / "free", folder / "held", tmp_path)
+        assert (tmp_path / "curves.png").read_bytes() == b"mine"
 
     def test_it_is_no_part_of_the_studies(self, folder, tmp_path):
         """Nothing is written beside the results."""

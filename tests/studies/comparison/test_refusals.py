@@ -24,6 +24,7 @@ FILES = {
         "width_m = 0.4", "width_m = 0.5"
     )
     + IDA,
+    "surer": STUDY + IDA + "[fit]\nconfidence = 0.9\n",
     "sensitivity": f'title = "Delta"\n[[blocks]]\nwidth_m = 0.4\nheight_m = 1.8\n[[models]]\nlaw = "discrete"\n'
     f'{motions(6)}{IDA}[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\nreplicates = 100\n',
 }
@@ -68,7 +69,8 @@ def folder(tmp_path_factory):
         ("base", "unfinished", "its study is not finished"),
         ("base", "empty", "holds no results"),
         ("base", "nowhere", "no such file"),
-        ("base", "base.toml", "is no result file"),
+        ("base", "base.csv", "no such file"),
+        ("base", "surer", "A has 95 % intervals and B 90 % intervals: give both the same"),
     ],
 )
 def test_one_sentence(folder, tmp_path, capsys, first, second, said):
@@ -95,6 +97,7 @@ def test_edited_by_hand(folder, tmp_path, capsys):
         ([], "name a second result"),
         (["--laws", "housner", "discret"], "no such law"),
         (["--laws", "housner"], "--laws"),
+        (["--laws", "housner", "housner"], "--laws housner housner: name two laws"),
     ],
 )
 def test_laws(folder, tmp_path, capsys, more, said):
@@ -112,4 +115,61 @@ def test_a_folder_that_cannot_be_written(folder, tmp_path, capsys):
     (tmp_path / "file").write_text("", encoding="utf-8")
     command = ["compare", str(folder / "base"), str(folder / "other_law"), "--laws", "housner", "discrete"]
     assert main([*command, "--out", str(tmp_path / "file")]) == 2
-    assert "cannot be written" in capsys.readouterr().err
+    assert "file: cannot be made a folder" in capsys.readouterr().err
+
+
+class TestStudyFiles:
+    """A study file stands for the results that toppling run has written into results/NAME."""
+
+    @pytest.fixture
+    def place(self, folder, tmp_path, monkeypatch):
+        """A folder with study files, of which two were run as they are."""
+        monkeypatch.chdir(tmp_path)
+        for name in ("base", "surer", "uplift"):
+            shutil.copy(folder / f"{name}.toml", tmp_path)
+        text = (tmp_path / "base.toml").read_text(encoding="utf-8")
+        (tmp_path / "seed.toml").write_text(text.replace("seed = 1", "seed = 2"), encoding="utf-8")
+        assert "seed = 1" in text
+        shutil.copytree(folder / "base", tmp_path / "results" / "base")
+        tp.Study.from_toml("seed.toml").run("results/seed")
+        return tmp_path
+
+    def test_their_results(self, place, capsys):
+        assert main(["compare", "base.toml", "seed.toml", "--out", "out"]) == 0
+        said = capsys.readouterr().out
+        assert "A: Base (results/base/results.nc)" in " ".join(said.split())
+        assert main(["compare", "results/base", "seed.toml", "--out", "again"]) == 0
+        files = [(place / name / "comparison.csv").read_bytes() for name in ("out", "again")]
+        assert files[0] == files[1]
+
+    @pytest.mark.parametrize(
+        ("change", "said"),
+        [
+            (
+                lambda place: None,
+                "uplift.toml: has no results in results/uplift: toppling run uplift.toml computes",
+            ),
+            (
+                lambda place: shutil.copytree(place / "results/base", place / "results/uplift"),
+                "uplift.toml: is not the study of the results in results/uplift, or was changed since: toppling run "
+                "uplift.toml --fresh computes them again",
+            ),
+            (lambda place: (place / "uplift.toml").write_text("x", encoding="utf-8"), "uplift.toml: "),
+        ],
+    )
+    def test_without_results(self, place, capsys, change, said):
+        change(place)
+        assert main(["compare", "base.toml", "uplift.toml", "--out", "out"]) == 2
+        text = capsys.readouterr().err
+        assert said in text
+        assert len(text.splitlines()) == 1
+        assert not (place / "out").exists()
+
+    def test_unfinished(self, folder, place, capsys):
+        shutil.copytree(folder / "unfinished", place / "results" / "uplift")
+        assert main(["compare", "base.toml", "uplift.toml", "--out", "out"]) == 2
+        assert "uplift.toml: its study is not finished" in capsys.readouterr().err
+
+    def test_two_laws_of_one(self, place, capsys):
+        assert main(["compare", "base.toml", "--laws", "housner", "housner", "--out", "out"]) == 2
+        assert "name two laws" in capsys.readouterr().err

@@ -362,10 +362,10 @@ class TestManyBlocks:
         ]
         huge = [tp.Block(10.0, 40.0, name=f"h{i}") for i in range(9)]
         (said,) = block_notes(huge)
-        assert said.startswith("9 of 9 blocks have sides above 20 m (h0: 10 m x 40 m, h1")
-        assert said.endswith(" and 6 more): millimetres written as metres?")
+        assert said.startswith("9 of 9 blocks have sides above 20 m (h0: 10 m × 40 m, h1")
+        assert said.endswith(" and 6 more): centimetres or millimetres written as metres?")
         assert block_notes([tp.Block(4e-4, 1.8e-3, name="mm"), tp.Block(0.3, 1.0)]) == [
-            "1 of 2 blocks has sides below 1 cm (mm: 0.0004 m x 0.0018 m): another unit than metres?"
+            "1 of 2 blocks has sides below 0.01 m (mm: 0.0004 m × 0.0018 m): another unit than metres?"
         ]
 
     def test_one_pass_tells_labels_apart(self):

@@ -31,7 +31,7 @@ records = "*.csv"
 levels = {{ from = 0.1, to = {highest}, number = 4, unit = "g" }}
 """
 HOLE = "period (s), sa (g)\n0.05, 0.8\n0.3, 0.8\n0.31, 0.05\n0.33, 0.05\n0.34, 0.8\n4, 0.1\n"
-LOOKS = "Do sizes, levels and records look like real ones?"
+LOOKS = "Are sizes, levels and records plausible?"
 
 
 def write(folder, top="", keys="", width=0.4, height=1.8, highest=1.0, offset=0.3):
@@ -160,7 +160,11 @@ class TestRefused:
     @pytest.mark.parametrize(
         ("options", "kind", "said"),
         [
-            ({"width": 400, "height": 1800}, "block size", r"cabinet: 400 m x 1800 m\): millimetres written as metres"),
+            (
+                {"width": 400, "height": 1800},
+                "block size",
+                r"cabinet: 400 m × 1800 m\): centimetres or millimetres written as metres",
+            ),
             ({"highest": 98}, "level", "the highest level, 98 g, is beyond any shaking: g written where m/s² is meant"),
         ],
     )
@@ -181,7 +185,7 @@ class TestRefused:
 
     def test_the_command_says_it_with_exit_code_2(self, tmp_path, capsys):
         assert main(["run", str(write(tmp_path, width=400, height=1800)), "--out", str(tmp_path / "out")]) == 2
-        assert "millimetres written as metres?" in capsys.readouterr().err
+        assert "centimetres or millimetres written as metres?" in capsys.readouterr().err
 
 
 class TestCorrections:

@@ -12,9 +12,12 @@ import toppling as tp
 from toppling.motions.arrays import digest, records
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.command.forecast import forecast
+from toppling.studies.plots.branches import spread_figure
 from toppling.studies.report.page import write_report
 from toppling.studies.report.summary import plain_answer
 from toppling.studies.store.worker_motions import motions_again
+from toppling.studies.tables.branches import spread_rows
 from toppling.studies.tables.client import client_rows
 
 BLOCK = '[[blocks]]\ncatalogue = "bookcase-5-shelf"\n'
@@ -169,6 +172,184 @@ class TestModelling:
         factor = float(found["epistemic_rate"].item() / plain["rate"].values[0, 0])
         assert factor == pytest.approx(np.exp(0.5 * 2.5**2 * 0.4**2), rel=1e-10)
         assert found["branch_model"].values.tolist() == ["housner e=e_R"]
+
+
+INVENTORY = (
+    "item,catalogue,floor,count,value,currency,consequence,class\n"
+    "shelf,bookcase-5-shelf,0,3,300,EUR,injury,\n"
+    "case,display-cabinet-glass,0,2,900,EUR,blocks-exit,\n"
+    "tall shelf,bookcase-6-shelf,0,1,,,,shelves\n"
+)
+RANGE = '{ from = 0.1, to = 2, number = 7, spacing = "log", unit = "g" }'
+LEVELS = f'[performance]\ninventory = "inventory.csv"\nlevels = {RANGE}\n'
+PERFORMANCE = LEVELS + "replicates = 100\n"
+
+
+def inventory_study(folder, *parts):
+    (folder / "inventory.csv").write_text(INVENTORY, encoding="utf-8")
+    return study(folder, *parts)
+
+
+@pytest.fixture(scope="module")
+def building(tmp_path_factory):
+    """The results of an inventory study with two laws, two sets of motions and two hazard curves."""
+    folder = tmp_path_factory.mktemp("building")
+    return inventory_study(folder, LAWS, motions(1), OTHER, PERFORMANCE, HAZARD, HIGH, ALL).run(folder / "out"), folder
+
+
+class TestInventories:
+    def test_each_branch_is_a_study_of_its_own(self, building, tmp_path):
+        found, _ = building
+        at = {}
+        for name, seed in (("motions", 1), ("other", 5)):
+            for hazard, text in (("hazard", HAZARD), ("high", '[hazard]\nk0 = 3e-4\nk = 2\nunit = "g"\n')):
+                at[name, hazard] = inventory_study(tmp_path, LAWS, motions(seed), PERFORMANCE, text).run()
+        for b in range(found.sizes["branch"]):
+            one = found.isel(branch=b)
+            own = at[str(one["branch_motions"].item()), str(one["branch_hazard"].item())]
+            own = own.sel(model=str(one["branch_model"].item()))
+            for name in ("item_rate", "any_rate", "annual_number", "annual_loss"):
+                np.testing.assert_allclose(one[f"branch_{name}"], own[name], rtol=1e-12)
+        assert found["branch_weight"].sum().item() == pytest.approx(1.0, rel=1e-12)
+
+    def test_the_study_itself_stays_as_it_is(self, building, tmp_path):
+        found, _ = building
+        plain = inventory_study(tmp_path, LAWS, motions(1), PERFORMANCE, HAZARD).run()
+        for name in plain.data_vars:
+            np.testing.assert_array_equal(found[name], plain[name])
+
+    def test_what_a_reader_sees(self, building):
+        found, folder = building
+        said = " ".join(plain_answer(found))
+        assert "At least one item in this building overturns about once in" in said
+        assert "over 8 combinations of laws, motions and hazard curves" in said
+        assert "The expected loss is about" in said
+        assert "are assumed to be right" not in said
+        (page,) = write_report(folder / "out/results.nc")
+        text = page.read_text(encoding="utf-8")
+        assert "How often over 8 weighted branches: years between two falls" in text
+        assert "Overturned and lost in a year over 8 weighted branches" in text
+        assert "chances: 90 % over what is not known" in text
+        lead = client_rows(found)
+        chance = -math.expm1(-50.0 * found["epistemic_item_rate"].sel(item="shelf").item())
+        row = next(row for row in lead.rows if row[0] == "shelf")
+        assert float(re.findall(r"[\d.]+", row[lead.headings.index("in 50 years")])[0]) == pytest.approx(
+            100.0 * chance, rel=0.06
+        )
+
+    def test_the_exported_table(self, building):
+        found, folder = building
+        assert main(["export", str(folder / "out"), "--format", "csv"]) == 0
+        lines = (folder / "out/export/pieces.csv").read_text(encoding="utf-8").splitlines()
+        cells = dict(
+            zip(lines[0].split(","), next(one for one in lines if one.startswith("shelf,")).split(","), strict=True)
+        )
+        rates = [found["epistemic_item_rate"].sel(item="shelf").item()]
+        of_shelf = found["epistemic_item_rate_fractile"].sel(item="shelf")
+        rates += [of_shelf.sel(epistemic_fractile=end).item() for end in (0.05, 0.95)]
+        names = [f"chance_in_50_years_over_branches{end}" for end in ("", "_5_percent", "_95_percent")]
+        values = [float(next(cells[one] for one in cells if one.split(" ")[0] == name)) for name in names]
+        np.testing.assert_allclose(values, [-math.expm1(-50.0 * rate) for rate in rates], rtol=1e-9)
+
+    def test_the_size_counts_the_runs_of_branches(self, tmp_path):
+        plain = inventory_study(tmp_path, LAWS, motions(1), PERFORMANCE, HAZARD)
+        one = inventory_study(tmp_path, LAWS, motions(1), OTHER, PERFORMANCE, HAZARD, HIGH, ALL)
+        assert one.work - plain.work == 3 * 2 * 12 * 7
+        assert "504 under the motions of 1 branch" in one.words
+        assert one.identity != plain.identity
+        assert forecast(one).runs == one.work
+        made = {digest(record) for record in motions_again(json.dumps(one.configuration))}
+        assert made == {digest(record) for array in one.arrays for record in records(array)}
+
+    def test_modelling_in_the_fractiles(self, building, tmp_path):
+        """Rates of the study hold none of it, means over branches all of it: with power laws a factor for pieces."""
+        found, _ = building
+        more = 'modelling_dispersion = 0.4\nmodelling = "fractiles"\n'
+        spread = inventory_study(tmp_path, LAWS, motions(1), OTHER, PERFORMANCE + more, HAZARD, HIGH, ALL).run()
+        np.testing.assert_array_equal(spread["item_rate"], found["item_rate"])
+        np.testing.assert_array_equal(spread["branch_item_rate"], found["branch_item_rate"])
+        factors = [np.exp(0.5 * (k * 0.4) ** 2) for k in (2.5, 2.0)]
+        weighted = found["branch_item_rate"] * found["branch_weight"]
+        each = [factors[name == "high"] for name in found["branch_hazard"].values]
+        np.testing.assert_allclose(spread["epistemic_item_rate"], (weighted * each).sum("branch"), rtol=1e-9)
+        assert "β_m = 0.4; rates of single branches do not" in spread.attrs["notes"]
+        wider = spread["epistemic_item_rate_fractile"] / found["epistemic_item_rate_fractile"]
+        assert (wider.isel(epistemic_fractile=0) < 1.0).all()
+        assert (wider.isel(epistemic_fractile=-1) > 1.0).all()
+
+    def test_modelling_at_a_level(self, tmp_path):
+        """Without a hazard chances at a level hold it, from runs at thirteen levels about each, and a note says so."""
+        plain = inventory_study(tmp_path, LAWS, motions(1), LEVELS)
+        one = inventory_study(tmp_path, LAWS, motions(1), LEVELS + "modelling_dispersion = 0.4\n")
+        assert one.runs == 13 * plain.runs
+        assert "(at 91 levels about them)" in one.words
+        found, without = one.run(), plain.run()
+        np.testing.assert_array_equal(found["overturned"], without["overturned"])
+        assert found["number"].dims == ("model", "place", "level", "motion", "realisation")
+        # (a wider curve: rare falls are more frequent, frequent ones rarer)
+        few = found["probability"].mean(["model", "item"]) - without["probability"].mean(["model", "item"])
+        assert few.values[0] >= 0.0 >= few.values[-1]
+        assert "chances and numbers at a level hold a modelling uncertainty of β_m = 0.4" in found.attrs["notes"]
+
+    @pytest.mark.parametrize(
+        ("parts", "message"),
+        [
+            (
+                (LEVELS, branches("models", housner=1)),
+                r"branches: they spread an annual rate, which needs a \[hazard\]",
+            ),
+            (
+                (LEVELS + 'modelling = "fractiles"\n', HAZARD),
+                "performance.modelling = 'fractiles' needs performance.modelling_dispersion > 0",
+            ),
+            (
+                (LEVELS + 'modelling = "fractiles"\nmodelling_dispersion = 0.3\n',),
+                r"performance.modelling = 'fractiles': they spread an annual rate, which needs a \[hazard\]",
+            ),
+            ((LEVELS, HAZARD, OTHER), "motion_sets 'other' is in no branch"),
+            ((LEVELS, HAZARD, branches("models", viscous=1)), "branches of models must name one law each"),
+        ],
+    )
+    def test_mistakes(self, tmp_path, parts, message):
+        with pytest.raises(StudyError, match=message):
+            inventory_study(tmp_path, LAWS, motions(1), *parts)
+
+
+class TestBeyond:
+    def test_branches_say_what_they_rest_on(self, tmp_path):
+        """A hazard curve that ends early: its branch is named with the share, in a note and in the table's title."""
+        short = '[[hazards]]\nname = "short"\nhazard = { levels = [0.01, 0.02], rates = [1e-2, 2e-3], unit = "g" }\n'
+        weights = branches("hazard", hazard=0.5, short=0.5)
+        found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, short, FIT, weights).run()
+        beyond = found["branch_share_beyond"].values.reshape(-1)
+        assert beyond[1] > 0.9
+        assert beyond[0] < 0.2
+        assert "branches part of a rate comes from shaking beyond the hazard curve" in found.attrs["notes"]
+        assert "1 of 2 branches: more than 5 % of a rate is a guess" in spread_rows(found).title
+
+    def test_of_an_inventory(self, tmp_path):
+        short = '[[hazards]]\nname = "short"\nhazard = { levels = [0.01, 0.02], rates = [1e-2, 2e-3], unit = "g" }\n'
+        weights = branches("hazard", hazard=0.5, short=0.5)
+        found = inventory_study(tmp_path, LAWS, motions(1), PERFORMANCE, HAZARD, short, weights).run()
+        assert found["branch_share_beyond"].values[1] > 0.9
+        assert "1 of 2 branches part of a rate comes from shaking" in found.attrs["notes"]
+
+    def test_fits_of_branches_are_counted(self, tmp_path):
+        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT)
+        one = study(tmp_path, BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
+        assert one.curves == 2 * plain.curves
+        assert one.seconds_of_fits(2) == pytest.approx(2.0 * plain.seconds_of_fits(2))
+
+
+def test_another_state_is_named(tmp_path):
+    """Titles, names and sentences of branches are of the state that the study asks for."""
+    weights = branches("models", housner=0.75, discrete=0.25)
+    found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, 'state = "uplifted"\n', weights).run()
+    assert "years between two times that a block uplifts" in spread_rows(found).title
+    state = found.attrs["state"]
+    assert f"annual rate of {state}" in found["epistemic_rate"].attrs["long_name"]
+    assert f"annual rates of {state} over" in " ".join(one.get_text() for one in spread_figure(found).texts)
+    assert "overturn" not in " ".join(one for one in plain_answer(found) if "combinations of laws" in one)
 
 
 @pytest.mark.parametrize(

@@ -244,9 +244,9 @@ class TestPerformance:
         out = capsys.readouterr().out
         assert "In a year, EUR" in out
         assert "Anchoring saves of: expected annual value overturned" in out
-        assert out.index("Each piece (95 % over motions, values in EUR, code requirements not checked)") < out.index(
-            "Anchoring saves"
-        )
+        assert out.index(
+            "Each piece (95 % intervals over motions, values in EUR, code requirements not checked)"
+        ) < out.index("Anchoring saves")
         assert sorted(one.name for one in (tmp_path / "out").glob("*.png")) == [
             "anchoring.png", "exceedance.png", "loss.png", "number.png",
         ]  # fmt: skip
@@ -267,7 +267,7 @@ class TestPerformance:
         assert "Code requirements (EN 1998-1, 4.3.5; a_g = 0.25 g, S = 1.2; forces on one piece" in out
         (sentence,) = (one for one in next_steps(found, []) if one.startswith("Strengthen"))
         assert "“shelf”" in sentence
-        (sentence,) = (one for one in next_steps(found, []) if one.startswith("With 100 EUR"))
+        (sentence,) = (one for one in next_steps(found, []) if one.startswith("With a budget of 100 EUR"))
         assert "anchor “cabinet” (floor 2), for 10 EUR: that saves " in sentence
 
     def test_given_a_level_and_as_a_scenario(self, tmp_path, capsys):

@@ -1,18 +1,24 @@
 """The screen of inventories, of uncertain blocks and of sensitivity studies: what single runs of their blocks have."""
 
 import json
+import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
+import xarray as xr
 from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
 from toppling.fragility import screen, undecided_outcomes, wilson_interval
+from toppling.fragility.numerics import slabs
 from toppling.fragility.uncertainty.joint import pieces_of
 from toppling.fragility.validity import undecided as perturbed
 from toppling.studies import StudyError
 from toppling.studies.buildings import screening
 from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, checks_of
+from toppling.studies.store import shards
+from toppling.studies.store.shards import Shards
 
 MODELS = """
 [[models]]
@@ -62,6 +68,7 @@ values = [0.7, 0.9]
 replicates = 100
 """
 SCREEN = "[screen]\nfriction = 0.35\nundecided = 1.0\n"
+VARIED = "replicates = 200\nvariability = { restitution_sd = 0.02, variants = 3 }"
 UNTESTED = "[screen]\nundecided = 0.0\n"
 REASONS = ["squat", "slides_at_uplift", "slides_while_rocking", "slides_at_impact", "elastic_mode", "scaled_far"]
 KINDS = {
@@ -256,6 +263,26 @@ class TestSamples:
         (note,) = (one for one in notes_of(found) if "are undecided" in one)
         assert f"of the {2 * 2 * 4 * 7 * NUMBER} outcomes tested" in note
 
+    def test_laws_that_are_not_known(self, tmp_path, monkeypatch):
+        """Samples under laws with a restitution, without one, and of exact geometry: each is tested as if alone."""
+        monkeypatch.setattr(perturbed, "PERTURBATION", 1e-2)
+        laws = 'law = { distribution = "choice", values = ["housner", "vassiliou", "makris-konstantinidis"] }\n'
+        uncertain = UNCERTAIN.replace("samples = 4", "samples = 12").partition("e = ")[0] + laws
+        one = study(tmp_path, BLOCKS, '[[models]]\nlaw = "housner"\n', IDA, uncertain, MOTIONS, SCREEN)
+        counts = []
+        found = one.run(progress=lambda *done: counts.append(done))
+        assert counts[-1] == (one.work, one.work)
+        assert all(a[0] < b[0] for a, b in pairwise(counts))
+        drawn = one.inputs.sample(12, one.seed)
+        for block in PIECES:
+            each = []
+            pairs = one.inputs.realise(block, tp.HousnerImpact(), drawn)
+            assert len({type(law) for _, law in pairs}) == 3
+            for own, law in pairs:
+                runs = tp.ida(own, law, shakes(), one.design.at)
+                each.append((undecided_outcomes(runs, shakes()).values > 0).mean())
+            assert 0.0 < np.mean(each) == pytest.approx(found["undecided"].sel(block=block.label).item(), rel=1e-12)
+
     def test_levels_that_depend_on_the_block(self, tmp_path):
         """Every sample has its own factors, those of an analysis of it alone."""
         ida = '[ida]\nim = "pga_normalised"\nlevels = { values = [1.0, 3.0], unit = "1" }\n'
@@ -296,6 +323,34 @@ class TestValues:
         assert found["in_use"].sel(block="narrow").values.tolist() == [False, True]
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_flips_are_counted_in_files_and_slabs_of_any_size(tmp_path, monkeypatch, kind):
+    """Arrays of all tested runs in files, and in slabs of one row: the same, and the forecast holds every array."""
+    monkeypatch.setattr(perturbed, "PERTURBATION", 1e-2)
+    parts = [part.replace("replicates = 200", VARIED) for part in KINDS[kind]]
+    one = study(tmp_path, *parts, MOTIONS, SCREEN)
+    whole = one.run()
+    assert float(whole["undecided"].max()) > 0.0
+    sizes = []
+    made = Shards.array
+
+    def array(self, shape, dtype):
+        sizes.append((dtype, math.prod(shape)))
+        return made(self, shape, dtype)
+
+    monkeypatch.setattr(Shards, "array", array)
+    monkeypatch.setattr(shards, "IN_MEMORY", 0)
+    monkeypatch.setattr(slabs, "RUNS", 1)
+    folder = tmp_path / "results"
+    one.run(folder)
+    with xr.open_dataset(folder / "results.nc") as found:
+        for name in ("undecided", "undecided_lower", "outside", "friction_rocking_demand"):
+            np.testing.assert_array_equal(found[name], whole[name])
+    flips = [size for dtype, size in sizes if dtype == np.int8]
+    of_blocks = {"uncertainty": len(PIECES)}.get(kind, 1)  # (one after the other)
+    assert 0 < sum(flips) / of_blocks <= sum(one.arrays_aside)
+
+
 class TestTails:
     """Annual values that come from beyond either end of a hazard curve."""
 
@@ -321,7 +376,7 @@ class TestTails:
         worst = float(found[f"annual_number_share_{side}"].max())
         which, other = {"below": ("first", "lower"), "above": ("last", "higher")}[side]
         (note,) = (one for one in notes_of(found) if f"{side} the hazard curve's {which} level" in one)
-        assert note.startswith(f"{100.0 * worst:.0f} % of the annual overturnings comes from shaking {side}")
+        assert note.startswith(f"{100.0 * worst:.0f} % of the annual overturnings come from shaking {side}")
         assert note.endswith(f"give the curve at {other} levels")
         (check,) = (one for one in checks_of(found) if "annual rates" in one.question)
         assert check.word in (CARE, INVALID)

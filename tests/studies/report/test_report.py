@@ -15,6 +15,7 @@ from markdown_it import MarkdownIt
 from rich.console import Console
 
 import toppling as tp
+from toppling.doubts import KINDS
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.file.json_schema import study_schema
@@ -25,7 +26,7 @@ from toppling.studies.report.basis import basis
 from toppling.studies.report.cells import markdown, page_table
 from toppling.studies.report.page import write_report
 from toppling.studies.report.summary import plain_answer
-from toppling.studies.report.validity import CARE, GOOD, INVALID, UNKNOWN, Check, badge, checks_of, worst_word
+from toppling.studies.report.validity import CARE, GOOD, INVALID, ODD, UNKNOWN, Check, badge, checks_of, worst_word
 from toppling.studies.store.content import sealed
 from toppling.studies.tables.client import client_rows
 from toppling.studies.text.glossary import TERMS
@@ -318,7 +319,7 @@ class TestAnswer:
         assert said[0].startswith("shelf overturns with a probability of 50 % at a peak")
         median = three_digits(one["median"].item() / g)
         assert f"{median} g (95 % interval {interval}) under housner e=e_R, the ref" in said[0]
-        assert f"The other law puts it at {three_digits(results['median'].values[0, 0] / g)} g" in said[0]
+        assert f"The other law gives {three_digits(results['median'].values[0, 0] / g)} g" in said[0]
         assert "once in" in said[0]
         assert reference_law(results.isel(model=[0])) == (0, False)
         assert "reference" not in answer(results.isel(model=[0])).sentences[0]
@@ -343,7 +344,7 @@ class TestAnswer:
     def test_of_an_inventory(self, folder):
         results = loaded(folder, "performance")
         said = answer(results).sentences
-        assert "Of 2 pieces that can fall" in said[0]
+        assert "of the 2 pieces that are not anchored overturn a year" in said[0]
         assert "EUR" in said[0]
         assert said[1].startswith("Anchoring “rack” (ground) saves the most of the ")
 
@@ -384,6 +385,11 @@ class TestClientPart:
         numbers = re.findall(r"(?<![\d.,])\d+\.\d+", text)
         assert numbers
         assert [one for one in numbers if len(one.replace(".", "").lstrip("0")) > 2] == []
+        # whole numbers, too, but those that are exact: years, and what the study or its inventory gives
+        whole = re.findall(r"(?<![\w.,])\d{3,}(?![\w.])|(?<![\w.,])\d{1,3}(?:,\d{3})+(?!\d)", text)
+        given = {float(one) for one in re.findall(r"\d+(?:\.\d+)?", STUDIES[name] + INVENTORY)} | {100.0, 1000.0}
+        computed = [one for one in whole if float(one.replace(",", "")) not in given]
+        assert [one for one in computed if len(one.replace(",", "").rstrip("0")) > 2] == []
 
     @pytest.mark.parametrize("name", STUDIES)
     def test_each_term_is_defined_once_where_it_is_used(self, pages, name):
@@ -423,7 +429,7 @@ class TestClientPart:
         said = basis(loaded(folder))[0]
         assert said == "The shaking is that of 12 simulated ground motions, scaled to 8 levels of shaking."
         stripes = basis(loaded(folder, "stripes"))[0]
-        assert "24 ground motions, other earthquakes for each level of shaking" in stripes
+        assert "24 ground motions, from different earthquakes for each level of shaking" in stripes
         results = loaded(folder)
         study = json.loads(results.attrs["study"]) | {"motion_sets": [{}, {}], "hazards": [{}]}
         branched = results.assign_attrs(study=json.dumps(study))
@@ -509,7 +515,9 @@ class TestPlainWords:
             f"The expected loss, the value of what falls, is about {two_digits(float(one['annual_loss']))} EUR a year ("
         )
         rate = float(one["consequence_rate"].sel(consequence="injury"))
-        assert said[2].startswith(f"Pieces that overturn may cause: “injury” once in {two_digits(1 / rate)} years (")
+        assert said[2].startswith(
+            f"At least one piece marked “injury” overturns about once in {two_digits(1 / rate)} years ("
+        )
         assert said[3].startswith("All ranges here are 95 % intervals that reflect only the limited number of motions")
         assert len(said) == 4
         held = results.assign_coords(anchored=("item", [True]))
@@ -615,7 +623,21 @@ class TestChecks:
         assert badge([named[UNKNOWN], named[GOOD]]) == "with care: not checked, this"
         results = loaded(folder).copy(deep=True)
         results["outside"].loc[{"reason": "slides_while_rocking"}] = 0.73
-        assert badge(checks_of(results)) == "not valid: up to 73 % of the runs slide unless friction is above 1"
+        assert badge(checks_of(results)) == (
+            "not valid: blocks slide in up to 73 % of the runs unless the coefficient of friction is above 1"
+        )
+
+    def test_what_is_odd_is_said_in_words(self, folder):
+        """A clause for every kind of doubt but the spectra, which have a check of their own."""
+        assert {*ODD} == {*KINDS} - {"spectra"}
+        results = loaded(folder)
+        for kind, clause in ODD.items():
+            (check,) = (
+                one
+                for one in checks_of(results.assign_attrs(doubts=json.dumps([[kind, "it is so", False]])))
+                if "records plausible" in one.question
+            )
+            assert (check.word, check.clause, check.reason) == (CARE, clause, "It is so.")
 
     @pytest.mark.parametrize("kind", STUDIES)
     def test_every_check_that_is_not_good_has_a_clause(self, folder, pages, kind):

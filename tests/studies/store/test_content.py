@@ -202,7 +202,7 @@ def test_results_of_before_are_not_called_pulses(finished):
     ]
     assert said.startswith("Pulses, single motions and floor motions")
     del results.attrs["machines"]
-    assert "The results hold no such check." in [one.reason for one in checks_of(results)]
+    assert "The results do not contain this check." in [one.reason for one in checks_of(results)]
 
 
 def test_a_study_that_is_not_finished(finished, tmp_path, capsys):

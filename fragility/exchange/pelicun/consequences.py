@@ -1,0 +1,136 @@
+"""pelicun's table of consequences: what a fall costs, and for how long it puts a piece out of use."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from ..files import write_text
+from .demands import UNITS_OF_MEASURES
+from .metadata import general_information, json_of
+from .writing import csv_text
+
+TABLE = "consequence_repair.csv"
+"""Name of the table; a JSON of the same name describes it."""
+UNITS = "units.json"
+"""Name of the file of pelicun's option ``UnitsFile``, for a currency that it does not know."""
+_OTHER_UNITS = {
+    "time": {"sec": 1.0, "minute": 60.0, "hour": 3600.0, "day": 86400.0},
+    "area": {"m2": 1.0, "in2": 0.0254**2, "ft2": 0.3048**2, "SF": 0.3048**2},
+    "volume": {"m3": 1.0, "ft3": 0.3048**3, "CF": 0.3048**3 / 60.0},
+    "quantity": {"ea": 1.0, "EA": 1.0, "LF": 0.3048, "TN": 1000.0, "AP": 1.0, "KV": 1000.0},
+    "other": {"unitless": 1.0, "rad": 1.0, "loss_ratio": 1.0, "worker_day": 1.0, "kg": 1.0, "J": 1.0, "MJ": 1e6},
+    "dollars": {"USD": 1.0, "USD_2011": 1.0},
+}
+# (pelicun reads such a file in place of its own units: those of FEMA P-58's components must be there, too)
+KNOWN_CURRENCY = "USD"
+DAY = "day"
+STATE = "overturned"
+REPLACED = "Set up again, or replaced."
+
+
+class Amount(NamedTuple):
+    """A cost or a time of a fall: median, dispersion and pelicun's family of its distribution.
+
+    Of a lognormal distribution the dispersion is the standard deviation of the logarithm, of a normal one, which
+    pelicun truncates at 0, the coefficient of variation; the family is empty where the amount is known.
+    """
+
+    median: float
+    dispersion: float = 0.0
+    family: str = ""
+
+
+class Consequence(NamedTuple):
+    """What a fall of one component means, with its label and a comment.
+
+    cost: of one piece.  downtime: days, of `pieces` pieces together, None where none is given.
+    """
+
+    label: str
+    cost: Amount
+    downtime: Amount | None
+    pieces: int
+    note: str
+
+
+def currency_unit(currency: str) -> str:
+    """Return the unit of a currency in pelicun's tables: a word of letters, ``money`` for any other text.
+
+    Examples
+    --------
+    >>> currency_unit("EUR"), currency_unit("€"), currency_unit("")
+    ('EUR', 'money', 'money')
+    """
+    return currency if re.fullmatch("[A-Z]{3}", currency) else "money"
+
+
+def write_consequences(
+    folder: Path, found: Mapping[str, Consequence], currency: str, title: str, description: str
+) -> list[Path]:
+    """Write the table of consequences, by ids of components, and its metadata; nothing where there is no consequence.
+
+    ``units.json`` is written where pelicun does not know the currency.
+    """
+    valued = any(one.cost.median > 0.0 for one in found.values())
+    lasting = any(one.downtime is not None for one in found.values())
+    if not (valued or lasting):
+        return []
+    unit = currency_unit(currency)
+    table = folder / TABLE
+    of_cost = f"Cost of a piece that falls, {currency or 'in a currency that is not stated'}. " if valued else ""
+    of_time = "Time for which a piece that falls is out of use, days. " if lasting else ""
+    about = f"{of_cost}{of_time}{description}"
+    paths = [
+        write_text(table, _table(found, unit, valued)),
+        write_text(table.with_suffix(".json"), _metadata(found, title, about)),
+    ]
+    if valued and unit != KNOWN_CURRENCY:
+        paths.append(write_text(folder / UNITS, _units(unit)))
+    return paths
+
+
+def _table(found: Mapping[str, Consequence], unit: str, valued: bool) -> str:
+    rows = [["ID", "Incomplete", "Quantity-Unit", "DV-Unit", "DS1-Family", "DS1-Theta_0", "DS1-Theta_1"]]
+    for name, one in found.items():
+        if valued:
+            rows.append([f"{name}-Cost", "0", "1 EA", unit, *_cells(one.cost)])
+        if one.downtime is not None:
+            rows.append([f"{name}-Time", "0", f"{one.pieces} EA", DAY, *_cells(one.downtime)])
+    return csv_text(rows)
+
+
+def _cells(one: Amount) -> list[str]:
+    return [one.family, repr(one.median), repr(one.dispersion) if one.family else ""]
+
+
+def _metadata(found: Mapping[str, Consequence], title: str, description: str) -> str:
+    return json_of(
+        {
+            "_GeneralInformation": general_information(title, description, found),
+            **{
+                name: {
+                    "Description": f"{one.label}: {' and '.join(_what(one))}",
+                    **({"Comments": one.note} if one.note else {}),
+                    "SuggestedComponentBlockSize": "1 EA",
+                    "RoundUpToIntegerQuantity": "True",
+                    "ControllingDemand": "Damage Quantity",
+                    "DamageStates": {"DS1": {"Description": STATE, "RepairAction": REPLACED}},
+                }
+                for name, one in found.items()
+            },
+        }
+    )
+
+
+def _what(one: Consequence) -> list[str]:
+    """Return in words what a component's consequences are of."""
+    of_time = f"downtime of {one.pieces} that fall together" if one.pieces > 1 else "downtime of one"
+    return ["cost of one", *([of_time] if one.downtime is not None else [])]
+
+
+def _units(currency: str) -> str:
+    measures = {f"measure {si}": units for si, units in UNITS_OF_MEASURES.items()}
+    return json_of({**measures, **_OTHER_UNITS, "currency": {currency: 1.0}})

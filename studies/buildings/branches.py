@@ -1,0 +1,376 @@
+"""Rates of an inventory over weighted branches of laws, motions and hazard curves: each piece and the building."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.special import ndtri
+
+from ...aliases import Array
+from ...fragility import HazardCurve
+from ...fragility.fitting.bootstrap import draw_motions
+from ...fragility.hazard.levels import level_weights, line_weights
+from ...fragility.risk.epistemic import FRACTILES
+from ...fragility.risk.weighing import SOURCES, SampledRates, fractiles_of, shares_of_spread
+from ...streams import key_of, stream
+from ...units import DIMENSIONLESS
+from ..text.curve_notes import SETTLED
+from .assessment import HazardPoints, covering
+from .contents import Inventory
+from .modelling import ShiftedLevels, classes_of
+from .savings import ItemChances
+from .variables import PER_YEAR, a_year, per_year, variable
+
+ITEM_RATE, ANY_RATE, NUMBER, LOSS = "item_rate", "any_rate", "annual_number", "annual_loss"
+JOINT_SAMPLES = 200
+"""Samples of the rate of any fall where it depends on the scores of several classes."""
+SLAB = 4_000_000
+"""Most numbers of an array of one slab of items."""
+BEYOND = "branch_share_beyond"
+
+
+class InventoryBranch(NamedTuple):
+    """One combination: names of law, motions and hazard curve, the curve, and the weight (> 0)."""
+
+    model: str
+    motions: str
+    hazard_name: str
+    hazard: HazardCurve
+    weight: float
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How rates are sampled: replicates of the motions, the seed, beta_m, and whether it is in fractiles or means."""
+
+    replicates: int
+    seed: int
+    beta: float = 0.0
+    spread: bool = False
+
+    def scores(self, label: str, number: int) -> Array:
+        """Return equally probable scores (sample,) of a class in an order of its own."""
+        order = stream(self.seed, *key_of(f"branches of the class {label}")).permutation(number)
+        return np.asarray(ndtri((order + 0.5) / number))
+
+
+def rates_over_branches(
+    branches: Sequence[InventoryBranch], assessments: Mapping[str, xr.Dataset], inventory: Inventory, sampling: Sampling
+) -> xr.Dataset:
+    """Return fractiles and means over branches of the rates of pieces, of any fall, and of annual numbers and losses.
+
+    Parameters
+    ----------
+    branches : sequence of InventoryBranch
+        All combinations with their weights, which sum to 1; with realisations of a hazard its own uncertainty counts.
+    assessments : mapping of str to xarray.Dataset
+        By the names of motions: the inventory under them at the same levels, as `assess` returns it, without
+        modelling uncertainty in its flags.
+    inventory : Inventory
+        The inventory.
+    sampling : Sampling
+        Replicates, seed and modelling uncertainty.
+
+    Returns
+    -------
+    xarray.Dataset
+        For item_rate (item), any_rate, annual_number and annual_loss (place), under their names: ``epistemic_…``, the
+        mean; ``epistemic_…_fractile`` on epistemic_fractile; ``epistemic_…_spread`` on epistemic_source, shares of the
+        variance of the logarithm; ``branch_…`` on branch, the value of each branch; and ``branch_share_beyond``, the
+        share of the building's expected falls from shaking beyond the hazard curve's or above the highest level, where
+        they are a guess.  All with a hazard in 1/year.
+
+    Raises
+    ------
+    ValueError
+        A hazard curve that is a fractile of its realisations.
+
+    Notes
+    -----
+    As `toppling.fragility.epistemic_rates`, with the rates of weighted levels in place of those of curves: the finite
+    number of motions counts by resampled motions.  With beta_m in the fractiles each sample has a score of each class
+    (`modelling`): capacities of the class are off by exp(beta_m Z), so that its rate is the hazard at the shifted
+    capacities; sums over classes are of independent scores.  With beta_m in the means all rates are means over it.
+    """
+    for one in branches:
+        if one.hazard.fractile is not None and one.hazard.weights is not None:
+            raise ValueError(
+                f"hazard {one.hazard_name!r:.60} of a branch must be the mean of its realisations, got their fractile "
+                f"{one.hazard.fractile:g}"
+            )
+    first = next(iter(assessments.values()))
+    places = [str(one) for one in first["place"].values]
+    floors = np.array([f"floor {row.floor}" for row in inventory.rows], dtype=object)
+    members = np.array([np.ones(len(inventory), bool), *(floors == one for one in places[1:])])
+    every = [_Branch(one, assessments[one.motions], inventory, members, sampling) for one in branches]
+    weights = np.array([one.weight for one in branches])
+    found = _Found({}, branches, weights)
+    amounts = {NUMBER: np.array([float(row.count) for row in inventory.rows])}
+    if inventory.value > 0.0:
+        amounts[LOSS] = np.array([row.count * row.loss for row in inventory.rows])
+    totals: dict[str, list[_Sampled]] = {}
+    slabs = list(_slabs(len(inventory), every))
+    parts = []
+    for rows in slabs:
+        sampled = [one.of_items(rows) for one in every]
+        parts.append(found.of(sampled))
+        for name, each in amounts.items():
+            share = members[:, rows] * each[rows]
+            of_slab = [one.summed(share) for one in sampled]
+            before = totals.get(name)
+            totals[name] = of_slab if before is None else [a.plus(b) for a, b in zip(before, of_slab, strict=True)]
+    found.keep(ITEM_RATE, "item", [np.concatenate(each) for each in zip(*parts, strict=True)], PER_YEAR)
+    money = inventory.currency or DIMENSIONLESS
+    for name, units in ((NUMBER, PER_YEAR), (LOSS, per_year(money))):
+        if name in totals:
+            found.keep(name, "place", found.of(totals[name]), units)
+    found.keep(ANY_RATE, "place", found.of([one.of_any() for one in every]), PER_YEAR)
+    beyond = np.array([one.beyond for one in every])
+    text = "share of the expected falls from shaking beyond the hazard curve's or above the highest level"
+    found.variables[BEYOND] = variable(("branch",), beyond, DIMENSIONLESS, text)
+    return xr.Dataset(
+        found.variables,
+        coords={
+            "epistemic_fractile": _labelled(
+                "epistemic_fractile", np.array(FRACTILES), "probability that the rate is lower"
+            ),
+            "epistemic_source": _labelled("epistemic_source", np.array(SOURCES, object), "what spreads the rate"),
+            "branch_model": _labelled("branch", np.array([one.model for one in branches], object), "model"),
+            "branch_motions": _labelled("branch", np.array([one.motions for one in branches], object), "motions"),
+            "branch_hazard": _labelled("branch", np.array([one.hazard_name for one in branches], object), "hazard"),
+            "branch_weight": _labelled("branch", weights, "weight of the branch"),
+        },
+    )
+
+
+TEXTS = {
+    ITEM_RATE: "annual rate at which a piece overturns",
+    ANY_RATE: "annual rate at which at least one piece overturns",
+    NUMBER: "expected annual pieces overturned",
+    LOSS: "expected annual value overturned",
+}
+
+
+class _Sampled(NamedTuple):
+    """Rates of one branch: means (row,) over the modelling uncertainty, and its best estimates and samples."""
+
+    mean: Array
+    rates: SampledRates
+
+    def summed(self, share: Array) -> _Sampled:
+        """Return sums over rows with their shares (place, row)."""
+        given = (self.mean, self.rates.mean, self.rates.samples, self.rates.modelled)
+        mean, own, plain, modelled = (np.tensordot(share, values, axes=1) for values in given)
+        return _Sampled(mean, SampledRates(own, plain, modelled, self.rates.weights))
+
+    def plus(self, other: _Sampled) -> _Sampled:
+        """Return the sums with those of other items."""
+        a, b = self.rates, other.rates
+        sums = SampledRates(a.mean + b.mean, a.samples + b.samples, a.modelled + b.modelled, a.weights)
+        return _Sampled(self.mean + other.mean, sums)
+
+
+class _Weighed(NamedTuple):
+    """Means, fractiles, shares and values of branches, by row."""
+
+    mean: Array
+    fractiles: Array
+    shares: Array
+    own: Array
+
+
+@dataclass
+class _Found:
+    """Variables of the results, as they are found."""
+
+    variables: dict[str, xr.Variable]
+    branches: Sequence[InventoryBranch]
+    weights: Array
+
+    def of(self, sampled: Sequence[_Sampled]) -> _Weighed:
+        """Weigh the rates of all branches."""
+        found = [one.rates for one in sampled]
+        own = np.stack([one.mean for one in found], axis=-1)
+        return _Weighed(
+            np.stack([one.mean for one in sampled], axis=-1) @ self.weights,
+            fractiles_of(found, self.weights, FRACTILES),
+            shares_of_spread(self.branches, found, self.weights),
+            own,
+        )
+
+    def keep(self, name: str, dim: str, weighed: Sequence[Array], units: str) -> None:
+        """Keep what was found of one value."""
+        mean, fractiles, shares, own = weighed
+        text = TEXTS[name]
+        self.variables |= {
+            f"epistemic_{name}": variable((dim,), mean, units, f"{text}, mean over all branches"),
+            f"epistemic_{name}_fractile": variable(
+                (dim, "epistemic_fractile"), fractiles, units, f"{text}: the value of the fractile"
+            ),
+            f"epistemic_{name}_spread": variable(
+                (dim, "epistemic_source"), shares, DIMENSIONLESS, f"share of the variance of ln({name})"
+            ),
+            f"branch_{name}": variable((dim, "branch"), own, units, f"{text}, of the branch alone"),
+        }
+
+
+class _Branch:
+    """One branch: the weights of its levels under each realisation of its hazard, and its flags."""
+
+    def __init__(
+        self, branch: InventoryBranch, assessment: xr.Dataset, inventory: Inventory, members: Array, sampling: Sampling
+    ) -> None:
+        self.levels = assessment["level"].values
+        labels = [str(one) for one in assessment["model"].values]
+        self.at = labels.index(branch.model)
+        self.chances = ItemChances(assessment, np.arange(len(inventory)))
+        self.motions = assessment.sizes["motion"]
+        self.drawn = draw_motions((np.arange(self.motions),), sampling.replicates, sampling.seed)
+        self.hazard, self.sampling, self.members = branch.hazard, sampling, members
+        self.inventory, self.classes = inventory, np.array(classes_of(inventory), dtype=object)
+        self.standing = np.array([not row.anchored for row in inventory.rows])
+        rows = (branch.hazard.rates,) if branch.hazard.realisations is None else branch.hazard.realisations
+        one = replace(branch.hazard, realisations=None, weights=None, fractile=None)
+        self.curves = [replace(one, rates=tuple(row)) for row in rows]
+        self.shares = np.ones(1) if branch.hazard.weights is None else np.asarray(branch.hazard.weights)
+        self.number = np.zeros(self.levels.size)
+        self._shifted = [self._states(one) for one in self.curves] if sampling.beta > 0.0 else []
+
+    def _weights(self, hazard: HazardCurve, beta: float) -> Array:
+        return level_weights(self.levels, covering(hazard, self.levels, beta)).weights
+
+    def _states(self, hazard: HazardCurve) -> ShiftedLevels:
+        beta = self.sampling.beta
+        mean = covering(hazard, self.levels, beta)
+        return ShiftedLevels.between(level_weights(self.levels, mean), mean, hazard, beta)
+
+    def of_items(self, rows: slice) -> _Sampled:
+        """Return the rates of a slab of items."""
+        beta, spread = self.sampling.beta, self.sampling.spread
+        given = self.chances.piece(slice(self.at, self.at + 1), rows)[0]
+        counts = np.array([row.count for row in self.inventory.rows[rows]])
+        self.number += np.einsum("i,ilm->l", counts, given) / self.motions
+        resampled = np.einsum("ilm,sm->ils", given, self.drawn) / self.motions
+        mean = a_year(given, self._weights(self.hazard, beta)).mean(axis=-1)
+        inside = 0.0 if spread else beta
+        own = a_year(given, self._weights(self.hazard, inside)).mean(axis=-1)
+        plain = np.stack([a_year(resampled, self._weights(one, inside)) for one in self.curves], axis=-1)
+        if not spread:
+            return _Sampled(mean, SampledRates(own, plain, plain, self.shares))
+        modelled = np.empty_like(plain)
+        for label in dict.fromkeys(self.classes[rows]):
+            of_class = np.flatnonzero(self.classes[rows] == label)
+            scores = self.sampling.scores(str(label), self.drawn.shape[0])
+            for r, (states, curve) in enumerate(zip(self._shifted, self.curves, strict=True)):
+                weights = _shifted_weights(states.positions, curve, beta * scores)
+                modelled[of_class, :, r] = np.einsum("ils,ls->is", resampled[of_class], weights)
+        return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
+
+    def of_any(self) -> _Sampled:
+        """Return the rates of at least one fall in each place."""
+        beta, spread = self.sampling.beta, self.sampling.spread
+        nothing = self._nothing()
+        alone = len(nothing) == 1
+        together = 1.0 - np.prod(list(nothing.values()), axis=0)
+
+        def of(hazard: HazardCurve, dispersion: float) -> Array:
+            """The annual value of each motion (place, motion)."""
+            if dispersion == 0.0 or alone:
+                return a_year(together, self._weights(hazard, dispersion))
+            states = self._states(hazard)
+            stays = np.prod([states.of(one, 1.0) for one in nothing.values()], axis=0)
+            return a_year(1.0 - stays, states.rates)
+
+        mean = of(self.hazard, beta).mean(axis=-1)
+        inside = 0.0 if spread else beta
+        own = of(self.hazard, inside).mean(axis=-1)
+        plain = np.stack([of(one, inside) @ self.drawn.T / self.motions for one in self.curves], axis=-1)
+        if not spread:
+            return _Sampled(mean, SampledRates(own, plain, plain, self.shares))
+        number = self.drawn.shape[0] if alone else min(JOINT_SAMPLES, self.drawn.shape[0])
+        scores = {label: self.sampling.scores(label, number) for label in nothing}
+        modelled = np.empty((mean.size, number, len(self.curves)))
+        for r, (states, curve) in enumerate(zip(self._shifted, self.curves, strict=True)):
+            if alone:
+                (label,) = nothing
+                weights = _shifted_weights(states.positions, curve, beta * scores[label])
+                resampled = np.einsum("plm,sm->pls", together, self.drawn) / self.motions
+                modelled[:, :, r] = np.einsum("pls,ls->ps", resampled, weights)
+                continue
+            padded = {label: np.concatenate([np.ones_like(one[:, :1]), one], axis=1) for label, one in nothing.items()}
+            for s in range(number):
+                stays = np.ones(())
+                for label, one in padded.items():
+                    at = np.searchsorted(states.positions, states.points - beta * scores[label][s], side="right")
+                    stays = stays * one[:, at]
+                modelled[:, s, r] = a_year(1.0 - stays, states.rates) @ self.drawn[s] / self.motions
+        return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
+
+    def _nothing(self) -> dict[str, Array]:
+        """Return P(nothing of a class falls in a place | motion) (place, level, motion), by class."""
+        found: dict[str, Array] = {}
+        for i in np.flatnonzero(self.standing):
+            label = str(self.classes[i])
+            if label not in found:
+                found[label] = np.ones((self.members.shape[0], self.levels.size, self.motions))
+            found[label][self.members[:, i]] *= 1.0 - self.chances.any_piece_of(self.at, int(i))
+        return found or {"": np.ones((self.members.shape[0], self.levels.size, self.motions))}
+
+    @property
+    def beyond(self) -> float:
+        """The share of the expected falls from shaking beyond the curve's levels, or above the highest that was run."""
+        plain = covering(self.hazard, self.levels)
+        knots, rates = np.asarray(plain.levels), np.asarray(plain.rates)
+
+        def value(of: Array) -> float:
+            return float(
+                line_weights(self.levels, HazardPoints(knots, of, plain.im, plain.units)).weights @ self.number
+            )
+
+        whole = value(rates)
+        if not whole > 0.0:
+            return 0.0
+        below = whole - value(np.minimum(rates, self.hazard.rates[0]))
+        above = value(np.minimum(rates, self.hazard.rates[-1]))
+        last = 0.0
+        standing = sum(row.count for row in self.inventory.rows if not row.anchored)
+        if self.number[-1] < SETTLED * standing:
+            last = line_weights(self.levels, HazardPoints(knots, rates, plain.im, plain.units)).above * float(
+                self.number[-1]
+            )
+        return float(np.clip(max(below, above, last) / whole, 0.0, 1.0))
+
+
+def _shifted_weights(positions: Array, hazard: HazardCurve, shifts: Array) -> Array:
+    """Return the weights of levels (level, sample) of capacities off by exp(shift) (sample,)."""
+    rates = hazard.pieces()[0].rate(positions[:, None] + shifts)
+    return np.asarray(rates - np.concatenate([rates[1:], np.zeros((1, shifts.size))]))
+
+
+def _slabs(items: int, branches: Sequence[_Branch]) -> Iterator[slice]:
+    """Yield slabs of items, few enough for the arrays of all branches."""
+    of_one = sum(one.drawn.shape[0] * (one.levels.size + 2 * len(one.curves)) for one in branches)
+    step = max(1, SLAB // of_one)
+    for start in range(0, items, step):
+        yield slice(start, min(items, start + step))
+
+
+def _labelled(dim: str, values: Array, long_name: str) -> xr.Variable:
+    return xr.Variable(dim, values, {"units": DIMENSIONLESS, "long_name": long_name})
+
+
+def combinations(
+    models: Mapping[str, float], motions: Mapping[str, float], hazards: Mapping[str, tuple[HazardCurve, float]]
+) -> list[InventoryBranch]:
+    """Return all combinations of laws, motions and hazard curves with their weights."""
+    return [
+        InventoryBranch(model, shaken, name, curve, share * weight * part)
+        for (model, share), (shaken, weight), (name, (curve, part)) in product(
+            models.items(), motions.items(), hazards.items()
+        )
+    ]

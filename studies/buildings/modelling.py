@@ -1,0 +1,243 @@
+"""Modelling uncertainty of an inventory: common to all pieces of a class, independent from class to class.
+
+With the capacities of a class off by exp(beta_m Z), its outcome at a level x is its computed outcome at the level
+x exp(-beta_m Z).  Z is one normal score for the whole class, so that pieces of a class fall together more than each
+would by itself; the modelled outcomes of all classes are joined here, motion by motion.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from ...aliases import Array, Index
+from ...fragility import HazardCurve
+from ...fragility.hazard.levels import LevelWeights
+from ...streams import key_of, stream
+from .contents import Inventory
+from .outcomes import ANY, JointFlags, JointOutcomes
+
+DRAWS = 32
+"""Draws of the scores of the classes for each motion."""
+MOST_POINTS = 400
+"""Most points of shaking at which joint outcomes are evaluated for a year."""
+POINTS_A_BETA = 10.0
+"""Points in one beta_m of ln(level)."""
+REACH = 5.0
+"""Standard deviations of the scores that the points reach."""
+SCORES = np.linspace(-3.0, 3.0, 13)
+"""Scores whose levels are run for values at a given level."""
+
+
+class Mixture(ABC):
+    """Random states of a class of pieces at points of shaking.
+
+    A state is the class's outcome at one of the levels that were run: state j is that at level j - 1, and nothing falls
+    in state 0.
+    """
+
+    @property
+    @abstractmethod
+    def shares(self) -> Array:
+        """The probability of each state (point, state)."""
+
+    @abstractmethod
+    def states(self, shares: Array) -> Index:
+        """Return the states (point, …) where the score has cumulative probabilities `shares` (…), from 0 to 1."""
+
+    def of(self, values: Array, nothing: float = 0.0) -> Array:
+        """Return the means (…, point, motion) of values (…, level, motion) that are `nothing` where nothing falls."""
+        shares = self.shares
+        found = np.empty((*values.shape[:-2], shares.shape[0], values.shape[-1]))
+        found[...] = nothing * shares[:, 0][:, None]
+        for level in range(values.shape[-2]):  # (in the order of the levels, whatever the other dimensions are)
+            found += shares[:, level + 1][:, None] * values[..., level, :][..., None, :]
+        return found
+
+
+@dataclass(frozen=True)
+class ShiftedLevels(Mixture):
+    """States for annual values: a class reaches level j where ln(shaking) exceeds positions[j] + beta_m Z.
+
+    positions (level,): ln of the capacity that has the annual rate of what happens at level j or above; points
+    (point,): ln of shaking; rates (point,): annual rates of the shaking about each point, 1/year.
+    """
+
+    positions: Array
+    points: Array
+    rates: Array
+    beta: float
+
+    @classmethod
+    def between(cls, weights: LevelWeights, mean: HazardCurve, hazard: HazardCurve, beta: float) -> Self:
+        """Make the states for weights of levels under the `mean` hazard (`blurred`), and the hazard itself.
+
+        Notes
+        -----
+        The mean hazard at the position of a level is the sum of the weights from there on, so that each class alone has
+        the annual values of the weights: E[H(c exp(beta_m Z))] is the mean hazard at c.
+        """
+        positions = positions_of(weights.weights, mean)
+        curve = hazard.pieces()[0]
+        slope = float(curve.slope_at(curve.find(positions[:1]), positions[:1])[0])
+        # (rare high capacities fall at frequent shaking: their scores centre on minus slope times beta_m)
+        low = positions[0] - max(slope, 0.0) * beta**2 - REACH * beta
+        high = positions[-1] + REACH * beta
+        number = min(MOST_POINTS, math.ceil((high - low) / beta * POINTS_A_BETA))
+        edges = np.linspace(low, high, number + 1)
+        above = curve.rate(edges)
+        rates = above[:-1] - above[1:]
+        rates[-1] += above[-1]
+        return cls(positions, 0.5 * (edges[:-1] + edges[1:]), rates, beta)
+
+    @property
+    def shares(self) -> Array:
+        reached = ndtr((self.points[:, None] - self.positions) / self.beta)
+        ends = np.ones((self.points.size, 1))
+        return np.asarray(np.concatenate([ends, reached], axis=1) - np.concatenate([reached, 0.0 * ends], axis=1))
+
+    def states(self, shares: Array) -> Index:
+        at = self.points.reshape(-1, *(1 for _ in shares.shape)) - self.beta * ndtri(shares)
+        return np.searchsorted(self.positions, at, side="right")
+
+
+@dataclass(frozen=True)
+class ScoredLevels(Mixture):
+    """States for values at given levels: of each the levels that were run for `SCORES`, runs (point, score)."""
+
+    runs: Index
+
+    @property
+    def weights(self) -> Array:
+        """The probabilities of the scores: of the normal density at equal steps."""
+        density = np.exp(-0.5 * SCORES**2)
+        return np.asarray(density / density.sum())
+
+    @property
+    def shares(self) -> Array:
+        found = np.zeros((self.runs.shape[0], 2 + int(self.runs.max())))
+        np.add.at(found, (np.arange(self.runs.shape[0])[:, None], self.runs + 1), self.weights)
+        return found
+
+    def states(self, shares: Array) -> Index:
+        score = np.minimum(np.searchsorted(np.cumsum(self.weights), shares), SCORES.size - 1)
+        return np.asarray(self.runs[:, score] + 1)
+
+
+def scored_levels(levels: Array, beta: float) -> tuple[Array, ScoredLevels]:
+    """Return the levels that have to be run for values at given levels, increasing, and the states that they make.
+
+    Parameters
+    ----------
+    levels : ndarray, shape (level,)
+        The levels, > 0, increasing.
+    beta : float
+        beta_m, > 0.
+
+    Notes
+    -----
+    Levels x exp(-beta_m z) for thirteen scores z from -3 to 3: for a lognormal capacity of dispersion beta, the mean
+    over these of Phi(ln(x/c)/beta - beta_m z/beta) is Phi(ln(x/c)/sqrt(beta² + beta_m²)) to 0.2 %
+    where beta >= beta_m/2.
+
+    Examples
+    --------
+    >>> run, states = scored_levels(np.array([1.0]), 0.5)
+    >>> run.size, float(run[6]), states.shares.shape
+    (13, 1.0, (1, 14))
+    """
+    every = levels[:, None] * np.exp(-beta * SCORES)
+    run = np.unique(every)
+    return run, ScoredLevels(np.searchsorted(run, every))
+
+
+def positions_of(weights: Array, hazard: HazardCurve) -> Array:
+    """Return ln x (level,) at which a hazard curve has the rates of the weights from each level on."""
+    u, fall = np.log(hazard.levels), -np.log(hazard.rates)
+    wanted = -np.log(np.cumsum(weights[::-1])[::-1])
+    found = np.interp(wanted, fall, u)
+    for outside, a, b in ((wanted < fall[0], 0, 1), (wanted > fall[-1], -1, -2)):
+        slope = (u[b] - u[a]) / (fall[b] - fall[a])
+        found = np.where(outside, u[a] + slope * (wanted - fall[a]), found)
+    return np.asarray(found)
+
+
+def classes_of(inventory: Inventory) -> list[str]:
+    """Return the class of each line: as it is given, or the sizes of its block."""
+    return [row.class_label for row in inventory.rows]
+
+
+def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
+    """Join the outcomes of all classes in random states at points of shaking, given the motion.
+
+    Parameters
+    ----------
+    joint : JointFlags
+        The flags of the inventory at the levels that were run.
+    mixture : Mixture
+        The states.
+    seed : int
+        Of the draws of the scores, each class by its name alone.
+
+    Returns
+    -------
+    JointOutcomes
+        As of `JointFlags.results`, with points in place of levels: expectations and probabilities of events are exact,
+        outcomes (…, draw) are of `DRAWS` scores a motion, independent from class to class.
+    """
+    flags = joint.flags
+    models, motions, points = flags.shape[0], flags.shape[-1], mixture.shares.shape[0]
+    of_places = (models, joint.members.shape[0], points, motions)
+    quantities, events = joint.quantities, joint.events
+    found = JointOutcomes(
+        {one.name: joint.filled(of_places, 0.0) for one in quantities},
+        {one.name: joint.filled((*of_places, DRAWS), 0.0) for one in quantities},
+        {one.name: joint.filled((models, *one.sets.shape[:-1], points, motions), 1.0) for one in events},
+    )
+    words = joint.inventory.consequences
+    labels = np.array(classes_of(joint.inventory), dtype=object)
+    for label in dict.fromkeys(labels):
+        part = joint.part(np.flatnonzero((labels == label) & joint.standing))
+        if part is None:
+            continue
+        own = part.results
+        for event in part.events:
+            stays = mixture.of(1.0 - own.happens[event.name], 1.0)
+            if event.name == ANY:
+                found.happens[ANY] *= stays
+                continue
+            for i, word in enumerate(part.inventory.consequences):
+                found.happens[event.name][:, :, words.index(word)] *= stays[:, :, i]
+        named = {one.name for one in part.quantities}
+        scores = _scores(str(label), motions, seed)
+        for one in quantities:
+            if one.name not in named:
+                continue
+            if not one.greatest:
+                found.expected[one.name] += mixture.of(own.expected[one.name])
+            outcomes = own.outcomes[one.name]
+            for motion in range(motions):
+                states = mixture.states(scores[motion])
+                fillings = (motion * DRAWS + np.arange(DRAWS)) % outcomes.shape[-1]
+                of_state = np.concatenate([np.zeros_like(outcomes[:, :, :1, motion]), outcomes[:, :, :, motion]], 2)
+                drawn = of_state[:, :, states, fillings]
+                here = found.outcomes[one.name][:, :, :, motion]
+                (np.maximum if one.greatest else np.add)(here, drawn, out=here)
+    for none in found.happens.values():
+        np.subtract(1.0, none, out=none)
+    for one in quantities:
+        if one.greatest:  # (the mean of a maximum has no closed form)
+            np.mean(found.outcomes[one.name], axis=-1, out=found.expected[one.name])
+    return found
+
+
+def _scores(label: str, motions: int, seed: int) -> Array:
+    """Return cumulative probabilities (motion, draw) of a class's scores: one in each of equal parts, in any order."""
+    generator = stream(seed, *key_of(f"modelling uncertainty of the class {label}"))
+    order = generator.permuted(np.tile(np.arange(DRAWS), (motions, 1)), axis=1)
+    return np.asarray((order + generator.random((motions, DRAWS))) / DRAWS)

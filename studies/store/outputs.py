@@ -1,0 +1,135 @@
+"""Folders of files that a command writes again and again: the record of what it wrote, and removal of what is stale.
+
+A file is ours if the record names it with the digest of its bytes; no other file is removed or written over.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from ...wording import system_reason
+from ...writing import write_bytes
+from ..file.table import StudyError
+
+RECORD = ".toppling.json"
+"""Name of the record: for each command the names of its files with their SHA-256."""
+BEING_WRITTEN = ""
+"""In place of a digest, while the file is written: a run that was killed leaves it."""
+Record = dict[str, dict[str, str]]
+
+
+@contextmanager
+def own_files(folder: Path, command: str, names: Collection[str]) -> Iterator[None]:
+    """Write files of these names within; when the block ends, those of an earlier run that were not written are gone.
+
+    The folder is made where missing, and not left empty.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    command : str
+        What writes them, such as ``compare``: files of other commands stay.
+    names : collection of str
+        The names of all files that the command may write.
+
+    Raises
+    ------
+    StudyError
+        The folder cannot be made or written, or holds a file of one of these names that is not ours, or was changed
+        since it was written.
+    """
+    made = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StudyError(f"{folder}: cannot be made a folder ({system_reason(error)})") from None
+    record = _read(folder)
+    before = _stamps(folder, names)
+    for name in sorted(before):
+        if not _is_ours(folder / name, record):
+            raise StudyError(
+                f"{folder / name}: was not written by toppling, or was changed since: move it away, or name another "
+                "folder with --out"
+            )
+    others = {key: files for key, files in record.items() if key != command}
+    _write(folder, {**others, command: dict.fromkeys(sorted(names), BEING_WRITTEN)})
+    try:
+        yield
+    except BaseException:
+        _settle(folder, others, command, _stamps(folder, names), made)
+        raise
+    after = _stamps(folder, names)
+    for name, stamp in before.items():
+        if after.get(name) == stamp:
+            _remove(folder / name)
+    _settle(folder, others, command, _stamps(folder, names), made)
+
+
+def _stamps(folder: Path, names: Collection[str]) -> dict[str, tuple[int, int]]:
+    """Return the files of these names that are there, each with what changes when it is written again."""
+    found = {}
+    for name in names:
+        with suppress(FileNotFoundError, NotADirectoryError):
+            about = (folder / name).lstat()
+            found[name] = about.st_ino, about.st_mtime_ns
+    return found
+
+
+def _is_ours(path: Path, record: Record) -> bool:
+    if path.is_symlink() or not path.is_file():
+        return False
+    digests = {files[path.name] for files in record.values() if path.name in files}
+    return BEING_WRITTEN in digests or _digest(path) in digests
+
+
+def _digest(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
+
+
+def _read(folder: Path) -> Record:
+    """Return the record of a folder; empty where there is none, or none that can be read."""
+    try:
+        found = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    if not isinstance(found, dict) or not all(isinstance(files, dict) for files in found.values()):
+        return {}
+    return {
+        str(key): {str(name): str(digest) for name, digest in files.items()} for key, files in sorted(found.items())
+    }
+
+
+def _settle(folder: Path, others: Record, command: str, there: Collection[str], made: bool) -> None:
+    """Write the record of the files that are there; remove it, and a folder made here, where there are none."""
+    own = {name: _digest(folder / name) for name in sorted(there)}
+    found = {**others, command: own} if own else others
+    if found:
+        _write(folder, found)
+        return
+    _remove(folder / RECORD)
+    if made:
+        with suppress(OSError):  # (not empty: files of others)
+            folder.rmdir()
+
+
+def _write(folder: Path, record: Record) -> None:
+    path = folder / RECORD
+    try:
+        write_bytes(path, (json.dumps(record, indent=1, sort_keys=True) + "\n").encode())
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None
+
+
+def _remove(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise StudyError(f"{path}: is of an earlier run and cannot be removed ({system_reason(error)})") from None

@@ -1,0 +1,76 @@
+"""Tables of rates over weighted branches: of blocks or pieces, and of the annual numbers and losses of a building."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.fitting.states import OVERTURNED, state_name
+from ...wording import about_percent, about_years, currency_of, given_percent, two_digits
+from ..text.curve_notes import branches_beyond, verb_of
+from ..text.rows import Rows
+from ..text.spread import HEADINGS, building_spread, sources
+from ..text.words import floor_name
+from .assessment import place_name
+
+
+def spread_rows(results: xr.Dataset) -> Rows | None:
+    """Return the rates over all branches, and what spreads them, for a terminal or a report; None without branches."""
+    if "epistemic_rate" not in results:
+        return None
+    names = [str(one) for one in results["epistemic_source"].values]
+    there = [one for one in names if float(results["epistemic_spread"].sel(epistemic_source=one).max()) > 0.0]
+    floors = results["floor"].values.tolist() if "floor" in results["epistemic_rate"].dims else [None]
+    fractiles = results["epistemic_fractile"].values.tolist()
+    rows = []
+    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
+        one = results.isel(block=i) if floor is None else results.isel(block=i, floor=k)
+        where = "" if floor is None else f", {floor_name(floor)}"
+        mean = one["epistemic_rate"].item()
+        years = [about_years(rate) for rate in one["epistemic_rate_fractile"].values]
+        shares = [float(one["epistemic_spread"].sel(epistemic_source=name)) for name in there]
+        rows.append((
+            f"{results['block'].values[i]}{where}",
+            about_years(mean),
+            *years[::-1],
+            *(about_percent(share) if np.isfinite(share) else "–" for share in shares),
+        ))  # fmt: skip
+    ends = [f"{given_percent(1.0 - p)}" for p in fractiles[::-1]]
+    headings = ("", "1 / mean", *ends, *(HEADINGS[name] for name in there))
+    beta = float(results.attrs.get("modelling_dispersion", 0.0))
+    held = f", β_m = {beta:g}" if beta and str(results.attrs.get("modelling")) == "fractiles" else ""
+    over = f"{results.sizes['branch']:,} weighted branches{held}"
+    state = str(results.attrs.get("state", state_name(OVERTURNED)))
+    events = "falls" if state == state_name(OVERTURNED) else f"times that a block {verb_of(state)}"
+    title = f"How often over {over}: years between two {events}, and shares of what spreads them"
+    beyond = branches_beyond(results)
+    title += f" ({beyond})" if beyond else ""
+    return Rows(title, headings, rows)
+
+
+def amount_spread_rows(results: xr.Dataset) -> Rows | None:
+    """Return the annual numbers and losses of a building over all branches; None without them."""
+    named = {"annual_number": "pieces", "annual_loss": currency_of(results) or "loss"}
+    found = [(name, unit) for name, unit in named.items() if f"epistemic_{name}" in results]
+    if not found:
+        return None
+    rows = []
+    for (name, unit), place in product(found, _places(results)):
+        one = building_spread(results, name, place)
+        if not float(one["epistemic_rate"]) > 0.0:
+            continue
+        parts = [f"{about_percent(share)} {what}" for what, share in sources(one)[:2]]
+        values = [two_digits(float(value)) for value in one["epistemic_rate_fractile"].values]
+        rows.append(
+            (f"{place_name(place)}, {unit}", two_digits(float(one["epistemic_rate"])), *values, ", ".join(parts))
+        )
+    ends = [given_percent(float(p)) for p in results["epistemic_fractile"].values]
+    title = f"Overturned and lost in a year over {results.sizes['branch']:,} weighted branches"
+    return Rows(title, ("", "mean", *ends, "what spreads it"), rows)
+
+
+def _places(results: xr.Dataset) -> list[str]:
+    places = [str(one) for one in results["place"].values]
+    return places[:1] if len(places) == 2 else places

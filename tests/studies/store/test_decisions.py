@@ -1,0 +1,154 @@
+"""Keys that change no run: finished and begun studies keep their runs, and what the keys decide is computed anew."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from study_texts import motions
+
+import toppling as tp
+from toppling.fragility.runs import plan
+from toppling.studies import StudyError
+from toppling.studies.buildings.pieces import pieces_of
+from toppling.studies.kinds.performance import PerformanceStudy
+from toppling.studies.store import folder as folders
+from toppling.studies.store.content import AS_WRITTEN, content_state
+
+INVENTORY = """item,width_m,height_m,floor,count,value,currency,consequence,anchoring_cost,mass_kg,code_class
+shelf,0.35,1.7,0,4,300,EUR,injury,40,80,
+rack,0.45,1.9,0,2,9000,EUR,exits,200,,
+"""
+TEXT = (
+    'title = "decisions"\n[[models]]\nlaw = "housner"\n'
+    + motions(8)
+    + """
+[performance]
+inventory = "things.csv"
+im = "pga"
+levels = { values = [1.5, 3.0, 6.0], unit = "m/s2" }
+replicates = 100
+KEYS
+
+[hazard]
+k0 = 1e-3
+k = 2
+unit = "m/s2"
+"""
+)
+CODE = 'code = { standard = "ec8", ag_g = 0.25, soil_factor = 1.2, component_period_s = 0 }'
+DECISIONS = {
+    "sort": 'sort = "value"',
+    "safety": 'safety = ["exits"]',
+    "code": CODE,
+    "budget": "budget = 500.0",
+    "all": f'sort = "cost"\nsafety = ["exits", "injury"]\n{CODE}\nbudget = 300.0',
+}
+
+
+def study(folder, keys="", text=TEXT):
+    (folder / "things.csv").write_text(INVENTORY, encoding="utf-8")
+    (folder / "study.toml").write_text(text.replace("KEYS", keys), encoding="utf-8")
+    return tp.Study.from_toml(folder / "study.toml")
+
+
+def stored(folder):
+    with xr.open_dataset(folder / "results.nc") as found:
+        return found.load()
+
+
+def refuse_runs(monkeypatch):
+    def refused(*_):
+        raise AssertionError("runs are computed again")
+
+    monkeypatch.setattr(PerformanceStudy, "_compute", refused)
+
+
+@pytest.fixture(scope="module")
+def fresh(tmp_path_factory):
+    """The results of a study for each decision, each computed by itself."""
+    made = tmp_path_factory.mktemp("fresh")
+    found = {}
+    for name, keys in {"none": "", **DECISIONS}.items():
+        study(made, keys).run(made / name)
+        found[name] = stored(made / name)
+    return found
+
+
+@pytest.mark.parametrize("name", DECISIONS)
+def test_a_finished_study_keeps_its_runs(tmp_path, monkeypatch, fresh, name):
+    """There and back: the results are those of a study of its own, and no run is made."""
+    study(tmp_path).run(tmp_path / "out")
+    refuse_runs(monkeypatch)
+    counts = []
+    for keys, expected in ((DECISIONS[name], fresh[name]), ("", fresh["none"]), (DECISIONS["all"], fresh["all"])):
+        changed = study(tmp_path, keys)
+        returned = changed.run(tmp_path / "out", progress=lambda *done: counts.append(done))
+        found = stored(tmp_path / "out")
+        xr.testing.assert_identical(found, expected)
+        assert content_state(found) == AS_WRITTEN
+        assert [one.item for one in pieces_of(returned)] == [one.item for one in pieces_of(expected)]
+        assert found.attrs["identity"] == fresh["none"].attrs["identity"]
+    assert counts == []
+
+
+def test_decisions_differ(fresh):
+    """The results of the decisions are not those without them: else the test above would say nothing."""
+    texts = [json.dumps([one._asdict() for one in pieces_of(found)], default=str) for found in fresh.values()]
+    assert len({*texts}) == len(texts)
+    assert "did you mean" not in fresh["safety"].attrs["notes"]
+    assert "mass_kg is not given" in fresh["code"].attrs["notes"]
+    assert "mass_kg is not given" not in fresh["none"].attrs["notes"]
+
+
+def test_an_interrupted_study_goes_on_with_its_runs(tmp_path, monkeypatch, fresh):
+    monkeypatch.setattr(plan, "LEAST_SECONDS", 0.001)
+    monkeypatch.setattr(plan, "CHUNK_SECONDS", 0.001)
+
+    def pull(done, total):
+        if done > 0.4 * total:
+            raise RuntimeError("pulled the plug")
+
+    with pytest.raises(RuntimeError, match="pulled the plug"):
+        study(tmp_path).run(tmp_path / "out", progress=pull)
+    kept = len([*(tmp_path / "out" / "shards").glob("*.nc")])
+    assert kept > 0
+    watches = []
+    study(tmp_path, DECISIONS["all"]).run(tmp_path / "out", watching=watches.append)
+    assert watches[0].kept > 0
+    xr.testing.assert_identical(stored(tmp_path / "out"), fresh["all"])
+
+
+def test_a_disk_that_is_full_leaves_the_earlier_results(tmp_path, monkeypatch, fresh):
+    study(tmp_path).run(tmp_path / "out")
+    before = (tmp_path / "out" / "results.nc").read_bytes()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(folders, "write", full)
+        with pytest.raises(StudyError, match="cannot be written"):
+            study(tmp_path, DECISIONS["budget"]).run(tmp_path / "out")
+    assert (tmp_path / "out" / "results.nc").read_bytes() == before
+    refuse_runs(monkeypatch)
+    study(tmp_path, DECISIONS["budget"]).run(tmp_path / "out")
+    xr.testing.assert_identical(stored(tmp_path / "out"), fresh["budget"])
+
+
+def test_edited_results_are_not_decided_anew(tmp_path):
+    study(tmp_path).run(tmp_path / "out")
+    found = stored(tmp_path / "out")
+    found["item_rate"][:] *= 0.1
+    found.to_netcdf(tmp_path / "out" / "results.nc")
+    with pytest.raises(StudyError, match="edited"):
+        study(tmp_path, DECISIONS["budget"]).run(tmp_path / "out")
+
+
+def test_a_key_that_changes_runs_is_another_study(tmp_path):
+    """What is refused names that key alone."""
+    study(tmp_path).run(tmp_path / "out")
+    other = TEXT.replace("3.0, 6.0", "3.0, 7.0")
+    with pytest.raises(StudyError, match=r"another study \(performance\.levels\.values\[3\] was 6.0, is 7.0\)"):
+        study(tmp_path, DECISIONS["all"], other).run(tmp_path / "out")
+    assert np.isfinite(stored(tmp_path / "out")["item_rate"]).all()
