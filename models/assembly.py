@@ -153,7 +153,7 @@ def assemble(
         zone = None  # (one-sided rocking: the zone is never crossed)
     sheets = _sheets(front, back, e, zone, around, touching)
     pieces = _pieces(sheets, around)
-    return _Table(front, back, e, zone, around, sheets, pieces, exact).oscillator()
+    return _Table(front, back, zone, around, sheets, pieces, exact).oscillator(e)
 
 
 def _sheets(
@@ -167,7 +167,7 @@ def _sheets(
     def branch(name: str, side: Side, sign: float, lower: float, wall: Contact | None, inner: _End) -> None:
         outer, upper = FALLS, engine.FLAT
         if wall is not None:
-            outer = _End(engine.BOUNCE, factor=wall.factor, rest="front wall" if sign > 0.0 else "back wall")
+            outer = _End(engine.BOUNCE, factor=wall.factor, rest=name)
             upper = wall.rotation
         damping = 0.0 if zone is None else zone.front_damping if sign > 0.0 else zone.back_damping
         sheets[name] = _Sheet(sign, lower, upper, -side.q2, -side.q2 * side.alpha, damping, 0.0, inner, outer)
@@ -268,93 +268,85 @@ def _restrained(name: str, sheet: _Sheet, spring: Spring | None = None) -> list[
     return [taut] if starts == sheet.lower else [slack._replace(upper=starts, outer=through), taut]
 
 
-class _Table(NamedTuple):
-    """Sheets and pieces on their way to regions."""
+class _Table:
+    """Sheets and pieces on their way to regions: their sides, and the first and the last piece of each sheet."""
 
-    front: Side
-    back: Side
-    e: float
-    zone: Zone | None
-    around: Surroundings
-    sheets: dict[str, _Sheet]
-    pieces: list[_Piece]
-    exact: bool
+    def __init__(
+        self,
+        front: Side,
+        back: Side,
+        zone: Zone | None,
+        around: Surroundings,
+        sheets: dict[str, _Sheet],
+        pieces: list[_Piece],
+        exact: bool,
+    ) -> None:
+        self.front = front
+        self.zone = zone
+        self.around = around
+        self.sheets = sheets
+        self.pieces = pieces
+        self.exact = exact
+        self.sides = {name: front if sheet.side == FRONT else back for name, sheet in sheets.items()}
+        if zone is not None:
+            self.sides["zone"] = front._replace(gain=zone.gain, inertia=zone.inertia)
+        self.first: dict[tuple[int, str], int] = {}
+        self.last: dict[tuple[int, str], int] = {}
+        for index, piece in enumerate(pieces):
+            self.first.setdefault((piece.mode, piece.sheet), index)
+            self.last[piece.mode, piece.sheet] = index
+        self.modes = (INTACT, BROKEN) if pieces[-1].mode == BROKEN else (INTACT,)
+        self.elastic = zone is not None and not zone.rigid_rest and "back" in sheets
+        names = [] if self.elastic else [("middle", mode) for mode in self.modes]
+        for name in ("back", "front"):
+            if name in sheets and sheets[name].outer.action == engine.BOUNCE:
+                names += [(name, mode) for mode in self.modes if self._reaches(name, mode)]
+        self.rests = {key: k for k, key in enumerate(names)}
 
-    def oscillator(self) -> Oscillator:
+    def oscillator(self, e: float) -> Oscillator:
         """Return the regions with their links, and the states of rest."""
         zone = self.zone
-        elastic = zone is not None and not zone.rigid_rest and "back" in self.sheets
-        names = [] if elastic else [("middle", mode) for mode in self._modes()]
-        names += [
-            (f"{name} wall", mode)
-            for name, sheet in self.sheets.items()
-            for mode in self._modes()
-            if name in ("front", "back") and sheet.outer.action == engine.BOUNCE and self._reaches(name, mode)
-        ]
-        rests = tuple(self._rest(name, mode) for name, mode in names)
-        regions = tuple(self._region(piece, names) for piece in self.pieces)
-        start = self._find("zone", INTACT, 0.0, outward=True) if elastic else engine.REST
+        rests = tuple(self._middle(mode) if name == "middle" else self._held(name, mode) for name, mode in self.rests)
+        regions = tuple(self._region(index, piece) for index, piece in enumerate(self.pieces))
+        start = self.first[INTACT, "zone"] if self.elastic else engine.REST
         rule = engine.RULE_CONSTANT if zone is None else zone.rule
         coefficient = 0.0 if zone is None else zone.coefficient
-        sided = self.around != Surroundings() or self.front != self.back
-        return Oscillator(regions, self.front.gain, rule, self.e, coefficient, start, rests, self.exact, sided)
-
-    def _modes(self) -> tuple[int, ...]:
-        return (INTACT, BROKEN) if any(piece.mode == BROKEN for piece in self.pieces) else (INTACT,)
+        sided = any(self.around) or self.front != self.sides.get("back", self.front)
+        return Oscillator(regions, self.front.gain, rule, e, coefficient, start, rests, self.exact, sided)
 
     def _reaches(self, sheet: str, mode: int) -> bool:
         """Return True if the outer end of a sheet can be reached in a state of the restraint."""
-        return any(p.sheet == sheet and p.mode == mode and p.upper == self.sheets[sheet].upper for p in self.pieces)
+        last = self.last.get((mode, sheet))
+        return last is not None and self.pieces[last].upper == self.sheets[sheet].upper
 
-    def _side(self, sheet: str) -> Side:
-        if sheet == "zone":
-            assert self.zone is not None
-            return self.front._replace(gain=self.zone.gain, inertia=self.zone.inertia)
-        return self.front if self.sheets[sheet].side == FRONT else self.back
-
-    def _find(self, sheet: str, mode: int, at: float, *, outward: bool) -> int:
-        """Return the number of the piece of a sheet that a motion enters at a rotation, seen from the sheet's side."""
-        for index, piece in enumerate(self.pieces):
-            if piece.sheet == sheet and piece.mode == mode:
-                inside = piece.lower <= at < piece.upper if outward else piece.lower < at <= piece.upper
-                if inside:
-                    return index
-        return engine.NO_REGION
-
-    def _edge(self, piece: _Piece, end: _End, at: float, names: list[tuple[str, int]]) -> Edge:
-        """Return the event at an end of a piece, at the rotation `at` seen from its side."""
+    def _edge(self, index: int, end: _End, *, outward: bool) -> Edge:
+        """Return the event at the outer or the inner end of a piece."""
         if end.action == engine.OVERTURN:
             return Edge(engine.OVERTURN)
-        rest = names.index((end.rest, piece.mode)) if end.rest else engine.NO_REGION
+        piece = self.pieces[index]
+        rest = self.rests[end.rest, piece.mode] if end.rest else engine.NO_REGION
         if end.action == engine.BOUNCE:
-            return Edge(engine.BOUNCE, self.pieces.index(piece), factor=end.factor, rest=rest)
+            return Edge(engine.BOUNCE, index, factor=end.factor, rest=rest)
+        if end.sheet == piece.sheet and end.action == engine.CROSS:
+            return Edge(engine.CROSS, index + 1 if outward else index - 1)
         mode = BROKEN if end.action == engine.BREAK else piece.mode
         mine = self.sheets[piece.sheet].side
-        outward = at == piece.upper
+        # seen from its side, the motion enters a sheet at its lower end if it goes outward there
+        entered = self.first if outward == (mine == self.sheets[end.sheet].side) else self.last
+        other = self.last[mode, end.other] if end.other else engine.NO_REGION
+        return Edge(end.action, entered[mode, end.sheet], other, end.factor, rest)
 
-        def beyond(sheet: str) -> int:
-            theirs = self.sheets[sheet].side
-            return self._find(sheet, mode, mine * theirs * at, outward=outward == (mine == theirs))
-
-        other = beyond(end.other) if end.other else engine.NO_REGION
-        if end.action == engine.IMPACT:
-            other = engine.NO_REGION
-        return Edge(end.action, beyond(end.sheet), other, end.factor, rest)
-
-    def _region(self, piece: _Piece, names: list[tuple[str, int]]) -> Region:
+    def _region(self, index: int, piece: _Piece) -> Region:
         sheet = self.sheets[piece.sheet]
-        inner = self._edge(piece, piece.inner, piece.lower, names)
-        outer = self._edge(piece, piece.outer, piece.upper, names)
+        inner = self._edge(index, piece.inner, outward=False)
+        outer = self._edge(index, piece.outer, outward=True)
         turns = (engine.NO_REGION, engine.NO_REGION)
         if sheet.captured:
-            turns = (
-                self._find("rigid back", piece.mode, 0.0, outward=True),
-                self._find("rigid front", piece.mode, 0.0, outward=True),
-            )
-        side = self._side(piece.sheet)
+            turns = self.first[piece.mode, "rigid back"], self.first[piece.mode, "rigid front"]
+        side = self.sides[piece.sheet]
         gain = side.gain / self.front.gain
         if self.exact:
-            first = self._side(self.pieces[0].sheet)  # (the engine takes the lever 1/cos(alpha) of region 0)
+            first = self.sides[self.pieces[0].sheet]  # (the engine takes the lever 1/cos(alpha) of region 0)
             gain *= math.cos(first.alpha) / math.cos(side.alpha)
         front = sheet.side == FRONT
         return Region(
@@ -373,14 +365,11 @@ class _Table(NamedTuple):
             piece.mode == BROKEN,
         )
 
-    def _rest(self, name: str, mode: int) -> Rest:
-        """Return the state of rest in the middle, or held against a wall, in a state of the restraint."""
-        if name == "middle":
-            return self._middle(mode)
-        sheet = name.removesuffix(" wall")
-        side = self._side(sheet)
+    def _held(self, sheet: str, mode: int) -> Rest:
+        """Return the state of rest against a wall, in a state of the restraint."""
+        side = self.sides[sheet]
         at = self.sheets[sheet].upper
-        index = self._find(sheet, mode, at, outward=False)
+        index = self.last[mode, sheet]
         piece = self.pieces[index]
         # the forcing (of gain 1) towards this side below which it comes off the wall
         held = (piece.stiffness * at - piece.offset) / (side.gain / self.front.gain)
@@ -391,9 +380,10 @@ class _Table(NamedTuple):
         return Rest(-at, -held, index, math.inf, index)
 
     def _middle(self, mode: int) -> Rest:
+        """Return the state of rest at 0; a rigid restraint has no other motion than to leave it, and breaks then."""
         up, front = self._threshold("front", mode)
         down, back = self._threshold("back", mode)
-        rigid = mode == INTACT and not any(piece.mode == INTACT for piece in self.pieces)
+        rigid = mode == INTACT and self.pieces[0].mode == BROKEN
         return Rest(0.0, up, front if front >= 0 else back, down, back if back >= 0 else front, rigid)
 
     def _threshold(self, name: str, mode: int) -> tuple[float, int]:
@@ -403,13 +393,13 @@ class _Table(NamedTuple):
             sheet = f"rigid {name}" if self.zone.rigid_rest else "zone"
         if sheet not in self.sheets or (name == "back" and sheet == "zone"):
             return math.inf, engine.NO_REGION
-        side = self._side(sheet)
+        side = self.sides[sheet]
         spring = self.around.front_spring if name == "front" else self.around.back_spring
-        index = self._find(sheet, mode, 0.0, outward=True)
         added = 0.0
         if spring is not None and mode == INTACT:
             added = spring.strength if spring.stiffness == math.inf else spring.preload
+        index = self.first.get((mode, sheet), -1)
         if index < 0:  # rigid: it leaves for the block without it
-            index = self._find(sheet, BROKEN, 0.0, outward=True)
+            index = self.first[BROKEN, sheet]
         threshold = 0.0 if sheet == "zone" else side.q2 * (math.sin(side.alpha) if self.exact else side.alpha)
         return (threshold + added) / (side.gain / self.front.gain), index

@@ -6,6 +6,7 @@ The module does not depend on damping laws or motions; all quantities are in SI 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -263,17 +264,36 @@ class Block:
 
 def describe_block(block: Block) -> dict[str, Any]:
     """Return the parameters that define the block, as plain values (SI)."""
-    described: dict[str, Any] = {
+    return {
         "name": block.label,
         "width": block.width,
         "height": block.height,
         "cm_height": block.cm_height,
         "inertia_factor": block.inertia_factor,
+        **describe_scene(block),
     }
+
+
+def describe_scene(block: Block) -> dict[str, Any]:
+    """Return what makes a block other than symmetric and freestanding, as plain values (SI); empty where nothing does.
+
+    The mass is among them where a restraint needs it.
+    """
+    found: dict[str, Any] = {}
     if not block.symmetric:
-        described |= {"cm_offset": block.cm_offset, "lean": block.lean}
+        found |= {"cm_offset": block.cm_offset, "lean": block.lean}
     if block.wall is not None:
-        described["wall"] = describe_wall(block.wall)
+        found["wall"] = describe_wall(block.wall)
     if block.restraint is not None:
-        described |= {"mass": block.mass, "restraint": describe_restraint(block.restraint)}
-    return described
+        found |= {"mass": block.mass, "restraint": describe_restraint(block.restraint)}
+    return found
+
+
+def block_from(described: Mapping[str, Any]) -> Block:
+    """Return the block that `describe_block` describes."""
+    values = dict(described)
+    if "wall" in values:
+        values["wall"] = Wall(**values["wall"])
+    if "restraint" in values:
+        values["restraint"] = Restraint(**values["restraint"])
+    return Block(**values)

@@ -30,9 +30,9 @@ OUTPUTS: dict[str, int] = {
     "peak_back": tables.OUT_BACK,
     "wall_impacts": tables.OUT_WALL_IMPACTS,
     "wall_impact_velocity": tables.OUT_WALL_STRIKE,
-    "broken": tables.OUT_BROKEN,
-    "breaking_time": tables.OUT_BREAK_TIME,
-    "well": tables.OUT_WELL,
+    "ruptured": tables.OUT_BROKEN,
+    "rupture_time": tables.OUT_BREAK_TIME,
+    "final_state": tables.OUT_WELL,
 }
 """Results of a run by name, and their column."""
 

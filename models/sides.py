@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 from ..units import STANDARD_GRAVITY
 from .assembly import Contact, Side, Spring, Surroundings, Zone
@@ -12,6 +13,7 @@ from .scenes.restraint import Restraint
 from .scenes.wall import rebound
 
 
+@lru_cache(maxsize=8)
 def sides(block: Block, geometry: str, lever: str = "h") -> tuple[Side, Side]:
     """Return the front and the back of a block in "exact", "linear" or "bilinear" geometry.
 

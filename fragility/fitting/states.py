@@ -17,8 +17,12 @@ from ...units import DIMENSIONLESS
 
 OVERTURNED = "overturned"
 UPLIFTED = "uplifted"
+FRONT = "front"
+BACK = "back"
+NAMES = {OVERTURNED: "overturning", UPLIFTED: "uplift", FRONT: "a fall to the front", BACK: "a fall to the back"}
+DIRECTIONS = {FRONT: 1, BACK: -1}
 State = str | float
-"""A damage state: overturning, uplift, or x > 0 for a peak rotation above x alpha."""
+"""A damage state: overturning, to either side or to the front or back, uplift, or a peak rotation above x alpha."""
 
 # Statuses of any estimate
 OK: Final = "ok"
@@ -47,8 +51,15 @@ INCOMPLETE: Final = "incomplete"
 def state_name(state: State) -> str:
     """Return a damage state in words."""
     if isinstance(state, str):
-        return {OVERTURNED: "overturning", UPLIFTED: "uplift"}[checks.choice("state", state, (OVERTURNED, UPLIFTED))]
+        return NAMES[checks.choice("state", state, tuple(NAMES))]
     return f"|theta|/alpha > {checks.number('state', state, above=0.0):g}"
+
+
+def needed_output(state: State) -> str:
+    """Return the output of a run from which a damage state is read."""
+    if not isinstance(state, str):
+        return "peak_rotation"
+    return "direction" if state in DIRECTIONS else state
 
 
 def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
@@ -59,7 +70,8 @@ def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
     runs : xarray.Dataset
         Runs as `toppling.ida`, `toppling.stripes` or `toppling.cloud` return them.
     state : str or float
-        ``overturned``, ``uplifted``, or x > 0: the peak rotation exceeded x alpha (a block that overturned did).
+        ``overturned``, ``uplifted``, ``front`` or ``back`` (overturned to that side: to the front means away from a
+        wall, into the room), or x > 0: the peak rotation exceeded x alpha (a block that overturned did).
 
     Returns
     -------
@@ -86,7 +98,7 @@ def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
     True
     """
     name = state_name(state)
-    needs = state if isinstance(state, str) else "peak_rotation"
+    needs = needed_output(state)
     if not isinstance(runs, xr.Dataset) or needs not in runs:
         raise TypeError(f"{name} needs runs with `{needs}` (see outputs), as toppling.ida returns them")
     values = runs[needs]
@@ -101,12 +113,14 @@ def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
             )
         # a block that overturned has passed every rotation, those beyond pi/2 among them
         flags = (values > state * runs["alpha"]) | (values >= 0.5 * math.pi)
+    elif state in DIRECTIONS:
+        flags = values == DIRECTIONS[state]
     elif values.dtype == np.bool_:
         flags = values
     else:
         if not bool(((values == 0) | (values == 1)).all()):
             raise ValueError(f"{needs} must be flags, got values other than 0 and 1 ({values.dtype})")
         flags = values.astype(bool)
-    return flags.rename(needs if isinstance(state, str) else "reached").assign_attrs(
+    return flags.rename(state if isinstance(state, str) else "reached").assign_attrs(
         units=DIMENSIONLESS, long_name=f"whether the block reached {name}", state=name
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,9 +13,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...models import Block, Law
+from ...models.block import describe_scene
 from ...motions.intensity.measure import RESULT_MEASURES
 from ...units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, RADIAN, SECOND
 from ..numerics.slabs import Allocator
+from .provenance import SCENE
 from .request import DERIVED, Request, Runs
 from .scaling import Scaling
 
@@ -26,6 +29,17 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "overturning_time": (SECOND, "time of overturning, NaN if it stands"),
     "impact_velocity": (ANGULAR_VELOCITY, "greatest angular speed at which the block came down"),
     "direction": (DIMENSIONLESS, "sign of the rotation in which the block fell, 0 if it stands"),
+    "peak_front": (RADIAN, "peak rotation to the front, NaN of blocks that are alike on both sides"),
+    "peak_back": (RADIAN, "peak rotation to the back, NaN of blocks that are alike on both sides"),
+    "wall_impacts": (DIMENSIONLESS, "impacts at walls during the record"),
+    "wall_impact_velocity": (ANGULAR_VELOCITY, "greatest angular speed at which the block struck a wall"),
+    "ruptured": (DIMENSIONLESS, "whether the restraint broke"),
+    "rupture_time": (SECOND, "time at which the restraint broke, NaN if it held"),
+    "final_state": (
+        DIMENSIONLESS,
+        "where the block ends: 0 stands, 1 and -1 held beyond its balance at the front and at the back (by a wall, "
+        "on a strap), 2 and -2 fell to the front and to the back",
+    ),
     "top_displacement": (METRE, "greatest horizontal displacement of the upper corner"),
 }
 """Units and long name of each output."""
@@ -99,6 +113,10 @@ def block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
     }
     labels = _strings([block.label for block in blocks])
     coordinates = {"block": xr.Variable("block", labels, {"units": DIMENSIONLESS, "long_name": "block"})}
+    scenes = [describe_scene(block) for block in blocks]
+    if any(scenes):
+        attributes = {"units": DIMENSIONLESS, "long_name": "offset, lean, wall and restraint of the block (JSON, SI)"}
+        coordinates[SCENE] = xr.Variable("block", _strings([json.dumps(one) for one in scenes]), attributes)
     for name, (values, units, long_name) in columns.items():
         coordinates[name] = xr.Variable("block", values, {"units": units, "long_name": long_name})
     return coordinates

@@ -54,6 +54,13 @@ OUTPUT_TYPES: dict[str, type[np.generic]] = {
     "overturning_time": np.float64,
     "impact_velocity": np.float64,
     "direction": np.int8,
+    "peak_front": np.float64,
+    "peak_back": np.float64,
+    "wall_impacts": np.int32,
+    "wall_impact_velocity": np.float64,
+    "ruptured": np.bool_,
+    "rupture_time": np.float64,
+    "final_state": np.int8,
 }
 """The type in which each output (`models.runs.OUTPUTS`) is kept."""
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...aliases import Array, Flags
 from ...models import LAWS, Block, Law
+from ...models.block import block_from
 from ...motions.arrays import Record, floor_coordinates, records
 from ...motions.intensity.measure import Measure
 from ...units import provenance
@@ -27,6 +28,8 @@ Motions = xr.DataArray | Iterable[xr.DataArray] | Sequence[Iterable[xr.DataArray
 IDA, STRIPES, CLOUD = "ida", "stripes", "cloud"
 GROUND = "ground"
 """Value of ``im_at`` where levels are of the ground motion below a floor, and the beginning of that measure's name."""
+SCENE = "scene"
+"""Coordinate of blocks that are not symmetric and freestanding: what makes them so, as JSON."""
 
 DESCRIBED = 1000
 """Greatest number of blocks that a configuration describes one by one: it is read and written for each slab of runs."""
@@ -198,9 +201,11 @@ def blocks_of(runs: xr.Dataset) -> list[Block]:
     """Return the blocks of labelled runs, from their coordinates."""
     names = ("width", "height", "cm_height", "inertia_factor")
     columns = {name: runs[name].values.astype(float).tolist() for name in names}
+    labels = runs["block"].values
+    scenes = [json.loads(text) for text in runs[SCENE].values] if SCENE in runs.coords else [{}] * len(labels)
     return [
-        Block(name=str(label), **{name: column[i] for name, column in columns.items()})
-        for i, label in enumerate(runs["block"].values)
+        block_from({"name": str(label), **{name: column[i] for name, column in columns.items()}, **scenes[i]})
+        for i, label in enumerate(labels)
     ]
 
 

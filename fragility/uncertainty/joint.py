@@ -151,7 +151,8 @@ def pieces_of(
             )
         piece = block
         if variability.slenderness_dispersion > 0.0:
-            piece = Block.from_slenderness(angle, block.R, block.inertia, block.label)
+            sizes = Block.from_slenderness(angle, block.R, block.inertia)
+            piece = replace(block, width=sizes.width, height=sizes.height, cm_height=None, name=block.label)
         mean = own.restitution(piece)
         law = own
         if mean is not None and variability.restitution_sd > 0.0:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ...models import LAWS, Block, Law
@@ -122,7 +123,7 @@ def block_with(block: Block, values: Mapping[str, Any]) -> Block:
     else:
         width, height = number.get("width", block.width), number.get("height", block.height)
         cm_height = number.get("cm_height", block.h / block.height * height)
-    return Block(width, height, cm_height, inertia, block.name)
+    return replace(block, width=width, height=height, cm_height=cm_height, inertia_factor=inertia)
 
 
 def check_restitution(block: Block, laws: Iterable[Law], distributions: Mapping[str, Distribution]) -> None:

@@ -17,7 +17,7 @@ from ...motions.intensity.measure import Measure
 from ...units import DIMENSIONLESS
 from ..curves.probability import overturning_probability
 from ..fitting.fit import fit_fragility
-from ..fitting.states import OK, OVERTURNED, UPLIFTED, State
+from ..fitting.states import OK, OVERTURNED, State, needed_output
 from .ida import uncertain_ida
 from .inputs import RandomInputs
 
@@ -73,7 +73,7 @@ def overturning_response(
     >>> response(inputs.sample(5)).dims
     ('sample', 'output')
     """
-    needed = [state] if state in (OVERTURNED, UPLIFTED) else ["peak_rotation"]
+    needed = [needed_output(state)]
 
     def response(samples: xr.Dataset) -> xr.DataArray:
         runs = uncertain_ida(

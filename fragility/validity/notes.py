@@ -16,6 +16,7 @@ from ...wording import counted, two_digit_percent
 from ..numerics.proportions import runs_for_half_width, wilson_interval
 from .plausibility import block_doubts
 from .reasons import ELASTIC_MODE, SCALED_FAR, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason
+from .scenes import scene_notes
 from .screen import SQUAT_RATIO
 
 MOST_ALONE = 8  # blocks with a sentence of their own
@@ -26,7 +27,7 @@ NOT_MODELLED = "vertical shaking, sliding and bouncing are not modelled"
 def block_notes(blocks: Iterable[Block]) -> list[str]:
     """Return notes on the blocks alone, before anything is run: one sentence each."""
     every = list(blocks)
-    return [*squat_notes(every), *(one.sentence for one in block_doubts(every))]
+    return [*squat_notes(every), *scene_notes(every), *(one.sentence for one in block_doubts(every))]
 
 
 def squat_notes(blocks: Iterable[Block]) -> list[str]:

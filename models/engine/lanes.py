@@ -208,7 +208,7 @@ def write_result(out, j, x, k):
     out[j, OUT_WALL_STRIKE] = x[WALL_STRIKE]
     out[j, OUT_BROKEN] = k[BROKEN]
     out[j, OUT_BREAK_TIME] = x[BREAK_TIME]
-    out[j, OUT_WELL] = k[WELL]
+    out[j, OUT_WELL] = k[WELL] if k[OVERTURNED] == 0 else math.copysign(2.0, x[THETA])
 
 
 @kernel(**FUSED)

@@ -335,7 +335,8 @@ class FitTable(Table):
     replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Bootstrap replicates.")] = 1000
     seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
     state: Annotated[
-        str | float, Field(description="What counts: overturned, uplifted, or a number, |θ|/α beyond it.")
+        str | float,
+        Field(description="What counts: overturned, front or back (to that side), uplifted, or |θ|/α above a number."),
     ] = "overturned"
     confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")] = 0.95
     modelling_dispersion: Annotated[

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import difflib
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, NoReturn, Self
+from typing import Annotated, Any, NoReturn, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
-from ...models import Block, catalogue
+from ...models import Block, Restraint, Wall, catalogue
 from .csv_table import CsvLine, CsvTable, TableKind
+from .refusals import refusal
+from .scenes import RestraintTable
 from .table import KeyInfo, Table, shown
 
 MOST_BLOCKS = 1_000_000
 KIND = TableKind(
     "file of blocks",
-    ("name", "catalogue", "width_m", "height_m", "cm_height_m", "inertia_factor", "alpha_rad", "R_m"),
+    (
+        *("name", "catalogue", "width_m", "height_m", "cm_height_m", "inertia_factor", "alpha_rad", "R_m"),
+        *("mass_kg", "cm_offset_mm", "lean_deg", "wall_gap_mm", "restraint"),
+    ),
     MOST_BLOCKS,
     256 * 2**20,
 )
@@ -30,6 +37,13 @@ NAMED = {
     "R": "R_m",
 }
 """Columns by the names that a `Block` has for their values."""
+
+
+SCENE = {
+    *("mass_kg", "cm_offset_mm", "lean_deg", "restraint"),
+    *("wall_gap_mm", "wall_height_m", "wall_restitution", "front_gap_mm"),
+}
+"""Keys of what stands around a block, or holds it."""
 
 
 class BlockTable(Table):
@@ -57,6 +71,48 @@ class BlockTable(Table):
         Field(description="Slenderness, rad, instead of sizes."),
     ] = None
     R_m: Annotated[float | None, KeyInfo(above=0.0), Field(description="Size R, m, instead of sizes.")] = None
+    mass_kg: Annotated[
+        float | None, KeyInfo("needed by restraints only", above=0.0), Field(description="Mass, kg.")
+    ] = None
+    cm_offset_mm: Annotated[
+        float, Field(description="Centre of mass in front of the middle (behind it: negative), mm.")
+    ] = 0.0
+    lean_deg: Annotated[
+        float, Field(description="Lean, or slope of the floor, to the front (to the back: negative), °.")
+    ] = 0.0
+    wall_gap_mm: Annotated[
+        float | None,
+        KeyInfo("no wall"),
+        Field(ge=0.0, description="Clear distance to a wall behind it, mm; 0 touches."),
+    ] = None
+    wall_height_m: Annotated[
+        float | None, KeyInfo("its upper edge", above=0.0), Field(description="Height at which it meets the wall, m.")
+    ] = None
+    wall_restitution: Annotated[
+        float | None,
+        KeyInfo("from its geometry"),
+        Field(ge=0.0, le=1.0, description="Velocity after over velocity before an impact at the wall."),
+    ] = None
+    front_gap_mm: Annotated[
+        float | None,
+        KeyInfo("no wall in front", above=0.0),
+        Field(description="Clear distance to a second wall in front (a niche), mm."),
+    ] = None
+    restraint: Annotated[
+        str | RestraintTable | None,
+        KeyInfo("none"),
+        Field(description="Name of a table of `restraints`, or such a table."),
+    ] = None
+
+    @field_validator("restraint", mode="before")
+    @classmethod
+    def _inline(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        try:
+            return RestraintTable.model_validate(value)
+        except ValidationError as error:
+            raise ValueError(refusal(error, value, RestraintTable, ())[0]) from None
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -65,7 +121,7 @@ class BlockTable(Table):
             self.width_m is not None and self.height_m is not None,
             self.alpha_rad is not None and self.R_m is not None,
         )
-        given = {name for name in self.model_fields_set if getattr(self, name) is not None}
+        given = {name for name in self.model_fields_set if getattr(self, name) is not None} - SCENE
         allowed = (
             {"catalogue", "cm_height_m", "inertia_factor", "name"},
             {"width_m", "height_m", "cm_height_m", "inertia_factor", "name"},
@@ -76,10 +132,40 @@ class BlockTable(Table):
                 "a block needs either catalogue, or width_m and height_m, or alpha_rad and R_m, got "
                 + (", ".join(sorted(given)) or "nothing")
             )
+        if self.wall_gap_mm is None:
+            for name in ("wall_height_m", "wall_restitution", "front_gap_mm"):
+                if getattr(self, name) is not None:
+                    raise ValueError(f"{name} needs wall_gap_mm: there is no wall")
         return self
 
-    def build(self) -> Block:
-        """Make the block; ValueError where its values are out of range or its name is not in the catalogue."""
+    def build(self, restraints: Mapping[str, Restraint] | None = None) -> Block:
+        """Make the block; ValueError where its values are out of range, or a name is in no catalogue or table."""
+        return replace(
+            self._sizes(),
+            mass=self.mass_kg,
+            cm_offset=1e-3 * self.cm_offset_mm,
+            lean=math.radians(self.lean_deg),
+            wall=self._wall(),
+            restraint=self._restraint(restraints or {}),
+        )
+
+    def _wall(self) -> Wall | None:
+        if self.wall_gap_mm is None:
+            return None
+        front = None if self.front_gap_mm is None else 1e-3 * self.front_gap_mm
+        return Wall(1e-3 * self.wall_gap_mm, self.wall_height_m, self.wall_restitution, front)
+
+    def _restraint(self, restraints: Mapping[str, Restraint]) -> Restraint | None:
+        if self.restraint is None:
+            return None
+        if isinstance(self.restraint, RestraintTable):
+            return self.restraint.build()
+        if self.restraint not in restraints:
+            known = ", ".join(map(repr, restraints)) or "none"
+            raise ValueError(f"restraint must name one of restraints ({known}), got {shown(self.restraint)}")
+        return restraints[self.restraint]
+
+    def _sizes(self) -> Block:
         if self.catalogue is not None:
             try:
                 block = catalogue[self.catalogue]
@@ -95,17 +181,18 @@ class BlockTable(Table):
         return Block(self.width_m, self.height_m, self.cm_height_m, self.inertia_factor, self.name)
 
 
-def read_blocks(file: Path) -> tuple[Block, ...]:
+def read_blocks(file: Path, restraints: Mapping[str, Restraint] | None = None) -> tuple[Block, ...]:
     """Read the blocks of a CSV file, one per line; StudyError with one sentence that names file, line and column.
 
-    Its columns are the keys of a study's ``[[blocks]]``: a line gives ``catalogue``, or ``width_m`` and ``height_m``,
-    or ``alpha_rad`` and ``R_m``.
+    Its columns are keys of a study's ``[[blocks]]``: a line gives ``catalogue``, or ``width_m`` and ``height_m``,
+    or ``alpha_rad`` and ``R_m``; and ``restraint`` names one of `restraints`.
     """
     table = CsvTable(file, KIND)
     found: dict[str, tuple[int, Block]] = {}
     for line in table:
         slender = line.text("alpha_rad") or line.text("R_m")
         block = _slender(line) if slender else block_of_line(line, line.text("name") or line.text("catalogue"))
+        block = _placed(line, block, restraints or {})
         if block.label in found:
             before = f"{block.label!r} is taken by line {found[block.label][0]}"
             line.refuse("name", f"must be another name, {before}" if line.text("name") else f"is needed: {before}")
@@ -113,6 +200,27 @@ def read_blocks(file: Path) -> tuple[Block, ...]:
     if not found:
         raise KIND.error(f"{file}: has a header but no blocks")
     return tuple(block for _, block in found.values())
+
+
+def _placed(line: CsvLine, block: Block, restraints: Mapping[str, Restraint]) -> Block:
+    """Return the block of a line with its wall, restraint, offset and lean."""
+    gap = line.number_in("wall_gap_mm", at_least=0.0)
+    named = line.text("restraint")
+    if named and named not in restraints:
+        known = ", ".join(map(repr, restraints)) or "none"
+        line.refuse("restraint", f"must name one of the study's restraints ({known}), got {shown(named)}")
+    given = {
+        "mass": line.number_in("mass_kg", above=0.0),
+        "cm_offset": 1e-3 * (line.number_in("cm_offset_mm") or 0.0),
+        "lean": math.radians(line.number_in("lean_deg") or 0.0),
+        "wall": None if gap is None else Wall(1e-3 * gap),
+        "restraint": restraints[named] if named else None,
+    }
+    try:
+        return replace(block, **given)
+    except ValueError as error:
+        column = {"cm_offset": "cm_offset_mm", "lean": "lean_deg"}.get(str(error).partition(" ")[0], "restraint")
+        line.refuse(column, str(error))
 
 
 def block_of_line(line: CsvLine, name: str = "") -> Block:

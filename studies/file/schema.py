@@ -30,6 +30,7 @@ from .models import ModelTable
 from .motions import BuildingTable, MotionsTable
 from .refusals import refusal
 from .report import ReportTable
+from .scenes import RestraintTable
 from .sensitivity import SensitivityTable
 from .table import KeyInfo, RelativePath, StudyError, Table, one_of
 from .uncertainty import UncertaintyTable
@@ -72,6 +73,11 @@ class StudyFile(Table):
         KeyInfo("none"),
         RelativePath(),
         Field(description="Instead of blocks: a CSV of up to a million, one line each, its columns their keys."),
+    ] = None
+    restraints: Annotated[
+        dict[Annotated[str, Field(min_length=1, max_length=100)], RestraintTable] | None,
+        KeyInfo("none"),
+        Field(min_length=1, max_length=100, description="Straps, brackets and others that blocks name."),
     ] = None
     models: Annotated[
         list[ModelTable], Field(min_length=1, max_length=100, description="The damping laws, one table each.")
@@ -171,6 +177,10 @@ class StudyFile(Table):
             raise ValueError("key 'blocks' is missing")
         elif self.blocks is not None and self.blocks_file is not None:
             raise ValueError("blocks stand in the study file or in blocks_file, not in both")
+        named = {one.restraint for one in self.blocks or [] if isinstance(one.restraint, str)}
+        unused = [name for name in self.restraints or {} if name not in named]
+        if unused and self.blocks_file is None:
+            raise ValueError(f"restraints.{unused[0]} holds no block: name it in `restraint` of a block")
         form = "lognormal" if self.fit is None else self.fit.form
         if self.hazard is not None and form in LINKED:
             raise ValueError(f"hazard needs curves whose rates are known exactly, not fit.form {form!r}")

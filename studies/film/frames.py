@@ -15,6 +15,7 @@ import xarray as xr
 from ... import checks
 from ...aliases import Array, Flags
 from ...models import Block
+from ...models.block import block_from
 from ...motions.intensity.peaks import displacement, velocity
 from ..text.histories import FLAT, checked
 from .writers import FRAME_RATES
@@ -141,4 +142,4 @@ def rotated(block: Block, rotation: float, floor: float, points: Array) -> Array
 
 def block_of(response: xr.Dataset) -> Block:
     """Return the block of a run from the attributes of its response."""
-    return Block(**json.loads(response.attrs["configuration"])["block"])
+    return block_from(json.loads(response.attrs["configuration"])["block"])

@@ -26,7 +26,8 @@ from ...fragility.runs.plan import OUTPUT_TYPES
 from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, never
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts
-from ...models import Block, Law
+from ...fragility.validity.scenes import scene_notes
+from ...models import Block, Law, Restraint
 from ...models.friction import Friction
 from ...models.oscillator import Oscillator
 from ...models.runs import engine_identity
@@ -413,7 +414,7 @@ class BlockStudy:
 
     @property
     def squat(self) -> list[str]:
-        return squat_notes(self.blocks)
+        return [*squat_notes(self.blocks), *scene_notes(self.blocks)]
 
     @property
     def doubts(self) -> list[Doubt]:
@@ -465,10 +466,20 @@ def plain(content: StudyFile) -> dict[str, Any]:
 def blocks_of(content: StudyFile, folder: Path, most: int = MOST_BLOCKS) -> tuple[Block, ...]:
     """Make the blocks of a study, from its file or its blocks_file; ValueError for wrong blocks or more than `most`."""
     if content.blocks_file is None:
-        return each("blocks", content.blocks or [])
-    found = read_blocks(folder / content.blocks_file)
+        return each("blocks", content.blocks or [], _restraints_of(content))
+    found = read_blocks(folder / content.blocks_file, _restraints_of(content))
     if len(found) > most:
         raise ValueError(f"blocks_file: a study of this kind holds at most {most:,} blocks, got {len(found):,}")
+    return found
+
+
+def _restraints_of(content: StudyFile) -> dict[str, Restraint]:
+    found = {}
+    for name, table in (content.restraints or {}).items():
+        try:
+            found[name] = table.build()
+        except ValueError as error:
+            raise ValueError(f"restraints.{name}: {error}") from None
     return found
 
 
@@ -497,12 +508,12 @@ def check_laws(content: StudyFile, blocks: Iterable[Block], laws: Sequence[Law])
                 raise ValueError(f"{where}: {block.label!r} under {law.label}: {error}") from None
 
 
-def each(name: str, tables: Iterable[Any]) -> tuple[Any, ...]:
-    """Build each table; an error names the table."""
+def each(name: str, tables: Iterable[Any], *beside: Any) -> tuple[Any, ...]:
+    """Build each table, from what else it needs; an error names the table."""
     built = []
     for i, table in enumerate(tables, start=1):
         try:
-            built.append(table.build())
+            built.append(table.build(*beside))
         except ValueError as error:
             raise ValueError(f"{name}[{i}]: {error}") from None
     taken: dict[str, int] = {}

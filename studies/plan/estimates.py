@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ...fragility import fit_fragility, overturning_probability, rank_measures, with_modelling
-from ...fragility.fitting.states import OVERTURNED, UPLIFTED, State, reached, state_name
+from ...fragility.fitting.states import OVERTURNED, State, needed_output, reached, state_name
 from ...fragility.numerics.slabs import gathered
 from ...fragility.runs.provenance import motions_by_floor, scaled_to_levels
 from ..text.curve_notes import crossing_notes, curve_notes
@@ -54,9 +54,9 @@ class Fit:
     @property
     def outputs(self) -> tuple[str, ...]:
         """The outputs of the runs that the fit needs."""
-        uplift = self.form == "uplift-lognormal" or self.state == UPLIFTED
-        peaks = not isinstance(self.state, str)
-        return ("overturned", *(["peak_rotation"] if peaks else []), *(["uplifted"] if uplift else []))
+        uplift = self.form == "uplift-lognormal"
+        more = [needed_output(self.state), *(["uplifted"] if uplift else [])]
+        return tuple(dict.fromkeys(("overturned", *more)))
 
     def curves(
         self,

@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 from ... import checks
 from ...aliases import Array
 from ...models import LAWS, Block, Law
+from ...models.block import block_from
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator, Region
 from ..text.histories import before_lying, checked
@@ -181,7 +182,7 @@ def _with_upright_ends(response: xr.Dataset, theta: Array, restoring: Array, *mo
     position, count.
     """
     options = json.loads(response.attrs["configuration"])
-    law, block = LAWS.get(options["model"].pop("law")), Block(**options["block"])
+    law, block = LAWS.get(options["model"].pop("law")), block_from(options["block"])
     oscillator = None if law is None else oscillator_of(block, law(**options["model"]))
     branches = () if oscillator is None else [one for one in oscillator.regions if 0.0 in (one.lower, one.upper)]
     rigid = theta == 0.0

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...fragility.runs.provenance import SCENE, blocks_of
 from ...wording import confidence_text, counted, given_number
 from ..text.words import reference_law
 from .method import study_of
@@ -31,6 +32,21 @@ def basis(results: xr.Dataset) -> list[str]:
     return list(_sentences(results, study_of(results)))
 
 
+def _scenes(results: xr.Dataset) -> Iterator[str]:
+    """Say what stands around blocks, or holds them."""
+    blocks = blocks_of(results)
+    if any(block.wall is not None for block in blocks):
+        yield (
+            "Walls are rigid and move with the floor; to the front means away from the wall, into the room, and to the "
+            "back towards it."
+        )
+    if any(block.restraint is not None for block in blocks):
+        yield (
+            "Straps, brackets and other restraints are elastic up to the strength that is given, and break for good "
+            "beyond it."
+        )
+
+
 def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
     one = "piece" if str(results.attrs["kind"]) == "performance" else "block"
     yield _shaking(results, study)
@@ -43,10 +59,14 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         yield f"{what} is taken as elastic{first}; each {one} is shaken by the motion of its own floor."
     elif "buildings" in study:
         yield "The buildings are taken as elastic; each block is shaken by the motion of its own floor."
+    scene = SCENE in results.coords
     yield (
-        f"Each {one} is taken as a rigid body that stands freely on a level floor and is shaken horizontally, in the "
-        "direction of its width. Sliding, walls, neighbours and vertical shaking are not included."
+        f"Each {one} is taken as a rigid body that {'stands' if scene else 'stands freely'} on a level floor and is "
+        f"shaken horizontally, in the direction of its width. Sliding, {'' if scene else 'walls, '}neighbours and "
+        "vertical shaking are not included."
     )
+    if scene:
+        yield from _scenes(results)
     if "sample" in results.sizes:
         yield (
             f"The uncertain properties of each {one} are sampled {results.sizes['sample']:,} times from their "

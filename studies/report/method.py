@@ -56,7 +56,7 @@ ENGINE = (
 ASSUMPTIONS = (
     "Blocks are rigid, rock in one plane about the lower corners on a rigid floor, and do not slide, bounce or twist.",
     "Shaking is horizontal, in the plane of the width; there is no vertical shaking.",
-    "Blocks do not touch walls or each other, and do not act on the building.",
+    "Blocks do not touch each other, nor walls that the study does not name, and do not act on the building.",
     "Restitution is the block’s own, e_R = 1 − (2/λ) sin²α (Housner 1963), where the study gives no other.",
 )
 MEDIAN = (

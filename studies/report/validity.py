@@ -128,9 +128,10 @@ def badge(found: list[Check]) -> str:
 def not_checked() -> list[str]:
     """Return the reservations that no check covers, one sentence each."""
     return [
-        f"{NOT_MODELLED[:1].upper()}{NOT_MODELLED[1:]}, nor are impacts on walls, other blocks or people.",
+        f"{NOT_MODELLED[:1].upper()}{NOT_MODELLED[1:]}, nor are impacts on other blocks or people, or on walls "
+        "that the study does not name.",
         "Whether the motions suit the site: they are as the study specifies them.",
-        "Whether the real objects are rigid, evenly loaded and not held by anything.",
+        "Whether the real objects are rigid, loaded as the study says, and held by nothing that it does not name.",
     ]
 
 

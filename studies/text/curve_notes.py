@@ -33,8 +33,18 @@ ALIKE = 1e-6
 """Relative difference below which sizes are the same."""
 LARGE = 100.0
 """Ratio above which no number is given."""
-REACHED = {state_name("overturned"): "overturned", state_name("uplifted"): "uplifted"}
-VERBS = {state_name("overturned"): "overturns", state_name("uplifted"): "uplifts"}
+REACHED = {
+    state_name("overturned"): "overturned",
+    state_name("uplifted"): "uplifted",
+    state_name("front"): "fell to the front",
+    state_name("back"): "fell to the back",
+}
+VERBS = {
+    state_name("overturned"): "overturns",
+    state_name("uplifted"): "uplifts",
+    state_name("front"): "falls to the front",
+    state_name("back"): "falls to the back",
+}
 
 
 def verb_of(state: str) -> str:
@@ -49,6 +59,8 @@ def reached_of(state: str) -> str:
 
 def action_of(verb: str, name: str) -> str:
     """What a motion does to a block, in the infinitive: overturn it, uplift it, bring it to a rotation."""
+    if verb.startswith("falls "):
+        return f"make {name} {_without_s(verb)}"
     return f"{verb[:-1]} {name}" if verb.endswith("s") else f"bring {name} to {verb.removeprefix('reaches ')}"
 
 
@@ -364,9 +376,13 @@ MOST_NAMED = 3
 
 
 def _infinitive(state: str) -> str:
-    return {"overturns": "overturn", "uplifts": "uplift"}.get(
-        verb_of(state), verb_of(state).replace("reaches", "reach")
-    )
+    return _without_s(verb_of(state))
+
+
+def _without_s(verb: str) -> str:
+    """The infinitive of a verb with its object."""
+    first, _, rest = verb.partition(" ")
+    return f"{first.removesuffix('es' if first == 'reaches' else 's')} {rest}".strip()
 
 
 def _how_many(here: Flags) -> str:

@@ -32,7 +32,7 @@ def test_mirror_symmetry(model):
         one, other = trace(oscillator, record, 0.01), trace(oscillator, -record, 0.01)
         np.testing.assert_array_equal(one.history[:2], -other.history[:2])
         mirrored = other.results.copy()
-        mirrored[OUTPUTS["direction"]] *= -1.0
+        mirrored[[OUTPUTS["direction"], OUTPUTS["final_state"]]] *= -1.0
         np.testing.assert_array_equal(one.results, mirrored)
 
 

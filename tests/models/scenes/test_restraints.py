@@ -11,7 +11,7 @@ import toppling as tp
 from toppling.models.assembly import Spring, Surroundings
 from toppling.models.runs import OUTPUTS, run_many, trace
 
-BROKEN, FRONT = OUTPUTS["broken"], OUTPUTS["peak_front"]
+BROKEN, FRONT = OUTPUTS["ruptured"], OUTPUTS["peak_front"]
 QUIET = np.zeros(2)
 CASES = [(20.0, 0.0, 0.05), (20.0, 0.02, 0.07), (200.0, 0.01, 0.03), (0.5, 0.1, 0.6)]
 
@@ -112,7 +112,7 @@ class TestKinds:
         """Taut beyond alpha: it falls into the strap, and stays there."""
         run = trace(table(0.9, strap(2.0, 1.5 * SMALL, math.inf), SMALL), np.zeros(2), 0.01, 1.2 * SMALL, 0.0)
         assert run.results[0] == 0.0
-        assert run.results[OUTPUTS["well"]] == 1.0
+        assert run.results[OUTPUTS["final_state"]] == 1.0
 
     def test_both_directions_break_together(self):
         record = shake(np.random.default_rng(8))
@@ -120,14 +120,14 @@ class TestKinds:
         broken = result[:, BROKEN] == 1.0
         assert broken.any()
         assert not broken.all()
-        assert (np.isfinite(result[:, OUTPUTS["breaking_time"]]) == broken).all()
+        assert (np.isfinite(result[:, OUTPUTS["rupture_time"]]) == broken).all()
         assert (result[~broken][:, [FRONT, OUTPUTS["peak_back"]]] < 0.02).all()
 
     def test_after_the_rupture_it_is_the_free_block(self):
         """From the state at its rupture on, a strapped block moves as a free one does, to rounding."""
         record = 3.0 * shake(np.random.default_rng(2))
         run = trace(table(0.9, strap(30.0, 0.0, 0.03)), record, 0.01)
-        start = math.ceil(run.results[OUTPUTS["breaking_time"]] / 0.01)
+        start = math.ceil(run.results[OUTPUTS["rupture_time"]] / 0.01)
         theta, omega = run.history[:2, start]
         free = trace(table(0.9), record[start:], 0.01, theta, omega)
         assert run.history[0, start:] == pytest.approx(free.history[0], abs=1e-9)

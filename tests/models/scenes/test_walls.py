@@ -93,7 +93,7 @@ class TestHeldAgainstTheWall:
         run = released(table(0.9, wall(1.2)), -1.1, 20.0, omega=-0.1)
         assert run.results[OUTPUTS["overturned"]] == 0.0
         assert run.results[OUTPUTS["wall_impact_velocity"]] == pytest.approx(0.2, rel=1e-11)
-        assert run.results[OUTPUTS["well"]] == -1.0
+        assert run.results[OUTPUTS["final_state"]] == -1.0
         assert run.history[0, -1] == -1.2
 
     def test_a_push_towards_the_wall_moves_nothing(self):

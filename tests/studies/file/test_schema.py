@@ -165,6 +165,7 @@ def block(key):
         sizes = {"width_m": 0.5, "height_m": 2.0} if "alpha" not in key and "R_" not in key else {}
         sizes = sizes or {"alpha_rad": 0.2, "R_m": 1.0}
         extra = {"inertia_factor": 1.3} if key == "cm_height_m" else {}
+        extra |= {"wall_gap_mm": 20.0} if key in ("wall_height_m", "wall_restitution", "front_gap_mm") else {}
         return TABLES["BlockTable"](**{**sizes, **extra, key: value}).build()
 
     return build

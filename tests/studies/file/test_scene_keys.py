@@ -1,0 +1,113 @@
+"""Walls and restraints in study files and CSV files of blocks: what is built, and the sentence where nothing can be."""
+
+import math
+
+import pytest
+
+import toppling as tp
+from toppling.studies.file.blocks import read_blocks
+from toppling.studies.file.scenes import KEYS, RestraintTable
+from toppling.studies.file.table import StudyError
+
+STUDY = """
+title = "Scenes"
+{blocks}
+[[models]]
+law = "housner"
+geometry = "linear"
+[motions]
+generator = "kanai-tajimi"
+number = 4
+[ida]
+levels = {{ values = [1.0, 4.0], unit = "m/s2" }}
+"""
+SIZES = '[[blocks]]\nname = "shelf"\nwidth_m = 0.3\nheight_m = 1.8\n'
+KIT = '[restraints.kit]\nkind = "strap"\nheight_m = 1.75\nstrength_n = 267\nslack_mm = 5\n'
+
+
+def study(tmp_path, blocks):
+    file = tmp_path / "study.toml"
+    file.write_text(STUDY.format(blocks=blocks), encoding="utf-8")
+    return tp.Study.from_toml(file)
+
+
+class TestBlocks:
+    def test_all_keys(self, tmp_path):
+        more = "mass_kg = 100\ncm_offset_mm = 30\nlean_deg = -1\nwall_gap_mm = 20\nwall_height_m = 1.7\n"
+        more += 'wall_restitution = 0.4\nfront_gap_mm = 600\nrestraint = "kit"\n'
+        (block,) = study(tmp_path, SIZES + more + KIT).blocks
+        assert block.wall == tp.Wall(0.02, 1.7, 0.4, 0.6)
+        assert block.restraint == tp.Restraint.strap(1.75, 267.0, 20e3, 0.005)
+        assert (block.mass, block.cm_offset, block.lean) == (100.0, 0.03, math.radians(-1.0))
+
+    def test_inline(self, tmp_path):
+        inline = 'mass_kg = 50\nrestraint = { kind = "bracket", height_m = 1.5, strength_n = 400 }\n'
+        (block,) = study(tmp_path, SIZES + inline).blocks
+        assert block.restraint == tp.Restraint.bracket(1.5, 400.0)
+
+    @pytest.mark.parametrize(("more", "message"), [
+        ('restraint = "kit"\n' + KIT, "needs its mass"),
+        ('mass_kg = 100\nrestraint = "kitt"\n' + KIT, r"restraints.kit holds no block"),
+        ('mass_kg = 100\nrestraint = "kitt"\n', r"must name one of restraints \(none\), got 'kitt'"),
+        ("wall_height_m = 1.0\n", "wall_height_m needs wall_gap_mm"),
+        ("wall_gap_mm = -1\n", "wall_gap_mm"),
+        ("wall_gap_mm = 0\nwall_restitution = 1.5\n", "wall_restitution"),
+        ("cm_offset_mm = 150\n", "cm_offset must be"),
+        ("lean_deg = 10\n", "lean must leave the block standing"),
+        ('restraint = { kind = "adhesive", strength_n = 9, front_m = 0.3, slack_mm = 2 }\n', "has no slack_mm"),
+        ('restraint = { kind = "strap", strength_n = 9 }\n', "a strap needs height_m"),
+        ('restraint = { kind = "rope", strength_n = 9 }\n', "must be one of strap"),
+    ])  # fmt: skip
+    def test_refusals_are_one_sentence(self, tmp_path, more, message):
+        with pytest.raises(StudyError, match=message):
+            study(tmp_path, SIZES + more)
+
+    def test_a_law_that_cannot_is_named(self, tmp_path):
+        text = STUDY.replace('law = "housner"\ngeometry = "linear"', 'law = "discrete"')
+        file = tmp_path / "study.toml"
+        file.write_text(text.format(blocks=SIZES + 'mass_kg = 100\nrestraint = "kit"\n' + KIT), encoding="utf-8")
+        with pytest.raises(StudyError, match=r"'shelf' under discrete .* inside the elastic zone"):
+            tp.Study.from_toml(file)
+
+    def test_runs_to_the_front(self, tmp_path):
+        found = study(tmp_path, SIZES + "wall_gap_mm = 0\n" + '[fit]\nstate = "front"\n')
+        assert any("the wall is taken to move with the floor" in note for note in found.notes)
+
+
+class TestRestraintTable:
+    @pytest.mark.parametrize("kind", KEYS)
+    def test_every_kind(self, kind):
+        values = {
+            "height_m": 1.5, "strength_n": 300.0, "stiffness_n_per_mm": 30.0, "preload_n": 100.0, "count": 2,
+            "front_m": 0.25, "back_m": 0.2, "width_m": 0.4, "angle_deg": 10.0,
+        }  # fmt: skip
+        restraint = RestraintTable(kind=kind, **{key: one for key, one in values.items() if key in KEYS[kind]}).build()
+        assert restraint.kind == kind
+        assert restraint.strength == 300.0
+        assert restraint.rigid == (kind == "adhesive")
+
+
+class TestCsv:
+    HEADER = "name,width_m,height_m,mass_kg,cm_offset_mm,lean_deg,wall_gap_mm,restraint\n"
+
+    def read(self, tmp_path, line):
+        file = tmp_path / "blocks.csv"
+        file.write_text(self.HEADER + line, encoding="utf-8")
+        return read_blocks(file, {"kit": tp.Restraint.strap(1.75)})
+
+    def test_columns(self, tmp_path):
+        one, two = self.read(tmp_path, "a,0.3,1.8,100,-20,1,5,kit\nb,0.3,1.8,,,,,\n")
+        assert (one.mass, one.cm_offset, one.wall, one.restraint.kind) == (100.0, -0.02, tp.Wall(0.005), "strap")
+        assert two == tp.Block(0.3, 1.8, name="b")
+
+    @pytest.mark.parametrize(("line", "message"), [
+        ("a,0.3,1.8,,,,,kit\n", "needs its mass"),
+        ("a,0.3,1.8,10,,,,kat\n", r"must name one of the study's restraints \('kit'\)"),
+        ("a,0.3,1.8,,200,,,\n", "cm_offset_mm"),
+        ("a,0.3,1.8,,,20,,\n", "lean_deg"),
+        ("a,0.3,1.8,,,,-1,\n", "wall_gap_mm"),
+    ])  # fmt: skip
+    def test_refusals_name_the_line(self, tmp_path, line, message):
+        with pytest.raises(StudyError, match=message) as error:
+            self.read(tmp_path, line)
+        assert "line 2" in str(error.value)
