@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -24,6 +24,7 @@ from ...fragility.validity.plausibility import block_doubts, level_doubts
 from ...models import Law
 from ...models.oscillator import Oscillator
 from ...motions import Building, Generator
+from ...motions.floors.histories import FloorHistories
 from ...motions.plausibility import ringing_doubts
 from ...units import DIMENSIONLESS
 from ...wording import counted
@@ -32,8 +33,17 @@ from ..buildings.assessment import assess, check_drawn, described, distinct_runs
 from ..buildings.code_checks import code_variables
 from ..buildings.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
 from ..buildings.contents import Inventory
+from ..buildings.floor_index import read_floor_index
 from ..buildings.inventory import read_inventory
-from ..buildings.notes import hazard_notes, hazard_shares, inventory_notes, notes
+from ..buildings.notes import (
+    PROPORTIONAL,
+    UNDIRECTED,
+    hazard_notes,
+    hazard_shares,
+    history_notes,
+    inventory_notes,
+    notes,
+)
 from ..buildings.pieces import SAFETY, budget_set
 from ..buildings.screening import Screening, screen_inventory
 from ..buildings.shaking import Shaking
@@ -41,6 +51,7 @@ from ..buildings.variables import JOINT, variable
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
 from ..file.analyses import LevelsTable, PerformanceTable
+from ..file.motions import MotionsTable
 from ..file.schema import StudyFile
 from ..plan.estimates import MEAN as IN_MEAN
 from ..plan.reading import Reading
@@ -54,6 +65,8 @@ if TYPE_CHECKING:
 OSCILLATOR_BYTES = 5500.0
 """Most memory of an oscillator, with its description in the runs of its floor."""
 NOT_ASKED = Screening()
+MOST_NAMED = 6
+"""Most levels that a sentence names."""
 RANKING = "ranked_"
 """Prefix of the names of the ranking's variables, beside those of the assessment."""
 
@@ -62,14 +75,15 @@ RANKING = "ranked_"
 class PerformanceStudy(Study):
     """An inventory in a building under the same motions.
 
-    `levels` are of the measure `im`, or a plain factor of 1 for a scenario; `hazard` is given where annual values are
-    wanted.  `objective` is the quantity that anchoring saves, given the level `at` where there is no hazard.
+    `motions` are of the ground, or histories of all floors.  `levels` are of the measure `im`, or a plain factor of 1
+    for a scenario; `hazard` is given where annual values are wanted.  `objective` is the quantity that anchoring saves,
+    given the level `at` where there is no hazard.  `undirected`: the inventory gives directions that no motion has.
     """
 
     inventory: Inventory
     models: tuple[Law, ...]
     building: Building | None
-    motions: tuple[xr.DataArray, ...]
+    motions: tuple[xr.DataArray, ...] | FloorHistories
     im: str
     levels: Array
     hazard: HazardCurve | None
@@ -86,6 +100,7 @@ class PerformanceStudy(Study):
     correlation: float = 1.0
     generator: Generator | None = None
     screening: Screening = NOT_ASKED
+    undirected: bool = False
     kind: ClassVar[str] = "performance"
 
     @classmethod
@@ -93,25 +108,38 @@ class PerformanceStudy(Study):
         asked = content.performance
         assert asked is not None  # (the table makes it this kind of study)
         building = None if content.building is None else content.building.made()
-        if content.motions.floors_file is None:  # (errors in the inventory are raised before motions are made)
+        on_floors = content.motions.floors_file is not None or content.motions.floors_index is not None
+        if not on_floors:  # (errors in the inventory are raised before motions are made)
             known = ["0"] if building is None else [str(floor) for floor in building.floors]
             inventory = read_inventory(folder / asked.inventory, known)
-        if asked.levels is None:
+        _refuse_scaling(content.motions, asked)
+        histories = _histories(content.motions, asked, folder)
+        levels_asked = asked.levels
+        if histories is not None and histories.unit and not histories.elastic:
+            levels_asked = LevelsTable(values=histories.levels.tolist(), unit=histories.unit)
+        if levels_asked is None:
             if "im" in asked.model_fields_set:
                 raise ValueError("performance.im needs performance.levels: without them the motions are as they are")
             im, levels = SCALE, np.ones(1)
         else:
-            im, levels = asked.im, asked.levels.build(asked.im)
+            im, levels = asked.im, levels_asked.build(asked.im)
+        if histories is not None and histories.unit:
+            own = LevelsTable(values=histories.levels.tolist(), unit=histories.unit).build(im)
+            histories = histories.at(own)
         hazard = None if content.hazard is None else content.hazard.build(im, folder)
         at = None
         if hazard is None:
-            at = float(levels[levels.size // 2]) if asked.at_level is None else _level_of(levels, asked, im)
+            at = float(levels[levels.size // 2])
+            if asked.at_level is not None:
+                at = _level_of(levels, asked.at_level, levels_asked, im)
         elif asked.at_level is not None:
             raise ValueError("performance.at_level does not go with a hazard: the ranking is of a year")
-        motions = tuple(content.motions.build(folder))
-        if content.motions.floors_file is not None:
+        motions = tuple(content.motions.build(folder)) if histories is None else histories
+        if on_floors:
             known = Shaking.of(building, motions, None, im == SCALE).known
             inventory = read_inventory(folder / asked.inventory, known)
+        directed = any(row.direction for row in inventory.rows)
+        inventory = Shaking.of(building, motions, None, im == SCALE).placed(inventory)
         try:
             code = None if asked.code is None else asked.code.build(building)
         except ValueError as error:
@@ -155,6 +183,7 @@ class PerformanceStudy(Study):
             asked.consequence_correlation,
             content.motions.made_by(folder),
             Screening(*screening_of(content)),
+            directed and not any(row.direction for row in inventory.rows),
         )
         allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
         if study.objective not in allowed:
@@ -171,23 +200,30 @@ class PerformanceStudy(Study):
         return study
 
     @property
+    def shakes(self) -> int:
+        """Number of motions of each level."""
+        if isinstance(self.motions, FloorHistories):
+            return self.motions.motions
+        return sum(array.sizes["motion"] for array in self.motions)
+
+    @property
     def words(self) -> str:
         of = f"{counted(self.inventory.pieces, 'piece')} in {counted(len(self.inventory), 'line')}"
-        shakes = sum(array.sizes["motion"] for array in self.motions)
         levels = "" if self.im == SCALE else f" × {counted(self.levels.size, 'level')}"
-        shaken = f"{counted(len(self.models), 'law')} × {counted(shakes, 'motion')}{levels}"
+        shaken = f"{counted(len(self.models), 'law')} × {counted(self.shakes, 'motion')}{levels}"
         return f"{of} × {shaken} = {counted(self.runs, 'run')}{perturbed_words(self.perturbed_runs)}"
 
     @property
     def runs(self) -> int:
-        shakes = sum(array.sizes["motion"] for array in self.motions)
-        return distinct_runs(self.inventory, self.variability) * len(self.models) * shakes * self.levels.size
+        return distinct_runs(self.inventory, self.variability) * len(self.models) * self.shakes * self.levels.size
 
     @property
     def perturbed_runs(self) -> int:
         """Number of further runs that test which outcomes are undecided."""
-        shakes = sum(array.sizes["motion"] for array in self.motions)
-        return self.screening.runs(self.inventory, self.models, self.levels.size, shakes, self.variability)
+        levels, motions = self.levels.size, self.shakes
+        if isinstance(self.motions, FloorHistories):
+            levels, motions = self.motions.run_shape(levels)
+        return self.screening.runs(self.inventory, self.models, levels, motions, self.variability)
 
     @property
     def work(self) -> int:
@@ -216,6 +252,8 @@ class PerformanceStudy(Study):
         of_places = 8.0 * self._shaken * (1 + len({str(row.floor) for row in self.inventory.rows}))
         of_lines = 8.0 * len(self.models) * len(self.inventory)
         of_motions = of_lines * self._shaken / len(self.models) / self.levels.size
+        if isinstance(self.motions, FloorHistories) and self.motions.own_motions:
+            of_motions *= self.levels.size
         # expectations and chances of any fall and of each consequence; savings by anchoring and their ranks
         consequences = len(self.inventory.consequences)
         anchored = [of_motions] * 4 + [of_lines * self.replicates] * 2
@@ -223,7 +261,7 @@ class PerformanceStudy(Study):
 
     @property
     def _shaken(self) -> int:
-        return len(self.models) * self.levels.size * sum(array.sizes["motion"] for array in self.motions)
+        return len(self.models) * self.levels.size * self.shakes
 
     @property
     def _flags(self) -> float:
@@ -255,7 +293,14 @@ class PerformanceStudy(Study):
 
     @property
     def notes(self) -> list[str]:
-        return [*super().notes, *inventory_notes(self.inventory, self.safety, self.code)]
+        said = inventory_notes(self.inventory, self.safety, self.code)
+        if isinstance(self.motions, FloorHistories):
+            said += history_notes(self.motions, self.inventory)
+        elif self.configuration["motions"].get("elastic"):
+            said.append(PROPORTIONAL)
+        if self.undirected:
+            said.append(UNDIRECTED)
+        return [*super().notes, *said]
 
     @property
     def squat(self) -> list[str]:
@@ -270,21 +315,22 @@ class PerformanceStudy(Study):
 
     @cached_property
     def reading(self) -> Reading:
-        found = Reading.of(self.motions, self.generator)
+        found = Reading.of(self.arrays, self.generator)
         if self.building is None:
             return found
         with noted():  # (a study has doubts among its notes)
-            roof = self.building.floor_motions(self.motions, [self.building.floors[-1]])
+            roof = self.building.floor_motions(self.arrays, [self.building.floors[-1]])
         return found._replace(doubts=(*found.doubts, *ringing_doubts(roof)))
 
     @property
-    def arrays(self) -> Iterable[xr.DataArray]:
-        return self.motions
+    def arrays(self) -> Sequence[xr.DataArray]:
+        return self.motions.arrays if isinstance(self.motions, FloorHistories) else self.motions
 
     @property
     def _read(self) -> list[Any]:
         rows = [described(row) for row in self.inventory.rows]
-        return [rows, self.inventory.currency, None if self.hazard is None else asdict(self.hazard)]
+        found = [rows, self.inventory.currency, None if self.hazard is None else asdict(self.hazard)]
+        return [*found, self.levels.tolist()] if isinstance(self.motions, FloorHistories) else found
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         with noted():  # (a study has doubts among its notes)
@@ -379,12 +425,50 @@ def ranking_of(results: xr.Dataset) -> xr.Dataset:
     return ranked.isel(item=keep).assign_attrs(json.loads(results.attrs["ranking"]))
 
 
-def _level_of(levels: Array, asked: PerformanceTable, im: str) -> float:
+def _refuse_scaling(motions: MotionsTable, asked: PerformanceTable) -> None:
+    """Raise a ValueError where floor histories would be scaled without saying that the building is elastic."""
+    if asked.levels is not None and motions.floors_file is not None and not motions.elastic:
+        raise ValueError(
+            "performance.levels scale the histories of motions.floors_file, which holds for an elastic building alone: "
+            "say motions.elastic = true, or give a motions.floors_index with histories of each level"
+        )
+    if asked.levels is None and motions.elastic:
+        raise ValueError("motions.elastic is of histories that are scaled to performance.levels, which are not given")
+
+
+def _histories(motions: MotionsTable, asked: PerformanceTable, folder: Path) -> FloorHistories | None:
+    """Read the floor histories with levels of their own, in the unit of their index; None where there is no index.
+
+    ValueError where the study asks for other levels, and does not say that one set is scaled to them.
+    """
+    if motions.floors_index is None:
+        return None
+    path = folder / motions.floors_index
+    found = read_floor_index(path, motions.dt_s, motions.unit)
+    if not motions.elastic:
+        if asked.levels is not None:
+            own = f" ({', '.join(found.texts[:MOST_NAMED])})" if found.unit else ""
+            raise ValueError(
+                f"performance.levels do not go with motions.floors_index: its histories are used as they are, at their "
+                f"own levels{own}; motions.elastic = true scales one set of them to other levels"
+            )
+        return found
+    if not found.unit:
+        raise ValueError(f"motions.elastic needs the level of the set that is scaled, such as 'level (g)' in {path}")
+    if found.levels.size > 1:
+        raise ValueError(
+            f"motions.elastic scales one set of histories, {path} has sets at {found.levels.size} levels: leave "
+            "motions.elastic and performance.levels out, and they are used as they are"
+        )
+    return replace(found, elastic=True)
+
+
+def _level_of(levels: Array, asked: float, table: LevelsTable | None, im: str) -> float:
     """Return the level of the ranking; ValueError where it is not among the levels."""
-    if asked.levels is None or asked.at_level is None:
+    if table is None:
         raise ValueError("performance.at_level needs performance.levels")
-    at = float(LevelsTable(values=[asked.at_level], unit=asked.levels.unit).build(im)[0])
+    at = float(LevelsTable(values=[asked], unit=table.unit).build(im)[0])
     found = levels[np.isclose(levels, at, rtol=1e-9)]
     if not found.size:
-        raise ValueError(f"performance.at_level must be one of the levels, got {asked.at_level:g} {asked.levels.unit}")
+        raise ValueError(f"performance.at_level must be one of the levels, got {asked:g} {table.unit}")
     return float(found[0])

@@ -14,7 +14,7 @@ MOST_SAID = 3
 
 APART = ("title", "accept", "report")
 """Keys of a study file that change no result, and are no part of a study's identity."""
-FILES = ("records", "floors_file", "target")
+FILES = ("records", "floors_file", "floors_index", "target")
 """Keys of motions that name files."""
 OTHER_MOTIONS = "this processor or its libraries make other motions"
 
