@@ -105,6 +105,8 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
 
     level = "baseline_order = 1 (in Python motions.baseline) removes it"
     filtered = "baseline_order = 1 or highpass_hz (in Python motions.baseline, motions.highpass) removes that"
+    if any(record.floor for record in read):  # (a study corrects records alone)
+        level = filtered = "floor histories are used as they are, so correct them where they were made"
 
     def cure(names: list[str], what: str) -> str:
         if uncorrected & set(names):

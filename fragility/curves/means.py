@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from ... import checks
-from ...aliases import Array
+from ...aliases import Array, Index
 from ..fitting.bootstrap import draw_motions
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Allocator, in_memory
@@ -31,14 +31,20 @@ class Interval(NamedTuple):
     upper: Array
 
 
-def resampled_means(values: Array, replicates: int = REPLICATES, seed: int = 0, array: Allocator = in_memory) -> Array:
+def resampled_means(
+    values: Array,
+    replicates: int = REPLICATES,
+    seed: int = 0,
+    array: Allocator = in_memory,
+    strata: tuple[Index, ...] = (),
+) -> Array:
     """Return means (…, replicate) over resampled motions of values (…, motion), in an array that `array` allocates.
 
     Every call with the same number of motions, replicates and seed resamples the same motions: differences of two
-    results are paired.
+    results are paired.  `strata`: as for `mean_interval`.
     """
     n = values.shape[-1]
-    counts = draw_motions((np.arange(n),), replicates, seed)
+    counts = draw_motions(strata or (np.arange(n),), replicates, seed)
     flat = values.reshape(-1, n)
     found = array((flat.shape[0], replicates), np.float64)
     for part in _parts(*flat.shape):
@@ -64,6 +70,7 @@ def mean_interval(
     seed: int = 0,
     most: Array | float | None = None,
     drawn: Array | None = None,
+    strata: tuple[Index, ...] = (),
 ) -> Interval:
     """Return bootstrap intervals of means over motions, bias-corrected and accelerated (BCa).
 
@@ -79,6 +86,11 @@ def mean_interval(
         The greatest possible value (the least is 0), broadcast over (…).  Where all motions agree, resampling gives no
         interval: the ends then assume that the share of motions that Wilson's interval allows to differ does so by as
         much as possible.  Without `most` the ends are NaN there.
+    drawn : ndarray, shape (replicate, motion), optional
+        How often each motion is drawn, as `draw_motions` returns it.
+    strata : tuple of ndarray
+        Positions of the motions of each stratum, which is resampled by itself, such as the motions of each level where
+        levels have motions of their own; one stratum where not given.
 
     Returns
     -------
@@ -94,7 +106,8 @@ def mean_interval(
     References
     ----------
     Efron, B. (1987). Better bootstrap confidence intervals. Journal of the American Statistical Association 82(397),
-    171-185 (recalled); the acceleration of a mean is its skewness over 6.
+    171-185 (recalled); the acceleration of a mean is its skewness over 6, that of a sum of means of strata of one size
+    the same of their deviations from the means of their strata.
 
     Examples
     --------
@@ -108,17 +121,19 @@ def mean_interval(
     n = values.shape[-1]
     flat = np.ascontiguousarray(values, dtype=np.float64).reshape(-1, n)
     mean = flat.mean(axis=-1)
-    agree = flat.min(axis=-1) == flat.max(axis=-1)
+    own = strata or (np.arange(n),)
+    agree = np.all([flat[:, one].min(axis=-1) == flat[:, one].max(axis=-1) for one in own], axis=0)
     ends = np.empty((2, flat.shape[0]))
-    counts = draw_motions((np.arange(n),), replicates, seed) if drawn is None else drawn
+    counts = draw_motions(own, replicates, seed) if drawn is None else drawn
     for part in _parts(*flat.shape):
         means = np.sort(_means(flat[part], counts), axis=-1)
-        ends[:, part] = _accelerated(flat[part], mean[part], means, level)
+        ends[:, part] = _accelerated(flat[part], mean[part], means, level, own)
     if most is None:
         ends[:, agree] = np.nan
     else:
         bound = np.broadcast_to(np.asarray(most, dtype=np.float64), values.shape[:-1]).ravel()[agree]
-        differing = float(wilson_interval(np.zeros(1, np.int64), np.array([n]), level)[1][0])
+        fewest = min(one.size for one in own)
+        differing = float(wilson_interval(np.zeros(1, np.int64), np.array([fewest]), level)[1][0])
         ends[0, agree] = mean[agree] * (1.0 - differing)
         ends[1, agree] = ends[0, agree] + bound * differing
     lower, upper = ends.reshape(2, *values.shape[:-1])
@@ -183,7 +198,7 @@ def quantiles(
     return Quantiles(*found)
 
 
-def _accelerated(values: Array, mean: Array, means: Array, confidence: float) -> Array:
+def _accelerated(values: Array, mean: Array, means: Array, confidence: float, strata: tuple[Index, ...]) -> Array:
     """Return the ends (2, statistic) of the BCa interval from sorted resampled means (statistic, replicate)."""
     replicates = means.shape[1]
     # means that differ in the last digits alone, from another order of summation, count as equal
@@ -194,6 +209,9 @@ def _accelerated(values: Array, mean: Array, means: Array, confidence: float) ->
     half = 0.5 / replicates
     bias = scipy.special.ndtri(np.minimum(np.maximum(share, half), 1.0 - half))
     deviation = values - mean[:, None]
+    if len(strata) > 1:
+        for one in strata:
+            deviation[:, one] = values[:, one] - values[:, one].mean(axis=1, keepdims=True)
     spread = np.sum(deviation**2, axis=1)
     acceleration = np.zeros(mean.size)
     np.divide(np.sum(deviation**3, axis=1), 6.0 * spread**1.5, out=acceleration, where=spread > 0.0)

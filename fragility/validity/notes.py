@@ -175,7 +175,7 @@ def _undecided(screened: xr.Dataset, settings: dict[str, Any]) -> str:
     low, high = (float(end) for end in wilson_interval(np.array(flipped), np.array(tested)))
     change = "a change of one millionth in the motion or the restitution"
     of = f"the {counted(tested, 'outcome')} tested, under {int(screened['perturbed'].sum())} of "
-    of += counted(screened.sizes["motion"], "motion")
+    of += counted(screened["perturbed"].size, "motion")
     if not flipped:
         return f"{change} reverses none of {of}: at most {two_digit_percent(high)} of all outcomes are undecided (95 %)"
     worst = f" ({_worst(share, _PAIR)})" if int(share.notnull().sum()) > 1 else ""

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from ... import checks
 from ...aliases import Array, Flags, Index
-from ...fragility.curves.means import REPLICATES, mean_interval, resampled_means
+from ...fragility.curves.means import REPLICATES, Interval, mean_interval, resampled_means
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
 from ...units import DIMENSIONLESS
 from ...wording import given_percent
 from .outcomes import ANY
 from .savings import AdditiveItems, AnchoringOrder, EventItems, FreeItems, ItemChances, order_of, score_of
-from .variables import JOINT, PER_YEAR, level_index, per_year, variable
+from .variables import JOINT, PER_YEAR, Year, level_index, per_year, variable
 
 AMOUNTS = ("number", "loss")
 
@@ -98,16 +98,18 @@ def anchoring(
     labels = assessment["item"].values[chosen]
     if per_cost and np.isnan(cost).any():
         raise ValueError(f"per_cost needs the anchoring_cost of every item, {labels[np.isnan(cost)][0]!r} has none")
-    free = _free(assessment, objective, weights, chosen, array)
+    year = Year.of(assessment, weights)
+    free = _free(assessment, objective, year, chosen, array)
     steps = free.steps(cost if per_cost else None)
+    resampling = Resampling(replicates, seed, year.strata(assessment.sizes["motion"]))
     kept = {str(name): one.variable for name, one in assessment.coords.items() if one.dims == ("model",)}
     for name, coordinate in assessment.coords.items():
         if "item" in coordinate.dims:
             kept[str(name)] = coordinate.isel(item=chosen).variable
     return xr.Dataset(
         {
-            **_savings(assessment, free, goal, cost, per_cost, (replicates, seed)),
-            **_stepped(assessment, steps, goal, labels, cost, (replicates, seed)),
+            **_savings(assessment, free, goal, cost, per_cost, resampling),
+            **_stepped(assessment, steps, goal, labels, cost, resampling),
         },
         coords={
             **kept,
@@ -135,14 +137,26 @@ class _Goal(NamedTuple):
     pays: bool = False
 
 
-def _free(assessment: xr.Dataset, objective: str, weights: Array, chosen: Index, array: Allocator) -> FreeItems:
+class Resampling(NamedTuple):
+    """Number of resamples of the motions, the seed that decides them, and the strata of the motions."""
+
+    replicates: int
+    seed: int
+    strata: tuple[Index, ...]
+
+    def interval(self, values: Array, confidence: float) -> Interval:
+        """Return the interval of the mean of values (…, motion)."""
+        return mean_interval(values, confidence, self.replicates, self.seed, strata=self.strata)
+
+
+def _free(assessment: xr.Dataset, objective: str, year: Year, chosen: Index, array: Allocator) -> FreeItems:
     """Return the chosen items with their contributions; anchored items do not overturn and do not count."""
     every = ItemChances(assessment, chosen)
     counts = assessment["count"].values[chosen]
     if objective in AMOUNTS:
         amounts = counts * (assessment["value"].values[chosen] if objective == "loss" else 1.0)
-        return AdditiveItems(every, amounts, weights, array)
-    return EventItems(every, weights, array)
+        return AdditiveItems(every, amounts, year, array)
+    return EventItems(every, year, array)
 
 
 def _goal(assessment: xr.Dataset, objective: str, yearly: bool) -> _Goal:
@@ -176,7 +190,7 @@ def _weights(assessment: xr.Dataset, level: float | None) -> Array:
 
 
 def _savings(
-    assessment: xr.Dataset, free: FreeItems, goal: _Goal, cost: Array, per_cost: bool, resampling: tuple[int, int]
+    assessment: xr.Dataset, free: FreeItems, goal: _Goal, cost: Array, per_cost: bool, resampling: Resampling
 ) -> dict[str, xr.Variable]:
     """Return the variables on (model, item)."""
     confidence = float(assessment.attrs["confidence"])
@@ -185,7 +199,7 @@ def _savings(
     saved = free.savings
     mean = saved.mean(axis=-1)
     total = free.whole.mean(axis=-1)
-    interval = mean_interval(saved, confidence, *resampling)
+    interval = resampling.interval(saved, confidence)
     price = cost if per_cost else None
     alone = free.alone.mean(axis=-1)
     first, last = _rank_ends(saved, price, alone, confidence, resampling, free.array)
@@ -211,10 +225,10 @@ def _savings(
 
 
 def _rank_ends(
-    saved: Array, price: Array | None, alone: Array, confidence: float, resampling: tuple[int, int], array: Allocator
+    saved: Array, price: Array | None, alone: Array, confidence: float, resampling: Resampling, array: Allocator
 ) -> tuple[Index, Index]:
     """Return the first and the last rank of the interval of every item's rank, (model, item) each."""
-    resampled = resampled_means(saved, *resampling, array=array)
+    resampled = resampled_means(saved, resampling.replicates, resampling.seed, array, resampling.strata)
     models, items, replicates = resampled.shape
     ranks = array(resampled.shape, np.int64)
     for k in range(models):
@@ -236,12 +250,12 @@ def _stepped(
     goal: _Goal,
     labels: NDArray[np.object_],
     cost: Array,
-    resampling: tuple[int, int],
+    resampling: Resampling,
 ) -> dict[str, xr.Variable]:
     """Return the variables on (model, step)."""
     confidence = float(assessment.attrs["confidence"])
     percent = given_percent(confidence)
-    interval = mean_interval(steps.left, confidence, *resampling)
+    interval = resampling.interval(steps.left, confidence)
     models = steps.order.shape[0]
     names = np.concatenate([np.full((models, 1), "", dtype=object), labels[steps.order]], axis=1)
     spent = np.concatenate([np.zeros((models, 1)), np.cumsum(cost[steps.order], axis=1)], axis=1)

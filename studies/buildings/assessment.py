@@ -22,25 +22,24 @@ from ...fragility import HazardCurve
 from ...fragility.curves.means import REPLICATES
 from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights
 from ...fragility.risk.modelling import MODELLING, blurred
-from ...fragility.runs.factors import dense
 from ...fragility.runs.labels import block_coordinates, law_coordinates
 from ...fragility.runs.request import runner_of
 from ...fragility.runs.runners import Runner
-from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling, scaling
+from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling
 from ...fragility.uncertainty.joint import Variability, oscillators_of_pieces, overturning_flags, with_restitution
 from ...fragility.validity.plausibility import block_doubts
 from ...models import Law, describe_block, describe_law
 from ...models.oscillator import Oscillator
 from ...motions import Building
-from ...motions.arrays import motion_coordinates
+from ...motions.floors.histories import FloorHistories
 from ...motions.intensity.measure import Measure
 from ...motions.plausibility import record_doubts
 from ...units import DIMENSIONLESS, provenance
 from .consequences import REALISATIONS, PieceScores
 from .contents import Contents, Inventory
-from .modelling import ShiftedLevels, classes_of, joined, scored_levels
+from .modelling import ShiftedLevels, joined, refuse_own_motions, scored_levels, several_classes
 from .outcomes import DAY, JointFlags, thresholds_up_to, upper_tail
-from .shaking import Shaking
+from .shaking import Shaking, Support, support_of
 from .variables import JOINT, Modelled, Precision, annual_variables, conditional_variables, variable
 
 if TYPE_CHECKING:
@@ -53,7 +52,7 @@ BUILDING = "building"
 def assess(
     inventory: Inventory,
     models: Law | Sequence[Law],
-    motions: xr.DataArray | Iterable[xr.DataArray],
+    motions: xr.DataArray | Iterable[xr.DataArray] | FloorHistories,
     levels: Any,
     im: str | Measure = "pga",
     building: Building | None = None,
@@ -79,8 +78,9 @@ def assess(
         The contents of each floor; anchored pieces do not overturn.
     models : one law or a sequence
         Damping laws; an item with its own restitution has that instead of the law's.
-    motions : xarray.DataArray or a sequence of them
-        Ground motions (motion, time), or floor motions (motion, floor, time), m s-2.
+    motions : xarray.DataArray, a sequence of them or FloorHistories
+        Ground motions (motion, time), or floor motions (motion, floor, time), m s-2, which are scaled with their ground
+        motions; or floor histories with levels of their own (SI), at which they are used as they are.
     levels : array_like, shape (level,)
         Levels of the measure of the ground motion, SI, > 0, strictly increasing.
     im : str or Measure
@@ -100,7 +100,8 @@ def assess(
         common to all pieces of a class (`Contents.piece_class`, else pieces of the same sizes), which fall together
         more for it, and independent from class to class.  With a hazard curve annual values are means over it, and
         values given a level hold none of it; without one values given a level are means over it, from runs at
-        thirteen levels about each (`studies.buildings.modelling`).
+        thirteen levels about each (`studies.buildings.modelling`), to which floor histories cannot be scaled unless
+        they are elastic.  Where each level has motions of its own, all pieces must be of one class.
     quantiles : sequence of float
         Wanted quantiles of number and loss, between 0 and 1.
     losses : array_like, optional
@@ -190,35 +191,37 @@ def assess(
     runner = runner_of(client)
     precision = Precision.checked(quantiles, confidence, replicates, seed)
     shaking = Shaking.of(building, motions, ground, im == SCALE)
+    inventory = shaking.placed(inventory)
     floors = shaking.used(inventory)
-    scaled = scaling(levels, shaking.ground, im, (), shaking.ground)
+    scaled = shaking.scaled(levels, im)
     beta = checks.number("modelling_dispersion", modelling_dispersion, at_least=0.0, at_most=5.0)
+    refuse_modelling(beta, inventory, shaking, hazard is not None)
     run, mixture = scaled, None
     if beta > 0.0 and hazard is None:
         every, mixture = scored_levels(scaled.levels, beta)
-        run = scaling(every, shaking.ground, im, (), shaking.ground)
+        run = shaking.scaled(every, im)
     weights = None if hazard is None else _weights(scaled, hazard, beta)
     thresholds = _losses(losses, inventory)
     realisations = REALISATIONS if variability is None else variability.realisations
     scores = PieceScores(realisations, consequence_correlation, precision.seed)
     check_drawn(inventory, realisations)
-    warn([*block_doubts([row.block for row in inventory.rows]), *record_doubts(shaking.ground)])
-    flags = _run(inventory, laws, shaking, floors, run, im, variability, runner, progress)
+    warn([*block_doubts([row.block for row in inventory.rows]), *record_doubts(shaking.given)])
+    flags = _run(inventory, laws, shaking, run, im, variability, runner, progress)
     places = [BUILDING, *(f"floor {floor}" for floor in floors)]
     members = np.array(
         [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
     )
     joint = JointFlags(inventory, flags, members, thresholds, variability, runner.array, scores)
-    precision = precision.over(len(shaking.ground))
+    precision = precision.over(shaking.motions)
     modelled = None
     if mixture is not None:
         modelled = Modelled(joined(joint, mixture, precision.seed), mixture, np.zeros(0))
         flags = flags[:, :, :, np.searchsorted(run.levels, scaled.levels)]
     variables = conditional_variables(joint, precision, modelled)
     if weights is not None:
-        if beta > 0.0 and len(set(classes_of(inventory))) > 1:
+        if beta > 0.0 and several_classes(inventory):
             modelled = _in_classes(joint, weights, scaled.levels, hazard, beta)
-        variables |= annual_variables(joint, weights, precision, modelled)
+        variables |= annual_variables(joint, weights, precision, shaking.own_motions, modelled)
     text = "whether a piece overturned"
     if variability is None:
         variables["overturned"] = variable(("model", "item", "level", "motion"), flags[:, :, 0], DIMENSIONLESS, text)
@@ -232,7 +235,7 @@ def assess(
         "models": [describe_law(model) for model in laws],
         "im": scaled.name,
         "levels": scaled.levels.tolist(),
-        "motions": [record.label for record in shaking.ground],
+        "motions": list(shaking.labels),
         "hazard": None if hazard is None else [one.tolist() for one in hazard_points(hazard)],
         "variability": None if variability is None else variability.plain,
         "replicates": precision.replicates,
@@ -250,8 +253,8 @@ def assess(
             "level": xr.Variable(
                 "level", scaled.levels, {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
             ),
-            **motion_coordinates([record._replace(floor="") for record in shaking.ground]),
-            **_measured(scaled),
+            **shaking.coordinates,
+            **_measured(scaled, shaking),
             **_thresholds(joint, precision),
         },
         attrs={
@@ -267,59 +270,75 @@ def assess(
     )
 
 
+def refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:
+    """Raise a ValueError where floor histories, which are not scaled, do not tell what beta_m (`beta`) changes.
+
+    yearly: whether annual values are asked for, and not values at a given level.
+    """
+    if beta == 0.0:
+        return
+    if not yearly and not shaking.scalable:
+        raise ValueError(
+            "modelling_dispersion at a given level needs outcomes at levels about it, to which floor histories are not "
+            "scaled: give a hazard curve, or leave it out"
+        )
+    refuse_own_motions(inventory, shaking.own_motions)
+
+
 def _run(
     inventory: Inventory,
     laws: list[Law],
     shaking: Shaking,
-    floors: list[str],
     scaled: Scaling,
     im: str | Measure,
     variability: Variability | None,
     runner: Runner,
     progress: Callable[[int, int], None] | None,
 ) -> Flags:
-    """Run floor by floor and return flags (model, item, variant, level, motion); alike items of a floor run once."""
+    """Run floor by floor, each direction by itself, and return flags (model, item, variant, level, motion).
+
+    Alike items of a floor and direction are run once.
+    """
     variants = 1 if variability is None else variability.variants
-    shape = (scaled.levels.size, len(shaking.ground))
+    shape = (scaled.levels.size, shaking.motions)
     flags = runner.array((len(laws), len(inventory), variants, *shape), np.bool_)
     for own in flags.reshape(-1, *flags.shape[2:]):
         own[...] = False
-    plans: dict[str, tuple[list[Oscillator], dict[tuple[Any, ...], int]]] = {}
-    for floor in floors:
+    plans: dict[Support, tuple[list[Oscillator], dict[tuple[Any, ...], int]]] = {}
+    for at in shaking.supports(inventory):
         oscillators: list[Oscillator] = []
         first: dict[tuple[Any, ...], int] = {}
         for row in inventory.rows:
-            if str(row.floor) == floor and not row.anchored and kind_of(row) not in first:
+            if support_of(row) == at and not row.anchored and kind_of(row) not in first:
                 first[kind_of(row)] = len(oscillators)
                 for law in laws:
                     oscillators.extend(_named(row, law, variability))
-        plans[floor] = oscillators, first
+        plans[at] = oscillators, first
     runs = shape[0] * shape[1]
     total = runs * sum(len(oscillators) for oscillators, _ in plans.values())
     done = 0
-    for floor, (oscillators, first) in plans.items():
+    for at, (oscillators, first) in plans.items():
         if not oscillators:
             continue
-        plain = shaking.on(floor)
-        factors = dense(scaling(scaled.levels, plain, im, (), shaking.ground).factors)
+        shaken = shaking.shaken(at, scaled, im)
         report = None if progress is None else _shifted(progress, done, total)
-        found = overturning_flags(oscillators, plain, factors, runner, report)
+        found = overturning_flags(oscillators, shaken.motions, shaken.factors, runner, report)
         for i, row in enumerate(inventory.rows):
-            if str(row.floor) == floor and not row.anchored:
-                at = first[kind_of(row)]
-                flags[:, i] = found[at : at + len(laws) * variants].reshape(len(laws), variants, *shape)
+            if support_of(row) == at and not row.anchored:
+                own = first[kind_of(row)]
+                flags[:, i] = found[own : own + len(laws) * variants].reshape(len(laws), variants, *shape)
         done += runs * len(oscillators)
     return flags
 
 
 def distinct_runs(inventory: Inventory, variability: Variability | None = None) -> int:
     """Return the number of oscillators of an inventory for one law: alike items of a floor are run once."""
-    kinds = {(str(row.floor), *kind_of(row)) for row in inventory.rows if not row.anchored}
+    kinds = {(*support_of(row), *kind_of(row)) for row in inventory.rows if not row.anchored}
     return len(kinds) * (1 if variability is None else variability.variants)
 
 
 def kind_of(row: Contents) -> tuple[Any, ...]:
-    """Return the properties that decide the runs of a row, beside its floor."""
+    """Return the properties that decide the runs of a row, beside its floor and direction."""
     return (row.block.width, row.block.height, row.block.cm_height, row.block.inertia_factor, row.e)
 
 
@@ -419,7 +438,10 @@ def _laws(models: Any) -> list[Law]:
     return found
 
 
-_OPTIONAL = ("room", "piece_class", "code_class", "code_importance", "mass", "anchor_strength", "anchor_height")
+_OPTIONAL = (
+    *("room", "direction", "piece_class", "code_class", "code_importance"),
+    *("mass", "anchor_strength", "anchor_height"),
+)
 _DRAWN = ("cost", "downtime", "injury")
 """What is described where it is given."""
 
@@ -472,6 +494,11 @@ def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Var
         "floor": _labels("item", [str(row.floor) for row in rows], "floor, 0 is the ground"),
         "room": _labels("item", [row.room for row in rows], "room"),
         "consequences": _labels("item", [JOINT.join(row.consequences) for row in rows], "what its overturning means"),
+        **(
+            {"direction": _labels("item", [row.direction for row in rows], "direction in which its width lies")}
+            if any(row.direction for row in rows)
+            else {}
+        ),
         "e": variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used"),
     }
     for name, (values, units, long_name) in columns.items():
@@ -506,9 +533,9 @@ def _drawn_columns(rows: Sequence[Contents], money: str) -> dict[str, tuple[Any,
     return found
 
 
-def _measured(scaled: Scaling) -> dict[str, xr.Variable]:
-    """Return the measure of the unscaled ground motions as a coordinate."""
-    if scaled.measured is None:
+def _measured(scaled: Scaling, shaking: Shaking) -> dict[str, xr.Variable]:
+    """Return the measure of the unscaled ground motions as a coordinate, where these motions are known."""
+    if scaled.measured is None or not shaking.ground:
         return {}
     return {f"ground_{scaled.name}": variable(("motion",), scaled.measured, scaled.units, scaled.long_name)}
 

@@ -22,9 +22,9 @@ from ...units import DIMENSIONLESS
 from ..text.curve_notes import SETTLED
 from .assessment import HazardPoints, covering
 from .contents import Inventory
-from .modelling import ShiftedLevels, classes_of
+from .modelling import ShiftedLevels, classes_of, refuse_own_motions
 from .savings import ItemChances
-from .variables import PER_YEAR, a_year, per_year, variable
+from .variables import PER_YEAR, Year, per_year, variable
 
 ITEM_RATE, ANY_RATE, NUMBER, LOSS = "item_rate", "any_rate", "annual_number", "annual_loss"
 JOINT_SAMPLES = 200
@@ -88,7 +88,8 @@ def rates_over_branches(
     Raises
     ------
     ValueError
-        A hazard curve that is a fractile of its realisations.
+        A hazard curve that is a fractile of its realisations; modelling uncertainty of several classes where levels
+        have motions of their own.
 
     Notes
     -----
@@ -103,6 +104,9 @@ def rates_over_branches(
                 f"hazard {one.hazard_name!r:.60} of a branch must be the mean of its realisations, got their fractile "
                 f"{one.hazard.fractile:g}"
             )
+    for assessment in assessments.values():
+        if sampling.beta > 0.0:
+            refuse_own_motions(inventory, Year.of(assessment, np.ones(assessment.sizes["level"])).own_motions)
     first = next(iter(assessments.values()))
     places = [str(one) for one in first["place"].values]
     floors = np.array([f"floor {row.floor}" for row in inventory.rows], dtype=object)
@@ -230,7 +234,8 @@ class _Branch:
         self.at = labels.index(branch.model)
         self.chances = ItemChances(assessment, np.arange(len(inventory)))
         self.motions = assessment.sizes["motion"]
-        self.drawn = draw_motions((np.arange(self.motions),), sampling.replicates, sampling.seed)
+        self.every = Year.of(assessment, np.ones(self.levels.size))
+        self.drawn = draw_motions(self.every.strata(self.motions), sampling.replicates, sampling.seed)
         self.hazard, self.sampling, self.members = branch.hazard, sampling, members
         self.inventory, self.classes = inventory, np.array(classes_of(inventory), dtype=object)
         self.standing = np.array([not row.anchored for row in inventory.rows])
@@ -241,8 +246,8 @@ class _Branch:
         self.number = np.zeros(self.levels.size)
         self._shifted = [self._states(one) for one in self.curves] if sampling.beta > 0.0 else []
 
-    def _weights(self, hazard: HazardCurve, beta: float) -> Array:
-        return level_weights(self.levels, covering(hazard, self.levels, beta)).weights
+    def _year(self, hazard: HazardCurve, beta: float) -> Year:
+        return Year(level_weights(self.levels, covering(hazard, self.levels, beta)).weights)
 
     def _states(self, hazard: HazardCurve) -> ShiftedLevels:
         beta = self.sampling.beta
@@ -255,11 +260,11 @@ class _Branch:
         given = self.chances.piece(slice(self.at, self.at + 1), rows)[0]
         counts = np.array([row.count for row in self.inventory.rows[rows]])
         self.number += np.einsum("i,ilm->l", counts, given) / self.motions
-        resampled = np.einsum("ilm,sm->ils", given, self.drawn) / self.motions
-        mean = a_year(given, self._weights(self.hazard, beta)).mean(axis=-1)
+        resampled = self.every.resampled(given, self.drawn)
+        mean = self._year(self.hazard, beta).total(given).mean(axis=-1)
         inside = 0.0 if spread else beta
-        own = a_year(given, self._weights(self.hazard, inside)).mean(axis=-1)
-        plain = np.stack([a_year(resampled, self._weights(one, inside)) for one in self.curves], axis=-1)
+        own = self._year(self.hazard, inside).total(given).mean(axis=-1)
+        plain = np.stack([self._year(one, inside).total(resampled) for one in self.curves], axis=-1)
         if not spread:
             return _Sampled(mean, SampledRates(own, plain, plain, self.shares))
         modelled = np.empty_like(plain)
@@ -277,19 +282,22 @@ class _Branch:
         nothing = self._nothing()
         alone = len(nothing) == 1
         together = 1.0 - np.prod(list(nothing.values()), axis=0)
+        resampled = self.every.resampled(together, self.drawn)
 
-        def of(hazard: HazardCurve, dispersion: float) -> Array:
-            """The annual value of each motion (place, motion)."""
+        def of(hazard: HazardCurve, dispersion: float) -> tuple[Array, Array]:
+            """The annual value (place,), and over resampled motions (place, sample)."""
             if dispersion == 0.0 or alone:
-                return a_year(together, self._weights(hazard, dispersion))
+                year = self._year(hazard, dispersion)
+                return year.total(together).mean(axis=-1), year.total(resampled)
             states = self._states(hazard)
             stays = np.prod([states.of(one, 1.0) for one in nothing.values()], axis=0)
-            return a_year(1.0 - stays, states.rates)
+            each = Year(states.rates).total(1.0 - stays)
+            return each.mean(axis=-1), each @ self.drawn.T / self.motions
 
-        mean = of(self.hazard, beta).mean(axis=-1)
+        mean, _ = of(self.hazard, beta)
         inside = 0.0 if spread else beta
-        own = of(self.hazard, inside).mean(axis=-1)
-        plain = np.stack([of(one, inside) @ self.drawn.T / self.motions for one in self.curves], axis=-1)
+        own, _ = of(self.hazard, inside)
+        plain = np.stack([of(one, inside)[1] for one in self.curves], axis=-1)
         if not spread:
             return _Sampled(mean, SampledRates(own, plain, plain, self.shares))
         number = self.drawn.shape[0] if alone else min(JOINT_SAMPLES, self.drawn.shape[0])
@@ -299,16 +307,16 @@ class _Branch:
             if alone:
                 (label,) = nothing
                 weights = _shifted_weights(states.positions, curve, beta * scores[label])
-                resampled = np.einsum("plm,sm->pls", together, self.drawn) / self.motions
                 modelled[:, :, r] = np.einsum("pls,ls->ps", resampled, weights)
                 continue
+            year = Year(states.rates)
             padded = {label: np.concatenate([np.ones_like(one[:, :1]), one], axis=1) for label, one in nothing.items()}
             for s in range(number):
                 stays = np.ones(())
                 for label, one in padded.items():
                     at = np.searchsorted(states.positions, states.points - beta * scores[label][s], side="right")
                     stays = stays * one[:, at]
-                modelled[:, s, r] = a_year(1.0 - stays, states.rates) @ self.drawn[s] / self.motions
+                modelled[:, s, r] = year.total(1.0 - stays) @ self.drawn[s] / self.motions
         return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
 
     def _nothing(self) -> dict[str, Array]:

@@ -11,6 +11,7 @@ from typing import Any
 
 from ... import checks
 from ...models import Block
+from ...motions.floors.histories import DIRECTIONS
 from ..codes.check import CLASSES
 from ..file.csv_table import MAX_TEXT
 from ..file.table import shown
@@ -50,6 +51,8 @@ class Contents:
         Cost of fixing a piece, in the inventory's currency, >= 0.
     room : str
         The room that it stands in, for tables.
+    direction : str
+        The direction of the building, x or y, in which its width lies; of use with floor histories in two directions.
     code_class : str
         What a building code takes it for (`toppling.studies.codes.check.CLASSES`), '' where it is not known.
     code_importance : float, optional
@@ -94,6 +97,7 @@ class Contents:
     downtime: Consequence | None = None
     injury: Injury | None = None
     piece_class: str = ""
+    direction: str = ""
 
     def __post_init__(self) -> None:
         _text("label", self.label)
@@ -114,6 +118,8 @@ class Contents:
         checks.number("value", self.value, at_least=0.0, at_most=MAX_VALUE)
         if self.anchoring_cost is not None:
             checks.number("anchoring_cost", self.anchoring_cost, at_least=0.0, at_most=MAX_VALUE)
+        if self.direction not in ("", *DIRECTIONS):
+            raise ValueError(f"direction must be x or y, got {shown(self.direction)}")
         if self.code_class not in ("", *CLASSES):
             raise ValueError(f"code_class must be one of {', '.join(CLASSES)}, got {shown(self.code_class)}")
         if self.code_importance is not None:

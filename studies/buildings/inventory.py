@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ...motions.floors.histories import DIRECTIONS
 from ..codes.check import CLASSES
 from ..file.blocks import block_of_line
 from ..file.csv_table import CsvLine, CsvTable, TableKind
@@ -25,6 +26,7 @@ COLUMNS = (
     "inertia_factor",
     "floor",
     "room",
+    "direction",
     "count",
     "e",
     "restitution",
@@ -93,6 +95,8 @@ def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = 
     ``inertia_factor``         I_O/(m R²), above 1 to 2 (4/3); must be given with ``cm_height_m``
     ``floor``                  floor that it stands on: 0 is the ground (the only column that must be filled)
     ``room``                   room that it stands in, for tables
+    ``direction``              x or y: the direction of the building in which the width lies, for floor histories in two
+                               directions
     ``count``                  number of pieces (1)
     ``e``                      restitution, above 0 to 1 (that of the damping law); ``restitution`` is the same
     ``value``                  loss when a piece overturns, without spread
@@ -198,6 +202,9 @@ def _contents(line: CsvLine) -> Contents:
     anchored = line.text("anchored").lower()
     if anchored not in {"", *_YES, *_NO}:
         line.refuse("anchored", f"must be yes or no, got {shown(anchored)}")
+    direction = line.text("direction").lower()
+    if direction not in ("", *DIRECTIONS):
+        line.refuse("direction", f"must be x or y, got {shown(direction)}")
     code_class = line.text("code_class").lower()
     if code_class not in ("", *CLASSES):
         line.refuse("code_class", f"must be one of {', '.join(CLASSES)}, got {shown(code_class)}")
@@ -226,6 +233,7 @@ def _contents(line: CsvLine) -> Contents:
             anchoring_cost=cost,
             room=line.text("room"),
             piece_class=line.text("class"),
+            direction=direction,
             code_class=code_class,
             code_importance=line.number_in("code_importance", at_least=1.0, at_most=1.5),
             mass=line.number_in("mass_kg", above=0.0, at_most=MAX_VALUE),

@@ -172,6 +172,24 @@ def classes_of(inventory: Inventory) -> list[str]:
     return [row.class_label for row in inventory.rows]
 
 
+def several_classes(inventory: Inventory) -> bool:
+    """Return whether the pieces that may fall are of several classes."""
+    return len({row.class_label for row in inventory.rows if not row.anchored}) > 1
+
+
+def refuse_own_motions(inventory: Inventory, own_motions: bool) -> None:
+    """Raise a ValueError where classes would be joined at levels that have no motion in common.
+
+    A class whose capacities are off has its outcome at another level, under the same motion; where each level has
+    motions of its own, the outcome of one class at a level says nothing of that of another class at the next.
+    """
+    if own_motions and several_classes(inventory):
+        raise ValueError(
+            "modelling_dispersion of several classes of pieces needs the same motions at all levels, but each level "
+            "has motions of its own: put all pieces into one class (the inventory's column 'class'), or leave it out"
+        )
+
+
 def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
     """Join the outcomes of all classes in random states at points of shaking, given the motion.
 

@@ -13,9 +13,11 @@ from ...aliases import Array
 from ...doubts import first_names
 from ...fragility import HazardCurve
 from ...fragility.hazard.levels import line_weights
+from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.risk.modelling import MODELLING
+from ...motions.floors.histories import FloorHistories
 from ...units import DIMENSIONLESS
-from ...wording import whole_percent
+from ...wording import counted, whole_percent
 from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard, branches_beyond_note
 from ..text.spread import branch_names
 from ..text.words import level_text
@@ -48,9 +50,26 @@ def notes(assessment: xr.Dataset) -> list[str]:
     found += _from(above, NOTABLE, "above the last level, as if nothing more fell there: add higher levels")
     if not bool(assessment["overturned"].any()):
         found.append("nothing overturned under any motion: annual values have no intervals")
+    if "record" in assessment.coords and "level_weight" in assessment:
+        found += _untried(assessment)
     if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:
         found.append("pieces of a line are alike and overturn together: means do not depend on it, extremes do")
     return found
+
+
+def _untried(assessment: xr.Dataset) -> list[str]:
+    """Return a sentence on levels whose own motions made nothing fall: resampling them adds nothing to an interval."""
+    over = [dim for dim in assessment["overturned"].dims if dim != "level"]
+    never = ~assessment["overturned"].any(over).values
+    if not never.any() or never.all():
+        return []
+    n = assessment.sizes["motion"]
+    most = float(wilson_interval(np.zeros(1, np.int64), np.array([n]), float(assessment.attrs["confidence"]))[1][0])
+    named = ", ".join(level_text(float(one), assessment["level"]) for one in assessment["level"].values[never])
+    return [
+        f"nothing fell under the {counted(n, 'motion')} at {named}, which intervals of annual values take as certain: "
+        f"{whole_percent(most)} of such motions might still make something fall, so take more motions there"
+    ]
 
 
 def anchored_text(here: xr.Dataset) -> str:
@@ -101,6 +120,44 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
         ):
             if missing:
                 found.append(f"{column} is not given, so that {what} {first_names(missing)}")
+    return found
+
+
+UNDIRECTED = (
+    "the directions in the inventory are not used: each floor has one motion, which shakes every piece in the "
+    "direction of its width"
+)
+
+
+PROPORTIONAL = (
+    "the floor histories are scaled in proportion to their ground motions, as if the building were elastic "
+    "(motions.elastic)"
+)
+
+
+def history_notes(histories: FloorHistories, inventory: Inventory) -> list[str]:
+    """Notes on floor histories of a user's own building model, and on what is not taken from them: a sentence each."""
+    if not histories.unit:
+        how = "as they are, of one earthquake"
+    elif histories.elastic:
+        how = (
+            f"one set at {histories.texts[0]}, scaled linearly to the other levels as if the building were elastic "
+            "(motions.elastic)"
+        )
+    else:
+        how = f"as they are, each set at its own level: {', '.join(histories.texts)}"
+    found = [f"the floor motions are histories of another program's building model ({how})"]
+    if histories.own_motions:
+        found.append(
+            "each level has motions of its own: levels count as independent of each other in intervals of annual values"
+        )
+    used = {row.direction for row in inventory.rows if not row.anchored}
+    if used - {""}:
+        each = [f"{sum(row.direction == one for row in inventory.rows)} in {one}" for one in sorted(used)]
+        found.append(
+            f"each line is shaken in the direction of its width alone ({', '.join(each)}): shaking across it, and "
+            "falling sideways, are not included"
+        )
     return found
 
 

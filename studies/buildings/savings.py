@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ import xarray as xr
 from ...aliases import Array, Index
 from ...fragility.numerics.slabs import Allocator, slabs
 from ...fragility.numerics.totals import chances, chances_of_any
-from .variables import a_year
+from .variables import Year
 
 
 class AnchoringOrder(NamedTuple):
@@ -58,12 +59,12 @@ class FreeItems(ABC):
 class AdditiveItems(FreeItems):
     """Items whose amounts add up to the objective."""
 
-    def __init__(self, chances: ItemChances, amounts: Array, weights: Array, array: Allocator) -> None:
+    def __init__(self, chances: ItemChances, amounts: Array, year: Year, array: Allocator) -> None:
         self.array = array
         models, items, _, motions = chances.shape
-        self.alone = array((models, items, motions), np.float64)
+        self.alone = array((models, items, motions * year.parts), np.float64)
         for of, rows in chances.of_items():
-            self.alone[of, rows] = a_year(chances.piece(of, rows), weights) * amounts[rows, None]
+            self.alone[of, rows] = year.total(chances.piece(of, rows)) * amounts[rows, None]
 
     @property
     def whole(self) -> Array:
@@ -86,36 +87,36 @@ class AdditiveItems(FreeItems):
 class EventItems(FreeItems):
     """Items of which any one causes the event."""
 
-    def __init__(self, chances: ItemChances, weights: Array, array: Allocator) -> None:
+    def __init__(self, chances: ItemChances, year: Year, array: Allocator) -> None:
         self.array = array
         self.chances = chances
         # (levels without weight add nothing)
-        self.levels = np.flatnonzero(weights)
-        self.weights = weights[self.levels]
+        self.levels = np.flatnonzero(year.weights)
+        self.year = replace(year, weights=year.weights[self.levels])
         models, items, _, motions = chances.shape
-        self.alone = array((models, items, motions), np.float64)
+        self.alone = array((models, items, motions * self.year.parts), np.float64)
         for k, part, chance in self._parts():
-            self.alone[k, :, part] = a_year(chance, self.weights)
+            self.alone[k, :, self._values(part)] = self.year.total(chance)
 
     @property
     def whole(self) -> Array:
         found = np.empty((self.alone.shape[0], self.alone.shape[2]))
         for k, part, chance in self._parts():
-            found[k, part] = self._together(chance)
+            found[k, self._values(part)] = self._together(chance)
         return found
 
     @property
     def savings(self) -> Array:
         found = self.array(self.alone.shape, np.float64)
         for k, part, chance in self._parts():
-            found[k, :, part] = self._saved(chance)
+            found[k, :, self._values(part)] = self._saved(chance)
         return found
 
     def steps(self, cost: Array | None) -> AnchoringOrder:
-        models, items, motions = self.alone.shape
+        models, items, values = self.alone.shape
         order = np.empty((models, items), np.int64)
         left = self._nothing_left()
-        saved = self.array((items, motions), np.float64)
+        saved = self.array((items, values), np.float64)
         parts = self._motions
         for k in range(models):
             standing = list(range(items))
@@ -123,8 +124,8 @@ class EventItems(FreeItems):
             for step in range(items):
                 for part in parts:
                     here = self._chance(k, part)[standing] if whole is None else whole[standing]
-                    left[k, step, part] = self._together(here)
-                    saved[: len(standing), part] = self._saved(here)
+                    left[k, step, self._values(part)] = self._together(here)
+                    saved[: len(standing), self._values(part)] = self._saved(here)
                 prices = None if cost is None else cost[standing]
                 score = score_of(saved[: len(standing)].mean(axis=-1), prices)
                 if not score.max() > 0.0:
@@ -135,9 +136,13 @@ class EventItems(FreeItems):
     @property
     def _motions(self) -> list[slice]:
         """Bounds of the parts of the motions that are processed at a time."""
-        _, items, motions = self.alone.shape
+        _, items, _, motions = self.chances.shape
         sizes = {"item": items, "variant": self.chances.variants, "level": self.levels.size, "motion": motions}
         return [where.get("motion", slice(0, motions)) for where in slabs(sizes, ("motion",))]
+
+    def _values(self, part: slice) -> slice:
+        """Return where the values of some motions stand."""
+        return slice(part.start * self.year.parts, part.stop * self.year.parts)
 
     def _chance(self, k: int, part: slice) -> Array:
         """P(an item causes the event | motion) (item, level, motion)."""
@@ -150,7 +155,7 @@ class EventItems(FreeItems):
 
     def _together(self, chance: Array) -> Array:
         """The annual value of the event with all items (motion,)."""
-        return a_year(1.0 - np.prod(1.0 - chance, axis=0), self.weights)
+        return self.year.total(1.0 - np.prod(1.0 - chance, axis=0))
 
     def _saved(self, chance: Array) -> Array:
         """The annual value of the event caused by each item alone, where no other item causes it (item, motion)."""
@@ -162,7 +167,7 @@ class EventItems(FreeItems):
             others[i] *= after
             after = after * stays[i]
         others *= chance
-        return a_year(others, self.weights)
+        return self.year.total(others)
 
 
 class ItemChances:

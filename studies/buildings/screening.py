@@ -10,10 +10,8 @@ import numpy as np
 import xarray as xr
 
 from ...aliases import Array, Flags, Progress
-from ...fragility.runs.factors import dense
 from ...fragility.runs.provenance import DESCRIBED
 from ...fragility.runs.runners import Runner
-from ...fragility.runs.scaling import scaling
 from ...fragility.uncertainty.joint import Variability, pieces_of, with_restitution
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.summary import OF_BLOCKS, input_of_pairs, summary_screen
@@ -24,7 +22,7 @@ from ...motions.arrays import Record
 from ...motions.intensity.measure import Measure
 from .assessment import distinct_runs, kind_of
 from .contents import Contents, Inventory
-from .shaking import Shaking
+from .shaking import Shaking, support_of
 
 
 class Screening(NamedTuple):
@@ -80,28 +78,40 @@ def screen_inventory(
     ValueError
         As `assess`.
     """
+    inventory, scaled = shaking.placed(inventory), shaking.scaled(levels, im)
     flags = overturned if "variant" in overturned.dims else overturned.expand_dims("variant")
     values = flags.transpose("item", "model", "variant", "level", "motion").values
+    values = values.reshape(*values.shape[:3], *shaking.run_shape(values.shape[3]))
     total = screening.runs(inventory, models, values.shape[3], values.shape[4], variability)
     chosen = choose_motions(values.shape[4], screening.undecided) if screening.undecided > 0.0 else None
     tests = _Tests(models, variability, screening.undecided, runner, progress, total)
     parts = []
-    for floor in shaking.used(inventory):
-        at = [i for i, row in enumerate(inventory.rows) if str(row.floor) == floor]
-        rows, plain = [inventory.rows[i] for i in at], shaking.on(floor)
-        scaled = scaling(levels, plain, im, (), shaking.ground)
+    for support in shaking.supports(inventory):
+        at = [i for i, row in enumerate(inventory.rows) if support_of(row) == support]
+        rows, shaken = [inventory.rows[i] for i in at], shaking.shaken(support, scaled, im)
         flips = None
         if chosen is not None:
-            flips = tests.of(rows, values, at, chosen, plain, dense(scaled.factors))
+            flips = tests.of(rows, values, at, chosen, shaken.motions, shaken.factors)
         given = input_of_pairs(
             [row.label for row in rows],
             [[(row.block, with_restitution(law, row.e)) for law in models] for row in rows],
-            plain,
-            scaled.factors_at(xr.Variable("level", scaled.levels), len(plain)),
+            shaken.motions,
+            shaken.of_runs,
         )
-        of_floor = summary_screen(given, Characteristics.of(plain), screening.friction, flips)
-        parts.append(of_floor.rename(block="item"))
+        stripe = np.arange(len(shaken.motions)) // shaking.motions  # (few motions are few at a level)
+        given = given._replace(coordinates={**given.coordinates, "stripe": xr.Variable("motion", stripe)})
+        of_floor = summary_screen(given, Characteristics.of(shaken.motions), screening.friction, flips)
+        parts.append(_by_level(of_floor, shaking).rename(block="item"))
     return _joined(parts, overturned, np.array([not row.anchored for row in inventory.rows]))
+
+
+def _by_level(screened: xr.Dataset, shaking: Shaking) -> xr.Dataset:
+    """Return a screen with `perturbed` on (level, motion) where the motions of all levels follow one another."""
+    if "perturbed" not in screened or screened.sizes["motion"] == shaking.motions:
+        return screened
+    one = screened["perturbed"]
+    shaped = xr.Variable(("level", "motion"), one.values.reshape(-1, shaking.motions), one.attrs)
+    return screened.drop_dims("motion").assign(perturbed=shaped)
 
 
 class _Tests:

@@ -3,26 +3,60 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
+import numpy as np
 import xarray as xr
 
 from ... import checks
-from ...fragility.runs.scaling import ground_of
+from ...aliases import Array
+from ...fragility.runs.factors import ScaleFactors, dense, unscaled
+from ...fragility.runs.scaling import SCALE, Scaling, ground_of, increasing, intensity_measure, of_the_ground, scaling
 from ...motions import Building
-from ...motions.arrays import Record, records
-from .contents import Inventory
+from ...motions.arrays import Record, motion_coordinates, records
+from ...motions.floors.histories import FloorHistories
+from ...motions.intensity.measure import Measure
+from ...units import DIMENSIONLESS
+from .contents import Contents, Inventory
+
+
+class Support(NamedTuple):
+    """Where pieces stand: their floor, and the direction in which their widths lie ('' where there is only one)."""
+
+    floor: str
+    direction: str
+
+
+def support_of(row: Contents) -> Support:
+    """Return where a line of an inventory stands."""
+    return Support(str(row.floor), row.direction)
+
+
+class Shaken(NamedTuple):
+    """The motions of a floor as they are run, with their factors (1, level, motion).
+
+    Where each level has histories of its own, the motions of all levels follow one another under a single factor of 1:
+    reshaped to (level, motion), the flags of the runs are as those of motions that are scaled to each level.
+    """
+
+    motions: list[Record]
+    factors: Array
+    of_runs: ScaleFactors
 
 
 @dataclass(frozen=True)
 class Shaking:
-    """Ground motions and the floor motions under them; `known` are the existing floors."""
+    """Ground motions and the floor motions under them; `known` are the existing floors.
+
+    `histories`: floor motions of a user's own building model, of which no ground motions are known (`ground` is empty).
+    """
 
     ground: list[Record]
     known: list[str]
     arrays: list[xr.DataArray]
     building: Building | None
+    histories: FloorHistories | None = None
 
     @classmethod
     def of(cls, building: Any, motions: Any, ground: Any, scaled_plainly: bool = False) -> Shaking:
@@ -36,6 +70,10 @@ class Shaking:
         """
         if building is not None and not isinstance(building, Building):
             raise TypeError(f"building must be a Building or None, got {checks.kind(building)}")
+        if isinstance(motions, FloorHistories):
+            if building is not None or ground is not None:
+                raise ValueError("floor histories go with neither a building nor ground motions")
+            return cls([], list(motions.floors), motions.arrays, None, motions)
         several = isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray)
         arrays = list(motions) if several else [motions]
         plain = records(arrays)
@@ -77,8 +115,127 @@ class Shaking:
         standing = {str(row.floor) for row in inventory.rows}
         return [floor for floor in self.known if floor in standing]
 
-    def on(self, floor: str) -> list[Record]:
-        """Return the motions of one floor, in the order of the ground motions."""
+    def supports(self, inventory: Inventory) -> list[Support]:
+        """Return the floors that contents stand on, with the directions of their widths, in the building's order."""
+        standing = {support_of(row) for row in inventory.rows}
+        return [at for floor in self.used(inventory) for at in sorted(standing) if at.floor == floor]
+
+    def placed(self, inventory: Inventory) -> Inventory:
+        """Return the inventory with the direction of every line; '' for all where shaking has no directions.
+
+        Raises
+        ------
+        ValueError
+            A floor that is not known, a line without a direction where there are two, a floor without histories in the
+            direction of a line.
+        """
+        self.used(inventory)
+        return replace(inventory, rows=tuple(replace(row, direction=self._direction(row)) for row in inventory.rows))
+
+    def _direction(self, row: Contents) -> str:
+        if self.histories is None:
+            return ""
+        known = self.histories.directions(str(row.floor))
+        if row.direction in known:
+            return row.direction
+        if row.direction and known != ("",):
+            raise ValueError(f"floor {row.floor} has no histories in direction {row.direction}, that of {row.label!r}")
+        if len(known) > 1 and not row.anchored:
+            raise ValueError(
+                f"direction of {row.label!r} must be x or y, the direction in which its width lies: floor {row.floor} "
+                "has histories in both"
+            )
+        return known[0]
+
+    @property
+    def motions(self) -> int:
+        """Number of motions at each level."""
+        return len(self.ground) if self.histories is None else self.histories.motions
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The labels of the motions."""
+        if self.histories is None:
+            return tuple(record.label for record in self.ground)
+        return self.histories.labels
+
+    @property
+    def given(self) -> list[Record]:
+        """The ground motions; where they are not known the floor histories, with all that may be odd in them."""
+        return self.ground if self.histories is None else records(self.arrays)
+
+    @property
+    def scalable(self) -> bool:
+        """Whether the motions can be scaled to any level."""
+        return self.histories is None or self.histories.elastic
+
+    @property
+    def own_motions(self) -> bool:
+        """Whether each level has motions of its own."""
+        return self.histories is not None and self.histories.own_motions
+
+    @property
+    def coordinates(self) -> dict[str, xr.Variable]:
+        """The coordinates of the motions; `record` (level, motion) names those that are only at one level."""
+        if self.histories is None:
+            return motion_coordinates([record._replace(floor="") for record in self.ground])
+        attributes = {"units": DIMENSIONLESS, "long_name": "motion"}
+        found = {"motion": xr.Variable("motion", np.array(self.labels, dtype=object), attributes)}
+        if self.own_motions:
+            names = np.array(self.histories.names, dtype=object)
+            attributes = {"units": DIMENSIONLESS, "long_name": "motion of the level"}
+            found["record"] = xr.Variable(("level", "motion"), names, attributes)
+        return found
+
+    def run_shape(self, levels: int) -> tuple[int, int]:
+        """Return the numbers of levels and motions of the runs of a piece at so many levels."""
+        return (levels, self.motions) if self.histories is None else self.histories.run_shape(levels)
+
+    def scaled(self, levels: Any, im: str | Measure) -> Scaling:
+        """Return the levels of the ground motions; those of floor histories cannot be chosen, unless they are elastic.
+
+        Raises
+        ------
+        ValueError
+            As `fragility.runs.scaling.scaling`; levels at which there are no histories.
+        """
+        if self.histories is None:
+            return scaling(levels, self.ground, im, (), self.ground)
+        values, one = increasing(levels), intensity_measure(im)
+        own = self.histories.levels
+        if self.histories.elastic:
+            if own.size != 1 or one is None:
+                raise ValueError("histories that are scaled as of an elastic building must be one set of one level")
+            assert isinstance(one, Measure)  # (measures of blocks are refused before)
+            measured = np.broadcast_to(own, self.motions)
+            factors = one.factors(values[:, None] / measured[None, None, :])
+            name = of_the_ground(one.long_name)
+            return Scaling(values, factors, one.label, one.units, name, measured, True, one)
+        if not np.array_equal(values, own):
+            shown = ", ".join(f"{level:.6g}" for level in own)
+            raise ValueError(f"levels must be those of the floor histories, which are not scaled: {shown}")
+        ones = np.ones((1, 1, own.size * self.motions))
+        if one is None:
+            return Scaling(values, ones, SCALE, DIMENSIONLESS, "scale factor")
+        return Scaling(values, ones, one.label, one.units, of_the_ground(one.long_name), None, True)
+
+    def shaken(self, at: Support, scaled: Scaling, im: str | Measure) -> Shaken:
+        """Return the motions of a floor with their factors."""
+        plain = self.on(at)
+        if self.histories is None:
+            own = scaling(scaled.levels, plain, im, (), self.ground)
+            return Shaken(plain, dense(own.factors), own.factors_at(xr.Variable("level", own.levels), len(plain)))
+        if self.histories.elastic:
+            factors = scaled.factors_at(xr.Variable("level", scaled.levels), len(plain))
+            return Shaken(plain, dense(scaled.factors), factors)
+        once = unscaled(len(plain))._replace(levels=xr.Variable("level", np.ones(1)))
+        return Shaken(plain, dense(scaled.factors), once)
+
+    def on(self, at: Support) -> list[Record]:
+        """Return the motions of one floor, in the order of the ground motions; of histories level after level."""
+        floor = at.floor
+        if self.histories is not None:
+            return self.histories.on(*at)
         if self.building is not None:
             return records(self.building.floor_motions(self.arrays, [int(floor)]))
         if not any("floor" in array.dims for array in self.arrays):

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ... import checks
-from ...aliases import Array, Flags
+from ...aliases import Array, Flags, Index
 from ...fragility.curves.means import mean_interval, quantiles
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.levels import LevelWeights
@@ -32,13 +32,13 @@ JOINT = " | "
 
 @dataclass(frozen=True)
 class Precision:
-    """The wanted quantiles and the options of the intervals, over so many motions."""
+    """The wanted quantiles and the options of the intervals, over motions in strata that are resampled separately."""
 
     quantiles: Array
     confidence: float
     replicates: int
     seed: int
-    motions: int = 0
+    strata: tuple[Index, ...] = ()
 
     @classmethod
     def checked(cls, which: Any, confidence: Any, replicates: Any, seed: Any) -> Precision:
@@ -53,18 +53,19 @@ class Precision:
             checks.count("seed", seed),
         )
 
-    def over(self, motions: int) -> Precision:
-        """Return the same options over another number of motions."""
-        return replace(self, motions=motions)
+    def over(self, motions: int, strata: int = 1) -> Precision:
+        """Return the same options over so many motions in each of some strata."""
+        return replace(self, strata=alike_strata(motions, strata))
 
     @cached_property
     def drawn(self) -> Array:
         """How often each motion is drawn (replicate, motion), the same for all variables."""
-        return draw_motions((np.arange(self.motions),), self.replicates, self.seed)
+        return draw_motions(self.strata, self.replicates, self.seed)
 
     def of_means(self, values: Array, most: Any = None) -> tuple[Array, Array, Array]:
         """Return the mean over motions (last axis) and its interval."""
-        found = mean_interval(values, self.confidence, self.replicates, self.seed, most, self.drawn)
+        options = self.confidence, self.replicates, self.seed
+        found = mean_interval(values, *options, most, self.drawn, self.strata)
         return values.mean(axis=-1), found.lower, found.upper
 
     def of_probabilities(self, values: Array, possible: Flags) -> tuple[Array, Array, Array]:
@@ -150,21 +151,27 @@ def _spread(outcomes: Array, one: Quantity, most: Array, precision: Precision) -
 
 
 def annual_variables(
-    joint: JointFlags, weights: LevelWeights, precision: Precision, modelled: Modelled | None = None
+    joint: JointFlags,
+    weights: LevelWeights,
+    precision: Precision,
+    own_motions: bool = False,
+    modelled: Modelled | None = None,
 ) -> Variables:
     """Compute all annual variables: values given the level, weighted with the hazard motion by motion.
 
-    With `modelled` the joint outcomes are over the modelling uncertainty of several classes, at points whose rates are
-    `Modelled.rates`; sums of means are those of the weights, which hold it.
+    `own_motions`: whether each level has motions of its own, which are resampled by themselves.  With `modelled`, where
+    all levels have the same motions, the joint outcomes are over the modelling uncertainty of several classes, at
+    points whose rates are `Modelled.rates`; sums of means are those of the weights, which hold it.
     """
-    w = weights.weights
-    results, rates_of_points = (joint.results, w) if modelled is None else (modelled.results, modelled.rates)
+    year = Year(weights.weights, own_motions)
+    results, of_points = (joint.results, year) if modelled is None else (modelled.results, Year(modelled.rates))
+    precision = replace(precision, strata=year.strata(joint.flags.shape[-1])) if own_motions else precision
     found: Variables = {
-        "level_weight": variable(("level",), w, PER_YEAR, "annual rate that the level stands for"),
+        "level_weight": variable(("level",), weights.weights, PER_YEAR, "annual rate that the level stands for"),
         "level_weight_below": variable((), weights.below, PER_YEAR, "part of the first one from below the levels"),
         "level_weight_above": variable((), weights.above, PER_YEAR, "part of the last one from above the levels"),
     }
-    rates, amounts = _of_items(joint, w, precision)
+    rates, amounts = _of_items(joint, year, precision)
     text = "annual rate at which a piece overturns"
     found |= with_interval("item_rate", ("model", "item"), rates, PER_YEAR, text, precision)
     for one in joint.quantities:
@@ -175,8 +182,7 @@ def annual_variables(
         found |= with_interval(name, ("model", "item"), amounts[one.name], units, of_item, precision)
         given = joint.results.expected[one.name]
         name = f"annual_{one.name}"
-        each_motion = a_year(results.expected[one.name], rates_of_points) if one.greatest else a_year(given, w)
-        means = precision.of_means(each_motion)
+        means = precision.of_means(of_points.total(results.expected[one.name]) if one.greatest else year.total(given))
         found |= with_interval(name, ("model", "place"), means, units, text, precision)
         for side, weight, at in (("below", weights.below, 0), ("above", weights.above, -1)):
             values = weight * given[:, :, at].mean(axis=-1)
@@ -184,24 +190,24 @@ def annual_variables(
         found |= with_interval(
             f"{one.name}_rate",
             ("model", "place", f"{one.name}_threshold"),
-            _rates_of(results.outcomes[one.name], one, rates_of_points, precision),
+            _rates_of(results.outcomes[one.name], one, of_points, precision),
             PER_YEAR,
             f"annual rate of {one.bound}",
             precision,
         )
     for event in joint.events:
-        happens = precision.of_means(a_year(results.happens[event.name], rates_of_points))
+        happens = precision.of_means(of_points.total(results.happens[event.name]))
         text = f"annual rate at which {event.text}"
         found |= with_interval(f"{event.name}_rate", ("model", *event.dims), happens, PER_YEAR, text, precision)
     return found
 
 
-def _of_items(joint: JointFlags, weights: Array, precision: Precision) -> tuple[Array, dict[str, Array]]:
+def _of_items(joint: JointFlags, year: Year, precision: Precision) -> tuple[Array, dict[str, Array]]:
     """Return the annual rates of all lines (value and ends, model, item), and their annual amounts by quantity."""
     shape = (3, *joint.flags.shape[:2])
     rates, amounts = np.empty(shape), {one.name: np.empty(shape) for one in joint.quantities}
     for of, rows, chance in joint.chances():
-        pieces = a_year(chance, weights)
+        pieces = year.total(chance)
         rates[:, of, rows] = precision.of_means(pieces)
         for one in joint.quantities:
             each = one.amounts if one.greatest else one.amounts * joint.counts
@@ -209,23 +215,84 @@ def _of_items(joint: JointFlags, weights: Array, precision: Precision) -> tuple[
     return rates, amounts
 
 
-def _rates_of(outcomes: Array, one: Quantity, weights: Array, precision: Precision) -> Array:
+def _rates_of(outcomes: Array, one: Quantity, year: Year, precision: Precision) -> Array:
     """Return the annual rates at which thresholds are exceeded (value and ends, model, place, threshold)."""
     found = np.empty((3, *outcomes.shape[:2], one.thresholds.size))
     sizes = dict(zip(("model", "place", "level", "motion", "realisation"), outcomes.shape, strict=True))
     for where in slabs(sizes, ("model", "place")):
         here = where.get("model", slice(None)), where.get("place", slice(None))
         for i, share in enumerate(exceedances(outcomes[here], one.thresholds, one.strictly)):
-            found[:, *here, i] = precision.of_means(a_year(share, weights))
+            found[:, *here, i] = precision.of_means(year.total(share))
     return found
 
 
-def a_year(values: Array, weights: Array) -> Array:
-    """Sum values (…, level, motion) over the weighted levels: the annual value of each motion, (…, motion)."""
-    found = np.zeros((*values.shape[:-2], values.shape[-1]))
-    for level, weight in enumerate(weights):  # (summed in the order of the levels, whatever the other dimensions are)
-        found += weight * values[..., level, :]
-    return found
+@dataclass(frozen=True)
+class Year:
+    """Sums over the levels with weights (level,): their annual rates, or 1 for one level and 0 for all others.
+
+    `own_motions`: each level has motions of its own, so that a sum has no value for one motion.  Its mean is then over
+    the motions of all levels that have a weight, motion by motion with those of one number together; those of a level
+    are a stratum.
+    """
+
+    weights: Array
+    own_motions: bool = False
+
+    @classmethod
+    def of(cls, assessment: xr.Dataset, weights: Array) -> Year:
+        """Return the sums over the levels of an assessment."""
+        return cls(weights, "record" in assessment.coords)
+
+    @cached_property
+    def levels(self) -> Index:
+        """The levels whose motions count by themselves: those with a weight, at least one."""
+        weighted = np.flatnonzero(self.weights)
+        return weighted if weighted.size else np.zeros(1, np.int64)
+
+    @property
+    def strata_levels(self) -> Index:
+        """The levels of the strata; none where there is a single stratum for all levels."""
+        return self.levels if self.own_motions else np.zeros(0, np.int64)
+
+    @property
+    def parts(self) -> int:
+        """Number of values for each number of a motion."""
+        return self.levels.size if self.own_motions else 1
+
+    def strata(self, motions: int) -> tuple[Index, ...]:
+        """Return the strata of the values of a sum over levels of so many motions."""
+        return alike_strata(motions, self.parts)
+
+    def total(self, values: Array) -> Array:
+        """Sum values (…, level, motion) over the weighted levels, (…, motion), whose mean is the annual value.
+
+        With own motions (…, motion times part): the values of the levels times the number of levels.
+        """
+        if self.own_motions:
+            factors = self.weights[self.levels] * self.parts
+            each = np.moveaxis(values[..., self.levels, :], -2, -1) * factors
+            return np.ascontiguousarray(each.reshape(*values.shape[:-2], -1))
+        found = np.zeros((*values.shape[:-2], values.shape[-1]))
+        # (summed in the order of the levels, whatever the other dimensions are)
+        for level, weight in enumerate(self.weights):
+            found += weight * values[..., level, :]
+        return found
+
+    def resampled(self, values: Array, drawn: Array) -> Array:
+        """Return means (…, level, replicate) of values (…, level, motion) over motions.
+
+        They are drawn so often: (replicate, motion), or of all levels with own motions (replicate, motion times part).
+        """
+        motions = values.shape[-1]
+        if self.own_motions:
+            of_level = drawn.reshape(-1, motions, values.shape[-2])
+            return np.asarray(np.einsum("...lm,sml->...ls", values, of_level) / motions)
+        return np.asarray(np.einsum("...lm,sm->...ls", values, drawn) / motions)
+
+
+def alike_strata(motions: int, number: int) -> tuple[Index, ...]:
+    """Return strata of so many motions each, motion by motion with those of one number together."""
+    return tuple(np.arange(motions) * number + i for i in range(number))
 
 
 def level_index(assessment: xr.Dataset, level: float) -> int:

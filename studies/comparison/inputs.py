@@ -26,7 +26,18 @@ DRAWN = (
     "injury_probability",
 )
 OF_BLOCKS = ("width", "height", "cm_height", "inertia_factor", "e")
-OF_PIECES = ("anchored", "count", "floor", "room", *OF_BLOCKS, "value", "anchoring_cost", "consequences", *DRAWN)
+OF_PIECES = (
+    "anchored",
+    "count",
+    "floor",
+    "room",
+    "direction",
+    *OF_BLOCKS,
+    "value",
+    "anchoring_cost",
+    "consequences",
+    *DRAWN,
+)
 """Numbers that are compared of each block, and of each piece of an inventory."""
 
 

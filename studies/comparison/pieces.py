@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...aliases import Array, Index
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.totals import chances, chances_of_any
@@ -17,7 +17,7 @@ from ...wording import currency_of
 from ..buildings.assessment import BUILDING
 from ..buildings.outcomes import DAY
 from ..buildings.pieces import HELD, YEARS, Piece, Range, pieces_of
-from ..buildings.variables import a_year, level_index, per_year
+from ..buildings.variables import Year, level_index, per_year
 from ..text.words import floor_name, level_text
 from .ratios import NONE, Found, Line, Quantity, ratio_of, verdict_of
 from .sides import Side, matched_laws, matched_names, measure_of, same_motions
@@ -64,11 +64,11 @@ class Shaken(NamedTuple):
     def of(cls, side: Side, law: int) -> Shaken:
         """Compute them from the flags of every run."""
         results = side.results
-        weights = level_weights(side)
         counts, values = results["count"].values, results["value"].values
         independent = str(results.attrs["pieces"]) == "independent"
         sizes = results.sizes
-        chance = np.empty((sizes["item"], sizes["motion"]))
+        year = year_of(side)
+        chance = np.empty((sizes["item"], sizes["motion"] * year.parts))
         none = np.ones((sizes["level"], sizes["motion"]))
         for i in range(sizes["item"]):
             flags = results["overturned"].isel(model=[law], item=[i])
@@ -76,12 +76,12 @@ class Shaken(NamedTuple):
                 flags = flags.expand_dims("variant")
             own = chances(flags.transpose("model", "item", "variant", "level", "motion").values)
             none *= 1.0 - chances_of_any(own, counts[[i]], independent)[0, 0]
-            chance[i] = a_year(own[0, 0], weights)
+            chance[i] = year.total(own[0, 0])
         number = (counts[:, None] * chance).sum(axis=0)
         loss = ((counts * values)[:, None] * chance).sum(axis=0)
         persons = _persons(results)
         injuries = None if persons is None else ((counts * persons)[:, None] * chance).sum(axis=0)
-        return cls(chance, number, loss, _downtime(results, law, weights), injuries, a_year(1.0 - none, weights))
+        return cls(chance, number, loss, _downtime(results, law, year), injuries, year.total(1.0 - none))
 
 
 def _persons(results: xr.Dataset) -> Array | None:
@@ -92,12 +92,12 @@ def _persons(results: xr.Dataset) -> Array | None:
     return np.asarray(np.where(np.isnan(mean), 0.0, mean))
 
 
-def _downtime(results: xr.Dataset, law: int, weights: Array) -> Array | None:
+def _downtime(results: xr.Dataset, law: int, year: Year) -> Array | None:
     """Return the expected longest downtime under each motion, None where no line has any."""
     if DOWNTIME not in results:
         return None
     drawn = results[DOWNTIME].isel(model=law).sel(place=BUILDING).mean("realisation")
-    return a_year(drawn.transpose("level", "motion").values, weights)
+    return year.total(drawn.transpose("level", "motion").values)
 
 
 def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Found:
@@ -114,12 +114,14 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
     were shaken by the same motions, a replicate draws the same motions for both.
     """
     items, models = matched_names(a, b, "item", "piece"), matched_laws(a, b, laws)
-    yearly, paired = "item_rate" in a.results, same_motions(a, b)
+    yearly = "item_rate" in a.results
+    # (where levels have motions of their own, those of the same levels are drawn)
+    paired = same_motions(a, b) and np.array_equal(year_of(a).strata_levels, year_of(b).strata_levels)
     options = a.study.get("performance", {})
     replicates, seed = int(options.get("replicates", 1000)), int(options.get("seed", 0))
     drawn = [
-        draw_motions((np.arange(n),), replicates, seed + shift) / n
-        for n, shift in ((a.results.sizes["motion"], 0), (b.results.sizes["motion"], 0 if paired else 1))
+        draw_motions(strata, replicates, seed + shift) / sum(stratum.size for stratum in strata)
+        for strata, shift in ((_strata(a), 0), (_strata(b), 0 if paired else 1))
     ]
     lines = []
     for j, k in models.pairs:
@@ -174,6 +176,16 @@ def level_weights(side: Side) -> Array:
     found = np.zeros(side.results.sizes["level"])
     found[level_index(side.results, float(side.results.attrs["at_level"]))] = 1.0
     return found
+
+
+def year_of(side: Side) -> Year:
+    """Return the sums over the levels of a side."""
+    return Year.of(side.results, level_weights(side))
+
+
+def _strata(side: Side) -> tuple[Index, ...]:
+    """Return the strata of the motions of a side."""
+    return year_of(side).strata(side.results.sizes["motion"])
 
 
 def _line(both: list[Piece], rates: list[Array], laws: tuple[str, str], yearly: bool, confidence: float) -> Line:

@@ -172,6 +172,22 @@ class MotionsTable(Table):
         RelativePath(pattern=True),
         Field(description="Floor histories (CSV, netCDF) of another program: paths or patterns, as for records."),
     ] = None
+    floors_index: Annotated[
+        str | None,
+        RelativePath(),
+        Field(
+            description="CSV that names the floor histories of an own building model by level, motion, floor and "
+            "direction; of a performance study."
+        ),
+    ] = None
+    elastic: Annotated[
+        bool | None,
+        KeyInfo("histories are not scaled"),
+        Field(
+            description="Whether floor histories of a performance study may be scaled to its levels, as if the "
+            "building were elastic."
+        ),
+    ] = None
     number: Annotated[int | None, Field(ge=1, description="Number of simulated motions.")] = None
     seed: Annotated[int | None, KeyInfo(0), Field(ge=0, description="Seed of the simulated motions.")] = None
     duration_s: Annotated[
@@ -417,12 +433,14 @@ class MotionsTable(Table):
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
-        sources = ("generator", "pulse", "records", "floors_file")
+        sources = ("generator", "pulse", "records", "floors_file", "floors_index")
         kinds = [name for name in sources if getattr(self, name) is not None]
         if len(kinds) != 1:
             raise ValueError(f"motions needs exactly one of {', '.join(sources)}, got {' and '.join(kinds) or 'none'}")
         if self.generator is not None and self.number is None:
             raise ValueError("motions from a generator need number (how many)")
+        if self.floors_index is not None:
+            refuse_foreign(self, {"floors_index", "elastic", "dt_s", "unit"}, "motions from a floors_index")
         return self
 
     def samples(self, folder: Path) -> float:
@@ -438,6 +456,7 @@ class MotionsTable(Table):
     def build(self, folder: Path, first: int = 0) -> list[xr.DataArray]:
         """The motions; ValueError where a parameter does not belong or is out of range, or no record is found.
 
+        Those of a `floors_index`, which have levels of their own, are read by `studies.buildings.floor_index`.
         `first` is the number of a generator's first motion among those of its seed.
         """
         made = self._made(folder)
@@ -449,6 +468,8 @@ class MotionsTable(Table):
             if not self.match_gmm:
                 return [array]
             return [shaking.scale_to_model(array, made.scenario, seed=seed, first=first)]
+        if self.floors_index is not None:
+            raise ValueError("motions.floors_index is for a performance study: other studies take floors_file")
         found: list[xr.DataArray] = []
         if self.records is not None:
             refuse_foreign(self, {"records", "dt_s", "unit", "component", *PROCESSING}, "motions from records")
@@ -465,7 +486,7 @@ class MotionsTable(Table):
                 done = correct_together(pair, partial(self._processed, what=str(pair["motion"].values[0])))
                 found.append(shaking.as_recorded(done, self.component))
         if self.floors_file is not None:
-            refuse_foreign(self, {"floors_file"}, "motions from a floors_file")
+            refuse_foreign(self, {"floors_file", "elastic"}, "motions from a floors_file")
             for path in expand(self.floors_file, folder, "floors_file"):
                 found.append(shaking.read_floors(path))
                 refuse_samples(sum(array.size for array in found), "floors_file")

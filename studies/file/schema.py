@@ -199,6 +199,10 @@ class StudyFile(Table):
             raise ValueError(f"{analyses[0]}.im_at 'ground' needs a building, whose floors move with the ground")
         if self._stand and self.motions.floors_file is not None:
             raise ValueError("a building needs ground motions, got motions.floors_file, which are of floors already")
+        if self._stand and self.motions.floors_index is not None:
+            raise ValueError("a building needs ground motions, got motions.floors_index, which are of floors already")
+        if self.performance is None and self.motions.elastic is not None:
+            raise ValueError("motions.elastic is for the floor histories of a performance study")
         return self
 
     def _check_branches(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -24,25 +24,25 @@ from ...fragility.validity.plausibility import block_doubts, level_doubts
 from ...models import Law
 from ...models.oscillator import Oscillator
 from ...motions import Building, Generator
-from ...motions.plausibility import ringing_doubts
+from ...motions.floors.histories import FloorHistories
 from ...units import DIMENSIONLESS
 from ...wording import counted
 from ..buildings.anchoring import anchoring
-from ..buildings.assessment import assess, check_drawn, described, distinct_runs
+from ..buildings.assessment import assess, check_drawn, described, distinct_runs, refuse_modelling
 from ..buildings.branches import InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.code_checks import code_variables
 from ..buildings.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
 from ..buildings.contents import Inventory
 from ..buildings.inventory import read_inventory
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
-from ..buildings.notes import branch_notes, hazard_notes, hazard_shares, inventory_notes, notes
+from ..buildings.notes import UNDIRECTED, branch_notes, hazard_notes, hazard_shares, inventory_notes, notes
 from ..buildings.pieces import SAFETY, budget_set
 from ..buildings.screening import Screening, screen_inventory
 from ..buildings.shaking import Shaking
 from ..buildings.variables import JOINT, variable
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
-from ..file.analyses import LevelsTable, PerformanceTable
+from ..file.analyses import LevelsTable
 from ..file.branches import OF_MOTIONS
 from ..file.schema import StudyFile
 from ..plan.branches import BRANCH_COORDINATES
@@ -51,6 +51,18 @@ from ..plan.reading import Reading
 from ..text.curve_notes import level_modelling_note, modelling_note
 from ..text.words import level_text
 from .branches import weighted_hazards, weighted_laws, weighted_motions
+from .inventory_motions import (
+    Motions,
+    arrays_of,
+    in_si,
+    levels_of,
+    motion_notes,
+    named_levels,
+    number_of,
+    read_histories,
+    reading_of,
+    refuse_scaling,
+)
 from .study import SLAB_BYTES_A_RUN, Study, each, part_of, perturbed_words, plain, screening_of
 
 if TYPE_CHECKING:
@@ -69,14 +81,15 @@ DECIDED = ("code_", "budget_")
 class PerformanceStudy(Study):
     """An inventory in a building under the same motions.
 
-    `levels` are of the measure `im`, or a plain factor of 1 for a scenario; `hazard` is given where annual values are
-    wanted.  `objective` is the quantity that anchoring saves, given the level `at` where there is no hazard.
+    `motions` are of the ground, or histories of all floors.  `levels` are of the measure `im`, or a plain factor of 1
+    for a scenario; `hazard` is given where annual values are wanted.  `objective` is the quantity that anchoring saves,
+    given the level `at` where there is no hazard.  `undirected`: the inventory gives directions that no motion has.
     """
 
     inventory: Inventory
     models: tuple[Law, ...]
     building: Building | None
-    motions: tuple[xr.DataArray, ...]
+    motions: Motions
     im: str
     levels: Array
     hazard: HazardCurve | None
@@ -95,6 +108,7 @@ class PerformanceStudy(Study):
     screening: Screening = NOT_ASKED
     where: str = IN_MEAN
     branches: InventoryBranches | None = None
+    undirected: bool = False
     kind: ClassVar[str] = "performance"
 
     @classmethod
@@ -102,25 +116,37 @@ class PerformanceStudy(Study):
         asked = content.performance
         assert asked is not None  # (the table makes it this kind of study)
         building = None if content.building is None else content.building.made()
-        if content.motions.floors_file is None:  # (errors in the inventory are raised before motions are made)
+        on_floors = content.motions.floors_file is not None or content.motions.floors_index is not None
+        if not on_floors:  # (errors in the inventory are raised before motions are made)
             known = ["0"] if building is None else [str(floor) for floor in building.floors]
             inventory = read_inventory(folder / asked.inventory, known)
-        if asked.levels is None:
+        about = content.hazard is None and asked.modelling_dispersion > 0.0
+        refuse_scaling(content.motions, "" if asked.levels is None else "performance.levels", about)
+        histories = read_histories(content.motions, asked, folder)
+        levels_asked = asked.levels
+        if histories is not None and histories.unit and not histories.elastic:
+            levels_asked = levels_of(histories)
+        if levels_asked is None:
             if "im" in asked.model_fields_set:
                 raise ValueError("performance.im needs performance.levels: without them the motions are as they are")
             im, levels = SCALE, np.ones(1)
         else:
-            im, levels = asked.im, asked.levels.build(asked.im)
+            im, levels = asked.im, levels_asked.build(asked.im)
         hazard = None if content.hazard is None else content.hazard.build(im, folder)
         at = None
         if hazard is None:
-            at = float(levels[levels.size // 2]) if asked.at_level is None else _level_of(levels, asked, im)
+            at = float(levels[levels.size // 2])
+            if asked.at_level is not None:
+                at = _level_of(levels, asked.at_level, levels_asked, im)
         elif asked.at_level is not None:
             raise ValueError("performance.at_level does not go with a hazard: the ranking is of a year")
-        motions = tuple(content.motions.build(folder))
-        if content.motions.floors_file is not None:
-            known = Shaking.of(building, motions, None, im == SCALE).known
-            inventory = read_inventory(folder / asked.inventory, known)
+        motions: Motions = tuple(content.motions.build(folder)) if histories is None else in_si(histories, im, levels)
+        shaking = Shaking.of(building, motions, None, im == SCALE)
+        if on_floors:
+            inventory = read_inventory(folder / asked.inventory, shaking.known)
+        given_directions, as_read = any(row.direction for row in inventory.rows), inventory
+        inventory = shaking.placed(inventory)
+        refuse_modelling(asked.modelling_dispersion, inventory, shaking, hazard is not None)
         try:
             code = None if asked.code is None else asked.code.build(building)
         except ValueError as error:
@@ -164,7 +190,10 @@ class PerformanceStudy(Study):
             Screening(*screening_of(content)),
             asked.modelling,
         )
-        study = replace(study, branches=_branches(content, folder, study))
+        study = replace(study, branches=_branches(content, folder, study, as_read))
+        used = [inventory, *(one.inventory for one in study.further.values())]
+        directed = any(row.direction for one in used for row in one.rows)
+        study = replace(study, undirected=given_directions and not directed)
         allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
         if study.objective not in allowed:
             raise ValueError(f"performance.objective must be one of {', '.join(allowed)}, got {study.objective!r}")
@@ -180,11 +209,15 @@ class PerformanceStudy(Study):
         return study
 
     @property
+    def shakes(self) -> int:
+        """Number of motions of each level."""
+        return number_of(self.motions)
+
+    @property
     def words(self) -> str:
         of = f"{counted(self.inventory.pieces, 'piece')} in {counted(len(self.inventory), 'line')}"
-        shakes = sum(array.sizes["motion"] for array in self.motions)
         levels = "" if self.im == SCALE else f" × {counted(self.levels.size, 'level')}"
-        shaken = f"{counted(len(self.models), 'law')} × {counted(shakes, 'motion')}{levels}"
+        shaken = f"{counted(len(self.models), 'law')} × {counted(self.shakes, 'motion')}{levels}"
         about = "" if self.levels_run == self.levels.size else f" (at {self.levels_run:,} levels about them)"
         other = f", and {self.further_runs:,} under the motions of {counted(len(self.further), 'branch')}"
         return (
@@ -201,11 +234,10 @@ class PerformanceStudy(Study):
 
     @property
     def runs(self) -> int:
-        return self._runs_of(self.motions) * self.levels_run
+        return self._runs_of(self.motions, self.inventory) * self.levels_run
 
-    def _runs_of(self, motions: Iterable[xr.DataArray]) -> int:
-        shakes = sum(array.sizes["motion"] for array in motions)
-        return distinct_runs(self.inventory, self.variability) * len(self.models) * shakes
+    def _runs_of(self, motions: Motions, inventory: Inventory) -> int:
+        return distinct_runs(inventory, self.variability) * len(self.models) * number_of(motions)
 
     @property
     def further(self) -> dict[str, ShakenBy]:
@@ -215,13 +247,15 @@ class PerformanceStudy(Study):
     @property
     def further_runs(self) -> int:
         """Number of runs under the motions of branches."""
-        return sum(self._runs_of(one.motions) for one in self.further.values()) * int(self.levels.size)
+        return sum(self._runs_of(one.motions, one.inventory) for one in self.further.values()) * int(self.levels.size)
 
     @property
     def perturbed_runs(self) -> int:
         """Number of further runs that test which outcomes are undecided."""
-        shakes = sum(array.sizes["motion"] for array in self.motions)
-        return self.screening.runs(self.inventory, self.models, self.levels.size, shakes, self.variability)
+        levels, motions = self.levels.size, self.shakes
+        if isinstance(self.motions, FloorHistories):
+            levels, motions = self.motions.run_shape(levels)
+        return self.screening.runs(self.inventory, self.models, levels, motions, self.variability)
 
     @property
     def work(self) -> int:
@@ -250,6 +284,8 @@ class PerformanceStudy(Study):
         of_places = 8.0 * self._shaken * (1 + len({str(row.floor) for row in self.inventory.rows}))
         of_lines = 8.0 * len(self.models) * len(self.inventory)
         of_motions = of_lines * self._shaken / len(self.models) / self.levels.size
+        if isinstance(self.motions, FloorHistories) and self.motions.own_motions:
+            of_motions *= self.levels.size
         # expectations and chances of any fall and of each consequence; savings by anchoring and their ranks
         consequences = len(self.inventory.consequences)
         anchored = [of_motions] * 4 + [of_lines * self.replicates] * 2
@@ -259,7 +295,7 @@ class PerformanceStudy(Study):
         found += ([of_places * consequences] if consequences else []) + anchored
         # the motions of branches: flags and outcomes of each; classes of pieces joined in draws of their capacities
         for one in self.further.values():
-            share = sum(array.sizes["motion"] for array in one.motions) / sum(a.sizes["motion"] for a in self.motions)
+            share = number_of(one.motions) / self.shakes
             found += [share * self._flags, 8.0 * share * self._outcomes]
         if self.modelling > 0.0:
             points = max(self.levels_run, MOST_POINTS) / self.levels.size
@@ -268,7 +304,7 @@ class PerformanceStudy(Study):
 
     @property
     def _shaken(self) -> int:
-        return len(self.models) * self.levels.size * sum(array.sizes["motion"] for array in self.motions)
+        return len(self.models) * self.levels.size * self.shakes
 
     @property
     def _flags(self) -> float:
@@ -300,7 +336,13 @@ class PerformanceStudy(Study):
 
     @property
     def notes(self) -> list[str]:
-        return [*super().notes, *inventory_notes(self.inventory, self.safety, self.code is not None)]
+        said = inventory_notes(self.inventory, self.safety, self.code is not None)
+        said += motion_notes(self.motions, self.inventory, bool(self.configuration["motions"].get("elastic")))
+        for name, one in self.further.items():
+            said += [f"motions {name!r}: {note}" for note in motion_notes(one.motions, one.inventory, one.elastic)]
+        if self.undirected:
+            said.append(UNDIRECTED)
+        return [*super().notes, *said]
 
     def _settled_notes(self, results: xr.Dataset) -> set[str]:
         before = str(results.attrs["safety"]).split(JOINT), "code" in results.attrs
@@ -320,17 +362,30 @@ class PerformanceStudy(Study):
 
     @cached_property
     def reading(self) -> Reading:
-        return _reading(self.motions, self.generator, self.building)
+        return reading_of(self.motions, self.generator, self.building)
 
     @property
-    def arrays(self) -> Iterable[xr.DataArray]:
-        return (*self.motions, *(array for one in self.further.values() for array in one.motions))
+    def arrays(self) -> Sequence[xr.DataArray]:
+        further = [array for one in self.further.values() for array in arrays_of(one.motions)]
+        return [*arrays_of(self.motions), *further]
 
     @property
     def _read(self) -> list[Any]:
         rows = [described(row) for row in self.inventory.rows]
         others = [] if self.branches is None else [asdict(one.hazard) for one in self.branches.every]
-        return [rows, self.inventory.currency, None if self.hazard is None else asdict(self.hazard), *others]
+        found: list[Any] = [
+            rows,
+            self.inventory.currency,
+            None if self.hazard is None else asdict(self.hazard),
+            *others,
+        ]
+        # (the levels of floor histories stand in their index)
+        if isinstance(self.motions, FloorHistories):
+            found.append(self.motions.levels.tolist())
+        for one in self.further.values():
+            if isinstance(one.motions, FloorHistories):
+                found += [one.motions.levels.tolist(), [row.direction for row in one.inventory.rows]]
+        return found
 
     @property
     def _in_mean(self) -> float:
@@ -410,7 +465,7 @@ class PerformanceStudy(Study):
         said: list[str] = []
         for name, one in self.further.items():
             assessed[name] = assess(
-                self.inventory,
+                one.inventory,
                 self.models,
                 one.motions,
                 self.levels,
@@ -423,7 +478,7 @@ class PerformanceStudy(Study):
                 client=client,
                 progress=part_of(progress, done, self.work),
             )
-            done += self._runs_of(one.motions) * int(self.levels.size)
+            done += self._runs_of(one.motions, one.inventory) * int(self.levels.size)
             if not bool(assessed[name]["overturned"].any()):
                 said.append(f"under the motions {name!r} nothing overturns: their rates are 0 and have no range")
         sampling = Sampling(self.replicates, self.seed, self.modelling, self.where != IN_MEAN)
@@ -447,10 +502,15 @@ class PerformanceStudy(Study):
 
 
 class ShakenBy(NamedTuple):
-    """The motions of a branch, and what was read and is doubted of them."""
+    """The motions of a branch, what was read and is doubted of them, and the inventory as it stands on them.
 
-    motions: tuple[xr.DataArray, ...]
+    `elastic`: whether floor histories are scaled as if the building were elastic.
+    """
+
+    motions: Motions
     reading: Reading
+    inventory: Inventory
+    elastic: bool
 
 
 class InventoryBranches(NamedTuple):
@@ -460,32 +520,43 @@ class InventoryBranches(NamedTuple):
     further: dict[str, ShakenBy]
 
 
-def _branches(content: StudyFile, folder: Path, study: PerformanceStudy) -> InventoryBranches | None:
-    """Return the weighted branches of a study, None where it has none; ValueError for laws that it lacks."""
+def _branches(
+    content: StudyFile, folder: Path, study: PerformanceStudy, inventory: Inventory
+) -> InventoryBranches | None:
+    """Return the weighted branches of a study, None where it has none; ValueError for laws that it lacks.
+
+    inventory: as it was read, with the directions that the study's own motions may not have.
+    """
     spread = study.where != IN_MEAN and study.modelling > 0.0
     if study.hazard is None or (content.branches is None and not spread):
         return None
-    motions = weighted_motions(content, lambda other: _shaken_by(other, folder, study))
+    motions = weighted_motions(content, lambda other: _shaken_by(other, folder, study, inventory))
     hazards = weighted_hazards(content, study.hazard, study.im, folder)
     shares = {name: weight for name, (_, weight) in motions.items()}
     every = combinations(weighted_laws(content, study.models), shares, hazards)
     return InventoryBranches(every, {name: made for name, (made, _) in motions.items() if made is not None})
 
 
-def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy) -> ShakenBy:
-    motions = tuple(content.motions.build(folder))
-    Shaking.of(study.building, motions, None, study.im == SCALE).used(study.inventory)
-    return ShakenBy(motions, _reading(motions, content.motions.made_by(folder), study.building))
-
-
-def _reading(motions: tuple[xr.DataArray, ...], generator: Generator | None, building: Building | None) -> Reading:
-    """Return what was read of motions, with what is doubted of them and of the building's motion under them."""
-    found = Reading.of(motions, generator)
-    if building is None:
-        return found
-    with noted():  # (a study has doubts among its notes)
-        roof = building.floor_motions(motions, [building.floors[-1]])
-    return found._replace(doubts=(*found.doubts, *ringing_doubts(roof)))
+def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, inventory: Inventory) -> ShakenBy:
+    """Make the motions of a branch; ValueError where they do not reach the study's levels as they are."""
+    table, asked = content.motions, content.performance
+    assert asked is not None  # (the table makes it this kind of study)
+    histories = read_histories(table, asked, folder)
+    if histories is not None:
+        histories = in_si(histories, study.im, study.levels)
+    motions: Motions = tuple(table.build(folder)) if histories is None else histories
+    shaking = Shaking.of(study.building, motions, None, study.im == SCALE)
+    refuse_scaling(table, "the levels of shaking")
+    placed = shaking.placed(inventory)
+    if histories is not None and not histories.elastic:
+        named = named_levels(histories)
+        if not named or not np.array_equal(histories.levels, study.levels):
+            raise ValueError(
+                f"floor histories are used at their own levels ({named or 'none in their index'}), which are not those "
+                "of the study"
+            )
+    refuse_modelling(study.modelling, placed, shaking, study.hazard is not None)
+    return ShakenBy(motions, reading_of(motions, table.made_by(folder), study.building), placed, bool(table.elastic))
 
 
 def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:
@@ -509,12 +580,12 @@ def ranking_of(results: xr.Dataset) -> xr.Dataset:
     return ranked.isel(item=keep).assign_attrs(json.loads(results.attrs["ranking"]))
 
 
-def _level_of(levels: Array, asked: PerformanceTable, im: str) -> float:
+def _level_of(levels: Array, asked: float, table: LevelsTable | None, im: str) -> float:
     """Return the level of the ranking; ValueError where it is not among the levels."""
-    if asked.levels is None or asked.at_level is None:
+    if table is None:
         raise ValueError("performance.at_level needs performance.levels")
-    at = float(LevelsTable(values=[asked.at_level], unit=asked.levels.unit).build(im)[0])
+    at = float(LevelsTable(values=[asked], unit=table.unit).build(im)[0])
     found = levels[np.isclose(levels, at, rtol=1e-9)]
     if not found.size:
-        raise ValueError(f"performance.at_level must be one of the levels, got {asked.at_level:g} {asked.levels.unit}")
+        raise ValueError(f"performance.at_level must be one of the levels, got {asked:g} {table.unit}")
     return float(found[0])

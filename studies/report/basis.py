@@ -59,6 +59,8 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         yield f"{what} is taken as elastic{first}; each {one} is shaken by the motion of its own floor."
     elif "buildings" in study:
         yield "The buildings are taken as elastic; each block is shaken by the motion of its own floor."
+    elif _histories(study):
+        yield from _own_building(results, study)
     scene = SCENE in results.coords
     yield (
         f"Each {one} is taken as a rigid body that {'stands' if scene else 'stands freely'} on a level floor and is "
@@ -113,6 +115,35 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         yield "Code requirements were not checked." if code is None else f"Code requirements are those of {site}."
 
 
+def _histories(study: Mapping[str, Any]) -> bool:
+    """Return whether the floors move by histories with levels of their own, or by others that are scaled."""
+    motions = study.get("motions")
+    return isinstance(motions, dict) and ("floors_index" in motions or bool(motions.get("elastic")))
+
+
+def _own_building(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
+    """Yield how the histories of another program's building model are used."""
+    yield (
+        "How the floors move was calculated with a building model of another program, which is not checked here; each "
+        "piece is shaken by the motion of its own floor."
+    )
+    motions = study["motions"]
+    if motions.get("elastic"):
+        of = "one level of shaking" if "floors_index" in motions else "each earthquake"
+        yield (
+            f"The floor motions of {of} are scaled in proportion to the level of shaking, as if the building remained "
+            "elastic."
+        )
+    elif str(results.attrs["im"]) != "scale":
+        others = "other motions" if "record" in results.coords else "the same motions"
+        yield f"Each level of shaking has floor motions calculated for it ({others} at each level), used unscaled."
+    if "direction" in results.coords:
+        yield (
+            "Each piece is shaken in the direction of its width alone, by the motion of its floor in that direction. "
+            "That it may fall in the other direction is not included."
+        )
+
+
 def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
     motions = study.get("motions")
     given: Mapping[str, Any] = motions if isinstance(motions, dict) else {}
@@ -123,6 +154,10 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
     varied = isinstance(stripes, dict) and any(one.get("motions") for one in stripes.get("at", []))
     if "floors_file" in given:
         what = f"{counted(number, 'motion')} of the floors, calculated elsewhere"
+    elif _histories(study):
+        levels = f" at each of {counted(results.sizes['level'], 'level')}" if results.sizes["level"] > 1 else ""
+        many = "" if given.get("elastic") else levels
+        what = f"{counted(number, 'motion')} of the floors{many}, calculated elsewhere"
     elif "records" in given:
         what = counted(number, "recorded ground motion")
     elif varied:
@@ -136,6 +171,7 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
     scaled = str(results.attrs.get("design")) == "ida" or (
         str(results.attrs["kind"]) == "performance" and str(results.attrs["im"]) != "scale"
     )
+    scaled = scaled and (not _histories(study) or bool(given.get("elastic")))
     levels = f", scaled to {counted(results.sizes['level'], 'level')} of shaking" if scaled else ""
     sets = len(study.get("motion_sets") or [])
     more = (

@@ -70,6 +70,15 @@ BUILDING_ASSUMPTION = (
 )
 
 
+HISTORIES_ASSUMPTION = (
+    "Floor motions are taken for absolute accelerations of a building model of another program; what that model "
+    "assumes holds here, too."
+)
+ELASTIC_ASSUMPTION = (
+    "Floor motions are scaled linearly to all levels of shaking: the building is taken as elastic at all of them."
+)
+
+
 class LawDescription(NamedTuple):
     """A law in words, and its source."""
 
@@ -133,6 +142,7 @@ def block_rows(results: xr.Dataset) -> Rows | None:
             ("R", "R, m"),
             ("p", "p, rad/s"),
             ("floor", "floor"),
+            ("direction", "direction of its width"),
             ("count", "pieces"),
         )
         if name in results.coords and results[name].dims == (dim,)
@@ -227,6 +237,11 @@ def assumptions(results: xr.Dataset) -> list[str]:
     """Return the assumptions of a study, one sentence each."""
     study = study_of(results)
     building = [BUILDING_ASSUMPTION] if "building" in study or "buildings" in study else []
+    motions = study.get("motions")
+    if isinstance(motions, dict) and ("floors_index" in motions or motions.get("elastic")):
+        building.append(HISTORIES_ASSUMPTION)
+        if motions.get("elastic"):
+            building.append(ELASTIC_ASSUMPTION)
     return [*ASSUMPTIONS, *building]
 
 

@@ -31,6 +31,7 @@ from ...motions.plausibility import record_doubts, vertical_doubts
 from ...motions.simulated.ground_motion_models import over_models
 from ...units import STANDARD_GRAVITY
 from ...writing import whole_file
+from ..buildings.floor_index import read_floor_index
 from ..file.schema import read_study_file
 from ..file.table import StudyError, expand
 from ..plan.reading import Reading
@@ -88,6 +89,11 @@ def read_motions(inputs: Sequence[str]) -> Shown:
             return Shown(found, doubts, {})
         path = Path(studies[0])
         content = read_study_file(path)
+        if content.performance is not None and content.motions.floors_index is not None:
+            table = content.motions
+            found = read_floor_index(path.parent / content.motions.floors_index, table.dt_s, table.unit).arrays
+            doubts = [one for one in Reading.of(found).doubts if one.kind not in (content.accept or [])]
+            return Shown(found, doubts, {})
         sets = content.shaking(path.parent)
         found = _labelled_once([one.motions for one in sets])
         records(found)

@@ -16,7 +16,7 @@ APART = ("title", "accept", "report")
 """Keys of a study file that change no result, and are no part of a study's identity."""
 DECISIONS = {"performance": ("sort", "safety", "code", "budget")}
 """Keys by table that change no run: what they decide is computed from results, and they are no part of the identity."""
-FILES = ("records", "floors_file", "target")
+FILES = ("records", "floors_file", "floors_index", "target")
 """Keys of motions that name files."""
 OTHER_MOTIONS = "this processor or its libraries make other motions"
 

@@ -36,6 +36,7 @@ STUDIES = {
     "clinic": ("clinic", "", ""),
     "laboratory": ("laboratory", "", ""),
     "clinic_branches": ("clinic_branches", "", ""),
+    "own_building": ("own_building", "", ""),
     "sensitivity": ("sensitivity_delta", "", ""),
 }
 """Examples by name, with what is put before and after their text."""
@@ -45,8 +46,8 @@ STUDIES = {
 def results(tmp_path_factory):
     """Every variable of each kind of study, as its dimensions and unit."""
     folder = tmp_path_factory.mktemp("studies")
-    for table in ("inventory.csv", "laboratory.csv"):
-        shutil.copy(EXAMPLES / table, folder)
+    for table in EXAMPLES.glob("*.csv"):
+        shutil.copy(table, folder)
     found = {}
     for name, (example, before, after) in STUDIES.items():
         text = (EXAMPLES / f"{example}.toml").read_text(encoding="utf-8")

@@ -96,6 +96,11 @@ def bases() -> list[dict[str, str]]:
             table = path.with_suffix(".csv").read_text(encoding="utf-8")
             found.append({"study.toml": text.replace("laboratory.csv", "inventory.csv"), "inventory.csv": table})
             continue
+        if path.stem == "own_building":  # (few histories, all in one file)
+            table = (EXAMPLES / "own_building_inventory.csv").read_text(encoding="utf-8")
+            text = text.replace("own_building_", "").replace('"index.csv"', '"index.csv"\nunit = "g"')
+            found.append({"study.toml": text, "inventory.csv": table, "index.csv": INDEX, "r.csv": RECORD})
+            continue
         found.append({"study.toml": text, "inventory.csv": inventory})
     # what examples do not have: records, a file of a hazard curve, an included file
     head, tail = (found[0]["study.toml"].find(mark) for mark in ("[motions]", "[building]"))
@@ -118,6 +123,11 @@ def bases() -> list[dict[str, str]]:
     return found
 
 
+INDEX = "level (g),motion,floor,direction,file\n" + "".join(
+    f"{level},{motion},{floor},{direction},r.csv\n"
+    for level, motion in ((0.1, "A"), (0.1, "B"), (0.4, "C"), (0.4, "D"))
+    for floor, direction in ((1, "x"), (3, "x"), (3, "y"))
+)
 HAZARD = "pgv (m/s),probability in 50 yr\n0.02,0.95\n0.05,0.6\n0.1,0.3\n0.2,0.1\n0.4,0.02\n0.8,0.003\n"
 BLOCKS = (
     "name,catalogue,width_m,height_m,cm_height_m,inertia_factor,alpha_rad,R_m\n,bookcase-5-shelf,,,,,,\n"

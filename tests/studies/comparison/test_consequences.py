@@ -117,7 +117,7 @@ def test_what_is_printed(folder, tmp_path):
     (whole,) = [rows for rows in found.tables if rows.title.startswith("The whole building")]
     named = [row[0] for row in whole.rows]
     assert "Expected downtime (days a year)" in named
-    assert "Injured persons expected (in 1000 years)" in named
+    assert "Injured persons expected (in 1,000 years)" in named
     assert any(line.startswith("Expected downtime: ") for line in found.tail)
     assert not any("not compared" in line for line in found.tail)
 

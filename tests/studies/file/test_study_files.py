@@ -432,6 +432,9 @@ class TestInventory:
         text = re.sub(r"(?s)\[building\].*?(?=\[perf)", "", PERFORMANCE)
         text = re.sub(r"(?s)\[motions\].*?(?=\[perf)", '[motions]\nfloors_file = "f.csv"\n', text)
         write(tmp_path, self.THINGS.format(2).replace("shelf,1", "shelf,0"), "things.csv")
+        with pytest.raises(StudyError, match=r"holds for an elastic building alone: say motions\.elastic = true"):
+            tp.Study.from_toml(write(tmp_path, text))
+        text = text.replace('"f.csv"\n', '"f.csv"\nelastic = true\n')
         assert tp.Study.from_toml(write(tmp_path, text)).runs == 4
         write(tmp_path, self.THINGS.format(2), "things.csv")
         with pytest.raises(StudyError, match="line 2, column 'floor': must be one of 0, 2, got '1'"):

@@ -1,0 +1,230 @@
+"""Floor histories of a building model of another program: one set of motions for each level of shaking.
+
+They are used as they are.  A level has a set of motions, a motion the same floors and directions as all others, which
+are simultaneous.  This module knows nothing of files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple, Self
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array
+from ..arrays import RECORDED, Record, floor_array
+
+DIRECTIONS = ("x", "y")
+"""Horizontal directions of a building."""
+APART = 1e-5
+"""Least relative distance of two levels."""
+
+
+class History(NamedTuple):
+    """The absolute acceleration (time,), m/s², of one floor in one direction under one motion at one level.
+
+    `direction` is '' where there is only one; `source` names the file that it comes from.
+    """
+
+    level: float
+    motion: str
+    floor: str
+    direction: str
+    acceleration: Array
+    dt: float
+    source: str
+
+
+@dataclass(frozen=True, eq=False)
+class FloorHistories:
+    """Floor histories by level, motion, floor and direction; made by `of`.
+
+    Attributes
+    ----------
+    levels : ndarray, shape (level,)
+        Increasing levels of a measure of the ground motion: in `unit` as they were given, or in SI (`at`).
+    unit : str
+        The unit in which they were given; '' where the histories are of one earthquake without a level.
+    texts : tuple of str, (level,)
+        The levels as they were given.
+    names : tuple of tuples of str, (level, motion)
+        The motions of each level: the same at all levels, or different at each.
+    supports : tuple of (str, str)
+        Floors with their directions, in the order of the floors.
+    elastic : bool
+        True where one set stands for all levels, to which it is scaled as if the building were elastic.
+    """
+
+    levels: Array
+    unit: str
+    texts: tuple[str, ...]
+    names: tuple[tuple[str, ...], ...]
+    supports: tuple[tuple[str, str], ...]
+    histories: dict[tuple[int, str, str, str], History]
+    elastic: bool = False
+
+    @classmethod
+    def of(cls, histories: Iterable[History], unit: str = "") -> Self:
+        """Make them from histories in any order.
+
+        Raises
+        ------
+        ValueError
+            No history; a motion with two histories of a floor in one direction, with one that others lack or without
+            one that they have, or with histories of different time steps or lengths; levels with different numbers of
+            motions, or that share some motions; a history that is 0 throughout; levels that are not > 0, or nearly
+            equal.
+        """
+        every = list(histories)
+        if not every:
+            raise ValueError("floor histories must hold at least one, got none")
+        levels = np.unique([one.level for one in every])
+        if levels[0] <= 0.0 or not np.isfinite(levels).all():
+            raise ValueError(f"levels must be > 0 and finite, got {levels[0] if levels[0] <= 0.0 else levels[-1]:g}")
+        close = np.flatnonzero(np.diff(levels) < APART * levels[1:])
+        if close.size:
+            near = levels[close[0] : close[0] + 2]
+            raise ValueError(f"levels must differ by more than rounding, got {near[0]:.10g} and {near[1]:.10g}")
+        of_level = {float(level): i for i, level in enumerate(levels)}
+        found: dict[tuple[int, str, str, str], History] = {}
+        for one in every:
+            key = of_level[one.level], one.motion, one.floor, one.direction
+            if key in found:
+                raise ValueError(f"{_named(one, unit)} has two histories of {_support((one.floor, one.direction))}")
+            if not np.any(one.acceleration):
+                raise ValueError(
+                    f"{_named(one, unit)}: the acceleration of {_support((one.floor, one.direction))} is 0 throughout "
+                    f"({one.source}): histories are absolute accelerations, also of the ground"
+                )
+            found[key] = one
+        names = tuple(
+            tuple(dict.fromkeys(one.motion for one in every if one.level == level)) for level in levels.tolist()
+        )
+        _refuse_sets(levels, names, unit)
+        supports = _ordered(dict.fromkeys((one.floor, one.direction) for one in every))
+        first: dict[tuple[int, str], History] = {}
+        for (i, motion, floor, direction), one in found.items():
+            whole = first.setdefault((i, motion), one)
+            if one.dt != whole.dt or one.acceleration.size != whole.acceleration.size:
+                raise ValueError(
+                    f"{_named(one, unit)}: its histories must be simultaneous, got {whole.acceleration.size:,} samples "
+                    f"at {whole.dt:g} s for {_support((whole.floor, whole.direction))} and "
+                    f"{one.acceleration.size:,} at {one.dt:g} s for {_support((floor, direction))}"
+                )
+        for (i, motion), one in first.items():
+            for support in supports:
+                if (i, motion, *support) not in found:
+                    raise ValueError(f"{_named(one, unit)} has no history of {_support(support)}, which others have")
+        # (all levels have the motions in one order where they are the same)
+        if len({frozenset(own) for own in names}) == 1:
+            names = (names[0],) * levels.size
+        texts = tuple(f"{level:g} {unit}".strip() for level in levels)
+        return cls(levels, unit, texts, names, supports, found)
+
+    @property
+    def own_motions(self) -> bool:
+        """Whether each of several levels has motions of its own."""
+        return len(self.names) > 1 and self.names[0] != self.names[1]
+
+    @property
+    def motions(self) -> int:
+        """Number of motions of each level."""
+        return len(self.names[0])
+
+    def run_shape(self, levels: int) -> tuple[int, int]:
+        """Return the numbers of levels and motions of runs: all histories as motions of one level, or each at all."""
+        return (levels, self.motions) if self.elastic else (1, levels * self.motions)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the motions: their names, or numbers where each level has motions of its own."""
+        return tuple(f"motion {j}" for j in range(1, self.motions + 1)) if self.own_motions else self.names[0]
+
+    @property
+    def floors(self) -> tuple[str, ...]:
+        """The floors, from the lowest up where they are numbers."""
+        return tuple(dict.fromkeys(floor for floor, _ in self.supports))
+
+    def directions(self, floor: str) -> tuple[str, ...]:
+        """Return the directions that a floor has histories in."""
+        return tuple(direction for one, direction in self.supports if one == floor)
+
+    def at(self, levels: Array) -> Self:
+        """Return the same histories with their levels in SI."""
+        return replace(self, levels=np.asarray(levels, dtype=np.float64))
+
+    def on(self, floor: str, direction: str) -> list[Record]:
+        """Return the motions of a floor, those of the first level first."""
+        found = []
+        for i, names in enumerate(self.names):
+            for name in names:
+                one = self.histories[i, name, floor, direction]
+                label = f"{self._label(i, name)} {_support((floor, direction))}"
+                found.append(Record(label, one.acceleration, one.dt, one.source, floor, recorded=True))
+        return found
+
+    @cached_property
+    def arrays(self) -> list[xr.DataArray]:
+        """All histories as arrays (motion, floor, time), one for each motion and direction."""
+        found = []
+        for i, names in enumerate(self.names):
+            for name in names:
+                for direction in dict.fromkeys(own for _, own in self.supports):
+                    floors = [floor for floor, own in self.supports if own == direction]
+                    here = [self.histories[i, name, floor, direction] for floor in floors]
+                    label = f"{self._label(i, name)}{f' in {direction}' if direction else ''}"
+                    source = ", ".join(dict.fromkeys(one.source for one in here))
+                    array = floor_array(
+                        np.stack([one.acceleration for one in here])[None],
+                        here[0].dt,
+                        np.array([label], dtype=object),
+                        np.array([source], dtype=object),
+                        floors,
+                    )
+                    found.append(array.assign_coords(recorded=("motion", np.ones(1, dtype=bool), RECORDED)))
+        return found
+
+    def _label(self, level: int, name: str) -> str:
+        return f"{name} at {self.texts[level]}" if self.levels.size > 1 else name
+
+
+def _refuse_sets(levels: Array, names: Sequence[Sequence[str]], unit: str) -> None:
+    """Raise ValueError unless levels have the same number of motions, and all of them or none in common."""
+    for level, listed in zip(levels, names, strict=True):
+        if len(listed) != len(names[0]):
+            raise ValueError(
+                f"levels must have the same number of motions, got {len(names[0])} at {levels[0]:g} {unit} and "
+                f"{len(listed)} at {level:g} {unit}"
+            )
+    sets = [set(own) for own in names]
+    several = set().union(*(one & other for i, one in enumerate(sets) for other in sets[:i]))
+    for level, own in zip(levels, sets, strict=True):
+        if several and own != several:
+            alone = min(own ^ several)
+            elsewhere = next(one for one, of in zip(levels, sets, strict=True) if (alone in of) != (alone in own))
+            at, not_at = (level, elsewhere) if alone in own else (elsewhere, level)
+            raise ValueError(
+                f"levels must all have the same motions, or each its own: {min(several)!r} is at several levels, but "
+                f"{alone!r} is at {at:g} {unit} and not at {not_at:g} {unit}"
+            )
+
+
+def _ordered(supports: Iterable[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
+    """Return floors with directions in the order of the floors, numbers from the lowest up, and of the directions."""
+    given = list(supports)
+    floors = list(dict.fromkeys(floor for floor, _ in given))
+    if all(floor.isdecimal() for floor in floors):
+        floors.sort(key=int)
+    return tuple(sorted(given, key=lambda one: (floors.index(one[0]), one[1])))
+
+
+def _named(one: History, unit: str) -> str:
+    return f"motion {one.motion!r}{f' at {one.level:g} {unit}' if unit else ''}"
+
+
+def _support(support: tuple[str, str]) -> str:
+    floor, direction = support
+    return f"floor {floor}{f' in direction {direction}' if direction else ''}"

@@ -1,0 +1,117 @@
+"""The index of floor histories of a user's own building model: a line for each history, with the file that holds it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import xarray as xr
+
+from ...motions import read_all
+from ...motions.arrays import records
+from ...motions.floors.histories import DIRECTIONS, FloorHistories, History
+from ..file.analyses import LEVEL_UNITS
+from ..file.csv_table import CsvLine, CsvTable, TableKind
+from ..file.table import StudyError, shown
+from ..plan.size import refuse_samples
+
+LEVELS = {f"level ({unit})": unit for unit in LEVEL_UNITS if unit != "1"}
+"""Columns that hold the level, with their units."""
+LEVEL = "level"
+COLUMNS = (*LEVELS, "motion", "floor", "direction", "file", "column")
+"""Columns of an index, in any order."""
+KIND = TableKind("index of floor histories", (*COLUMNS, LEVEL), 200_000, 64 * 2**20)
+MOST_NAMED = 6
+"""Most headings that a sentence names."""
+_BRACKETS = re.compile(r"\s*[\[(][^\])]*[\])]\s*")
+
+
+def read_floor_index(path: Path, dt: float | None = None, unit: str | float | None = None) -> FloorHistories:
+    """Read floor histories from the files that an index names.
+
+    Parameters
+    ----------
+    path : Path
+        A table in UTF-8, a line for each history in any order, with the columns ``motion``, ``floor`` and ``file``
+        (relative to the index); ``level (g)`` or in another unit, the level at which the history is used, without which
+        all are of one earthquake; ``direction``, x or y, without which there is one; and ``column``, the heading of the
+        history's column in a file that holds several.
+    dt, unit
+        Time step (s) and unit of acceleration of files that state none, as for `toppling.motions.read`.
+
+    Returns
+    -------
+    FloorHistories
+        With levels in the unit of their column.
+
+    Raises
+    ------
+    StudyError
+        One sentence that names the index, and line and column where there is one.
+    RecordError
+        A file that cannot be read, as `toppling.motions.read`.
+    """
+    table = CsvTable(path, KIND)
+    for name in ("motion", "floor", "file"):
+        if name not in table.columns:
+            raise StudyError(f"{table.where}: column {name!r} is missing")
+    if LEVEL in table.columns:
+        raise StudyError(f"{table.where}: the column 'level' states no unit: name it as 'level (g)'")
+    given = [name for name in table.columns if name in LEVELS]
+    if len(given) > 1:
+        raise StudyError(f"{table.where}: levels stand in one column, got {' and '.join(map(repr, given))}")
+    of_level = given[0] if given else ""
+    histories = list(_histories(table, of_level, dt, unit))
+    if not histories:
+        raise StudyError(f"{path}: has a header but no histories")
+    try:
+        return FloorHistories.of(histories, LEVELS.get(of_level, ""))
+    except ValueError as error:
+        raise StudyError(f"{path}: {error}") from None
+
+
+def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | float | None) -> Iterator[History]:
+    files: dict[Path, list[xr.DataArray]] = {}
+    samples = 0
+    directed = "direction" in table.columns
+    for line in table:
+        level = line.number_in(of_level, above=0.0, at_most=1e9) if of_level else 1.0
+        if level is None:
+            line.refuse(of_level, "is empty: it must say at which level the history is used")
+        texts = {name: line.text(name) for name in ("motion", "floor", "file")}
+        for name, text in texts.items():
+            if not text:
+                line.refuse(name, "is empty")
+        floor = texts["floor"]
+        if re.fullmatch(r"[-+]?[\d.,]+", floor):
+            if not (floor.isascii() and floor.isdecimal() and len(floor) < 10):
+                line.refuse("floor", f"must be a whole number from 0 (ground), or a name, got {shown(floor)}")
+            floor = str(int(floor))
+        direction = line.text("direction").lower()
+        if directed and direction not in DIRECTIONS:
+            line.refuse("direction", f"must be x or y, got {shown(line.text('direction'))}")
+        file = table.file.parent / texts["file"]
+        if file not in files:
+            files[file] = read_all(file, dt, unit)
+            samples += sum(array.size for array in files[file])
+            refuse_samples(samples, "the floor histories")
+        one = _chosen(line, files[file], texts["file"])
+        (record,) = records(one)
+        yield History(level, texts["motion"], floor, direction, record.acceleration, record.dt, texts["file"])
+
+
+def _chosen(line: CsvLine, arrays: list[xr.DataArray], file: str) -> xr.DataArray:
+    """Return the one history of a file that a line means."""
+    each = [array.isel(motion=[i]) for array in arrays for i in range(array.sizes["motion"])]
+    headings = [str(one["component"].values[0]) if "component" in one.coords else "" for one in each]
+    named = ", ".join(filter(None, headings[:MOST_NAMED])) or "none"
+    wanted = line.text("column")
+    if not wanted:
+        if len(each) > 1:
+            line.refuse("file", f"{file} holds {len(each)} histories ({named}): name one in the column 'column'")
+        return each[0]
+    found = [i for i, name in enumerate(headings) if wanted in (name, _BRACKETS.sub(" ", name).strip())]
+    if len(found) != 1:
+        line.refuse("column", f"must be one of the headings of {file} ({named}), got {shown(wanted)}")
+    return each[found[0]]

@@ -1,0 +1,164 @@
+"""Floor histories of a user's own building model: the index that names them, and what is refused in it."""
+
+import numpy as np
+import pytest
+
+from toppling.motions import RecordError
+from toppling.studies import StudyError
+from toppling.studies.buildings.floor_index import COLUMNS, LEVELS, read_floor_index
+from toppling.units import STANDARD_GRAVITY
+
+HEAD = "level (g),motion,floor,direction,file\n"
+
+
+def history(folder, name, samples=40, dt=0.02, first="0"):
+    rows = "".join(f"{i * dt:.2f},{i % 7 - 3}\n" for i in range(1, samples))
+    (folder / name).write_text(f"time (s),acceleration (m/s2)\n0,{first}\n{rows}", encoding="utf-8")
+
+
+def index(folder, text):
+    (folder / "index.csv").write_text(text, encoding="utf-8")
+    return folder / "index.csv"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    history(tmp_path, "h.csv")
+    history(tmp_path, "long.csv", samples=60)
+    history(tmp_path, "coarse.csv", dt=0.04)
+    history(tmp_path, "nan.csv", first="nan")
+    (tmp_path / "zero.csv").write_text("time (s),acceleration (g)\n0,0\n0.02,0\n0.04,0\n", encoding="utf-8")
+    (tmp_path / "wide.csv").write_text(
+        "time (s),A 1 (g),A 2 (m/s2)\n0,0.1,1\n0.02,0.2,2\n0.04,0.3,3\n", encoding="utf-8"
+    )
+    (tmp_path / "bare.txt").write_text("1\n2\n3\n", encoding="utf-8")
+    return tmp_path
+
+
+def line(level="0.1", motion="A", floor="1", direction="x", file="h.csv"):
+    return f"{level},{motion},{floor},{direction},{file}\n"
+
+
+def test_lines_in_any_order(folder):
+    text = HEAD + "".join(
+        line(level, motion, floor, direction)
+        for floor, direction in (("10", "x"), ("2", "Y"), ("2", "x"))
+        for level, motion in (("0.4", "C"), ("0.1", "A"), ("0.1", "B"), ("0.4", "D"))
+    )
+    found = read_floor_index(index(folder, text))
+    assert found.levels.tolist() == [0.1, 0.4]
+    assert found.unit == "g"
+    assert found.names == (("A", "B"), ("C", "D"))
+    assert found.supports == (("2", "x"), ("2", "y"), ("10", "x"))
+    assert found.floors == ("2", "10")
+    assert found.own_motions
+    assert found.labels == ("motion 1", "motion 2")
+    labels = [record.label for record in found.on("2", "y")]
+    assert labels[0] == "A at 0.1 g floor 2 in direction y"
+    assert [one.partition(" ")[0] for one in labels] == ["A", "B", "C", "D"]
+    shapes = {str(array["motion"].values[0]): array.sizes["floor"] for array in found.arrays}
+    assert shapes["A at 0.1 g in x"] == 2
+    assert shapes["D at 0.4 g in y"] == 1
+
+
+def test_the_same_motions_at_every_level_in_another_order(folder):
+    text = HEAD + line() + line(motion="B") + line("0.2", "B") + line("0.2", "A")
+    found = read_floor_index(index(folder, text))
+    assert found.names == (("A", "B"), ("A", "B"))
+    assert not found.own_motions
+    assert found.labels == ("A", "B")
+
+
+def test_columns_of_a_file(folder):
+    text = "motion,floor,file,column\nA,1,wide.csv,A 1\nA,2,wide.csv,A 2 (m/s2)\n"
+    found = read_floor_index(index(folder, text))
+    assert found.unit == ""
+    np.testing.assert_allclose(found.on("1", "")[0].acceleration, STANDARD_GRAVITY * np.array([0.1, 0.2, 0.3]))
+    np.testing.assert_allclose(found.on("2", "")[0].acceleration, [1.0, 2.0, 3.0])
+
+
+def test_step_and_unit_of_the_study(folder):
+    text = "motion,floor,file\nA,1,bare.txt\n"
+    (record,) = read_floor_index(index(folder, text), 0.01, "g").on("1", "")
+    assert record.dt == 0.01
+    np.testing.assert_allclose(record.acceleration, STANDARD_GRAVITY * np.array([1.0, 2.0, 3.0]))
+
+
+@pytest.mark.parametrize("column", LEVELS)
+def test_units_of_levels(folder, column):
+    found = read_floor_index(index(folder, f"{column},motion,floor,file\n0.3,A,1,h.csv\n"))
+    assert f"level ({found.unit})" == column
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "index.csv: empty"),
+        (HEAD, "has a header but no histories"),
+        ("level (g),motion,floor\n", "column 'file' is missing"),
+        ("level,motion,floor,file\n", "line 1: the column 'level' states no unit: name it as 'level (g)'"),
+        ("level (g),level (m),motion,floor,file\n", "levels stand in one column, got 'level (g)' and 'level (m)'"),
+        (HEAD + line(level=""), "line 2, column 'level (g)': is empty: it must say at which level"),
+        (HEAD + line(level="0"), "column 'level (g)': must be finite and > 0"),
+        (HEAD + line(level="nan"), "column 'level (g)': must be a number, got 'nan'"),
+        (HEAD + line(motion=""), "line 2, column 'motion': is empty"),
+        (HEAD + line(floor="1.5"), "column 'floor': must be a whole number from 0 (ground), or a name, got '1.5'"),
+        (HEAD + line(direction=""), "column 'direction': must be x or y, got ''"),
+        (HEAD + line(direction="z"), "column 'direction': must be x or y, got 'z'"),
+        (HEAD + line(file="none.csv"), "none.csv: no such file"),
+        (HEAD + line(file="nan.csv"), "nan.csv: row 1 is not finite"),
+        (HEAD + line(file="bare.txt"), "has no time column, so dt must be given"),
+        (HEAD + line(file="wide.csv"), "wide.csv holds 2 histories (A 1 (g), A 2 (m/s2)): name one in the column"),
+        (
+            HEAD + line(file="zero.csv"),
+            "'A' at 0.1 g: the acceleration of floor 1 in direction x is 0 throughout (zero.csv)",
+        ),
+        (HEAD + line() + line(), "motion 'A' at 0.1 g has two histories of floor 1 in direction x"),
+        (
+            HEAD + line() + line(floor="2", file="coarse.csv"),
+            "its histories must be simultaneous, got 40 samples at 0.02 s for floor 1 in direction x and 40 at 0.04 s "
+            "for floor 2 in direction x",
+        ),
+        (HEAD + line() + line(direction="y", file="long.csv"), "must be simultaneous, got 40 samples at 0.02 s"),
+        (
+            HEAD + line() + line(floor="2") + line("0.2", "B"),
+            "motion 'B' at 0.2 g has no history of floor 2 in direction x, which others have",
+        ),
+        (
+            HEAD + line() + line(motion="B") + line(direction="y"),
+            "motion 'B' at 0.1 g has no history of floor 1 in direction y, which others have",
+        ),
+        (
+            HEAD + line() + line(motion="B") + line("0.2", "C"),
+            "levels must have the same number of motions, got 2 at 0.1 g and 1 at 0.2 g",
+        ),
+        (
+            HEAD + line() + line(motion="B") + line("0.2", "A") + line("0.2", "C"),
+            "levels must all have the same motions, or each its own: 'A' is at several levels, but 'B' is at 0.1 g and "
+            "not at 0.2 g",
+        ),
+        (HEAD + line() + line("0.1000001", "B"), "levels must differ by more than rounding, got 0.1 and 0.1000001"),
+    ],
+)
+def test_refusals(folder, text, said):
+    with pytest.raises((StudyError, RecordError)) as caught:
+        read_floor_index(index(folder, text))
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_column_that_is_not_there(folder):
+    text = "motion,floor,file,column\nA,1,wide.csv,A 3\n"
+    with pytest.raises(StudyError, match=r"column 'column': must be one of the headings of wide.csv \(A 1 \(g\), A 2"):
+        read_floor_index(index(folder, text))
+
+
+def test_columns_are_documented():
+    from pathlib import Path
+
+    import toppling as tp
+
+    page = (Path(tp.__file__).parent / "docs/study.md").read_text(encoding="utf-8")
+    table = page.split("| column of the index | what it holds |\n|---|---|\n")[1].partition("\n\n")[0]
+    for name in COLUMNS:
+        assert f"`{name}`" in table or name in LEVELS
