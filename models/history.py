@@ -14,7 +14,7 @@ from ..units import ANGULAR_ACCELERATION, ANGULAR_VELOCITY, DIMENSIONLESS, RADIA
 from .block import Block, describe_block
 from .engine import tables as engine
 from .laws import Law, describe_law, oscillator_of
-from .oscillator import Oscillator
+from .oscillator import Oscillator, exact_lever
 from .runs import Trace, trace
 
 MAX_FREE_SAMPLES = 10_000_000
@@ -47,7 +47,9 @@ def simulate(
         samples and after the record; pi/2 if the block overturns), overturned, uplifted, impacts (inward crossings of
         the elastic zone's edge, or impacts at theta = 0, during the record and until the block rests, which it does
         when all later bounces would end within one sample), overturning_time (s, NaN if the block stands).
-        After overturning the rotation stays at +-pi/2.
+        After overturning the rotation stays at +-pi/2.  Of a block with a wall, a restraint, an offset or a lean also
+        peak_front, peak_back (rad), wall_impacts, wall_impact_velocity (rad/s), ruptured, rupture_time (s) and
+        final_state (0 stands; 1 and -1 held beyond its balance at the front and the back; 2 and -2 fell).
 
     Raises
     ------
@@ -200,10 +202,11 @@ def _histories(
     restoring = forcing.copy()
     for index, part in enumerate(oscillator.regions):
         here = region == index
+        forcing[here] *= part.gain
         if oscillator.exact:
             tilt = part.offset / part.stiffness
             restoring[here] = -part.stiffness * np.sin(tilt - theta[here])
-            forcing[here] *= np.cos(tilt - theta[here]) / math.cos(tilt)
+            forcing[here] *= np.cos(tilt - theta[here]) * exact_lever(oscillator)
         else:
             restoring[here] = part.stiffness * theta[here] - part.offset
     angular_acceleration = forcing - damping - restoring
@@ -214,6 +217,26 @@ def _histories(
     def scalar(value: Any, units: str, long_name: str) -> tuple[tuple[()], Any, Any]:
         return (), value, {"units": units, "long_name": long_name}
 
+    sides = {}
+    if oscillator.sided:
+        results = run.results
+        sides = {
+            "peak_front": scalar(results[engine.OUT_FRONT], RADIAN, "peak rotation to the front"),
+            "peak_back": scalar(results[engine.OUT_BACK], RADIAN, "peak rotation to the back"),
+            "wall_impacts": scalar(int(results[engine.OUT_WALL_IMPACTS]), DIMENSIONLESS, "impacts at walls"),
+            "wall_impact_velocity": scalar(
+                results[engine.OUT_WALL_STRIKE], ANGULAR_VELOCITY, "greatest angular speed of an impact at a wall"
+            ),
+            "ruptured": scalar(bool(results[engine.OUT_BROKEN]), DIMENSIONLESS, "whether the restraint broke"),
+            "rupture_time": scalar(
+                results[engine.OUT_BREAK_TIME] + time[0], SECOND, "time at which it broke, NaN if it held"
+            ),
+            "final_state": scalar(
+                int(results[engine.OUT_WELL]),
+                DIMENSIONLESS,
+                "0 stands, 1 and -1 held beyond its balance at the front and the back, 2 and -2 fell",
+            ),
+        }
     return xr.Dataset(
         {
             "rotation": on_time(theta, RADIAN, "rotation"),
@@ -229,6 +252,7 @@ def _histories(
             "overturning_time": scalar(
                 run.results[engine.OUT_OVERTURN_TIME] + time[0], SECOND, "time of overturning, NaN if it stands"
             ),
+            **sides,
         },
         coords={"time": on_time(time, SECOND, "time")},
         attrs={

@@ -209,15 +209,17 @@ def _placed(line: CsvLine, block: Block, restraints: Mapping[str, Restraint]) ->
     if named and named not in restraints:
         known = ", ".join(map(repr, restraints)) or "none"
         line.refuse("restraint", f"must name one of the study's restraints ({known}), got {shown(named)}")
-    given = {
-        "mass": line.number_in("mass_kg", above=0.0),
-        "cm_offset": 1e-3 * (line.number_in("cm_offset_mm") or 0.0),
-        "lean": math.radians(line.number_in("lean_deg") or 0.0),
-        "wall": None if gap is None else Wall(1e-3 * gap),
-        "restraint": restraints[named] if named else None,
-    }
+    mass, offset = line.number_in("mass_kg", above=0.0), line.number_in("cm_offset_mm")
+    lean = line.number_in("lean_deg")
     try:
-        return replace(block, **given)
+        return replace(
+            block,
+            mass=mass,
+            cm_offset=1e-3 * (offset or 0.0),
+            lean=math.radians(lean or 0.0),
+            wall=None if gap is None else Wall(1e-3 * gap),
+            restraint=restraints[named] if named else None,
+        )
     except ValueError as error:
         column = {"cm_offset": "cm_offset_mm", "lean": "lean_deg"}.get(str(error).partition(" ")[0], "restraint")
         line.refuse(column, str(error))

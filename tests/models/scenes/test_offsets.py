@@ -122,6 +122,23 @@ class TestMotion:
             assert found[:, 0].any()
 
 
+class TestHistory:
+    @pytest.mark.parametrize("law", [tp.HousnerImpact(), BILINEAR, tp.GianniniMasiani()], ids=lambda law: law.label)
+    def test_acceleration_is_the_slope_of_velocity(self, law):
+        """On both sides, with the gain and inertia of each, wherever no event lies within two samples."""
+        shakes = tp.motions.KanaiTajimi(duration=8.0, dt=0.0005).sample(1, seed=2)
+        run = tp.simulate(tp.Block(0.4, 1.8, cm_offset=0.1, lean=0.02), law, 8.0 * shakes.assign_attrs(units="m s-2"))
+        omega, a = run.angular_velocity.values, run.angular_acceleration.values
+        slope = (omega[2:] - omega[:-2]) / 0.001
+        theta = run.rotation.values
+        smooth = np.abs(np.diff(slope, prepend=0.0)) < 0.5
+        smooth &= np.abs(theta[1:-1]) < 1.0
+        for side in (theta[1:-1] > 0.02, theta[1:-1] < -0.02):
+            assert (smooth & side).sum() > 100
+            assert np.median(np.abs(slope - a[1:-1])[smooth & side]) < 0.02 * np.abs(a).max()
+        assert int(run.final_state) in (-2, 0, 2)
+
+
 class TestRoot:
     @pytest.mark.parametrize(("speed", "leaves"), [(2.0, 1.5), (9.0, 0.5), (1.2, 0.0), (30.0, 29.999)])
     def test_a_centred_zone(self, speed, leaves):
