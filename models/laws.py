@@ -118,7 +118,7 @@ class _ImpactLaw(Law):
         return value
 
 
-def _viscous(block: Block, law: Law, delta: float, lever: str, ratio: float) -> Oscillator:
+def viscous(block: Block, law: Law, delta: float, lever: str, ratio: float) -> Oscillator:
     """Return the oscillator with the damping moment 2 ratio sqrt(I_O k0) theta', the same at every rotation."""
     zone = zone_of(block, delta, lever, rigid_rest=False)
     damping = 2.0 * ratio * math.sqrt(zone.stiffness)
@@ -225,7 +225,7 @@ class _RestitutionViscous(_ImpactLaw):
         """Return the damping ratio zeta for the coefficient of restitution e."""
 
     def oscillator(self, block: Block) -> Oscillator:
-        return _viscous(block, self, self.delta, self.lever, self.damping_ratio(self.restitution(block)))
+        return viscous(block, self, self.delta, self.lever, self.damping_ratio(self.restitution(block)))
 
 
 @dataclass(frozen=True)
@@ -314,7 +314,7 @@ class ViscousDamping(Law):
         return cls(0.4 * (1.0 - checks.number("e", e, above=0.0, at_most=1.0)), delta, lever)
 
     def oscillator(self, block: Block) -> Oscillator:
-        return _viscous(block, self, self.delta, self.lever, self.zeta)
+        return viscous(block, self, self.delta, self.lever, self.zeta)
 
 
 @dataclass(frozen=True)
