@@ -22,7 +22,7 @@ from ..plan.designs import Cloud, Design, Incremental, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
 from .analyses import CloudTable, FitTable, IdaTable, MeasuresTable, PerformanceTable, ScreenTable, StripesTable
-from .blocks import BlockTable
+from .blocks import BlockTable, RestraintTable
 from .branches import OF_HAZARD, OF_MOTIONS, BranchTable, HazardSetTable, MotionSetTable
 from .hazard import HazardTable
 from .include import read_content
@@ -30,7 +30,6 @@ from .models import ModelTable
 from .motions import BuildingTable, MotionsTable
 from .refusals import refusal
 from .report import ReportTable
-from .scenes import RestraintTable
 from .sensitivity import SensitivityTable
 from .table import KeyInfo, RelativePath, StudyError, Table, one_of
 from .uncertainty import UncertaintyTable

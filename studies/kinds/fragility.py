@@ -24,7 +24,7 @@ from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
 from ..plan.designs import Design
 from ..plan.estimates import LOW_SHARE, Fit, ranked
 from ..plan.risk import Risk
-from ..text.curve_notes import branches_beyond_note, modelling_note
+from ..text.curve_notes import branches_beyond_note, modelling_note, one_side_notes
 from ..text.spread import branch_names
 from .branches import weighted_hazards, weighted_laws, weighted_motions
 from .study import (
@@ -275,7 +275,7 @@ class FragilityStudy(BlockStudy, Study):
             ranking = ranked(results, self.design.arrays, self.measures, self.fit.state)
             found |= ranking.data_vars
             attributes["ranking"] = ranking.attrs["ranking"]
-        said = self.fit.notes(curves, results)
+        said = [*self.fit.notes(curves, results), *one_side_notes(self.blocks, self.fit.state, self.fit.form)]
         coordinates = {}
         if self.risk is not None:
             highest = self.design.highest(results)

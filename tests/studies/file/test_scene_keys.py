@@ -5,8 +5,7 @@ import math
 import pytest
 
 import toppling as tp
-from toppling.studies.file.blocks import read_blocks
-from toppling.studies.file.scenes import KEYS, RestraintTable
+from toppling.studies.file.blocks import RESTRAINT_KEYS, RestraintTable, read_blocks
 from toppling.studies.file.table import StudyError
 
 STUDY = """
@@ -75,13 +74,15 @@ class TestBlocks:
 
 
 class TestRestraintTable:
-    @pytest.mark.parametrize("kind", KEYS)
+    @pytest.mark.parametrize("kind", RESTRAINT_KEYS)
     def test_every_kind(self, kind):
         values = {
             "height_m": 1.5, "strength_n": 300.0, "stiffness_n_per_mm": 30.0, "preload_n": 100.0, "count": 2,
             "front_m": 0.25, "back_m": 0.2, "width_m": 0.4, "angle_deg": 10.0,
         }  # fmt: skip
-        restraint = RestraintTable(kind=kind, **{key: one for key, one in values.items() if key in KEYS[kind]}).build()
+        restraint = RestraintTable(
+            kind=kind, **{key: one for key, one in values.items() if key in RESTRAINT_KEYS[kind]}
+        ).build()
         assert restraint.kind == kind
         assert restraint.strength == 300.0
         assert restraint.rigid == (kind == "adhesive")

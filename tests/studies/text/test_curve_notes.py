@@ -13,7 +13,7 @@ from toppling.studies import StudyError
 from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
 from toppling.studies.tables.fragility import fragility_table, hints, measure_rows, risk_table, size_table
-from toppling.studies.text.curve_notes import crossing_notes, curve_notes, rate_notes
+from toppling.studies.text.curve_notes import crossing_notes, curve_notes, one_side_notes, rate_notes
 from toppling.wording import three_digits, two_digits
 
 MODELS = """
@@ -509,3 +509,16 @@ class TestTables:
         assert hints(found) == [
             "no overturning (2 of 2 curves): nothing reached |theta|/alpha > 0.5 at any level: raise ida.levels.to"
         ]
+
+
+class TestOneSide:
+    def test_a_curve_of_one_side_need_not_rise_to_1(self):
+        free, touching = (tp.Block(0.3, 1.8, name=name, wall=wall) for name, wall in (("a", None), ("b", tp.Wall())))
+        heavy = tp.Block(0.3, 1.8, name="c", cm_offset=0.03)
+        every = [free, touching, heavy]
+        (found,) = one_side_notes(every, "front", "lognormal")
+        assert found.startswith("a, c: it may fall to the other side instead")
+        assert len(one_side_notes(every, "back", "lognormal")) == 1
+        for state, form in (("overturned", "lognormal"), (0.5, "lognormal"), ("front", "isotonic")):
+            assert one_side_notes(every, state, form) == []
+        assert one_side_notes([touching], "front", "lognormal") == []
