@@ -80,6 +80,8 @@ def answer(lines: Sequence[Line], quantity: Quantity) -> str:
     said = [f"{decided} of {total:,} differ by more than the choice of motions explains{counts}"]
     said += [f"{numbers[OPEN]} not resolved: the choice of motions may explain the difference"] if numbers[OPEN] else []
     said += [f"{numbers[SAME]} exactly the same"] if numbers[SAME] else []
+    few = len(own) - total
+    said += [f"{few} without a verdict: too few motions bring them down"] if few else []
     return f"{quantity.title}: {'; '.join(said)}"
 
 
