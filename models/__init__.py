@@ -17,6 +17,7 @@ from .laws import (
 )
 from .scenes.restraint import Restraint
 from .scenes.wall import Wall
+from .supports import delta_from_frequency, delta_from_settlement
 
 __all__ = [
     "LAWS",
@@ -34,6 +35,8 @@ __all__ = [
     "ViscousDamping",
     "Wall",
     "catalogue",
+    "delta_from_frequency",
+    "delta_from_settlement",
     "describe_block",
     "describe_law",
     "free_rocking",

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from .. import checks
@@ -80,11 +80,11 @@ class Block:
     cm_height: float | None = None
     inertia_factor: float | None = None
     name: str | None = None
-    mass: float | None = None
-    cm_offset: float = 0.0
-    lean: float = 0.0
-    wall: Wall | None = None
-    restraint: Restraint | None = None
+    mass: float | None = field(default=None, kw_only=True)
+    cm_offset: float = field(default=0.0, kw_only=True)
+    lean: float = field(default=0.0, kw_only=True)
+    wall: Wall | None = field(default=None, kw_only=True)
+    restraint: Restraint | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         width = checks.number("width", self.width, above=0.0, at_most=MAX_SIZE, unit="m")

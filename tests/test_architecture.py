@@ -35,7 +35,8 @@ motions/arrays motions/kernels studies/codes
 
 models/block models/oscillator motions/corrections motions/intensity motions/readers
 
-models/assembly models/friction models/items models/runs motions/pairs motions/plausibility motions/scaling
+models/assembly models/friction models/items models/runs models/supports motions/pairs motions/plausibility
+motions/scaling
 
 models/sides motions/floors motions/simulated
 
