@@ -225,15 +225,11 @@ def _factor(before: float, after: float) -> float:
 def _pieces(sheets: dict[str, _Sheet], around: Surroundings) -> list[_Piece]:
     """Return the sheets as they stand with the restraint, in pieces, and then without it."""
     pieces: list[_Piece] = []
-    rigid = False
-    for name, sheet in sheets.items():
-        spring = around.front_spring if sheet.side == FRONT else around.back_spring
-        if spring is not None and spring.stiffness == math.inf:
-            rigid = True
-            break
-        pieces += _restrained(name, sheet, spring)
-    if rigid:
-        pieces = []  # at rest until it breaks
+    springs = (around.front_spring, around.back_spring)
+    rigid = any(spring is not None and spring.stiffness == math.inf for spring in springs)
+    if not rigid:  # (a rigid one: at rest until it breaks)
+        for name, sheet in sheets.items():
+            pieces += _restrained(name, sheet, springs[0] if sheet.side == FRONT else springs[1])
     if rigid or any(piece.outer.action == engine.BREAK for piece in pieces):
         pieces += [piece._replace(mode=BROKEN) for name, sheet in sheets.items() for piece in _restrained(name, sheet)]
     return pieces

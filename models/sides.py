@@ -137,6 +137,9 @@ def _spring(restraint: Restraint, arm: float | None, inertia: float) -> Spring |
 
 def check_zone(block: Block, zone: Zone, around: Surroundings, law: str) -> None:
     """Raise ValueError for surroundings that a law with an elastic zone cannot have."""
+    touching = around.back_wall is not None and around.back_wall.rotation == 0.0
+    if touching and zone.rigid_rest:
+        return  # (one-sided rocking: the zone is never crossed)
     instead = 'take HousnerImpact(geometry="bilinear")'
     for contact, edge in ((around.front_wall, zone.front), (around.back_wall, zone.back)):
         if contact is not None and 0.0 < contact.rotation <= edge:
@@ -144,8 +147,7 @@ def check_zone(block: Block, zone: Zone, around: Surroundings, law: str) -> None
                 f"the wall of {block.label!r} is met at {contact.rotation:.3g} rad, inside the elastic zone of "
                 f"{edge:.3g} rad that {law} has: {instead} or a smaller delta"
             )
-    touching = around.back_wall is not None and around.back_wall.rotation == 0.0
-    if touching and not zone.rigid_rest and (zone.rule == engine.RULE_ENERGY or not block.symmetric):
+    if touching and (zone.rule == engine.RULE_ENERGY or not block.symmetric):
         raise ValueError(
             f"{law} with rest='elastic' has no half zone for {block.label!r}, which touches its wall: take rest='rigid'"
         )

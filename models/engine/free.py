@@ -6,6 +6,7 @@ from ...compiled import kernel
 from .peaks import raise_peak
 from .pieces import solve_piece
 from .regions import energy_of, potential_energy
+from .rest import uplift
 from .tables import (
     BACK,
     BOUNCE,
@@ -174,11 +175,18 @@ def _is_bound(x, k, model, o):
     return energy * (1.0 + 1e-9) < min(left, right)
 
 
+@kernel(inline="always")
+def _between(theta, left, right):
+    """Return 0 for a rotation between the saddles, 1 beyond the right one and -1 beyond the left one."""
+    return 1 if theta > right else (-1 if theta < left else 0)
+
+
 @kernel(**FUSED)
 def _well(x, k, model, o):
     """Return where the unforced block stays: 0 between the saddles next to 0, 1 and -1 beyond; UNDECIDED where open.
 
-    It stays where the energy is below the lowest of the saddles, and too low to break a restraint that still holds.
+    It stays where the energy is below the lowest of the saddles, and too low to break a restraint that still holds,
+    where that breaks on this side of the saddles.
     """
     lowest = math.inf
     right = math.inf
@@ -188,10 +196,6 @@ def _well(x, k, model, o):
         upper = model.tables[o, r, REGION_UPPER]
         if not lower < upper or model.links[o, r, LINK_BROKEN] != k[BROKEN]:
             continue
-        if model.links[o, r, LINK_LOWER_ACTION] == BREAK:
-            lowest = min(lowest, energy_of(model, o, r, lower, 0.0))
-        if model.links[o, r, LINK_UPPER_ACTION] == BREAK:
-            lowest = min(lowest, energy_of(model, o, r, upper, 0.0))
         centre = model.tables[o, r, REGION_CENTRE]
         if lower < centre < upper and model.tables[o, r, REGION_STIFFNESS] < 0.0:
             lowest = min(lowest, energy_of(model, o, r, centre, 0.0))
@@ -199,11 +203,19 @@ def _well(x, k, model, o):
                 right = min(right, centre)
             else:
                 left = max(left, centre)
+    well = _between(x[THETA], left, right)
+    for r in range(model.tables.shape[1]):
+        if model.links[o, r, LINK_BROKEN] != k[BROKEN]:
+            continue
+        lower = model.tables[o, r, REGION_LOWER]
+        upper = model.tables[o, r, REGION_UPPER]
+        if model.links[o, r, LINK_LOWER_ACTION] == BREAK and _between(lower, left, right) == well:
+            lowest = min(lowest, energy_of(model, o, r, lower, 0.0))
+        if model.links[o, r, LINK_UPPER_ACTION] == BREAK and _between(upper, left, right) == well:
+            lowest = min(lowest, energy_of(model, o, r, upper, 0.0))
     if k[NOW] >= 0 and energy_of(model, o, k[NOW], x[THETA], x[OMEGA]) >= lowest:
         return UNDECIDED
-    if x[THETA] > right:
-        return 1
-    return -1 if x[THETA] < left else 0
+    return well
 
 
 @kernel(**FUSED)
@@ -223,6 +235,8 @@ def follow_free(x, k, model, o, time, work, trig):
     passed = False
     sides = 0
     for _ in range(MAX_FREE_PIECES):
+        if k[NOW] < 0:  # (without the shaking that holds it, a block comes off a wall)
+            uplift(model, o, x, k, 0.0, 0.0, FREE_STEP, time)
         if k[OVERTURNED] != 0 or k[NOW] < 0 or sides == 3 or k[TURNS] - turns >= MAX_FREE_TURNS:
             break
         region = k[NOW]
@@ -256,7 +270,7 @@ def follow_free(x, k, model, o, time, work, trig):
                 break
             time += solve_piece(x, k, model, o, 0.0, 0.0, FREE_STEP, time, work, trig)
             well = _well(x, k, model, o)
-        k[WELL] = max(well, -1)
+        k[WELL] = 0 if well == UNDECIDED else well
     k[IMPACTS] = impacts  # those of the record only
     x[STRIKE] = strike
     k[WALL_IMPACTS] = wall_impacts

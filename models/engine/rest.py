@@ -18,6 +18,7 @@ from .tables import (
     OMEGA,
     REGION_GAIN,
     REGION_LOWER,
+    REGION_STIFFNESS,
     REGION_UPPER,
     REST_BREAKS,
     REST_DOWN,
@@ -126,6 +127,11 @@ def uplift(model, o, x, k, force, slope, left, time):
     leftward = -row[REST_DOWN]
     sure_right = right * (1.0 + MARGIN) if right > 0.0 else right * (1.0 - MARGIN)
     sure_left = leftward * (1.0 + MARGIN) if leftward < 0.0 else leftward * (1.0 - MARGIN)
+    if row[REST_THETA] != 0.0:  # (at a wall the threshold is a difference, and may be next to 0)
+        target = int(row[REST_UP_TARGET if right < math.inf else REST_DOWN_TARGET])
+        margin = MARGIN * abs(model.tables[o, target, REGION_STIFFNESS] * row[REST_THETA])
+        sure_right += margin
+        sure_left -= margin
     end = force + slope * left
     t = 0.0
     if force > sure_right:

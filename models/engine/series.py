@@ -281,8 +281,9 @@ def exact_series(poly, trig, theta, omega, p2, tilt, scale, force, slope, h):
     """
     trig[0, 0], trig[1, 0] = sine_and_cosine(tilt - theta)
     a = -p2 * trig[0, 0] + force * trig[1, 0] * scale
-    if omega == 0.0 and abs(a) <= 2.0 * EPSILON * (p2 * abs(trig[0, 0]) + abs(force * trig[1, 0] * scale)):
-        a = 0.0
+    level = p2 * (abs(trig[0, 0]) + abs(theta)) + abs(force * trig[1, 0] * scale)
+    if omega == 0.0 and abs(a) <= 8.0 * EPSILON * level:
+        a = 0.0  # (a block that is just lifted: tilt, lever and threshold are rounded, too)
     n = _few_terms(poly, trig, omega, a, p2, force * scale, slope * scale, h)
     if n == 0:
         n, h = _many_terms(poly, trig, omega, p2, scale, force, slope, h)
