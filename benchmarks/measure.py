@@ -86,6 +86,11 @@ def truth_data() -> xr.Dataset:
         return data.load()
 
 
+def true_record() -> Array:
+    """Return the record of the truth, m/s²: that of `problems.record`, which other processors round in another way."""
+    return np.ascontiguousarray(truth_data()["record"].values)
+
+
 def truth_of(law: Law) -> Truth:
     """Return the true runs of one law."""
     one = truth_data().sel(law=law.label)

@@ -11,9 +11,9 @@ import numpy as np
 from ..aliases import Array
 from ..models import Law
 from ..models.runs import run_many
-from .measure import ENGINE, TRUTH_RUNS, Row, answers, errors, multiplication, oscillators, seconds
+from .measure import ENGINE, TRUTH_RUNS, Row, answers, errors, multiplication, oscillators, seconds, true_record
 from .peers import ALL
-from .problems import DT, HARD, LAWS, TRUTH_FACTORS, problem, record
+from .problems import DT, HARD, LAWS, TRUTH_FACTORS, problem
 from .rivals import Rival
 
 SHOWN = (
@@ -39,7 +39,7 @@ def precision(
     laws: Sequence[Law] = LAWS, rivals: Sequence[Rival] = ALL, full: bool = False, timed: Array = TIMED
 ) -> dict[str, list[Row]]:
     """Measure cost and errors of the engine and all rivals under all laws (`found`); `left_out`: missing rivals."""
-    shaking = record()
+    shaking = true_record()
     found: list[Row] = []
     left_out: list[Row] = []
     missing = {rival.name: rival.available() for rival in rivals}

@@ -16,6 +16,9 @@ import numpy as np
 from ..aliases import Array, Index
 from .engine import tables as engine
 
+MOST = 1.0 + 1e-15
+"""Largest product of the factors of two impacts: that of e = 1 where the sides differ is rounded."""
+
 
 class Edge(NamedTuple):
     """Event at the edge of a region: the action, the region beyond, and the region that an entry rule may prefer.
@@ -184,7 +187,7 @@ def _loss(oscillator: Oscillator, edge: Edge) -> float:
     following = _facing(oscillator, edge).factor
     if following == edge.factor:
         return 1.0 - edge.factor
-    return (1.0 - edge.factor * following) / (1.0 + following)
+    return max(0.0, 1.0 - edge.factor * following) / (1.0 + following)
 
 
 def _falls(oscillator: Oscillator, index: int) -> bool:
@@ -232,7 +235,7 @@ def _check_table(oscillator: Oscillator) -> None:
         for edge, at in ((region.lower_edge, region.lower), (region.upper_edge, region.upper)):
             if edge.action == engine.IMPACT and (at != 0.0 or oscillator.start >= 0):
                 raise ValueError(f"impacts must be at rotation 0 of an oscillator that rests there, got one at {at:g}")
-            if edge.action == engine.IMPACT and not 0.0 < edge.factor * _facing(oscillator, edge).factor <= 1.0:
+            if edge.action == engine.IMPACT and not 0.0 < edge.factor * _facing(oscillator, edge).factor <= MOST:
                 raise ValueError(f"the factors of two impacts must have a product above 0 and at most 1, got {edge}")
             if edge.action == engine.BOUNCE and not (0.0 <= edge.factor <= 1.0 and edge.target == index):
                 raise ValueError(f"a bounce must lead back into its region with a factor from 0 to 1, got {edge}")

@@ -90,6 +90,8 @@ def _record_turn(x, k, model, o, region, time, turns):
         other_side = offset > 0.0 if offset != 0.0 else not right
         denominator = offset + (root if other_side else -root)
         x[THETA] = -2.0 * energy / denominator if denominator != 0.0 else 0.0
+        if k[SIDED] != 0:
+            raise_peak(x, k, x[THETA])  # (it may be further out than the turn)
         k[NOW] = target
 
 

@@ -10,6 +10,7 @@ from shared_cases import LAWS, shake
 import toppling as tp
 from toppling.models.engine import tables
 from toppling.models.engine.regions import crossing_zeta, energy_consistent_zeta
+from toppling.models.oscillator import stack
 from toppling.models.runs import OUTPUTS, run_many, trace
 from toppling.models.sides import sides, zone_of
 
@@ -158,6 +159,13 @@ class TestRoot:
         arrives = brentq(lambda t: (expm(matrix * t) @ (start, speed))[0] - end, 1e-6, 1.0, xtol=1e-15)
         leaves = (expm(matrix * arrives) @ (start, speed))[1]
         assert crossing_zeta(start, speed, end, leaves) == pytest.approx(zeta, rel=1e-9)
+
+
+@pytest.mark.parametrize("geometry", ["exact", "linear", "bilinear"])
+def test_no_loss_with_any_offset(geometry):
+    """e = 1: the factors of the two impacts have the product 1, but for rounding."""
+    law = tp.HousnerImpact(e=1.0, geometry=geometry)
+    stack([law.oscillator(tp.Block(0.4, 1.8, cm_offset=offset)) for offset in np.linspace(-0.19, 0.19, 100)])
 
 
 class TestRefusals:

@@ -165,6 +165,14 @@ def sorted_spring(rng):
     return rng.uniform(0.2, 300.0), taut, taut + rng.uniform(0.01, 0.4)
 
 
+class TestWell:
+    def test_a_rupture_beyond_the_saddle_does_not_count_before_it(self):
+        """Released before the saddle at 0.2 it stays there, though its energy is above that of the rupture at 0.45."""
+        oscillator = table(0.9, both(0.5, 0.0, 4.5 * SMALL), SMALL)
+        results = trace(oscillator, QUIET, 1e-3, SMALL).results
+        assert [results[OUTPUTS[name]] for name in ("overturned", "ruptured", "final_state")] == [0.0, 0.0, 0.0]
+
+
 class TestRefusals:
     @pytest.mark.parametrize(("make", "message"), [
         (lambda: tp.Block(0.3, 1.8, restraint=tp.Restraint.strap(1.75)), "needs its mass"),

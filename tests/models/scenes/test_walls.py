@@ -194,7 +194,29 @@ class TestLimits:
             assert (again[:, 0] == result[:, 0]).all()
 
 
+class TestAfterTheRecord:
+    """1 - sqrt(1 - e² U) with the energy U = 2 x - x² of the block at the wall, from which it comes back to 0."""
+
+    PEAK = 1.0 - math.sqrt(1.0 - 0.81 * 0.19)
+
+    def test_it_comes_off_the_wall_that_it_was_held_against(self):
+        found = front_and_back(table(0.9, wall(0.1)), np.full(601, 1.5), np.ones((1, 1)))[0]
+        assert found == pytest.approx([0.0, self.PEAK, 0.1], rel=1e-11)
+
+    def test_it_comes_off_the_wall_to_which_it_stuck(self):
+        run = trace(table(0.9, wall(0.1, 0.0)), np.zeros(2), 1e-3, -0.05, -0.5)
+        assert run.results[OUTPUTS["peak_front"]] == pytest.approx(self.PEAK, rel=1e-11)
+        assert run.results[OUTPUTS["final_state"]] == 0.0
+
+
 class TestRefusals:
+    def test_no_zone_no_refusal(self):
+        """A block that touches its wall never crosses the zone: a second wall, or a strap, may be nearer than that."""
+        restraint = tp.Restraint.strap(1.75)
+        block = tp.Block(0.3, 1.8, mass=100.0, wall=tp.Wall(0.0, front_gap=0.001), restraint=restraint)
+        zoned = tp.DiscreteDamping(rest="rigid").oscillator(block)
+        assert zoned.regions == tp.HousnerImpact(geometry="bilinear").oscillator(block).regions
+
     def test_wall_inside_the_zone(self):
         with pytest.raises(ValueError, match=r"inside the elastic zone .* HousnerImpact\(geometry=\"bilinear\"\)"):
             tp.DiscreteDamping(rest="rigid").oscillator(tp.Block(0.3, 1.8, wall=tp.Wall(0.002)))
