@@ -110,6 +110,11 @@ def test_no_command_writes_through_a_link(results, tmp_path, monkeypatch, comman
             Path(planted).symlink_to(precious)
     if command == "run":  # (what lies in place of the results themselves is refused)
         Path("results.nc.part").symlink_to(precious)
+    if command in ("export", "compare"):  # (what is not theirs is refused, whatever it is)
+        assert main(arguments) == 2
+        assert precious.read_text() == "mine"
+        for name in names:
+            Path(name).unlink()
     assert main(arguments) == 0
     assert precious.read_text() == "mine"
     for name in names:

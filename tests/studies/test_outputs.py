@@ -20,7 +20,8 @@ SMALLER = (
 """What makes an example small: the kinds of its results stay."""
 EVERY_OUTPUT = (
     'outputs = ["peak_rotation", "uplifted", "impacts", "overturning_time", "impact_velocity", "direction", '
-    '"top_displacement"]\n'
+    '"top_displacement", "peak_front", "peak_back", "wall_impacts", "wall_impact_velocity", "ruptured", '
+    '"rupture_time", "final_state"]\n'
 )
 FIT = "[fit]\nfractiles = [0.1]\nreplicates = 100\n"
 YEAR = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "m/s"\n'
