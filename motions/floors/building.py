@@ -395,7 +395,11 @@ def storey_heights(storey_height: Any, storeys: int) -> Array:
         raise ValueError(f"storey_height must be one number or {storeys}, one a storey, got {values.size}")
     if values.min() <= 0.0:
         raise ValueError(f"storey_height must be > 0 (in m), got {values.min():g}")
-    return np.concatenate([[0.0], np.cumsum(np.broadcast_to(values, storeys))])
+    with np.errstate(over="ignore"):
+        heights = np.concatenate([[0.0], np.cumsum(np.broadcast_to(values, storeys))])
+    if not np.isfinite(heights[-1]):
+        raise ValueError(f"storey_height must have a finite sum (in m), got {values.max():g} and {storeys} storeys")
+    return heights
 
 
 def _damping(damping: Any, modes: int) -> Array:
