@@ -43,7 +43,7 @@ from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
 from ..store.differences import identifying
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.resources import Resources, chunks_of, refuse_shortage
-from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_shards
+from ..store.shards import Shards, belongs, machines_of, open_shards, refuse_other, remove_emptied, remove_shards
 from ..store.watch import Interrupted, Stop, Watch, run_log
 from ..store.worker_motions import cluster
 
@@ -279,6 +279,7 @@ class Study(ABC):
                     raise StudyError(f"{target}: was {state}; move it away, or use --fresh to compute it again")
                 results = self._renewed(before)
                 if results.attrs == before.attrs:
+                    remove_emptied(folder)
                     return before
                 # (what was never sealed may have been edited)
                 results = sealed(results) if state == AS_WRITTEN else results

@@ -308,6 +308,12 @@ def remove_shards(folder: Path) -> None:
         raise StudyError(f"{shards}: cannot be removed ({error.strerror})") from None
 
 
+def remove_emptied(folder: Path) -> None:
+    """Remove a folder of shards without content: its process was killed after it had removed the manifest."""
+    with suppress(OSError):  # (not there, or with content)
+        (folder / FOLDER).rmdir()
+
+
 def _remove(path: Path) -> None:
     """Remove a file, or an empty folder of the same name."""
     if path.is_dir() and not path.is_symlink():

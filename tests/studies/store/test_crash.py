@@ -20,6 +20,7 @@ from toppling.fragility.runs import plan
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import status_of
+from toppling.studies.store import shards
 
 FEWER = MANY.replace("number = 600", "number = 120")
 
@@ -315,6 +316,39 @@ class TestShards:
         plan.run(out)
         assert (out / "results.nc").read_bytes() == quiet
         assert "is of another chunk" in (out / "run.log").read_text()
+
+    @pytest.mark.parametrize(
+        "kept",
+        [
+            pytest.param(lambda there: there, id="all"),
+            pytest.param(lambda there: there // 2, id="half"),
+            pytest.param(lambda there: 1, id="the manifest"),
+            pytest.param(lambda there: 0, id="an empty folder"),
+        ],
+    )
+    def test_killed_while_it_cleans_up(self, broken_off, quiet, monkeypatch, kept):
+        """The results are written, and of the shards these are left: the next run removes them."""
+        plan, out = broken_off
+        total = []
+
+        def remove(path):
+            there = len(list((out / "shards").iterdir()))
+            total.append(there)
+            if there == kept(total[0]):
+                raise SystemExit(137)
+            path.unlink()
+            if there == 1:
+                raise SystemExit(137)
+
+        monkeypatch.setattr(shards, "_remove", remove)
+        with pytest.raises(SystemExit):
+            plan.run(out)
+        monkeypatch.undo()
+        assert (out / "results.nc").read_bytes() == quiet
+        assert (out / "shards").exists()
+        plan.run(out)
+        assert (out / "results.nc").read_bytes() == quiet
+        assert not (out / "shards").exists()
 
     def test_status(self, broken_off, capsys, tmp_path):
         plan, out = broken_off
