@@ -77,9 +77,9 @@ def api_page(package: str, about: str) -> str:
 
 def study_file_page() -> str:
     """Every key of a study file: from the schema."""
-    if importlib.util.find_spec("toppling.studies.file.reference") is None:
+    if importlib.util.find_spec("toppling.studies.reference.key_reference") is None:
         return "# Study files: every key\n\n[Study files](../study.md) lists them.\n"
-    key_reference = importlib.import_module("toppling.studies.file.reference").key_reference
+    key_reference = importlib.import_module("toppling.studies.reference.key_reference").key_reference
     head = (
         "# Study files: every key\n\nMade from the schema that reads study files, so that page and program cannot "
         "differ. [Study files](../study.md) explains them with examples.\n\n"

@@ -55,7 +55,7 @@ benchmarks/flags benchmarks/precision fragility/exchange/nrml fragility/exchange
 
 benchmarks/figures benchmarks/suite benchmarks/tables studies/file
 
-benchmarks/page studies/buildings studies/sensitivity studies/store
+benchmarks/page studies/buildings studies/reference studies/sensitivity studies/store
 
 studies/kinds studies/tables
 

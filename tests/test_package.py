@@ -225,7 +225,7 @@ def test_every_key_of_a_study_file_is_documented():
     """docs/study.md names each key in the section of its table, and each law, generator, pulse, measure and unit."""
     from toppling.models import LAWS
     from toppling.studies.file import analyses as analysis_tables
-    from toppling.studies.file import json_schema, reference
+    from toppling.studies.reference import json_schema, key_reference
 
     text = (ROOT / "docs/study.md").read_text(encoding="utf-8").split("\n## Keys\n")[1].split("\n## ")[0]
     parts = [part.partition("\n")[::2] for part in re.split(r"^### ", text, flags=re.MULTILINE)]
@@ -233,7 +233,7 @@ def test_every_key_of_a_study_file_is_documented():
     # tables that have no section of their own stand in that of another
     within = {"levels": "ida", "variability": "performance", "at": "stripes", "factors": "code", "": "file"}
     within |= {"restraints": "blocks", "restraint": "blocks"}
-    for place in reference._places(schema, schema, ""):
+    for place in key_reference._places(schema, schema, ""):
         table = place.heading.strip("`[]").removesuffix(".NAME").rpartition(".")[2]
         of = [body for head, body in parts if within.get(table, table) in re.findall(r"\w+", head.split(":")[0])]
         assert of, f"no section for {place.heading}"

@@ -7,8 +7,8 @@ import numpy as np
 
 from ...compiled import kernel
 from .hops import flight_terms
-from .peaks import lesser_peak
 from .pieces import solve_sample
+from .regions import lesser_peak
 from .rest import comes_to_rest, rest_at
 from .tables import (
     CROSSES,

@@ -3,9 +3,8 @@
 import math
 
 from ...compiled import kernel
-from .peaks import raise_peak
 from .pieces import solve_piece
-from .regions import energy_of, potential_energy
+from .regions import energy_of, potential_energy, raise_peak
 from .rest import uplift
 from .tables import (
     BACK,

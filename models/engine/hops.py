@@ -3,8 +3,7 @@
 import math
 
 from ...compiled import kernel
-from .peaks import lesser_peak, raise_peak
-from .regions import near_zero
+from .regions import lesser_peak, near_zero, raise_peak
 from .rest import comes_to_rest, rest_at
 from .tables import (
     FREE,

@@ -5,8 +5,7 @@ import math
 from ...compiled import kernel
 from .events import AT_UPPER, NO_EVENT, TURN, first_event
 from .hops import solve_hops, solve_low_hops
-from .peaks import lesser_peak, raise_peak
-from .regions import captures, energy_of, held_damping, potential_energy
+from .regions import captures, energy_of, held_damping, lesser_peak, potential_energy, raise_peak
 from .rest import comes_to_rest, has_bounced_out, rest_at, set_at_rest, uplift
 from .series import exact_series, linear_series, rate_bound, series_degree
 from .tables import (

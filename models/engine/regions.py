@@ -1,4 +1,4 @@
-"""Properties of one region, from the tables: energies, captures, and the damping of a zone.
+"""What regions say of a run: energies, captures, the damping of a zone, and the largest rotation of each side so far.
 
 The damping of a zone may be set at each inward crossing and held until the next.
 """
@@ -7,6 +7,8 @@ import math
 
 from ...compiled import kernel
 from .tables import (
+    BACK,
+    FRONT,
     FUSED,
     LINK_TURN_LEFT,
     LINK_TURN_RIGHT,
@@ -25,7 +27,22 @@ from .tables import (
     REGION_UPPER,
     RULE_ENERGY,
     RULE_ENTRY_SPEED,
+    SIDED,
 )
+
+
+@kernel(inline="always")
+def raise_peak(x, k, theta):
+    """Note a rotation in the largest so far."""
+    both = k[SIDED] == 0
+    x[FRONT] = max(x[FRONT], abs(theta) if both else theta)
+    x[BACK] = max(x[BACK], abs(theta) if both else -theta)
+
+
+@kernel(inline="always")
+def lesser_peak(x):
+    """Return the height below which no rotation to either side is a new largest one."""
+    return min(x[FRONT], x[BACK])
 
 
 @kernel(inline="always")

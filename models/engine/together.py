@@ -4,7 +4,7 @@ import math
 
 from ...compiled import kernel
 from .events import TURN, first_event
-from .peaks import raise_peak
+from .regions import raise_peak
 from .series import evaluate, linear_series, rate_bound, series_degree
 from .tables import (
     ACCELERATION,

@@ -246,11 +246,7 @@ def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
                 drawn = of_state[:, :, states, fillings]
                 here = found.outcomes[one.name][:, :, :, motion]
                 (np.maximum if one.greatest else np.add)(here, drawn, out=here)
-    for none in found.happens.values():
-        np.subtract(1.0, none, out=none)
-    for one in quantities:
-        if one.greatest:  # (the mean of a maximum has no closed form)
-            np.mean(found.outcomes[one.name], axis=-1, out=found.expected[one.name])
+    found.complete(quantities)
     return found
 
 

@@ -6,7 +6,7 @@ Flags of all lines are processed slab by slab, lines in their order, and only su
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -76,6 +76,14 @@ class JointOutcomes(NamedTuple):
     expected: dict[str, Array]
     outcomes: dict[str, Array]
     happens: dict[str, Array]
+
+    def complete(self, quantities: Iterable[Quantity]) -> None:
+        """Make events' chances out of those that nothing happens, and take the means of maxima from the outcomes."""
+        for none in self.happens.values():
+            np.subtract(1.0, none, out=none)
+        for one in quantities:
+            if one.greatest:  # (the mean of a maximum has no closed form)
+                np.mean(self.outcomes[one.name], axis=-1, out=self.expected[one.name])
 
 
 @dataclass(frozen=True)
@@ -183,11 +191,7 @@ class JointFlags:
                 none = found.happens[event.name][of]
                 sets = event.sets.reshape(-1, items)[:, rows]
                 chances_of_none(any_piece, sets, none.reshape(none.shape[0], -1, *shaken))
-        for none in found.happens.values():
-            np.subtract(1.0, none, out=none)
-        for one in quantities:
-            if one.greatest:  # (the mean of a maximum has no closed form)
-                np.mean(found.outcomes[one.name], axis=-1, out=found.expected[one.name])
+        found.complete(quantities)
         return found
 
     def _draws(self, drawn: bool) -> list[Index]:

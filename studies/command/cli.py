@@ -453,7 +453,7 @@ def compare(
 @app.command(group=TOPPLING)
 def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed where not given.")] = None) -> None:
     """Print the JSON schema of study files (draft 2020-12): every key with its unit, default and meaning."""
-    from ..file.json_schema import study_schema  # noqa: PLC0415 - not for every command
+    from ..reference.json_schema import study_schema  # noqa: PLC0415 - not for every command
 
     if out is None:
         sys.stdout.write(json_text(study_schema(), indent=2) + "\n")

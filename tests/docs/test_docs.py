@@ -311,7 +311,7 @@ class TestApi:
                 assert inspect.getdoc(one), name
 
     def test_the_key_reference_is_of_the_schema(self):
-        if importlib.util.find_spec("toppling.studies.file.reference"):
+        if importlib.util.find_spec("toppling.studies.reference.key_reference"):
             assert "`width_m`" in self.pages.study_file_page()
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from reference import integrate
+from rounding import AS_STORED
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 from scipy.stats import norm
@@ -207,10 +208,10 @@ class TestElasticMode:
         """Two samples of 400 motions: every pair of shares within its 99.9 % interval (13 are compared)."""
         paper, numbers = docs
         mode = numbers.elastic_mode(400)
-        # on another processor the motions are rounded in another way, which turns a few of the outcomes
         ours, page = self.shares(paper.mode_table(mode)), self.shares(TestPage.text)
         assert ours.shape == page.shape == (4, 4, 2)
-        assert np.abs(ours[..., 0] - page[..., 0]).max() <= 2.01 / 400
+        # (motions with other last digits turn one or two of 400 outcomes)
+        assert np.abs(ours[..., 0] - page[..., 0]).max() <= (0.0 if AS_STORED else 2.01 / 400)
         assert (ours[..., 1] == page[..., 1]).all()
         stated = [paper.RIGID_PROTOTYPE, *(one for row in paper.PROTOTYPES.values() for one in row)]
         found = [one / 400 for one in (mode.rigid, *mode.elastic, *mode.at_rest, *mode.consistent)]

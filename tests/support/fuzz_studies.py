@@ -24,9 +24,9 @@ import jsonschema
 import toppling as tp
 from toppling.studies import StudyError
 from toppling.studies.file.include import read_content
-from toppling.studies.file.json_schema import study_schema
 from toppling.studies.file.schema import StudyFile
 from toppling.studies.plan import size
+from toppling.studies.reference.json_schema import study_schema
 
 EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
 # Bounds of a mutant's plan, s of processor time, and of all, bytes.

@@ -18,7 +18,7 @@ import toppling as tp
 from toppling.doubts import KINDS
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
-from toppling.studies.file.json_schema import study_schema
+from toppling.studies.reference.json_schema import study_schema
 from toppling.studies.report import page as module
 from toppling.studies.report.actions import next_steps
 from toppling.studies.report.answers import answer

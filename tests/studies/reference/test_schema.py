@@ -13,10 +13,10 @@ import toppling as tp
 from toppling import motions as mo
 from toppling.models import LAWS
 from toppling.studies.command.cli import main
-from toppling.studies.file.json_schema import all_tables, study_schema, unit_of
-from toppling.studies.file.reference import key_reference
 from toppling.studies.file.schema import StudyFile
 from toppling.studies.file.table import KeyInfo, bare
+from toppling.studies.reference.json_schema import all_tables, study_schema, unit_of
+from toppling.studies.reference.key_reference import key_reference
 
 EXAMPLES = sorted((Path(tp.__file__).parent / "studies" / "examples").glob("*.toml"))
 SCHEMA = study_schema()

@@ -10,9 +10,9 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
-from .include import INCLUDE, tables_of
-from .schema import ANALYSES, StudyFile
-from .table import UNIT_SUFFIXES, KeyInfo, PartialTable, Table, suffix_of
+from ..file.include import INCLUDE, tables_of
+from ..file.schema import ANALYSES, StudyFile
+from ..file.table import UNIT_SUFFIXES, KeyInfo, PartialTable, Table, suffix_of
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BOUNDS = (
