@@ -11,9 +11,10 @@ from .measure import Row, machine
 from .precision import precision
 from .problems import HARD, LAWS
 from .scale import scale
+from .scenes import scenes
 from .speed import exact_over_linear, skipping, speed
 
-PARTS = ("speed", "skipping", "scale", "precision", "flags")
+PARTS = ("speed", "scenes", "skipping", "scale", "precision", "flags")
 COMMAND = "toppling bench"
 
 
@@ -24,6 +25,7 @@ def _speed(full: bool) -> Row:
 
 _MEASURES: dict[str, Callable[[bool], Any]] = {
     "speed": _speed,
+    "scenes": lambda full: scenes(repeats=15 if full else 7),
     "skipping": lambda full: skipping(repeats=9 if full else 5),
     "scale": lambda full: scale(),
     "precision": lambda full: precision(full=full),

@@ -85,6 +85,20 @@ def speed_table(rows: Sequence[Row]) -> Table:
     return Table(f"ns per sample and run, engine without skipping and {YARDSTICK.name}", headings, lines)
 
 
+def scenes_table(rows: Sequence[Row]) -> Table:
+    """Return the cost of a run in each scene under each law, and over that of the free block."""
+    laws = laws_of(rows)
+    lines = []
+    for scene in dict.fromkeys(row["scene"] for row in rows):
+        cells = []
+        for law in laws:
+            here = [row for row in rows if row["law"] == law and row["scene"] == scene]
+            cells += [f"{here[0]['cost']:.1f}", f"{here[0]['ratio']:.2f}"] if here else ["–", "–"]
+        lines.append((scene, *cells))
+    headings = ("scene", *(f"{short(law)}: {one}" for law in laws for one in ("µs", "ratio")))
+    return Table("Cost of a run in a scene, and over that of the free block", headings, lines)
+
+
 def skipping_table(rows: Sequence[Row]) -> Table:
     """Return the speed-up by skipping, and the share of samples that are left out."""
     headings = (

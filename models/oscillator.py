@@ -206,16 +206,16 @@ def _falls(oscillator: Oscillator, index: int) -> bool:
 
 
 def _hops_to(oscillator: Oscillator, index: int) -> int:
-    """Return the region across an impact at 0 between two alike, undamped regions, else NO_REGION."""
+    """Return the region across an impact at 0 between two undamped regions that pull back to it, else NO_REGION."""
     region = oscillator.regions[index]
     edge = region.upper_edge if region.upper == 0.0 else region.lower_edge
     if edge.action != engine.IMPACT:
         return engine.NO_REGION
     beyond = oscillator.regions[edge.target]
     back = _facing(oscillator, edge)
-    alike = all(one.damping == 0.0 and not one.held and one.gain == 1.0 for one in (region, beyond))
-    equal = edge.factor == back.factor == oscillator.e and region.stiffness == beyond.stiffness < 0.0
-    if alike and equal and back.action == engine.IMPACT and back.target == index and edge.rest == back.rest:
+    undamped = all(one.damping == 0.0 and not one.held for one in (region, beyond))
+    inward = all(one.offset * (one.lower + one.upper) < 0.0 for one in (region, beyond))
+    if undamped and inward and back.action == engine.IMPACT and back.target == index and edge.rest == back.rest:
         return edge.target
     return engine.NO_REGION
 

@@ -49,7 +49,8 @@ benchmarks/exact_motion benchmarks/rivals fragility/fitting fragility/hazard fra
 benchmarks/measure benchmarks/solve_ivp benchmarks/taylor benchmarks/truth fragility/analyses fragility/curves
 fragility/efficiency studies/text
 
-benchmarks/peers benchmarks/scale benchmarks/speed fragility/exchange fragility/risk fragility/uncertainty
+benchmarks/peers benchmarks/scale benchmarks/scenes benchmarks/speed fragility/exchange fragility/risk
+fragility/uncertainty
 
 benchmarks/flags benchmarks/precision fragility/exchange/nrml fragility/exchange/pelicun studies/plan
 

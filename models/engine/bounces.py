@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...compiled import kernel
-from .hops import flight_terms
+from .hops import flight_terms, landing
 from .pieces import solve_sample
 from .regions import lesser_peak
 from .rest import comes_to_rest, rest_at
@@ -23,6 +23,7 @@ from .tables import (
     OMEGA,
     OVERTURNED,
     PAR_RESTITUTION,
+    REGION_GAIN,
     REGION_LOWER,
     REGION_OFFSET,
     REGION_STIFFNESS,
@@ -34,6 +35,7 @@ from .tables import (
     TURNS,
     WAITS,
 )
+from .together import whole
 
 # Rows of the flights between impacts that are solved together, a column each, and what became of one in its sample.
 (
@@ -43,17 +45,24 @@ from .tables import (
     FLIGHT_FORCE,
     FLIGHT_SLOPE,
     FLIGHT_OFFSET,
-    FLIGHT_OTHER_OFFSET,
     FLIGHT_STIFFNESS,
-    FLIGHT_HIGHEST,
     FLIGHT_RESTITUTION,
+    FLIGHT_GAIN,
+    FLIGHT_OTHER_FORCE,
+    FLIGHT_OTHER_SLOPE,
+    FLIGHT_OTHER_OFFSET,
+    FLIGHT_OTHER_STIFFNESS,
+    FLIGHT_OTHER_RESTITUTION,
+    FLIGHT_OTHER_GAIN,
+    FLIGHT_ACROSS,
+    FLIGHT_HIGHEST,
     FLIGHT_SETTLING,
     FLIGHT_LEAST,
     FLIGHT_STRIKE,
     FLIGHT_IMPACTS,
     FLIGHT_END,
-) = range(15)
-FLIGHT_ROWS = 15
+) = range(22)
+FLIGHT_ROWS = 22
 UNSURE, LANDS, LANDS_LOW, FLIES_ON = 0.0, 1.0, 2.0, 3.0
 # A block whose flight ends within so many samples bounces apart from the lanes, if its restitution leaves many bounces.
 BOUNCE_FLIGHT = 3.5
@@ -99,7 +108,97 @@ def lands_soon(x, k, model, o, force, dt):
         return False
     offset = model.tables[o, here, REGION_OFFSET]
     side = 1.0 if offset < 0.0 else -1.0
-    return side * _after(x[THETA], x[OMEGA], force + offset, BOUNCE_FLIGHT * dt) < 0.0
+    a = model.tables[o, here, REGION_GAIN] * force + offset
+    return side * _after(x[THETA], x[OMEGA], a, BOUNCE_FLIGHT * dt) < 0.0
+
+
+@kernel(inline="always")
+def _of_side(v, j, row, other):
+    """Return the entry of the side on which a column's block is, of two rows."""
+    here = v[row * LANES + j]
+    there = v[other * LANES + j]
+    return there if v[FLIGHT_ACROSS * LANES + j] != 0.0 else here
+
+
+@kernel(inline="always")
+def _end_flight(v, j, dt, sure, flies, y, speed, landed, end):
+    """Write the end of a flight into its column: it flies on at dt, or lands at time `end` and rebounds."""
+    time = v[FLIGHT_TIME * LANES + j]
+    strike = v[FLIGHT_STRIKE * LANES + j]
+    off = _of_side(v, j, FLIGHT_RESTITUTION, FLIGHT_OTHER_RESTITUTION) * landed
+    impacts = v[FLIGHT_IMPACTS * LANES + j]
+    low = (abs(off) < v[FLIGHT_SETTLING * LANES + j] * (dt - end)) | (abs(off) < v[FLIGHT_LEAST * LANES + j])
+    lands = sure & (not flies)
+    v[FLIGHT_THETA * LANES + j] = (y if flies else 0.0) if sure else v[FLIGHT_THETA * LANES + j]
+    v[FLIGHT_OMEGA * LANES + j] = (speed if flies else off) if sure else v[FLIGHT_OMEGA * LANES + j]
+    v[FLIGHT_TIME * LANES + j] = (dt if flies else end) if sure else time
+    across = v[FLIGHT_ACROSS * LANES + j]
+    v[FLIGHT_ACROSS * LANES + j] = 1.0 - across if lands else across
+    v[FLIGHT_STRIKE * LANES + j] = abs(landed) if lands & (abs(landed) > strike) else strike
+    v[FLIGHT_IMPACTS * LANES + j] = impacts + 1.0 if lands else impacts
+    v[FLIGHT_END * LANES + j] = (FLIES_ON if flies else (LANDS_LOW if low else LANDS)) if sure else UNSURE
+
+
+@kernel(**FUSED)
+def _solve_stiff_flight(v, j, dt):
+    """Follow a flight under a spring (stiffness above 0), which `_solve_flights` is not sure of; return FLIGHT_END.
+
+    While the forcing alone pulls back all through the sample, the rotation is concave seen from its side: a single arc,
+    on which Newton's steps from beyond the landing descend to it.  The series of the displacement are those of
+    `flight_terms` with more terms, exact to rounding for K h² <= 1/4.
+    """
+    theta = v[FLIGHT_THETA * LANES + j]
+    omega = v[FLIGHT_OMEGA * LANES + j]
+    time = v[FLIGHT_TIME * LANES + j]
+    slope = _of_side(v, j, FLIGHT_SLOPE, FLIGHT_OTHER_SLOPE)
+    offset = _of_side(v, j, FLIGHT_OFFSET, FLIGHT_OTHER_OFFSET)
+    stiffness = _of_side(v, j, FLIGHT_STIFFNESS, FLIGHT_OTHER_STIFFNESS)
+    at_zero = _of_side(v, j, FLIGHT_FORCE, FLIGHT_OTHER_FORCE) + slope * time + offset
+    a = at_zero - stiffness * theta
+    left = dt - time
+    side = 1.0 if offset < 0.0 else -1.0
+    pull = -side * at_zero
+    least = min(pull, pull - side * slope * left)
+    height = side * theta
+    rises = max(side * omega, 0.0)
+    room = v[FLIGHT_HIGHEST * LANES + j] - height
+    if least <= 0.0 or height < 0.0 or stiffness * left * left > 0.25 or rises * rises > 2.0 * least * room:
+        return UNSURE
+    # beyond the landing: the forcing's least pull alone, without the spring, brings it down later
+    away = side * omega
+    h = min(left, (away + math.sqrt(away * away + 2.0 * least * height)) / least)
+    y = 0.0
+    speed = 0.0
+    step = math.inf
+    for count in range(30):
+        m = -stiffness * h * h
+        one = 1.0 / 6227020800.0 + m * (1.0 / 1307674368000.0)
+        two = 1.0 / 87178291200.0 + m * (1.0 / 20922789888000.0)
+        three = 1.0 / 1307674368000.0 + m * (1.0 / 355687428096000.0)
+        one = 1.0 / 5040.0 + m * (1.0 / 362880.0 + m * (1.0 / 39916800.0 + m * one))
+        two = 1.0 / 40320.0 + m * (1.0 / 3628800.0 + m * (1.0 / 479001600.0 + m * two))
+        three = 1.0 / 362880.0 + m * (1.0 / 39916800.0 + m * (1.0 / 6227020800.0 + m * three))
+        one = 1.0 + m * (1.0 / 6.0 + m * (1.0 / 120.0 + m * one))
+        two = 0.5 + m * (1.0 / 24.0 + m * (1.0 / 720.0 + m * two))
+        three = 1.0 / 6.0 + m * (1.0 / 120.0 + m * (1.0 / 5040.0 + m * three))
+        y = theta + h * (omega * one + h * (a * two + h * slope * three))
+        speed = omega + (omega * m * two + h * (a * one + h * slope * two))
+        if count == 0 and h == left and side * y > 0.0:
+            _end_flight(v, j, dt, True, True, y, speed, 0.0, dt)
+            return v[FLIGHT_END * LANES + j]
+        if side * speed >= 0.0:
+            return UNSURE
+        step = -y / speed
+        if abs(step) <= 1e-8 * h:
+            break
+        h += step
+    if abs(step) > 1e-8 * h:
+        return UNSURE
+    end = time + (h + step)
+    if end > dt:
+        return UNSURE
+    _end_flight(v, j, dt, True, False, 0.0, speed, speed + step * (at_zero + slope * h), end)
+    return v[FLIGHT_END * LANES + j]
 
 
 @kernel(**FUSED)
@@ -115,10 +214,10 @@ def _solve_flights(v, n, dt):
         theta = v[FLIGHT_THETA * LANES + j]
         omega = v[FLIGHT_OMEGA * LANES + j]
         time = v[FLIGHT_TIME * LANES + j]
-        slope = v[FLIGHT_SLOPE * LANES + j]
-        offset = v[FLIGHT_OFFSET * LANES + j]
-        stiffness = v[FLIGHT_STIFFNESS * LANES + j]
-        at_zero = v[FLIGHT_FORCE * LANES + j] + slope * time + offset
+        slope = _of_side(v, j, FLIGHT_SLOPE, FLIGHT_OTHER_SLOPE)
+        offset = _of_side(v, j, FLIGHT_OFFSET, FLIGHT_OTHER_OFFSET)
+        stiffness = _of_side(v, j, FLIGHT_STIFFNESS, FLIGHT_OTHER_STIFFNESS)
+        at_zero = _of_side(v, j, FLIGHT_FORCE, FLIGHT_OTHER_FORCE) + slope * time + offset
         a = at_zero - stiffness * theta
         jerk = slope - stiffness * omega
         left = dt - time
@@ -149,21 +248,27 @@ def _solve_flights(v, n, dt):
         end = time + (h + step)
         lands = (abs(step) <= 1e-8 * h) & (side * speed < 0.0) & (end <= dt)
         sure = sure & (flies | lands)
-        landing = speed + step * (at_zero + slope * h)
-        strike = v[FLIGHT_STRIKE * LANES + j]
-        off = v[FLIGHT_RESTITUTION * LANES + j] * landing
-        impacts = v[FLIGHT_IMPACTS * LANES + j]
-        low = (abs(off) < v[FLIGHT_SETTLING * LANES + j] * (dt - end)) | (abs(off) < v[FLIGHT_LEAST * LANES + j])
-        other = v[FLIGHT_OTHER_OFFSET * LANES + j]
-        lands = sure & (not flies)
-        v[FLIGHT_THETA * LANES + j] = (y if flies else 0.0) if sure else theta
-        v[FLIGHT_OMEGA * LANES + j] = (speed if flies else off) if sure else omega
-        v[FLIGHT_TIME * LANES + j] = (dt if flies else end) if sure else time
-        v[FLIGHT_OFFSET * LANES + j] = other if lands else offset
-        v[FLIGHT_OTHER_OFFSET * LANES + j] = offset if lands else other
-        v[FLIGHT_STRIKE * LANES + j] = abs(landing) if lands & (abs(landing) > strike) else strike
-        v[FLIGHT_IMPACTS * LANES + j] = impacts + 1.0 if lands else impacts
-        v[FLIGHT_END * LANES + j] = (FLIES_ON if flies else (LANDS_LOW if low else LANDS)) if sure else UNSURE
+        _end_flight(v, j, dt, sure, flies, y, speed, speed + step * (at_zero + slope * h), end)
+
+
+@kernel()
+def no_flights(runs):
+    """Return room for the flights of bouncing runs, with harmless ones in it (see `whole`)."""
+    columns = np.zeros(FLIGHT_ROWS * LANES)
+    columns[FLIGHT_OMEGA * LANES : (FLIGHT_OMEGA + 1) * LANES] = 1.0
+    columns[FLIGHT_OFFSET * LANES : (FLIGHT_OFFSET + 1) * LANES] = -1.0
+    return Flights(runs, np.empty(LANES), columns, np.empty(LANES, np.int64))
+
+
+@kernel(inline="always")
+def _load_forcing(v, column, force, slope):
+    """Write the forcing of a sample (of gain 1) into a column, for both sides."""
+    gain = v[FLIGHT_GAIN * LANES + column]
+    v[FLIGHT_FORCE * LANES + column] = gain * force
+    v[FLIGHT_SLOPE * LANES + column] = gain * slope
+    gain = v[FLIGHT_OTHER_GAIN * LANES + column]
+    v[FLIGHT_OTHER_FORCE * LANES + column] = gain * force
+    v[FLIGHT_OTHER_SLOPE * LANES + column] = gain * slope
 
 
 @kernel(**FUSED)
@@ -182,20 +287,27 @@ def _load_flight(f, column, j, model, shaking):
     v[FLIGHT_THETA * LANES + column] = x[THETA]
     v[FLIGHT_OMEGA * LANES + column] = x[OMEGA]
     v[FLIGHT_TIME * LANES + column] = f.time[j]
-    v[FLIGHT_FORCE * LANES + column] = b.amplitude[j] * record[i]
-    v[FLIGHT_SLOPE * LANES + column] = b.amplitude[j] * (record[i + 1] - record[i]) * (1.0 / dt)
+    slope = b.amplitude[j] * (record[i + 1] - record[i]) * (1.0 / dt)
+    v[FLIGHT_GAIN * LANES + column] = model.tables[o, here, REGION_GAIN]
+    v[FLIGHT_OTHER_GAIN * LANES + column] = model.tables[o, there, REGION_GAIN]
+    _load_forcing(v, column, b.amplitude[j] * record[i], slope)
     v[FLIGHT_OFFSET * LANES + column] = model.tables[o, here, REGION_OFFSET]
     v[FLIGHT_OTHER_OFFSET * LANES + column] = model.tables[o, there, REGION_OFFSET]
     v[FLIGHT_STIFFNESS * LANES + column] = model.tables[o, here, REGION_STIFFNESS]
+    v[FLIGHT_OTHER_STIFFNESS * LANES + column] = model.tables[o, there, REGION_STIFFNESS]
+    v[FLIGHT_ACROSS * LANES + column] = 0.0
     v[FLIGHT_HIGHEST * LANES + column] = min(
         lesser_peak(x),
         model.tables[o, here, REGION_UPPER] - model.tables[o, here, REGION_LOWER],
         model.tables[o, there, REGION_UPPER] - model.tables[o, there, REGION_LOWER],
     )
-    e = model.parameters[o, PAR_RESTITUTION]
     thresholds = model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN]
+    e, loss = landing(model, o, here)
     v[FLIGHT_RESTITUTION * LANES + column] = e
-    v[FLIGHT_SETTLING * LANES + column] = 0.25 * (1.0 - e) * thresholds  # (see `comes_to_rest`: more is never enough)
+    e, loss_there = landing(model, o, there)
+    v[FLIGHT_OTHER_RESTITUTION * LANES + column] = e
+    loss = max(loss, loss_there)
+    v[FLIGHT_SETTLING * LANES + column] = 0.25 * loss * thresholds  # (see `may_rest`)
     v[FLIGHT_LEAST * LANES + column] = 0.25 / MANY_HOPS * thresholds * dt  # (or so many flights fill a sample)
     v[FLIGHT_STRIKE * LANES + column] = x[STRIKE]
     v[FLIGHT_IMPACTS * LANES + column] = 0.0
@@ -220,16 +332,12 @@ def bounce(f, n, model, shaking, end, work):
             _load_flight(f, live, j, model, shaking)
             live += 1
     while live > 0:
-        padded = (live + 7) // 8 * 8  # (see `pad`)
-        for column in range(live, padded):
-            for row in range(FLIGHT_ROWS):
-                v[row * LANES + column] = 0.0
-            v[FLIGHT_OMEGA * LANES + column] = 1.0
-            v[FLIGHT_OFFSET * LANES + column] = -1.0
-        _solve_flights(v, padded, dt)
+        _solve_flights(v, whole(live), dt)
         column = np.int64(0)
         while column < live:
             what = v[FLIGHT_END * LANES + column]
+            if what == UNSURE and _of_side(v, column, FLIGHT_STIFFNESS, FLIGHT_OTHER_STIFFNESS) > 0.0:
+                what = _solve_stiff_flight(v, column, dt)
             if what == LANDS:
                 column += 1
                 continue
@@ -237,31 +345,36 @@ def bounce(f, n, model, shaking, end, work):
             i = b.until[j]
             omega = v[FLIGHT_OMEGA * LANES + column]
             if what == FLIES_ON and i + 1 < end:
-                force = b.amplitude[j] * record[i + 1]
-                offset = v[FLIGHT_OFFSET * LANES + column]
+                slope = b.amplitude[j] * (record[i + 2] - record[i + 1]) * per_dt
+                _load_forcing(v, column, b.amplitude[j] * record[i + 1], slope)
+                offset = _of_side(v, column, FLIGHT_OFFSET, FLIGHT_OTHER_OFFSET)
+                a = _of_side(v, column, FLIGHT_FORCE, FLIGHT_OTHER_FORCE) + offset
                 theta = v[FLIGHT_THETA * LANES + column]
-                if theta * _after(theta, omega, force + offset, BOUNCE_FLIGHT * dt) < 0.0:
+                if theta * _after(theta, omega, a, BOUNCE_FLIGHT * dt) < 0.0:
                     v[FLIGHT_TIME * LANES + column] = 0.0
-                    v[FLIGHT_FORCE * LANES + column] = force
-                    v[FLIGHT_SLOPE * LANES + column] = b.amplitude[j] * (record[i + 2] - record[i + 1]) * per_dt
                     b.until[j] = i + 1
                     column += 1
                     continue
             x = b.x[j]
             k = b.k[j]
             o = b.oscillator[j]
-            t = v[FLIGHT_TIME * LANES + column]
-            force = v[FLIGHT_FORCE * LANES + column]
-            slope = v[FLIGHT_SLOPE * LANES + column]
             impacts = int(v[FLIGHT_IMPACTS * LANES + column])
+            t = v[FLIGHT_TIME * LANES + column]
+            force = b.amplitude[j] * record[i]
+            slope = b.amplitude[j] * (record[i + 1] - record[i]) * per_dt
             settles = False
             rest = rest_at(model, o, k[NOW], 0.0)
             if what == LANDS_LOW:
-                stiffness = v[FLIGHT_STIFFNESS * LANES + column]
+                landed, next_region = k[NOW], model.links[o, k[NOW], LINK_HOPS]
+                if impacts % 2 == 0:
+                    landed, next_region = next_region, landed
+                _, loss = landing(model, o, landed)
+                following, _ = landing(model, o, next_region)
+                stiffness = model.tables[o, landed, REGION_STIFFNESS]
                 highest = v[FLIGHT_HIGHEST * LANES + column]
-                loss = 1.0 - model.parameters[o, PAR_RESTITUTION]
+                faster = max(1.0, following) * omega
                 settles = comes_to_rest(
-                    model, o, rest, loss, omega, omega, stiffness, force + slope * t, slope, dt - t, highest
+                    model, o, rest, loss, omega, faster, stiffness, force + slope * t, slope, dt - t, highest
                 )
                 if not settles and abs(omega) >= v[FLIGHT_LEAST * LANES + column]:
                     column += 1

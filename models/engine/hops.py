@@ -15,11 +15,15 @@ from .tables import (
     NO_REGION,
     NOW,
     OMEGA,
-    PAR_RESTITUTION,
+    REGION_GAIN,
     REGION_LOWER,
+    REGION_LOWER_FACTOR,
+    REGION_LOWER_LOSS,
     REGION_OFFSET,
     REGION_STIFFNESS,
     REGION_UPPER,
+    REGION_UPPER_FACTOR,
+    REGION_UPPER_LOSS,
     REST_DOWN,
     REST_UP,
     STRIKE,
@@ -38,6 +42,15 @@ def flight_terms(stiffness, h):
     return m, one, two, three
 
 
+@kernel(inline="always")
+def landing(model, o, region):
+    """Return the factor that the velocity takes on at the end at theta = 0 of a region, and the loss of the bounces."""
+    row = model.tables[o, region]
+    if row[REGION_LOWER] == 0.0:
+        return row[REGION_LOWER_FACTOR], row[REGION_LOWER_LOSS]
+    return row[REGION_UPPER_FACTOR], row[REGION_UPPER_LOSS]
+
+
 @kernel(**FUSED)
 def solve_hops(x, k, model, o, force, slope, t, dt):
     """Solve short flights from an impact at theta = 0 to the next, up to the end of the sample.
@@ -54,24 +67,30 @@ def solve_hops(x, k, model, o, force, slope, t, dt):
     offset = model.tables[o, here, REGION_OFFSET]
     offset_there = model.tables[o, there, REGION_OFFSET]
     stiffness = model.tables[o, here, REGION_STIFFNESS]
+    stiffness_there = model.tables[o, there, REGION_STIFFNESS]
+    push = model.tables[o, here, REGION_GAIN] * force
+    push_there = model.tables[o, there, REGION_GAIN] * force
+    rise = model.tables[o, here, REGION_GAIN] * slope
+    rise_there = model.tables[o, there, REGION_GAIN] * slope
+    e, loss = landing(model, o, here)
+    e_there, loss_there = landing(model, o, there)
     highest = min(
         lesser_peak(x),
         model.tables[o, here, REGION_UPPER] - model.tables[o, here, REGION_LOWER],
         model.tables[o, there, REGION_UPPER] - model.tables[o, there, REGION_LOWER],
     )
-    e = model.parameters[o, PAR_RESTITUTION]
     rest = rest_at(model, o, here, 0.0)
-    settling = 0.25 * (1.0 - e) * (model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN])
+    settling = 0.25 * max(loss, loss_there) * (model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN])
     omega = x[OMEGA]
     strike = x[STRIKE]
     hops = 0
     while hops < MANY_HOPS:
-        a = force + slope * t + offset
+        a = push + rise * t + offset
         if omega * a >= 0.0:
             break
         left = dt - t
         # the parabola's landing, and the next two terms by one step
-        jerk = slope - stiffness * omega
+        jerk = rise - stiffness * omega
         y2 = 0.5 * a
         y3 = jerk * (1.0 / 6.0)
         square = y2 * y2 - 4.0 * y3 * omega
@@ -84,8 +103,8 @@ def solve_hops(x, k, model, o, force, slope, t, dt):
                 h = guess
         # With |jerk| h <= |a|/4 the flight is a single arc; its height is a quarter of its first slope times its
         # length, a little more with a jerk.
-        rise = abs(omega) * h * (1.0 if h == left else 0.35)
-        if abs(jerk) * h > 0.25 * abs(a) or abs(stiffness) * h * h > 0.0025 or rise > highest:
+        height = abs(omega) * h * (1.0 if h == left else 0.35)
+        if abs(jerk) * h > 0.25 * abs(a) or abs(stiffness) * h * h > 0.0025 or height > highest:
             break
         f = 0.0
         speed = 0.0
@@ -93,15 +112,15 @@ def solve_hops(x, k, model, o, force, slope, t, dt):
         for _ in range(6):
             m, one, two, three = flight_terms(stiffness, h)
             # rotation over h, whose zero is the landing, and velocity
-            f = omega * one + h * (a * two + h * slope * three)
-            speed = omega + (omega * m * two + h * (a * one + h * slope * two))
+            f = omega * one + h * (a * two + h * rise * three)
+            speed = omega + (omega * m * two + h * (a * one + h * rise * two))
             if h == left and f * omega > 0.0:
                 break
             step = -f * h / (speed - f)
             lands = abs(step) <= 1e-8 * h
             h = min(h + step, left)
             if lands:
-                speed += step * (a + slope * h)
+                speed += step * (a + rise * h)
                 break
         if not lands:
             if h == left:
@@ -115,16 +134,22 @@ def solve_hops(x, k, model, o, force, slope, t, dt):
         speed = min(speed, 0.0) if omega > 0.0 else max(speed, 0.0)
         strike = max(strike, abs(speed))
         omega = e * speed
-        here, there = there, here
-        offset, offset_there = offset_there, offset
         if abs(omega) < settling * (dt - t) or omega == 0.0:
+            faster = max(1.0, e_there) * omega
             settles = comes_to_rest(
-                model, o, rest, 1.0 - e, omega, omega, stiffness, force + slope * t, slope, dt - t, highest
+                model, o, rest, loss, omega, faster, stiffness, force + slope * t, slope, dt - t, highest
             )
             if k[FREE] == 0 and settles:
                 omega = 0.0
                 here = -1 - rest
                 break
+        here, there = there, here
+        offset, offset_there = offset_there, offset
+        stiffness, stiffness_there = stiffness_there, stiffness
+        push, push_there = push_there, push
+        rise, rise_there = rise_there, rise
+        e, e_there = e_there, e
+        loss, loss_there = loss_there, loss
     x[OMEGA] = omega
     x[STRIKE] = strike
     k[NOW] = here
@@ -148,14 +173,15 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt):
         return t
     offset, stiffness, gain, lean = near_zero(model, o, here)
     offset_there, stiffness_there, gain_there, lean_there = near_zero(model, o, there)
-    outside = max(model.tables[o, here, REGION_STIFFNESS], model.tables[o, there, REGION_STIFFNESS])
+    outside = min(model.tables[o, here, REGION_STIFFNESS], model.tables[o, there, REGION_STIFFNESS])
     room = min(
         model.tables[o, here, REGION_UPPER] - model.tables[o, here, REGION_LOWER],
         model.tables[o, there, REGION_UPPER] - model.tables[o, there, REGION_LOWER],
     )
-    e = model.parameters[o, PAR_RESTITUTION]
+    e, loss = landing(model, o, here)
+    e_there, loss_there = landing(model, o, there)
     rest = rest_at(model, o, here, 0.0)
-    settling = 0.25 * (1.0 - e) * (model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN])
+    settling = 0.25 * max(loss, loss_there) * (model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN])
     v = x[OMEGA]
     peak = lesser_peak(x)
     strike = x[STRIKE]
@@ -188,19 +214,23 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt):
         strike = max(strike, abs(v))
         v *= e
         hops += 1
+        faster = max(1.0, e_there) * v
+        highest = min(peak, room)
+        if (
+            abs(v) < settling * (dt - t)
+            and k[FREE] == 0
+            and comes_to_rest(model, o, rest, loss, v, faster, outside, force + slope * t, slope, dt - t, highest)
+        ):
+            v = 0.0
+            here = -1 - rest
+            break
         here, there = there, here
         offset, offset_there = offset_there, offset
         stiffness, stiffness_there = stiffness_there, stiffness
         gain, gain_there = gain_there, gain
         lean, lean_there = lean_there, lean
-        if (
-            abs(v) < settling * (dt - t)
-            and k[FREE] == 0
-            and comes_to_rest(model, o, rest, 1.0 - e, v, v, outside, force + slope * t, slope, dt - t, min(peak, room))
-        ):
-            v = 0.0
-            here = -1 - rest
-            break
+        e, e_there = e_there, e
+        loss, loss_there = loss_there, loss
     x[OMEGA] = v
     x[STRIKE] = strike
     k[NOW] = here

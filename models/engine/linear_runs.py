@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...compiled import kernel
-from .bounces import FLIGHT_ROWS, Flights, bounce
+from .bounces import bounce, no_flights
 from .free import follow_free, is_safe
 from .lanes import (
     Lanes,
@@ -32,7 +32,6 @@ from .tables import (
     NOW,
     OVERTURNED,
     PAR_GAIN,
-    PIECE_ROWS,
     ROW_EVEN,
     ROW_ODD,
     SAFE,
@@ -51,6 +50,7 @@ from .tables import (
     Shaking,
     Work,
 )
+from .together import no_pieces
 
 # Lanes that take the steps of a tile in lockstep: a block of them stays in the fastest cache.
 BLOCK = 176
@@ -90,10 +90,10 @@ def run_lanes(batch, runs):
         oscillator=np.empty(LANES, np.int64),
         run=np.empty(LANES, np.int64),
         amplitude=np.empty(LANES),
-        pieces=np.empty(PIECE_ROWS * LANES),
-        zones=np.empty(PIECE_ROWS * LANES),
+        pieces=no_pieces(LANES),
+        zones=no_pieces(LANES),
         zone_lane=np.empty(LANES, np.int64),
-        turns=np.empty(PIECE_ROWS * TURN_COLUMNS),
+        turns=no_pieces(TURN_COLUMNS),
         turn_lane=np.empty(TURN_COLUMNS, np.int64),
         parked=np.empty(LANES, np.int64),
         parked_at=np.empty(LANES, np.int64),
@@ -103,7 +103,7 @@ def run_lanes(batch, runs):
     )
     z = no_runs(runs.shape[0])
     b = no_runs(runs.shape[0])
-    f = Flights(b, np.empty(LANES), np.empty(FLIGHT_ROWS * LANES), np.empty(LANES, np.int64))
+    f = no_flights(b)
     work = Work(np.empty((3, DEGREE + 1)), batch.turns)
     after_record = Work(work.poly, np.empty((2, 0)))
     for lane in range(LANES):

@@ -6,7 +6,7 @@ from ...compiled import kernel
 from .events import AT_UPPER, NO_EVENT, TURN, first_event
 from .hops import solve_hops, solve_low_hops
 from .regions import captures, energy_of, held_damping, lesser_peak, potential_energy, raise_peak
-from .rest import comes_to_rest, has_bounced_out, rest_at, set_at_rest, uplift
+from .rest import comes_to_rest, has_bounced_out, may_rest, rest_at, set_at_rest, uplift
 from .series import exact_series, linear_series, rate_bound, series_degree
 from .tables import (
     BACK,
@@ -104,14 +104,12 @@ def at_edge(x, k, model, o, region, upper, force, slope, left, time):
     if upper:
         action = model.links[o, region, LINK_UPPER_ACTION]
         target = model.links[o, region, LINK_UPPER_TARGET]
-        other = model.links[o, region, LINK_UPPER_OTHER]
         rest = model.links[o, region, LINK_UPPER_REST]
         factor = model.tables[o, region, REGION_UPPER_FACTOR]
         loss = model.tables[o, region, REGION_UPPER_LOSS]
     else:
         action = model.links[o, region, LINK_LOWER_ACTION]
         target = model.links[o, region, LINK_LOWER_TARGET]
-        other = model.links[o, region, LINK_LOWER_OTHER]
         rest = model.links[o, region, LINK_LOWER_REST]
         factor = model.tables[o, region, REGION_LOWER_FACTOR]
         loss = model.tables[o, region, REGION_LOWER_LOSS]
@@ -130,6 +128,7 @@ def at_edge(x, k, model, o, region, upper, force, slope, left, time):
         return
     speed = abs(x[OMEGA])
     if action == ENTER:
+        other = model.links[o, region, LINK_UPPER_OTHER if upper else LINK_LOWER_OTHER]
         if other != NO_REGION:
             # Too slow for an impact with e to carry it through the zone: it stays on the rigid branch.
             e = model.parameters[o, PAR_RESTITUTION]
@@ -147,29 +146,30 @@ def at_edge(x, k, model, o, region, upper, force, slope, left, time):
         x[OMEGA] *= factor
         x[HELD] = held_damping(model, o, target, x[OMEGA])
         return
-    stiffness = model.tables[o, region, REGION_STIFFNESS]
-    width = model.tables[o, region, REGION_UPPER] - model.tables[o, region, REGION_LOWER]
-    following = 1.0
     if action == BOUNCE:
         k[WALL_IMPACTS] += 1
         x[WALL_STRIKE] = max(x[WALL_STRIKE], speed)
         raise_peak(x, k, x[THETA])
         x[OMEGA] *= -factor
-        highest = min(width, x[BACK] + x[THETA] if upper else x[FRONT] - x[THETA])
     else:
         x[OMEGA] *= factor
-        highest = min(lesser_peak(x), model.tables[o, target, REGION_UPPER] - model.tables[o, target, REGION_LOWER])
-        highest = min(highest, width)
-        following = model.tables[o, target, REGION_LOWER_FACTOR if upper else REGION_UPPER_FACTOR]
     if action == IMPACT or x[THETA] == 0.0:
         k[IMPACTS] += 1
         x[STRIKE] = max(x[STRIKE], speed)
-    faster = max(1.0, following) * x[OMEGA]
-    settled = action == BOUNCE and x[OMEGA] == 0.0
-    if settled or (
-        k[FREE] == 0 and comes_to_rest(model, o, rest, loss, x[OMEGA], faster, stiffness, force, slope, left, highest)
-    ):
+    if action == BOUNCE and x[OMEGA] == 0.0:
         set_at_rest(x, k, model, o, rest)
+    elif k[FREE] == 0 and may_rest(model, o, rest, loss, x[OMEGA], left):
+        stiffness = model.tables[o, region, REGION_STIFFNESS]
+        highest = model.tables[o, region, REGION_UPPER] - model.tables[o, region, REGION_LOWER]
+        faster = x[OMEGA]
+        if action == BOUNCE:
+            highest = min(highest, x[BACK] + x[THETA] if upper else x[FRONT] - x[THETA])
+        else:
+            highest = min(highest, lesser_peak(x))
+            highest = min(highest, model.tables[o, target, REGION_UPPER] - model.tables[o, target, REGION_LOWER])
+            faster *= max(1.0, model.tables[o, target, REGION_LOWER_FACTOR if upper else REGION_UPPER_FACTOR])
+        if comes_to_rest(model, o, rest, loss, x[OMEGA], faster, stiffness, force, slope, left, highest):
+            set_at_rest(x, k, model, o, rest)
 
 
 @kernel(**FUSED)

@@ -19,6 +19,7 @@ from .tables import (
     PAR_RULE,
     REGION_CENTRE,
     REGION_DAMPING,
+    REGION_GAIN,
     REGION_INERTIA,
     REGION_LOWER,
     REGION_OFFSET,
@@ -72,9 +73,10 @@ def energy_of(model, o, region, theta, omega):
 def near_zero(model, o, region):
     """Return offset, stiffness, gain, lean at 0: theta'' = offset + gain forcing - (stiffness - lean forcing) theta."""
     stiffness = model.tables[o, region, REGION_STIFFNESS]
-    scale = model.parameters[o, PAR_EXACT]
-    if scale == 0.0:
-        return model.tables[o, region, REGION_OFFSET], stiffness, 1.0, 0.0
+    gain = model.tables[o, region, REGION_GAIN]
+    if model.parameters[o, PAR_EXACT] == 0.0:
+        return model.tables[o, region, REGION_OFFSET], stiffness, gain, 0.0
+    scale = gain * model.parameters[o, PAR_EXACT]
     tilt = model.tables[o, region, REGION_CENTRE]
     return stiffness * math.sin(tilt), stiffness * math.cos(tilt), scale * math.cos(tilt), scale * math.sin(tilt)
 

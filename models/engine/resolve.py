@@ -49,7 +49,7 @@ from .tables import (
     UPWARD,
     WAITS,
 )
-from .together import finish_pieces, flush_turns, pad, solve_crossings
+from .together import finish_pieces, flush_turns, solve_crossings, whole
 
 
 @kernel(**BARE)
@@ -100,7 +100,7 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
             pieces[PIECE_GAP * LANES + n] = row[REGION_LOWER + k[UPWARD]] - theta
             n += 1
         if n > 0:
-            solve_crossings(pieces, pad(pieces, n))
+            solve_crossings(pieces, whole(n))
         read = np.int64(0)
         n = np.int64(0)
         entries = np.int64(0)
@@ -175,7 +175,7 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
             k[NEED] = need
             w.parked_time[j] = t
         if entries > 0:
-            solve_propagators(zones, pad(zones, entries), dt)
+            solve_propagators(zones, whole(entries), dt)
         for j in range(entries):
             step = w.own[w.zone_lane[j]]
             step[STEP_DAMPING] = zones[PIECE_DAMPING * LANES + j]
@@ -184,7 +184,7 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
             for column in range(STEP_G2_RISE + 1):
                 step[column] = zones[(PIECE_GAP + column) * LANES + j]
         if n > 0:
-            finish_pieces(pieces, pad(pieces, n))
+            finish_pieces(pieces, whole(n))
         read = np.int64(0)
         again = np.int64(0)
         for j in range(parked):

@@ -38,6 +38,13 @@ SPAN = 32
 MARGIN = 32.0 * EPSILON  # of the uplift threshold, within which forcing counts as at the threshold
 
 
+@kernel(inline="always")
+def may_rest(model, o, rest, loss, omega, left):
+    """Return a condition that `comes_to_rest` needs, and that rejects most cases: more is never enough."""
+    thresholds = model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN]
+    return omega == 0.0 or abs(omega) < 0.25 * loss * thresholds * left
+
+
 @kernel(**FUSED)
 def comes_to_rest(model, o, rest, loss, omega, next_omega, stiffness, force, slope, left, highest):
     """Return True if all later bounces provably end before the sample, or before its forcing leaves the threshold.
@@ -57,9 +64,6 @@ def comes_to_rest(model, o, rest, loss, omega, next_omega, stiffness, force, slo
         return True
     right = model.rests[o, rest, REST_UP]
     left_side = model.rests[o, rest, REST_DOWN]
-    # (this necessary condition rejects most cases)
-    if 2.0 * abs(omega) >= loss * 0.5 * (right + left_side) * left:
-        return False
     horizon = min(left, 0.5 / math.sqrt(abs(stiffness)))
     end = force + slope * horizon
     # Where the threshold is exceeded later in this sample, half the time until then is the horizon.

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from ...compiled import kernel
 from .events import TURN, first_event
 from .regions import raise_peak
@@ -189,27 +191,31 @@ def _set_calm_interval(s, lane, x):
     s[ROW_CALM_LOWER * LANES + lane] = max(-x[BACK], s[ROW_LOWER * LANES + lane]) + x[CALM_MARGIN]
 
 
-@kernel(**BARE)
-def pad(v, n):
-    """Add harmless pieces up to whole vectors, so that the bits of a piece do not depend on its neighbours."""
-    columns = v.shape[0] // PIECE_ROWS
-    padded = (n + 7) // 8 * 8
-    for j in range(n, padded):
-        v[PIECE_OMEGA * columns + j] = 1.0
-        v[PIECE_A * columns + j] = -2.0
-        v[PIECE_SLOPE * columns + j] = 0.0
-        v[PIECE_STIFFNESS * columns + j] = 0.0
-        v[PIECE_DAMPING * columns + j] = 0.0
-        v[PIECE_SPAN * columns + j] = 1.0
-        v[PIECE_GAP * columns + j] = 0.1
-    return padded
+@kernel(inline="always")
+def whole(n):
+    """Return a number of columns in whole vectors, so that the bits of a piece do not depend on its neighbours.
+
+    Further columns hold what was solved there before, or what `no_pieces` wrote.
+    """
+    return (n + 7) // 8 * 8
+
+
+@kernel()
+def no_pieces(columns):
+    """Return room for pieces that are solved together, with harmless ones in it."""
+    v = np.zeros(PIECE_ROWS * columns)
+    v[PIECE_OMEGA * columns : (PIECE_OMEGA + 1) * columns] = 1.0
+    v[PIECE_A * columns : (PIECE_A + 1) * columns] = -2.0
+    v[PIECE_SPAN * columns : (PIECE_SPAN + 1) * columns] = 1.0
+    v[PIECE_GAP * columns : (PIECE_GAP + 1) * columns] = 0.1
+    return v
 
 
 @kernel(**FUSED)
 def flush_turns(w, n, poly):
     """Solve the turns that have gathered; each may raise the peak of its lane."""
     v = w.turns
-    _solve_turns(v, pad(v, n))
+    _solve_turns(v, whole(n))
     for j in range(n):
         lane = w.turn_lane[j]
         theta = v[PIECE_GAP * TURN_COLUMNS + j]

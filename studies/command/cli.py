@@ -303,8 +303,8 @@ def bench(
     *,
     out: Annotated[Path, Parameter(help="Folder for performance.md and its figures.")] = Path("results/bench"),
     parts: Annotated[
-        str, Parameter(help="What to measure, with commas: speed, skipping, scale, precision, flags.")
-    ] = "speed,skipping,scale,precision,flags",
+        str, Parameter(help="What to measure, with commas: speed, scenes, skipping, scale, precision, flags.")
+    ] = "speed,scenes,skipping,scale,precision,flags",
     full: Annotated[bool, Parameter(negative="", help="The slowest rivals as well.")] = False,
     json: Annotated[bool, Parameter(negative="", help="Print all figures as JSON instead of tables.")] = False,
 ) -> None:

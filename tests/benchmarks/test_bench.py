@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rounding import AS_STORED
 
-from toppling.benchmarks import figures, flags, page, precision, scale, speed, suite, tables
+from toppling.benchmarks import figures, flags, page, precision, scale, scenes, speed, suite, tables
 from toppling.benchmarks.measure import answers, errors, machine, seconds, true_record, truth_data, truth_of
 from toppling.benchmarks.problems import CASES, DT, HARD, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, problem, record
 from toppling.benchmarks.rivals import located_runge_kutta, newmark, runge_kutta
@@ -135,6 +135,7 @@ def results():
         "full": False,
         "machine": machine(),
         "speed": {"rows": rows, "exact_over_linear": speed.exact_over_linear(rows)},
+        "scenes": scenes.scenes(case=(blocks, CASES["B"][1][-8:]), repeats=1),
         "skipping": speed.skipping(FEW, blocks, number=1, repeats=1),
         "scale": scale.scale(sizes=(1_000,), share_runs=1_000, repeats=1),
         "precision": precision.precision(FEW, rivals, timed=np.linspace(0.1, 0.4, 4)),
@@ -152,6 +153,18 @@ class TestParts:
         assert all(row["share_passing"] > 0.0 for row in rows)
         assert set(results["speed"]["exact_over_linear"]) == {"K", "B"}
         assert all(ratio > 1.0 for ratio in results["speed"]["exact_over_linear"].values())
+
+    def test_scenes(self, results):
+        rows = results["scenes"]
+        assert all(row["cost"] > 0.0 for row in rows)
+        assert {row["ratio"] for row in rows if row["scene"] == scenes.FREE} == {1.0}
+        known = {law: [row["scene"] for row in rows if row["law"] == law] for law in tables.laws_of(rows)}
+        linear, exact, _ = known.values()
+        assert linear == list(scenes.SCENES)
+        assert exact == [name for name in linear if "strap" not in name]
+        table = tables.scenes_table(rows)
+        assert [row[0] for row in table.rows] == linear
+        assert table.rows[linear.index("strap")][3:5] == ("–", "–")
 
     def test_skipping(self, results):
         for row in results["skipping"]:
@@ -229,7 +242,14 @@ class TestPage:
         assert text.startswith("# How fast, and how right?\n\n*What does")
         for words in ("`toppling bench`", results["machine"]["processor"], results["machine"]["numba"], "cost.png"):
             assert words in text
-        for heading in ("Speed", "Skipping", "An analysis, end to end", "Work and precision", "Wrong verdicts"):
+        for heading in (
+            "Speed",
+            "Scenes",
+            "Skipping",
+            "An analysis, end to end",
+            "Work and precision",
+            "Wrong verdicts",
+        ):
             assert f"\n## {heading}\n" in text
         assert "absent 1e-6: all laws" in text
         assert "a step there, too" in text  # what the yardstick pays for
@@ -245,6 +265,16 @@ class TestPage:
         )
         for a, b in zip(one, other, strict=True):
             np.testing.assert_array_equal(a, b)
+
+    def test_says_which_scene_is_dear(self, results):
+        rows = [dict(row, ratio=1.0 if row["scene"] != "strap" else 1.77) for row in results["scenes"]]
+        assert "(target 1.5: **missed** by strap under housner geometry=linear (1.77)" in page.text(
+            {**results, "scenes": rows}
+        )
+        rows = [dict(row, ratio=0.5) for row in rows]
+        assert "costs 0.50 times as much as one of the free block (target 1.5: met)" in page.text(
+            {**results, "scenes": rows}
+        )
 
     def test_says_what_is_missed(self, results):
         rows = [dict(row, share=0.9) for row in results["speed"]["rows"]]
@@ -314,7 +344,7 @@ class TestCommand:
         said = capsys.readouterr().err
         assert said.startswith(f"toppling: --parts {parts}: ")
         assert said.count("\n") == 1
-        assert "speed, skipping, scale, precision, flags" in said
+        assert "speed, scenes, skipping, scale, precision, flags" in said
 
     def test_a_folder_that_cannot_be_written(self, tmp_path, capsys):
         (tmp_path / "file").write_text("")

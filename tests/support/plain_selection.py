@@ -44,6 +44,7 @@ def plain_selection():
         (tp.HousnerImpact(e=0.9), {"wall": tp.Wall(0.01)}),
         (linear, {"wall": tp.Wall(0.7)}),
         (linear, {"wall": tp.Wall(), "mass": 100.0, "restraint": strap}),
+        (linear, {"mass": 100.0, "restraint": tp.Restraint.strap(1.75, 1e5, 20e3)}),
     ):
         oscillator = model.oscillator(tp.Block(0.4, 1.8, **options))
         found += list(run_many([oscillator], np.array([[0.5, 1.0, 2.0]]), record, 0.01)[0])
