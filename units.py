@@ -18,6 +18,7 @@ ANGULAR_VELOCITY: Final = "rad s-1"
 ANGULAR_ACCELERATION: Final = "rad s-2"
 HERTZ: Final = "Hz"
 NEWTON: Final = "N"
+STIFFNESS: Final = "N m-1"
 PER_YEAR: Final = "year-1"
 
 SCHEMA: Final = 1

@@ -30,7 +30,7 @@ from .risk.inversion import Design, design_for_rate, size_for_rate
 from .risk.modelling import with_modelling
 from .risk.slenderness import slenderness_for_rate
 from .runs.plan import Chunk, Work, plan_chunks, run_chunk
-from .uncertainty.distributions import Beta, Categorical, Distribution, Lognormal, Normal, Uniform
+from .uncertainty.distributions import Beta, Categorical, Distribution, Least, Lognormal, Normal, Uniform
 from .uncertainty.ida import uncertain_ida
 from .uncertainty.indices import morris_indices, sobol_indices, tornado
 from .uncertainty.inputs import RandomInputs
@@ -51,6 +51,7 @@ __all__ = [
     "ExchangeError",
     "HazardCurve",
     "HazardError",
+    "Least",
     "Lognormal",
     "Normal",
     "RandomInputs",

@@ -214,6 +214,13 @@ class Block:
         return self.cm_offset == 0.0 and self.lean == 0.0
 
     @property
+    def sided(self) -> bool:
+        """True if the block answers a motion and its reverse differently: what is around it differs front from back."""
+        wall, restraint = self.wall, self.restraint
+        niche = wall is None or wall.front_gap == wall.gap
+        return not (self.symmetric and niche and (restraint is None or restraint.front == restraint.back))
+
+    @property
     def corners(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Of front and back: the mass centre's horizontal distance to the corner (m), and the angle (rad) to tip it."""
         front, back = self.b - self.cm_offset, self.b + self.cm_offset

@@ -10,11 +10,12 @@ import xarray as xr
 
 from .. import checks
 from ..aliases import Array
-from ..units import ANGULAR_ACCELERATION, ANGULAR_VELOCITY, DIMENSIONLESS, RADIAN, SECOND, provenance
+from ..units import ANGULAR_ACCELERATION, ANGULAR_VELOCITY, DIMENSIONLESS, NEWTON, RADIAN, SECOND, provenance
 from .block import Block, describe_block
 from .engine import tables as engine
 from .laws import Law, describe_law, oscillator_of
 from .oscillator import Oscillator, exact_lever
+from .restraint_force import held_by, largest_force
 from .runs import Trace, trace
 
 MAX_FREE_SAMPLES = 10_000_000
@@ -49,7 +50,8 @@ def simulate(
         when all later bounces would end within one sample), overturning_time (s, NaN if the block stands).
         After overturning the rotation stays at +-pi/2.  Of a block with a wall, a restraint, an offset or a lean also
         peak_front, peak_back (rad), wall_impacts, wall_impact_velocity (rad/s), ruptured, rupture_time (s) and
-        final_state (0 stands; 1 and -1 held beyond its balance at the front and the back; 2 and -2 fell).
+        final_state (0 stands; 1 and -1 held beyond its balance at the front and the back; 2 and -2 fell); of one with a
+        restraint restraint_force (N): the greatest force of each of its parts, its strength if it broke.
 
     Raises
     ------
@@ -237,6 +239,18 @@ def _histories(
                 "0 stands, 1 and -1 held beyond its balance at the front and the back, 2 and -2 fell",
             ),
         }
+    if block.restraint is not None:
+        force = largest_force(
+            held_by(block, oscillator),
+            run.results[engine.OUT_FRONT],
+            run.results[engine.OUT_BACK],
+            run.results[engine.OUT_BROKEN] > 0.0,
+            max(0.0, -acceleration.min()),
+            max(0.0, acceleration.max()),
+            np,
+        )
+        text = "greatest force of each part of the restraint, its strength if it broke"
+        sides["restraint_force"] = scalar(float(force), NEWTON, text)
     return xr.Dataset(
         {
             "rotation": on_time(theta, RADIAN, "rotation"),

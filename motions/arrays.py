@@ -21,6 +21,11 @@ from ..units import ACCELERATION, METRE, SECOND
 
 RECORDED = {"units": "1", "long_name": "whether the motion was read from a file, and not generated"}
 OWN_AMPLITUDE = {"units": "1", "long_name": "whether the amplitude is the motion's own and no parameter"}
+AS_GIVEN = {"units": "1", "long_name": "motion as given"}
+RECORD, POLARITY = "record", "polarity"
+"""Coordinates of runs: the label of the motion as given, and the sign with which it is run."""
+REVERSE_OF = "reverse_of"
+"""Coordinate of motions that are run both ways: the label of the motion that each reverses (`motions.polarity`)."""
 
 
 class Record(NamedTuple):
@@ -30,7 +35,8 @@ class Record(NamedTuple):
     scaling changes its meaning; it is False if the amplitude is a parameter, as in filtered noise, pulses and motions
     of a target spectrum.  `recorded` is True for what was read from a file, which may hold offsets, drifts and slips of
     units (`toppling.motions.plausibility`).  `companion` (n,) is the other horizontal component, where it is known.
-    `corrected` is True where a baseline was subtracted or a high-pass filter applied.
+    `corrected` is True where a baseline was subtracted or a high-pass filter applied.  `reverse_of` is the label of the
+    motion that this one reverses, '' for a motion as given.
     """
 
     label: str
@@ -42,6 +48,12 @@ class Record(NamedTuple):
     recorded: bool = False
     companion: Array | None = None
     corrected: bool = False
+    reverse_of: str = ""
+
+    @property
+    def given(self) -> str:
+        """Label of the motion as given, which its reverse shares."""
+        return self.reverse_of or self.label
 
     @property
     def duration(self) -> float:
@@ -167,7 +179,7 @@ def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
 HORIZONTAL = ("h1", "h2")
 BASELINES = ("baseline(", "highpass(", "bandpass(")
 """Corrections, as the attribute `processing` lists them, that remove offsets and drifts."""
-_RECORD_COORDINATES = ("motion", "source", "dt", "own_amplitude", "recorded", "time")
+_RECORD_COORDINATES = ("motion", "source", "dt", "own_amplitude", "recorded", "time", REVERSE_OF)
 
 
 def _records_of(array: xr.DataArray) -> list[Record]:
@@ -201,8 +213,10 @@ def _records_of(array: xr.DataArray) -> list[Record]:
             own = bool(one.get("own_amplitude", True))
             source = str(one.get("source", "array"))
             read = bool(one.get("recorded", False))
-            name = f"{label} floor {floor}" if floor else label
-            found.append(Record(name, values, dt, source, floor, own, read, corrected=corrected))
+            reverse_of = str(one.get(REVERSE_OF, ""))
+            if floor:
+                label, reverse_of = (name and f"{name} floor {floor}" for name in (label, reverse_of))
+            found.append(Record(label, values, dt, source, floor, own, read, None, corrected, reverse_of))
     return found
 
 
@@ -235,7 +249,10 @@ def _values_by_motion(piece: xr.DataArray, name: str, n: int) -> Sequence[Any] |
 
 
 def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
-    """Return label, step, duration, source, own_amplitude (and floor, if there is one) of records, on ``motion``."""
+    """Return label, step, duration, source, own_amplitude (and floor, if there is one) of records, on ``motion``.
+
+    Where motions are run both ways also ``record``, the label of the motion as given, and ``polarity``, 1 or -1.
+    """
     labels = np.array([record.label for record in plain], dtype=object)
     sources = np.array([record.source for record in plain], dtype=object)
     coordinates = {
@@ -248,6 +265,12 @@ def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
     if any(record.floor for record in plain):
         floors = np.array([record.floor for record in plain], dtype=object)
         coordinates["floor"] = xr.Variable("motion", floors, {"units": "1", "long_name": "floor"})
+    if any(record.reverse_of for record in plain):
+        given = np.array([record.given for record in plain], dtype=object)
+        coordinates[RECORD] = xr.Variable("motion", given, AS_GIVEN)
+        signs = np.array([-1 if record.reverse_of else 1 for record in plain], dtype=np.int8)
+        text = "1 for a motion as given, -1 for its reverse"
+        coordinates[POLARITY] = xr.Variable("motion", signs, {"units": "1", "long_name": text})
     return coordinates
 
 

@@ -33,10 +33,10 @@ FLOORS = """
 benchmarks/kernels benchmarks/multiprecision fragility/kernels fragility/numerics models/engine models/scenes
 motions/arrays motions/kernels studies/codes
 
-models/block models/oscillator motions/corrections motions/intensity motions/readers
+models/block models/oscillator motions/corrections motions/intensity motions/polarity motions/readers
 
-models/assembly models/friction models/items models/runs models/supports motions/pairs motions/plausibility
-motions/scaling
+models/assembly models/friction models/items models/restraint_force models/runs models/supports motions/pairs
+motions/plausibility motions/scaling
 
 models/sides motions/floors motions/simulated
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from toppling.distributions import Beta, Lognormal, Normal, Uniform
+from toppling.distributions import Beta, Least, Lognormal, Normal, Uniform
 from toppling.models.friction import LognormalFriction, NormalFriction, UniformFriction
 
 PROBABILITIES = np.array([1e-6, 0.01, 0.3, 0.5, 0.9, 0.999])
@@ -66,3 +66,39 @@ def test_a_bound_too_far_above_a_tiny_median():
         warnings.simplefilter("error")
         bounded = Lognormal(1e-300, 0.1, 0.0, 1e308).quantile(np.array([0.1, 0.5, 0.9]))
     np.testing.assert_array_equal(bounded, Lognormal(1e-300, 0.1).quantile(np.array([0.1, 0.5, 0.9])))
+
+
+class TestLeast:
+    """The least of several parts, held to plain sampling and to closed forms."""
+
+    PARTS = (Lognormal(900.0, 0.3), Lognormal(400.0, 0.4), Lognormal(600.0, 0.25))
+
+    def test_against_brute_force(self):
+        rng = np.random.default_rng(2)
+        drawn = np.min([one.quantile(rng.random(400_000)) for one in self.PARTS], axis=0)
+        p = np.array([0.01, 0.1, 0.5, 0.9, 0.99])
+        found = Least(self.PARTS).quantile(p)
+        errors = np.sqrt(p * (1.0 - p) / drawn.size)
+        assert (np.abs(np.mean(drawn[:, None] <= found, axis=0) - p) < 4.0 * errors).all()
+
+    def test_quantiles_and_probabilities_agree(self):
+        p = np.array([1e-9, 1e-3, 0.3, 0.999, 1.0 - 1e-9])
+        kit = Least(self.PARTS)
+        assert np.allclose(kit.below(kit.quantile(p)), p, rtol=1e-12)
+        survival = np.prod([1.0 - one.below(500.0) for one in self.PARTS])
+        assert kit.below(500.0) == pytest.approx(1.0 - survival, rel=1e-14)
+
+    def test_alike_parts_have_a_closed_form(self):
+        p = np.array([0.05, 0.5, 0.95])
+        assert np.allclose(Least([self.PARTS[0]] * 3).quantile(p), self.PARTS[0].quantile(1.0 - (1.0 - p) ** (1 / 3)))
+        assert np.allclose(Least(self.PARTS[:1]).quantile(p), self.PARTS[0].quantile(p), rtol=1e-15)
+
+    def test_bounded_parts(self):
+        kit = Least([Uniform(2.0, 4.0), Uniform(1.0, 3.0)])
+        assert kit.support == (1.0, 3.0)
+        assert kit.quantile(np.array([0.0, 1.0])).tolist() == pytest.approx([1.0, 3.0])
+
+    @pytest.mark.parametrize("parts", [[], 3.0, [1.0], Uniform(0.0, 1.0)])
+    def test_refusals(self, parts):
+        with pytest.raises((TypeError, ValueError), match="parts must"):
+            Least(parts)

@@ -17,6 +17,7 @@ from ...models import Block, describe_block, describe_law
 from ...models.oscillator import Oscillator
 from ...motions.arrays import Record, motion_coordinates
 from ...motions.plausibility import record_doubts
+from ...motions.polarity import BOTH
 from ...units import provenance
 from ..runs.factors import Factors, ScaleFactors
 from ..runs.graph import output_arrays
@@ -83,7 +84,7 @@ def doubts_of(blocks: Sequence[Block], design: Design) -> list[Doubt]:
     """Return the doubts in the sizes of blocks, the records, and the levels that they are scaled to."""
     at = design.coordinates.get("intensity" if design.name == STRIPES else "level")
     levels = [] if at is None else level_doubts(at.values, str(at.attrs["units"]))
-    return [*block_doubts(blocks), *record_doubts(design.motions), *levels]
+    return [*block_doubts(blocks), *record_doubts([one for one in design.motions if not one.reverse_of]), *levels]
 
 
 def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Dataset:
@@ -100,11 +101,11 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     thread = MeasuringThread(design.motions, request.screen)
     if request.compute:
         runs = collect(work, request.runner, request.progress)
-        outputs = output_variables(request, runs, specimens.blocks, sizes)
+        outputs = output_variables(request, runs, specimens.blocks, work, sizes)
         known = {"skipped": json.dumps(runs.skipped)}
     else:
         outputs = lazy_outputs(
-            request, output_arrays(work, plan_even(work), list(sizes.values())), specimens.blocks, sizes
+            request, output_arrays(work, plan_even(work), list(sizes.values())), specimens.blocks, work, sizes
         )
         known = {}
     measures, characteristics = thread.result()
@@ -117,6 +118,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     configuration = {
         **specimens.configuration,
         "motions": [record.label for record in design.motions],
+        **({"polarity": BOTH} if any(record.reverse_of for record in design.motions) else {}),
         **design.configuration,
     }
     labelled = xr.Dataset(

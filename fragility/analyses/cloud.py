@@ -9,8 +9,8 @@ import xarray as xr
 
 from ...aliases import Progress
 from ...models import Block, Law
-from ...motions.arrays import records
 from ...motions.intensity.measure import Measure
+from ...motions.polarity import AS_RECORDED, records_under
 from ..runs.factors import unscaled
 from ..runs.provenance import CLOUD, GROUND
 from ..runs.request import check_request
@@ -36,6 +36,7 @@ def cloud(
     *,
     screen: bool = True,
     ground: Motions | None = None,
+    polarity: str = AS_RECORDED,
     progress: Progress | None = None,
     compute: bool = True,
 ) -> xr.Dataset:
@@ -49,7 +50,7 @@ def cloud(
         Labelled motions (m s-2); nothing is scaled.
     im : str or Measure
         The intensity measure of the runs: any but ``scale``.
-    outputs, client, skip, screen, progress, compute
+    outputs, client, skip, screen, polarity, progress, compute
         As for `toppling.ida`.
     ground : xarray.DataArray or a sequence of them, optional
         The ground motions of which `motions` are floor motions: the measure is then that of the ground motions.
@@ -79,8 +80,8 @@ def cloud(
     ('motion',)
     """
     request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
-    plain = records(motions)
-    at = plain if ground is None else ground_of(plain, records(ground))
+    plain = records_under(motions, polarity)
+    at = plain if ground is None else ground_of(plain, records_under(ground, polarity))
     measure = intensity_measure(im)
     if measure is None:
         raise ValueError(f"im must be a measure of the motions in a cloud analysis, got {im!r}")

@@ -9,8 +9,8 @@ import xarray as xr
 
 from ...aliases import Progress
 from ...models import Block, Law
-from ...motions.arrays import records
 from ...motions.intensity.measure import Measure
+from ...motions.polarity import AS_RECORDED, records_under
 from ..runs.labels import measured
 from ..runs.provenance import GROUND, IDA
 from ..runs.request import check_request
@@ -35,6 +35,7 @@ def ida(
     *,
     screen: bool = True,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    polarity: str = AS_RECORDED,
     progress: Progress | None = None,
     compute: bool = True,
 ) -> xr.Dataset:
@@ -56,7 +57,8 @@ def ida(
         Any of overturned, peak_rotation, uplifted, impacts, overturning_time, impact_velocity (the greatest angular
         speed at which the block comes down, before an impact or at the edge of the elastic zone), direction (1 or -1:
         the sign of the rotation in which it fell; 0 if it stands), top_displacement (the way of the upper corner it
-        leans to, height x sin(peak_rotation): to be compared with the gap to a wall).
+        leans to, height x sin(peak_rotation): to be compared with the gap to a wall), restraint_force (N, the greatest
+        force of each part of a restraint: its strength where it broke; NaN without one).
     client : distributed.Client, optional
         The cluster that computes the runs; where not given, what dask is configured to use (a scheduler, or a default
         client), else threads of this process.
@@ -72,6 +74,10 @@ def ida(
     ground : xarray.DataArray or a sequence of them, optional
         The ground motions of which `motions` are floor motions, with the same labels: the levels then refer to the
         measure of the ground motions, and each floor motion is scaled like its ground motion (the building is elastic).
+    polarity : {"as recorded", "both"}
+        ``both`` runs every motion both ways, as given and reversed (ü and -ü), for blocks that answer the two
+        differently: those with a wall, a restraint, an offset or a lean.  The two are trials of one motion: counts
+        hold both, and every interval takes the motion as one draw with all its runs.
     progress : callable, optional
         Called with (runs done, runs in all) after every chunk.
     compute : bool
@@ -84,7 +90,8 @@ def ida(
     -------
     xarray.Dataset
         The outputs on (block, model, level, motion), with the properties of blocks, laws and motions as coordinates,
-        and the variables of the validity screen.
+        and the variables of the validity screen.  Where motions are run both ways, each is followed by its reverse
+        along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).
         Bit-identical for any chunking, any scheduler and any number of workers.
 
     Raises
@@ -108,7 +115,7 @@ def ida(
     {'block': 1, 'model': 1, 'level': 2, 'motion': 4, 'reason': 8}
     """
     request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
-    design = incremental(levels, motions, im, request.blocks, ground)
+    design = incremental(levels, motions, im, request.blocks, ground, polarity)
     return analyse(request, specimens_of(request), design)
 
 
@@ -118,10 +125,11 @@ def incremental(
     im: str | Measure,
     blocks: Sequence[Block],
     ground: xr.DataArray | Iterable[xr.DataArray] | None,
+    polarity: str = AS_RECORDED,
 ) -> Design:
     """Return the design in which every motion is run at every level; arguments as for `ida`."""
-    plain = records(motions)
-    below = None if ground is None else ground_of(plain, records(ground))
+    plain = records_under(motions, polarity)
+    below = None if ground is None else ground_of(plain, records_under(ground, polarity))
     scaled = scaling(levels, plain, im, blocks, below)
     attributes = {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
     level = xr.Variable("level", scaled.levels, attributes)

@@ -11,8 +11,9 @@ import xarray as xr
 from ... import checks
 from ...aliases import Progress
 from ...models import Block, Law
-from ...motions.arrays import Record, records
+from ...motions.arrays import AS_GIVEN, RECORD, Record
 from ...motions.intensity.measure import Measure
+from ...motions.polarity import AS_RECORDED, records_under
 from ...units import DIMENSIONLESS
 from ..runs.factors import dense, unscaled
 from ..runs.labels import measured
@@ -42,6 +43,7 @@ def stripes(
     screen: bool = True,
     scale: bool = True,
     ground: Sequence[Motions] | None = None,
+    polarity: str = AS_RECORDED,
     progress: Progress | None = None,
     compute: bool = True,
 ) -> xr.Dataset:
@@ -57,7 +59,7 @@ def stripes(
         Level of each stripe, SI, > 0, strictly increasing.
     im : str or Measure
         The intensity measure of the levels, as for `toppling.ida`.
-    outputs, client, skip, screen, progress, compute
+    outputs, client, skip, screen, polarity, progress, compute
         As for `toppling.ida`.
     scale : bool
         True (default) scales every motion of a stripe to its level; False runs the motions as they are, because they
@@ -101,8 +103,8 @@ def stripes(
     if not isinstance(scale, bool):
         raise TypeError(f"scale must be True or False, got {scale!r:.40}")
     values = increasing(levels)
-    sets = _sets("motions", motions, values.size)
-    below = [None] * values.size if ground is None else _sets("ground", ground, values.size)
+    sets = _sets("motions", motions, values.size, polarity)
+    below = [None] * values.size if ground is None else _sets("ground", ground, values.size, polarity)
     plain = [record for own in sets for record in own]
     scalings = [
         scaling([level], own, im, request.blocks, None if earth is None else ground_of(own, earth))
@@ -112,7 +114,7 @@ def stripes(
         scalings = [one._replace(factors=np.ones((1, 1, len(own)))) for one, own in zip(scalings, sets, strict=True)]
     scaled = _joined(scalings)
     stripe = np.repeat(np.arange(1, values.size + 1), [len(own) for own in sets])
-    names = [record.label for record in plain]
+    names, given = [record.label for record in plain], [record.given for record in plain]
     if len(set(names)) < len(names):
         plain = [one._replace(label=f"{one.label}, stripe {k}") for one, k in zip(plain, stripe, strict=True)]
     attributes = {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
@@ -127,9 +129,7 @@ def stripes(
         {
             "intensity": intensity,
             "stripe": xr.Variable("motion", stripe, {"units": DIMENSIONLESS, "long_name": "stripe"}),
-            "record": xr.Variable(
-                "motion", np.array(names, dtype=object), {"units": DIMENSIONLESS, "long_name": "motion as given"}
-            ),
+            RECORD: xr.Variable("motion", np.array(given, dtype=object), AS_GIVEN),
             **measured(scaled),
         },
         {
@@ -153,7 +153,7 @@ def _joined(scalings: Sequence[Scaling]) -> Scaling:
     )
 
 
-def _sets(name: str, motions: Sequence[Motions], n: int) -> list[list[Record]]:
+def _sets(name: str, motions: Sequence[Motions], n: int, polarity: str) -> list[list[Record]]:
     """The plain records of each stripe."""
     if not isinstance(motions, list | tuple):
         raise TypeError(f"{name} must be a list of motions, one set a level, got {checks.kind(motions)}")
@@ -163,7 +163,7 @@ def _sets(name: str, motions: Sequence[Motions], n: int) -> list[list[Record]]:
     found = []
     for i, one in enumerate(sets, start=1):
         try:
-            found.append(records(one))
+            found.append(records_under(one, polarity))
         except (TypeError, ValueError) as error:
             raise type(error)(f"{name}[{i}]: {error}") from None
     return found

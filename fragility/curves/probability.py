@@ -10,7 +10,7 @@ from ...units import DIMENSIONLESS
 from ...wording import given_percent
 from ..fitting.states import OVERTURNED, State, reached, state_name
 from ..numerics.proportions import METHOD_NAMES, binomial_interval
-from ..runs.provenance import carried_attributes, motions_by_floor
+from ..runs.provenance import carried_attributes, motions_by_floor, number_of_motions
 
 
 def overturning_probability(
@@ -45,13 +45,17 @@ def overturning_probability(
 
     Notes
     -----
-    At one level every motion counts once, so the runs are independent and the interval is binomial.  Floors of
-    one building shake together: their probabilities are not independent of each other.
+    At one level every motion counts once, so the runs are independent and the interval is binomial.  Of motions that
+    are run both ways (``polarity="both"``) the counts hold both runs, and the interval takes a motion as one trial by
+    the share of its runs that reach the state: no share between 0 and 1 varies more than a trial of the same mean, so
+    that the interval is wide enough however the two runs depend on each other.  Floors of one building shake together:
+    their probabilities are not independent of each other.
     """
     within = checks.number("confidence", confidence, above=0.0, below=1.0)
     flags = reached(runs, state)
     overturnings, trials = _counts(flags)
-    lower, upper = binomial_interval(overturnings.values, trials.values, within, interval)
+    ways = 1 if number_of_motions(flags) == flags.sizes["motion"] else 2
+    lower, upper = binomial_interval(overturnings.values / ways, trials.values / ways, within, interval)
     kind = f"{given_percent(within)} {METHOD_NAMES[interval]} interval"
     name = state_name(state)
     variables = {

@@ -19,10 +19,17 @@ from ...aliases import Array, Flags, Index
 from ...motions.intensity.measure import Measure
 from ...units import DIMENSIONLESS
 from ...wording import given_percent
-from ..fitting.bootstrap import draw_motions, percentile_interval
+from ..fitting.bootstrap import draw_clusters, percentile_interval
 from ..fitting.states import OVERTURNED, State, state_name
 from ..numerics.slabs import gathered, sizes_of
-from ..runs.provenance import motions_by_floor, provenance_from, without_floors
+from ..runs.provenance import (
+    as_given,
+    motions_by_floor,
+    number_of_motions,
+    polarity_pairs,
+    provenance_from,
+    without_floors,
+)
 from .candidates import Candidate, Motions, candidates_of, covariates_of, motions_of_runs
 from .capacity import OrderedRuns, brackets, ordered_runs
 from .trends import STATUSES, DispersionFits, LogCapacityEnds, capacity_trends, demand_trends, fit_dispersions
@@ -115,12 +122,14 @@ def rank_measures(
     overturn (`share_above`) the dispersion depends on the lognormal form, the more so the further the measure is from
     that of the levels.
 
-    Intervals are percentiles over bootstrap samples of motions; those of `excess` are paired.  There is no correction
+    Intervals are percentiles over bootstrap samples of motions (both runs of one that is run both ways are drawn
+    together); those of `excess` are paired.  There is no correction
     for multiple comparisons: of many equal measures some are told apart by chance.
 
     Trends are fitted together with the dispersion to the same intervals, one covariate at a time; standard errors are
     those of the observed information times sqrt(n/(n - 2)), p-values Student's with n - 2 degrees of freedom: for
-    capacities known exactly this is ordinary least squares.
+    capacities known exactly this is ordinary least squares.  Trends are of the motions as given: those of their
+    reverses are not independent of them.
 
     Demands are conditional on rocking without overturning, and the runs of one motion at all levels count alike.
 
@@ -237,7 +246,8 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
     candidates = candidates_of(runs, ordered, run_motions, options.also, options.pool)
     n = len(run_motions.labels)
     # how often each motion is drawn, (1 + replicate, motion); in the first row every motion once
-    weights = np.concatenate([np.ones((1, n)), draw_motions((np.arange(n),), options.replicates, options.seed)])
+    drawn = draw_clusters(polarity_pairs(runs), options.replicates, options.seed)
+    weights = np.concatenate([np.ones((1, n)), drawn])
     capacities = _capacities(ordered, options.pool)
     ends = [_log_capacities(capacities, one) for one in candidates]
     dims = ("block", "model", "measure")
@@ -249,7 +259,12 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
     coords = _coordinates(runs, candidates, options.pool)
     if not options.pool:
         known = covariates_of(runs, run_motions, options.covariates)
-        found = capacity_trends(ends, known)
+        # (a motion that is run both ways counts once, as given: its two capacities are not independent)
+        given = as_given(runs)
+        found = capacity_trends(
+            [(lower[..., given], upper[..., given]) for lower, upper in ends],
+            [one.isel(motion=given) for one in known],
+        )
         for name, values, text in (
             ("slope", found.slope, "slope of ln capacity on the covariate"),
             ("slope_se", found.error, "standard error of the slope"),
@@ -276,7 +291,7 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
             "confidence": options.confidence,
             "replicates": options.replicates,
             "seed": options.seed,
-            "motions": len(run_motions.labels),
+            "motions": number_of_motions(runs),
         },
     )
 

@@ -41,6 +41,15 @@ def draw_motions(strata: tuple[Index, ...], replicates: int, seed: int) -> Array
     return weights
 
 
+def draw_clusters(clusters: Index, replicates: int, seed: int) -> Array:
+    """Return how often each motion is drawn, (replicate, motion), where all motions of a cluster are drawn together.
+
+    clusters (motion,): the number of the cluster of each, such as the motion that is run both ways.
+    """
+    drawn = draw_motions((np.arange(clusters.max() + 1),), replicates, seed)
+    return np.ascontiguousarray(drawn[:, clusters])
+
+
 def draw_counts(cells: Array, replicates: int, seed: int, curve: int) -> Array:
     """Resample counts (cell,) level by level, where motions are not known; (replicate, cell).
 

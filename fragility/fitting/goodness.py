@@ -61,7 +61,7 @@ def goodness_of_fit(
     Raises
     ------
     TypeError, ValueError
-        As `fit_fragility`.
+        As `fit_fragility`; runs both ways, whose two outcomes of one motion the curve does not tie to each other.
 
     Notes
     -----
@@ -86,6 +86,11 @@ def goodness_of_fit(
     chosen = form_named(form)
     first = checks.choice("method", method, METHODS) == "first-overturning"
     trials = collect(data, first, state)
+    if trials.ways > 1:
+        raise ValueError(
+            "goodness of fit simulates motions of one outcome, and these are run both ways: test each polarity by "
+            "itself, runs.isel(motion=runs.polarity == 1)"
+        )
     check_method(chosen, method)
     checks.choice("penalty", penalty, tuple(PENALTIES))
     number = checks.count("replicates", replicates, at_least=1)

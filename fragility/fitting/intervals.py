@@ -68,7 +68,7 @@ class LineFits(NamedTuple):
     """Lines, the data they are fitted to, and their covariances (replicate, 3).
 
     covariance: with scores summed over each motion where motions come more than once (clustered); plain: from the
-    information, as if runs were independent.
+    information, as if runs were independent; ways: how many of the runs at a level are of one motion.
     """
 
     lines: FittedLines
@@ -76,6 +76,7 @@ class LineFits(NamedTuple):
     covariance: Array
     plain: Array
     clustered: bool
+    ways: int = 1
 
     def log_values(self, p: float | None) -> Array:
         """Return ln x of the fractile p, or ln(dispersion), (replicate,)."""
@@ -152,7 +153,7 @@ class Estimate:
         motions is a little small, and one from n motions drawn of them is smaller still.  Where motions come more than
         once, no interval is narrower than that of independent runs: resampling motions of large capacity gives no
         motion of small capacity, which the likelihood allows for (tests/fragility/fitting/test_coverage.py measures
-        the coverage of each kind).
+        the coverage of each kind).  The two runs of a motion that is run both ways count as one there.
 
         References
         ----------
@@ -176,7 +177,8 @@ class Estimate:
         scale = math.sqrt(self.fits.inflation(p)[0])
         low, high = low * scale, high * scale
         if self.fits.clustered:
-            low, high = min(low, -z), max(high, z)
+            least = math.sqrt(self.fits.ways) * z
+            low, high = min(low, -least), max(high, least)
         # a positive root stands for a parameter below the estimate
         first, last = self._end(p, high), self._end(p, low)
         if p is None:  # a larger slope is a smaller dispersion
@@ -266,9 +268,10 @@ def _fits(
     if not sample.repeated or weights is None:
         return LineFits(lines, data, plain, plain, False)
     summed = covariance_of(lines, data, outcomes, sample.patterns, weights)
-    # separated data have at most one level with both outcomes, and there each motion counts once
+    # separated data have at most one level with both outcomes, and there each motion counts once (or both ways, which
+    # may always agree)
     alone = (lines.status == engine.SEPARATED)[:, None]
-    return LineFits(lines, data, np.where(alone, plain, summed), plain, True)
+    return LineFits(lines, data, np.where(alone, sample.ways * plain, summed), plain, True, sample.ways)
 
 
 def median_bound(sample: Sample, confidence: float) -> Ends:
@@ -284,11 +287,15 @@ def median_bound(sample: Sample, confidence: float) -> Ends:
     if nothing == everything:
         return math.nan, math.nan
     levels = sample.levels
-    if everything:
-        levels, runs = levels[::-1], runs[::-1]
     # independent runs at each level and beyond
-    counted = np.maximum if sample.repeated or sample.by_interval else np.add
-    beyond = counted.accumulate(runs[::-1])[::-1]
+    if sample.repeated:
+        beyond = sample.motions_beyond(below=everything)
+    elif sample.by_interval:
+        beyond = runs
+    else:
+        beyond = np.cumsum(runs) if everything else np.cumsum(runs[::-1])[::-1]
+    if everything:
+        levels, beyond = levels[::-1], beyond[::-1]
     enough = np.flatnonzero(0.5**beyond <= 1.0 - confidence)
     if not enough.size:
         return math.nan, math.nan

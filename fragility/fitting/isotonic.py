@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ...aliases import Array, Index
+from ...aliases import Array
 from ..numerics.proportions import binomial_interval
 from .bootstrap import percentile_interval
 from .form import Columns, Form, log_likelihood_of, percentile_columns
@@ -59,7 +59,7 @@ class IsotonicForm(Form):
         overturnings, runs = sample.level_counts
         curve = isotonic_probabilities(sample.levels, overturnings.astype(float), runs.astype(float))
         again = self.probabilities(sample, drawn.cells, options.penalty)
-        lower, upper = _band(curve, again, runs, options.confidence)
+        lower, upper = _band(curve, again, runs / sample.ways, options.confidence)
         fractions = (0.5, *options.fractiles)
         values = np.array([crossings(sample.levels, curve[None], p)[0] for p in fractions])
         samples = np.array([crossings(sample.levels, again, p) for p in fractions])
@@ -80,12 +80,12 @@ class IsotonicForm(Form):
         return np.array([isotonic_probabilities(sample.levels, k, n) for k, n in zip(overturnings, runs, strict=True)])
 
 
-def _band(curve: Array, again: Array, runs: Index, confidence: float) -> tuple[Array, Array]:
+def _band(curve: Array, again: Array, motions: Array, confidence: float) -> tuple[Array, Array]:
     """Pointwise percentiles of the replicates, widened by binomial intervals where no run overturned, or all did."""
     if np.isnan(curve).any():
         return curve, curve
     lower, upper, _ = percentile_interval(again.T, confidence)
-    low_end, high_end = binomial_interval(np.rint(curve * runs), runs, confidence)
+    low_end, high_end = binomial_interval(np.rint(curve * motions), motions, confidence)
     upper = np.where(curve == 0.0, np.fmax(upper, high_end), upper)
     lower = np.where(curve == 1.0, np.fmin(lower, low_end), lower)
     return np.minimum.accumulate(lower[::-1])[::-1], np.maximum.accumulate(upper)

@@ -22,7 +22,7 @@ from ...aliases import Array, Flags, Index
 from ...units import DIMENSIONLESS
 from ..kernels import resampling as engine
 from ..numerics import slabs
-from ..runs.provenance import IDA, STRIPES, design_of, floor_of_each_motion, motions_by_floor
+from ..runs.provenance import IDA, STRIPES, clusters_of, design_of, motions_by_floor, number_of_motions
 from ..runs.thresholds import rocking_thresholds
 from .states import OVERTURNED, UPLIFTED, State, reached, state_name
 
@@ -58,7 +58,8 @@ class Sample(NamedTuple):
     levels (level,) increase; cells (cell,): the number of runs in each cell.  A cell is a level and a state
     (level * STATES + state) or, with `by_interval`, the interval of first overturning below each level and above the
     last.  threshold: the level at which rocking starts where it is known, else NaN; uplift_known: True where uplifts
-    are told apart; repeated: True where motions come more than once; patterns: None for counts.
+    are told apart; repeated: True where motions come more than once; patterns: None for counts; ways: 2 where each
+    motion is run both ways at its levels.
     """
 
     levels: Array
@@ -68,6 +69,7 @@ class Sample(NamedTuple):
     uplift_known: bool
     repeated: bool
     patterns: Patterns | None
+    ways: int = 1
 
     def resampled(self, weights: Array) -> tuple[Array, Array]:
         """Turn weights of motions (replicate, cluster) into weights of patterns (replicate, pattern) and cells."""
@@ -79,6 +81,17 @@ class Sample(NamedTuple):
         drawn = np.zeros((weights.shape[0], self.cells.size))
         engine.resample(weights, order, firsts, *self.patterns[1:], of_patterns, drawn)
         return of_patterns, drawn
+
+    def motions_beyond(self, below: bool = False) -> Index:
+        """Return how many motions have a run at each level or above it, or `below` it; motions must be known."""
+        assert self.patterns is not None
+        of_cluster, starts, cells, _ = self.patterns
+        times = np.bincount(of_cluster[of_cluster >= 0], minlength=starts.size - 1)
+        if self.by_interval:
+            return np.full(self.levels.size, times.sum())
+        last = (np.minimum if below else np.maximum).reduceat(cells // STATES, starts[:-1])
+        motions = np.bincount(last, times, self.levels.size).astype(np.int64)
+        return np.cumsum(motions) if below else np.cumsum(motions[::-1])[::-1]
 
     @property
     def level_counts(self) -> tuple[Index, Index]:
@@ -122,6 +135,11 @@ class Trials:
     def clusters(self) -> int:
         """Number of ground motions that can be drawn; 0 of counts."""
         return sum(stratum.size for stratum in self.strata)
+
+    @property
+    def ways(self) -> int:
+        """How many of the runs of a curve at a level are of one motion: 2 where motions are run both ways."""
+        return max((sample.ways for sample in self.samples), default=1)
 
     @property
     def repeated(self) -> bool:
@@ -204,7 +222,8 @@ def _trials_of_runs(data: xr.Dataset, first: bool, state: State, together: Seque
     x = data["level" if design == IDA else "intensity"]
     one = flags.isel(dict.fromkeys(together, 0), drop=True)
     intensities = _intensities(x, one)
-    clusters = _clusters(flags)
+    clusters = clusters_of(flags)
+    ways = 1 if number_of_motions(flags) == flags.sizes["motion"] else 2
     floor, groups = motions_by_floor(flags)
     shape = flags.shape[: len(dims)]
     thresholds = _per_curve(rocking_thresholds(data), flags.isel(dict.fromkeys(rest, 0), drop=True))
@@ -214,7 +233,7 @@ def _trials_of_runs(data: xr.Dataset, first: bool, state: State, together: Seque
             at = intensities[where] if design == IDA else intensities[where][motions]
             fell = flags.values[where]
             up = None if lifted is None else lifted.values[where]
-            samples.append(_sample(fell, up, at, motions, clusters, thresholds[i], first))
+            samples.append(_sample(fell, up, at, motions, clusters, thresholds[i], first)._replace(ways=ways))
     coords = _curve_coordinates(data, dims)
     if floor is not None:
         coords = {**coords, "floor": xr.DataArray(floor, dims="floor")}
@@ -353,16 +372,6 @@ def _intensities(x: xr.DataArray, flags: xr.DataArray) -> Array:
     _positive(str(x.name), x.values)
     like = flags.isel({dim: 0 for dim in ("level", "motion") if dim != last and dim in flags.dims}, drop=True)
     return np.asarray(x.broadcast_like(like).transpose(*dims, last).values, dtype=float)
-
-
-def _clusters(flags: xr.DataArray) -> Index:
-    """Return the number of each motion's ground motion; floor motions and stripes of one ground motion share it."""
-    floors = floor_of_each_motion(flags)
-    # (numbers stand in for missing labels; in stripes a motion that is repeated has another label)
-    labels = [str(one) for one in flags["record" if "record" in flags.coords else "motion"].values]
-    names = [one.removesuffix(f" floor {floor}") if floor else one for one, floor in zip(labels, floors, strict=True)]
-    known = {name: i for i, name in enumerate(dict.fromkeys(names))}
-    return np.array([known[name] for name in names], dtype=np.int64)
 
 
 def _strata(stripe: NDArray[Any], clusters: Index) -> tuple[Index, ...] | None:

@@ -20,8 +20,8 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
 
     Parameters
     ----------
-    successes, trials : array_like of int, broadcast against each other
-        Successes, between 0 and the trials.
+    successes, trials : array_like, broadcast against each other
+        Successes, between 0 and the trials; not whole where trials succeed in part.
     confidence : float
         Between 0 and 1.
     method : {"wilson", "clopper-pearson", "jeffreys"}
@@ -103,8 +103,8 @@ def _wilson(k: Array, n: Array, confidence: float) -> Ends:
 def _clopper_pearson(k: Array, n: Array, confidence: float) -> Ends:
     tail = 0.5 * (1.0 - confidence)
     # where an end is 0 or 1 anyway, the beta distribution degenerates
-    lower = scipy.special.betaincinv(np.maximum(k, 1.0), n - k + 1.0, tail)
-    upper = scipy.special.betainccinv(k + 1.0, np.maximum(n - k, 1.0), tail)
+    lower = scipy.special.betaincinv(np.where(k > 0.0, k, 1.0), n - k + 1.0, tail)
+    upper = scipy.special.betainccinv(k + 1.0, np.where(n > k, n - k, 1.0), tail)
     return np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
 
 

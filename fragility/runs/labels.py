@@ -12,11 +12,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...aliases import Array
 from ...models import Block, Law
 from ...models.block import describe_scene
+from ...models.restraint_force import HeldBy, held_by, largest_force
 from ...motions.intensity.measure import RESULT_MEASURES
-from ...units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, RADIAN, SECOND
+from ...units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, NEWTON, RADIAN, SECOND
 from ..numerics.slabs import Allocator
+from .factors import dense
+from .plan import Chunk, Work
 from .provenance import SCENE
 from .request import DERIVED, Request, Runs
 from .scaling import Scaling
@@ -41,49 +45,84 @@ VARIABLES: dict[str, tuple[str, str]] = {
         "on a strap), 2 and -2 fell to the front and to the back",
     ),
     "top_displacement": (METRE, "greatest horizontal displacement of the upper corner"),
+    "restraint_force": (NEWTON, "greatest force of each part of the restraint, its strength if it broke"),
 }
 """Units and long name of each output."""
 
 
 def output_variables(
-    request: Request, runs: Runs, blocks: Sequence[Block], sizes: Mapping[str, int]
+    request: Request, runs: Runs, blocks: Sequence[Block], work: Work, sizes: Mapping[str, int]
 ) -> dict[str, xr.Variable]:
-    """Return the outputs of runs on the dimensions of `sizes`; equally many oscillators are of each of `blocks`."""
+    """Return the outputs of the runs of some work on the dimensions of `sizes`.
+
+    Equally many of its oscillators are of each of `blocks`.
+    """
     variables = {}
     for name in request.outputs:
-        values = _output(name, runs, blocks, request.runner.array).reshape(tuple(sizes.values()))
-        units, long_name = VARIABLES[name]
-        variables[name] = xr.Variable(tuple(sizes), values, {"units": units, "long_name": long_name})
+        values = _output(name, runs, blocks, work, request.runner.array).reshape(tuple(sizes.values()))
+        variables[name] = _labelled(name, values, sizes)
     return variables
 
 
 def lazy_outputs(
-    request: Request, arrays: Mapping[str, da.Array], blocks: Sequence[Block], sizes: Mapping[str, int]
+    request: Request, arrays: Mapping[str, da.Array], blocks: Sequence[Block], work: Work, sizes: Mapping[str, int]
 ) -> dict[str, xr.Variable]:
     """Return the outputs of runs that are still to be computed, of arrays on the dimensions of `sizes`."""
+    dims = [size for dim, size in sizes.items() if dim not in ("level", "motion")]
+    each = math.prod(dims) // len(blocks)
+
+    def on_runs(values: Any) -> NDArray[Any]:
+        return np.array(values).reshape(*dims, *[1] * (len(sizes) - len(dims)))
+
     variables = {}
     for name in request.outputs:
-        values = arrays[DERIVED.get(name, name)]
         if name == "top_displacement":
-            heights = np.array([block.height for block in blocks])
-            dims = [size for dim, size in sizes.items() if dim not in ("level", "motion")]
-            each = np.repeat(heights, math.prod(dims) // len(heights)).reshape(*dims, *[1] * (len(sizes) - len(dims)))
-            values = each * da.sin(values)
-        units, long_name = VARIABLES[name]
-        variables[name] = xr.Variable(tuple(sizes), values, {"units": units, "long_name": long_name})
+            heights = np.repeat([block.height for block in blocks], each)
+            values = on_runs(heights) * da.sin(arrays["peak_rotation"])
+        elif name == "restraint_force":
+            columns = zip(*(held_by(blocks[i // each], one) for i, one in enumerate(work.oscillators)), strict=True)
+            to_front, to_back = _pushes(work)
+            every = np.arange(len(work.oscillators)) * work.factors.shape[0] // len(work.oscillators)
+            factors = dense(work.factors)[every].reshape(*dims, *list(sizes.values())[len(dims) :])
+            needed = (arrays["peak_front"], arrays["peak_back"], arrays["ruptured"])
+            values = largest_force(
+                HeldBy._make(map(on_runs, columns)), *needed, factors * to_front, factors * to_back, da
+            )
+        else:
+            values = arrays[name]
+        variables[name] = _labelled(name, values, sizes)
     return variables
 
 
-def _output(name: str, runs: Runs, blocks: Sequence[Block], array: Allocator) -> NDArray[Any]:
-    """An output (oscillator, level, motion), as the engine returned it or derived from one of its outputs."""
-    values = runs.results[DERIVED.get(name, name)]
-    if name != "top_displacement":
-        return values
-    derived = array(values.shape, values.dtype)
-    each = len(values) // len(blocks)
-    for i, (own, peaks) in enumerate(zip(derived, values, strict=True)):
-        np.multiply(blocks[i // each].height, np.sin(peaks, out=own), out=own)
+def _labelled(name: str, values: Any, sizes: Mapping[str, int]) -> xr.Variable:
+    units, long_name = VARIABLES[name]
+    return xr.Variable(tuple(sizes), values, {"units": units, "long_name": long_name})
+
+
+def _output(name: str, runs: Runs, blocks: Sequence[Block], work: Work, array: Allocator) -> NDArray[Any]:
+    """An output (oscillator, level, motion), as the engine returned it or derived from its outputs."""
+    if name not in DERIVED:
+        return runs.results[name]
+    needed = [runs.results[own] for own in DERIVED[name]]
+    derived = array(needed[0].shape, needed[0].dtype)
+    each = len(derived) // len(blocks)
+    if name == "top_displacement":
+        for i, (own, peaks) in enumerate(zip(derived, needed[0], strict=True)):
+            np.multiply(blocks[i // each].height, np.sin(peaks, out=own), out=own)
+        return derived
+    to_front, to_back = _pushes(work)
+    for i, (own, oscillator) in enumerate(zip(derived, work.oscillators, strict=True)):
+        factors = work.factors_of(Chunk(i, i + 1, 0, len(work.motions)))[0]
+        held = held_by(blocks[i // each], oscillator)
+        front, back, ruptured = (one[i] for one in needed)
+        own[...] = largest_force(held, front, back, ruptured, factors * to_front, factors * to_back, np)
     return derived
+
+
+def _pushes(work: Work) -> tuple[Array, Array]:
+    """Return the greatest accelerations (motion,) of the unscaled floor that push a block to its front and back."""
+    waves = [motion.acceleration for motion in work.motions]
+    return np.array([max(0.0, -wave.min()) for wave in waves]), np.array([max(0.0, wave.max()) for wave in waves])
 
 
 def measured(scaled: Scaling) -> dict[str, xr.Variable]:

@@ -14,11 +14,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...aliases import Array, Flags
+from ...aliases import Array, Flags, Index
 from ...models import LAWS, Block, Law
 from ...models.block import block_from
-from ...motions.arrays import Record, floor_coordinates, records
+from ...motions.arrays import POLARITY, RECORD, Record, floor_coordinates
 from ...motions.intensity.measure import Measure
+from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from ...units import provenance
 from .factors import BlockFactors, Factors, ScaleFactors, unscaled
 from .scaling import BlockMeasure, intensity_measure
@@ -197,6 +198,36 @@ def motions_by_floor(runs: xr.Dataset | xr.DataArray) -> tuple[xr.Variable | Non
     return floors, [np.flatnonzero([one == label for one in of_motion]) for label in labels]
 
 
+def clusters_of(runs: xr.Dataset | xr.DataArray) -> Index:
+    """Return the number of each motion's ground motion, which its floors, stripes and polarities share."""
+    floors = floor_of_each_motion(runs)
+    # (numbers stand in for missing labels; in stripes a motion that is repeated has another label)
+    labels = [str(one) for one in runs[RECORD if RECORD in runs.coords else "motion"].values]
+    names = [one.removesuffix(f" floor {floor}") if floor else one for one, floor in zip(labels, floors, strict=True)]
+    known = {name: i for i, name in enumerate(dict.fromkeys(names))}
+    return np.array([known[name] for name in names], dtype=np.int64)
+
+
+def number_of_motions(runs: xr.Dataset | xr.DataArray) -> int:
+    """Return the number of motions, those run both ways once; on several floors each floor's motion is one."""
+    if POLARITY not in runs.coords:
+        return int(runs.sizes["motion"])
+    stripe = runs["stripe"].values.tolist() if "stripe" in runs.coords else [0] * runs.sizes["motion"]
+    return len(set(zip(map(str, runs[RECORD].values), stripe, strict=True)))
+
+
+def polarity_pairs(runs: xr.Dataset | xr.DataArray) -> Index:
+    """Return a number for each motion, the same for one that is run both ways and its reverse."""
+    return clusters_of(runs) if POLARITY in runs.coords else np.arange(runs.sizes["motion"])
+
+
+def as_given(runs: xr.Dataset | xr.DataArray) -> Flags:
+    """Return True for each motion that is run as given, False for a reverse."""
+    if POLARITY not in runs.coords:
+        return np.ones(runs.sizes["motion"], np.bool_)
+    return np.asarray(runs[POLARITY].values > 0)
+
+
 def blocks_of(runs: xr.Dataset) -> list[Block]:
     """Return the blocks of labelled runs, from their coordinates."""
     names = ("width", "height", "cm_height", "inertia_factor")
@@ -224,15 +255,24 @@ def laws_of(runs: xr.Dataset) -> list[Law]:
 
 
 def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
-    """Return the motions of labelled runs as records, in order; ValueError where one is missing or differs."""
+    """Return the motions of labelled runs as records, in order; ValueError where one is missing or differs.
+
+    Of runs both ways the motions may be given both ways or as they were.
+    """
+    polarity = BOTH if POLARITY in runs.coords else AS_RECORDED
     if "stripe" not in runs.coords:
-        known = {one.label: one for one in records(motions)}  # type: ignore[arg-type]
+        known = {one.label: one for one in records_under(motions, polarity)}  # type: ignore[arg-type]
         return [_same(runs, i, known.get(str(label))) for i, label in enumerate(runs["motion"].values)]
     sets: list[Any] = [] if isinstance(motions, xr.DataArray) else list(motions)
-    keys = list(zip(runs["stripe"].values.tolist(), map(str, runs["record"].values), strict=True))
-    if len(sets) < max(stripe for stripe, _ in keys):
-        raise ValueError(f"motions must be one set for each of the {max(k for k, _ in keys)} stripes, got {len(sets)}")
-    found = {(k, one.label): one for k, own in enumerate(sets, start=1) for one in records(own)}
+    stripe = runs["stripe"].values.tolist()
+    keys = list(zip(stripe, map(str, runs[RECORD].values), as_given(runs).tolist(), strict=True))
+    if len(sets) < max(stripe):
+        raise ValueError(f"motions must be one set for each of the {max(stripe)} stripes, got {len(sets)}")
+    found = {
+        (k, one.given, not one.reverse_of): one
+        for k, own in enumerate(sets, start=1)
+        for one in records_under(own, polarity)
+    }
     return [_same(runs, i, found.get(key)) for i, key in enumerate(keys)]
 
 

@@ -25,8 +25,11 @@ if TYPE_CHECKING:
 
 Labelled = TypeVar("Labelled", Block, Law)
 
-# Outputs that are derived from the block and an output of the engine.
-DERIVED = {"top_displacement": "peak_rotation"}
+# Outputs that are derived from the block and outputs of the engine.
+DERIVED = {
+    "top_displacement": ("peak_rotation",),
+    "restraint_force": ("peak_front", "peak_back", "ruptured"),
+}
 OUTPUTS = (*OUTPUT_TYPES, *DERIVED)
 """Outputs that a run can have."""
 
@@ -104,7 +107,7 @@ def work_of(
     oscillators: Sequence[Oscillator], motions: Sequence[Record], factors: Factors, request: Request, each: int = 1
 ) -> Work:
     """Return the work of a request: every oscillator under factors (block, level, motion; see `Work`) times motions."""
-    names = tuple(dict.fromkeys(DERIVED.get(name, name) for name in request.outputs))
+    names = tuple(dict.fromkeys(own for name in request.outputs for own in DERIVED.get(name, (name,))))
     return Work(oscillators, tuple(motions), factors, request.skip, names, each)
 
 

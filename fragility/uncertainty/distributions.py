@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from ... import checks
 from ...aliases import Array
-from ...distributions import Beta, Continuous, Distribution, Lognormal, Normal, Uniform
+from ...distributions import Beta, Continuous, Distribution, Least, Lognormal, Normal, Uniform
 from ...models import Law
 
-__all__ = ["Beta", "Categorical", "Continuous", "Distribution", "Lognormal", "Normal", "Uniform"]
+__all__ = ["Beta", "Categorical", "Continuous", "Distribution", "Least", "Lognormal", "Normal", "Uniform"]
 
 
 @dataclass(frozen=True)

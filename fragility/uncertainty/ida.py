@@ -17,6 +17,7 @@ from ...aliases import Progress
 from ...models import Block, Law, describe_block, describe_law
 from ...models.laws import oscillator_of
 from ...motions.intensity.measure import Measure
+from ...motions.polarity import AS_RECORDED
 from ...units import DIMENSIONLESS
 from ..analyses.analysis import Specimens, analyse
 from ..analyses.ida import incremental
@@ -45,6 +46,7 @@ def uncertain_ida(
     samples: int | xr.Dataset = 64,
     seed: int = 0,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    polarity: str = AS_RECORDED,
     progress: Progress | None = None,
     compute: bool = True,
 ) -> xr.Dataset:
@@ -59,7 +61,7 @@ def uncertain_ida(
     models : law or a sequence of laws
         The nominal law.  Several laws give a dimension `model`, each under the same samples; where `law` is an input,
         one law must be given and is not used.
-    motions, levels, im, outputs, client, skip, ground, progress, compute
+    motions, levels, im, outputs, client, skip, ground, polarity, progress, compute
         As for `ida`.
     samples : int or xarray.Dataset
         Number of samples (a Latin hypercube under `seed`), or samples as `RandomInputs.sample` returns them.
@@ -98,7 +100,7 @@ def uncertain_ida(
     pairs = [pair for law in laws for pair in inputs.realise(block, law, drawn)]
     blocks = [one for one, _ in pairs]
     n = drawn.sizes["sample"]
-    design = incremental(levels, motions, im, blocks, ground)
+    design = incremental(levels, motions, im, blocks, ground, polarity)
     coordinates = _on_samples(design.coordinates, n)
     design = design._replace(title="Incremental dynamic analysis of an uncertain block", coordinates=coordinates)
     several = None if isinstance(models, Law) else laws

@@ -36,7 +36,8 @@ class RandomInputs:
     ----------
     distributions : mapping of str to Distribution
         Of a block: `alpha` (rad) and `R` (m), or `alpha_factor` and `R_factor` on those of the nominal block, or
-        `width`, `height` and `cm_height` (m); `inertia_factor`.  Of its law: `e`, `restitution_factor`, `delta`,
+        `width`, `height` and `cm_height` (m); `inertia_factor`; of its restraint `restraint_strength` (N) and
+        `restraint_stiffness` (N/m).  Of its law: `e`, `restitution_factor`, `delta`,
         `zeta`, `coefficient`, and `law`, a `Categorical` of laws or their short names.  Other names are for functions
         of the user (`sobol_indices`); no block or law has them.
     rank_correlation : mapping of pairs of names to float, optional

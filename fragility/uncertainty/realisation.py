@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from ...models import LAWS, Block, Law
-from ...units import DIMENSIONLESS, METRE, RADIAN
+from ...models import LAWS, Block, Law, Restraint
+from ...units import DIMENSIONLESS, METRE, NEWTON, RADIAN, STIFFNESS
 from .distributions import Categorical, Distribution
 
 
@@ -35,6 +35,10 @@ SIZES = {
     "cm_height": InputRange(METRE, "height of the centre of mass", 0.0, math.inf),
 }
 INERTIA = {"inertia_factor": InputRange(DIMENSIONLESS, "moment of inertia about the corner over m R²", 1.0, 2.0)}
+RESTRAINT = {
+    "restraint_strength": InputRange(NEWTON, "strength of the restraint", 0.0, math.inf),
+    "restraint_stiffness": InputRange(STIFFNESS, "stiffness of the restraint", 0.0, math.inf),
+}
 OPTIONS = {
     "e": InputRange(DIMENSIONLESS, "coefficient of restitution", 0.0, 1.0),
     "restitution_factor": InputRange(DIMENSIONLESS, "coefficient of restitution over e_R", 0.0, math.inf),
@@ -42,8 +46,8 @@ OPTIONS = {
     "zeta": InputRange(DIMENSIONLESS, "damping ratio", 0.0, math.inf),
     "coefficient": InputRange(DIMENSIONLESS, "coefficient of Vassiliou's law", 0.0, math.inf),
 }
-LAW = "law"
-BLOCK_INPUTS = {**SLENDERNESS, **SIZES, **INERTIA}
+LAW, PREFIX = "law", "restraint_"
+BLOCK_INPUTS = {**SLENDERNESS, **SIZES, **INERTIA, **RESTRAINT}
 KNOWN = {**BLOCK_INPUTS, **OPTIONS, LAW: InputRange(DIMENSIONLESS, "damping law", 0.0, math.inf)}
 """The properties of a block and its law that can be uncertain."""
 TWICE = (("alpha", "alpha_factor"), ("R", "R_factor"), ("e", "restitution_factor"))
@@ -110,6 +114,9 @@ def taken_by(laws: Mapping[str, Law], names: Iterable[str]) -> dict[str, list[st
 def block_with(block: Block, values: Mapping[str, Any]) -> Block:
     """Return the nominal block with the given values; the block itself where no value concerns the block."""
     number = {name: float(values[name]) for name in BLOCK_INPUTS if name in values}
+    held = {name.removeprefix(PREFIX): number.pop(name) for name in RESTRAINT if name in number}
+    if held:
+        block = replace(block, restraint=_restraint_with(block, held))
     if not number:
         return block
     inertia = number.get("inertia_factor", block.inertia)
@@ -126,9 +133,19 @@ def block_with(block: Block, values: Mapping[str, Any]) -> Block:
     return replace(block, width=width, height=height, cm_height=cm_height, inertia_factor=inertia)
 
 
+def _restraint_with(block: Block, held: Mapping[str, float]) -> Restraint:
+    """Return the block's restraint with another strength or stiffness; ValueError for a block that has none of it."""
+    if block.restraint is None:
+        raise ValueError(f"inputs of a restraint need a block that has one, which {block.label!r} has not")
+    if block.restraint.rigid and "stiffness" in held:
+        raise ValueError(f"the {block.restraint.kind} of {block.label!r} is rigid and has no uncertain stiffness")
+    strength, stiffness = (held.get(name, getattr(block.restraint, name)) for name in ("strength", "stiffness"))
+    return replace(block.restraint, strength=strength, stiffness=stiffness)
+
+
 def check_restitution(block: Block, laws: Iterable[Law], distributions: Mapping[str, Distribution]) -> None:
     """Raise ValueError where a law uses the block's own e_R and the inputs let e_R times its factor leave 0 to 1."""
-    if not {*distributions} & {*BLOCK_INPUTS, "restitution_factor"} or "e" in distributions:
+    if not {*distributions} & {*SLENDERNESS, *SIZES, *INERTIA, "restitution_factor"} or "e" in distributions:
         return
     alpha = _slenderness(block, distributions)
     if alpha[1] > 0.5 * math.pi:

@@ -14,6 +14,7 @@ import xarray as xr
 from ...aliases import Progress
 from ...models import Block, Law
 from ...motions.intensity.measure import Measure
+from ...motions.polarity import AS_RECORDED
 from ...units import DIMENSIONLESS
 from ..curves.probability import overturning_probability
 from ..fitting.fit import fit_fragility
@@ -38,6 +39,7 @@ def overturning_response(
     median: bool = False,
     state: State = OVERTURNED,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    polarity: str = AS_RECORDED,
     client: Client | Runner | None = None,
     progress: Progress | None = None,
 ) -> Callable[[xr.Dataset], xr.DataArray]:
@@ -47,7 +49,7 @@ def overturning_response(
     ----------
     inputs : RandomInputs
         The uncertain properties of the block and its law.
-    block, model, motions, levels, im, ground, client, progress
+    block, model, motions, levels, im, ground, polarity, client, progress
         As for `uncertain_ida`; the same motions for every sample.
     median : bool
         Add the median of a lognormal curve fitted to the levels, for which they must reach from where nearly no motion
@@ -77,7 +79,18 @@ def overturning_response(
 
     def response(samples: xr.Dataset) -> xr.DataArray:
         runs = uncertain_ida(
-            inputs, block, model, motions, levels, im, needed, client, samples=samples, ground=ground, progress=progress
+            inputs,
+            block,
+            model,
+            motions,
+            levels,
+            im,
+            needed,
+            client,
+            samples=samples,
+            ground=ground,
+            polarity=polarity,
+            progress=progress,
         )
         counts = overturning_probability(runs, state=state)
         if "floor" in counts.dims:

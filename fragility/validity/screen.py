@@ -17,6 +17,7 @@ import xarray as xr
 from ... import checks
 from ...aliases import Progress
 from ...models.friction import FixedFriction, Friction
+from ...motions.arrays import POLARITY, RECORD
 from ...units import HERTZ, STANDARD_GRAVITY
 from ..numerics.proportions import wilson_half_width, wilson_interval
 from ..numerics.slabs import Allocator, Where, put, slabs
@@ -208,7 +209,7 @@ class ScreenInput(NamedTuple):
 
 NEEDED = ("width", "cm_height", "alpha", "p", "inertia_factor", "e", "delta", "rest", "pga")
 """Coordinates without which runs cannot be screened."""
-OPTIONAL = ("own_amplitude", "stripe", *FLOORS)
+OPTIONAL = (POLARITY, RECORD, "own_amplitude", "stripe", *FLOORS)
 """Coordinates that the screen takes into account where runs have them."""
 
 
@@ -426,10 +427,13 @@ def _own_amplitude(given: ScreenInput) -> xr.Variable:
 
 
 def _fewest_motions(given: ScreenInput) -> int:
-    """Number of motions of the floor and stripe that has the fewest."""
+    """Number of motions, those run both ways once, of the floor and stripe that has the fewest."""
     n = given.sizes["motion"]
-    stripes = given.coordinates["stripe"].values.tolist() if "stripe" in given.coordinates else [0] * n
-    return min(Counter(zip(floor_labels(given.coordinates, n), stripes, strict=True)).values(), default=0)
+    known = given.coordinates
+    stripes = known["stripe"].values.tolist() if "stripe" in known else [0] * n
+    names = known[RECORD].values.tolist() if POLARITY in known else range(n)
+    each = set(zip(floor_labels(known, n), stripes, names, strict=True))
+    return min(Counter(one[:2] for one in each).values(), default=0)
 
 
 def undecided_shares(flips: FlipCounts, dims: tuple[str, ...]) -> dict[str, xr.Variable]:

@@ -14,7 +14,7 @@ import xarray as xr
 
 from ...models import Block, Law
 from ...models.friction import Friction
-from ...motions.arrays import OWN_AMPLITUDE, Record
+from ...motions.arrays import OWN_AMPLITUDE, POLARITY, RECORD, Record, motion_coordinates
 from ...units import DIMENSIONLESS
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Where
@@ -73,6 +73,7 @@ def input_of_pairs(
         "rest": of_laws([[str(getattr(law, "rest", "")) for _, law in row] for row in pairs]),
         "pga": xr.Variable("motion", [float(np.abs(one.acceleration).max()) for one in motions]),
         "own_amplitude": xr.Variable("motion", [one.own_amplitude for one in motions], OWN_AMPLITUDE),
+        **{name: one for name, one in motion_coordinates(list(motions)).items() if name in (RECORD, POLARITY)},
     }
     sizes = {
         "block": len(pairs),

@@ -20,6 +20,7 @@ from ...models.friction import FixedFriction, Friction, LognormalFriction
 from ...motions.intensity.dataset import as_known
 from ...motions.intensity.directions import PAIR_MEASURES
 from ...motions.intensity.parametric_measures import PARAMETRIC_MEASURES
+from ...motions.polarity import POLARITIES
 from ...units import DIMENSIONLESS, STANDARD_GRAVITY
 from ..plan.estimates import Fit
 from .code import CodeTable
@@ -147,11 +148,20 @@ Named = Annotated[
 Where = Annotated[str | None, one_of(("floor", "ground"))]
 
 
+Polarity = Annotated[
+    str | None,
+    one_of(POLARITIES),
+    KeyInfo("`both` where front and back of a block differ, else `as recorded`"),
+    Field(description="Whether motions are run both ways (ü and −ü), as two runs of one motion."),
+]
+
+
 class IdaTable(Table):
     """Incremental dynamic analysis: every motion at every level of a measure."""
 
     im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
     im_at: Annotated[Where, KeyInfo("floor"), Field(description="Where the motions of a building are measured.")] = None
+    polarity: Polarity = None
     levels: Annotated[LevelsTable, Field(description="Levels of the measure.")]
 
 
@@ -172,6 +182,7 @@ class StripesTable(Table):
 
     im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
     im_at: Annotated[Where, KeyInfo("floor"), Field(description="Where the motions of a building are measured.")] = None
+    polarity: Polarity = None
     unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
     scale: Annotated[bool, Field(description="Whether motions are scaled to their level, or taken as they are.")] = True
     at: Annotated[
@@ -193,6 +204,7 @@ class CloudTable(Table):
 
     im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
     im_at: Annotated[Where, KeyInfo("floor"), Field(description="Where the motions of a building are measured.")] = None
+    polarity: Polarity = None
 
 
 class ScreenTable(Table):

@@ -6,6 +6,7 @@ are refused.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, NamedTuple, Self
 
@@ -17,7 +18,9 @@ from ...aliases import Array
 from ...doubts import KINDS, noted
 from ...fragility.curves.curve import LINKED
 from ...fragility.runs.request import OUTPUTS
+from ...models import Block
 from ...motions.plausibility import ringing_doubts
+from ...motions.polarity import BOTH, both_polarities
 from ..plan.designs import Cloud, Design, Incremental, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
@@ -44,6 +47,13 @@ class MotionSet(NamedTuple):
     motions: tuple[xr.DataArray, ...]
     ground: tuple[xr.DataArray, ...]
     reading: Reading
+
+    @property
+    def both_ways(self) -> MotionSet:
+        """The same with each motion followed by its reverse."""
+        motions, ground = both_polarities(self.motions), both_polarities(self.ground)
+        refuse_samples(sum(array.size for array in (*motions, *ground)), "motions of both polarities")
+        return self._replace(motions=tuple(motions), ground=tuple(ground))
 
 
 ANALYSES = ("ida", "stripes", "cloud", "performance")
@@ -339,10 +349,18 @@ class StudyFile(Table):
     def _called(self, number: int) -> str:
         return "building" if self.buildings is None else f"buildings[{number}]"
 
-    def design(self, folder: Path) -> Design:
-        """Make the design of the analysis with its motions; ValueError where they do not go together."""
+    def both_ways(self, blocks: Iterable[Block]) -> bool:
+        """Return True if motions are run both ways: where the file says so, or by default where a block is sided."""
+        asked = self.analysis.polarity
+        return any(block.sided for block in blocks) if asked is None else asked == BOTH
+
+    def design(self, folder: Path, both: bool = False) -> Design:
+        """Make the design of the analysis with its motions, run `both` ways or as they are.
+
+        ValueError where they do not go together.
+        """
         levels = self._levels()  # (errors of the levels are raised before motions are made)
-        sets = self.shaking(folder)
+        sets = [one.both_ways if both else one for one in self.shaking(folder)]
         if self.ida is not None:
             refuse_factors(levels.size * sum(array.size // array.sizes["time"] for array in sets[0].motions))
         first = sets[0]

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
-from ...fragility import Beta, Categorical, Lognormal, Normal, RandomInputs, Uniform
+from ...fragility import Beta, Categorical, Least, Lognormal, Normal, RandomInputs, Uniform
 from ...fragility.uncertainty.distributions import Distribution
 from ...fragility.uncertainty.realisation import KNOWN
-from ...units import METRE, RADIAN
-from .table import KeyInfo, Table, bare, checked, one_of, refuse_foreign
+from ...units import METRE, NEWTON, RADIAN, STIFFNESS
+from .table import KeyInfo, Table, checked, one_of, refuse_foreign
 
 # Each distribution, the keys that must be given and the keys that may be; lower and upper truncate the first two.
 DISTRIBUTIONS: dict[str, tuple[type[Distribution], tuple[str, ...], tuple[str, ...]]] = {
@@ -18,12 +18,16 @@ DISTRIBUTIONS: dict[str, tuple[type[Distribution], tuple[str, ...], tuple[str, .
     "lognormal": (Lognormal, ("median", "dispersion"), ("lower", "upper")),
     "uniform": (Uniform, ("lower", "upper"), ()),
     "beta": (Beta, ("a", "b"), ("lower", "upper")),
+    "least": (Least, ("medians", "dispersions"), ()),
     "choice": (Categorical, ("values",), ("weights",)),
 }
-
-
-INPUTS = tuple(name + {METRE: "_m", RADIAN: "_rad"}.get(known.units, "") for name, known in KNOWN.items())
-"""Names of the inputs that can be uncertain, each with its unit."""
+OF_THE_INPUT = ("mean", "std", "median", "lower", "upper", "medians")
+"""Keys of a distribution that are in the unit of the input."""
+SUFFIXES = {METRE: "_m", RADIAN: "_rad", NEWTON: "_n", STIFFNESS: "_n_per_mm"}
+FACTORS = {STIFFNESS: 1000.0}
+"""SI value of the unit in which the names of inputs are, where it is not 1."""
+INPUTS = {name + SUFFIXES.get(known.units, ""): name for name, known in KNOWN.items()}
+"""Names of the inputs that can be uncertain, each with its unit, and without it."""
 
 
 class InputTable(Table):
@@ -46,17 +50,37 @@ class InputTable(Table):
     b: Annotated[float | None, Field(description="Second shape of the beta distribution.")] = None
     lower: Annotated[float | None, KeyInfo(unit="of the input"), Field(description="Lower end of the support.")] = None
     upper: Annotated[float | None, KeyInfo(unit="of the input"), Field(description="Upper end of the support.")] = None
+    medians: Annotated[
+        list[Annotated[float, Field(gt=0.0)]] | None,
+        KeyInfo(unit="of the input"),
+        Field(min_length=1, max_length=20, description="Medians of lognormal parts, of which the input is the least."),
+    ] = None
+    dispersions: Annotated[
+        list[Annotated[float, Field(gt=0.0)]] | None, Field(description="Their dispersions, one each.")
+    ] = None
     values: Annotated[list[str] | None, Field(description="What is chosen from: laws.")] = None
     weights: Annotated[list[float] | None, KeyInfo("equal", at_least=0.0), Field(description="Their weights.")] = None
 
-    def build(self) -> Distribution:
-        """Make the distribution; ValueError where a key does not belong to it, or is missing or out of range."""
+    def build(self, factor: float = 1.0) -> Distribution:
+        """Make the distribution of the input in SI, `factor` times that of the file.
+
+        ValueError where a key does not belong to it, or is missing or out of range.
+        """
         kind, needed, more = DISTRIBUTIONS[self.distribution]
         refuse_foreign(self, {"distribution", *needed, *more}, f"distribution {self.distribution!r}")
         missing = [name for name in needed if getattr(self, name) is None]
         if missing:
             raise ValueError(f"distribution {self.distribution!r} needs {' and '.join(missing)}")
         given = self.model_dump(exclude={"distribution"}, exclude_none=True)
+        if kind is Beta and factor != 1.0:
+            given = {"lower": 0.0, "upper": 1.0, **given}
+        given = {key: _times(one, factor) if key in OF_THE_INPUT else one for key, one in given.items()}
+        if self.medians is not None and self.dispersions is not None:
+            if len(self.medians) != len(self.dispersions):
+                raise ValueError(
+                    f"medians and dispersions must be equally many, got {len(self.medians)} and {len(self.dispersions)}"
+                )
+            return Least([Lognormal(*one) for one in zip(given["medians"], self.dispersions, strict=True)])
         if self.values is not None:  # (the names that the class has for them)
             weights = self.weights or [1.0] * len(self.values)
             if len(weights) != len(self.values) or min(weights) < 0.0 or sum(weights) == 0.0:
@@ -65,11 +89,21 @@ class InputTable(Table):
         return kind(**given)
 
 
+def _times(value: Any, factor: float) -> Any:
+    """Return a number, or each number of a list, times a factor."""
+    return [one * factor for one in value] if isinstance(value, list) else value * factor
+
+
 class CorrelationTable(Table):
     """Rank correlation of two inputs."""
 
     of: Annotated[tuple[str, str], Field(strict=False, description="The two inputs.")]
     rank: Annotated[float, KeyInfo(at_least=-1.0, at_most=1.0), Field(description="Spearman's correlation, -1 to 1.")]
+
+
+def _known(name: str) -> str:
+    """Return an input without its unit; a name that is none is left to be refused."""
+    return INPUTS.get(name, name)
 
 
 class UncertaintyTable(Table):
@@ -95,11 +129,12 @@ class UncertaintyTable(Table):
         found = {}
         for name, table in self.inputs.items():
             try:
-                checked(name, INPUTS)
-                found[bare(name)] = table.build()
+                checked(name, tuple(INPUTS))
+                own = INPUTS[name]
+                found[own] = table.build(FACTORS.get(KNOWN[own].units, 1.0))
             except (TypeError, ValueError) as error:
                 raise ValueError(f"uncertainty.inputs.{name}: {error}") from None
-        pairs = {(bare(one.of[0]), bare(one.of[1])): one.rank for one in self.correlations or []}
+        pairs = {(_known(one.of[0]), _known(one.of[1])): one.rank for one in self.correlations or []}
         try:
             return RandomInputs(found, pairs)
         except (TypeError, ValueError) as error:

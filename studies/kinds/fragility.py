@@ -70,7 +70,7 @@ def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branch
         return None
     return Branches(
         weighted_laws(content, study.models),
-        weighted_motions(content, lambda other: other.design(folder)),
+        weighted_motions(content, lambda other: other.design(folder, study.design.both_ways)),
         weighted_hazards(content, study.risk.hazard, content.analysis.im, folder),
         modelling,
     )
@@ -107,12 +107,13 @@ class FragilityStudy(BlockStudy, Study):
 
     @classmethod
     def of(cls, content: StudyFile, folder: Path) -> Self:
+        blocks = blocks_of(content, folder)
         study = cls(
             content.title,
             plain(content),
-            blocks_of(content, folder),
+            blocks,
             each("models", content.models),
-            content.design(folder),
+            content.design(folder, content.both_ways(blocks)),
             *screening_of(content),
             _fit(content),
             None if content.hazard is None else content.hazard.risk(content.analysis.im, folder),

@@ -80,12 +80,13 @@ class SensitivityStudy(BlockStudy, Study):
     def of(cls, content: StudyFile, folder: Path) -> Self:
         asked = content.sensitivity
         assert asked is not None  # (the table makes it this kind of study)
-        design = incremental_design(content, folder, "sensitivity", "value")
+        blocks = blocks_of(content, folder, MOST_VARIED)
+        design = incremental_design(content, folder, blocks, "sensitivity", "value")
         limit = None if content.screen is None else content.screen.friction
         study = cls(
             content.title,
             plain(content),
-            blocks_of(content, folder, MOST_VARIED),
+            blocks,
             each("models", content.models),
             design,
             asked.sweep() if limit is None else asked.sweep(limit),

@@ -32,7 +32,7 @@ from ...models.friction import Friction
 from ...models.oscillator import Oscillator
 from ...models.runs import engine_identity
 from ...motions import records
-from ...motions.arrays import digest
+from ...motions.arrays import REVERSE_OF, digest
 from ..file.blocks import MOST_BLOCKS, read_blocks
 from ..file.schema import StudyFile, read_study_file
 from ..file.table import StudyError
@@ -343,7 +343,10 @@ class Study(ABC):
     def _runner(self, client: Client | None, stop: Callable[[], bool]) -> Runner:
         """Return the runner of the chunks; workers generate the motions themselves where no file is needed."""
         client = default_client() if client is None else client
-        return ConfiguredScheduler(stop) if client is None else cluster(client, self.configuration, self._digests, stop)
+        if client is None:
+            return ConfiguredScheduler(stop)
+        both = any(REVERSE_OF in array.coords for array in self.arrays)
+        return cluster(client, self.configuration, self._digests, stop, both)
 
     def _labelled(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         try:
@@ -484,9 +487,9 @@ def _restraints_of(content: StudyFile) -> dict[str, Restraint]:
     return found
 
 
-def incremental_design(content: StudyFile, folder: Path, key: str, each: str) -> Incremental:
+def incremental_design(content: StudyFile, folder: Path, blocks: Iterable[Block], key: str, each: str) -> Incremental:
     """Return the design of a study whose table `key` needs an incremental analysis; ValueError for any other."""
-    design = content.design(folder)
+    design = content.design(folder, content.both_ways(blocks))
     if not isinstance(design, Incremental):
         raise ValueError(f"{key} needs ida: the same motions at the same levels for every {each}")
     return design

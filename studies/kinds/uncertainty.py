@@ -95,11 +95,12 @@ class UncertaintyStudy(BlockStudy, Study):
         asked = content.uncertainty
         assert asked is not None  # (the table makes it this kind of study)
         _refuse(content)
-        design = incremental_design(content, folder, "uncertainty", "sample")
+        blocks = blocks_of(content, folder, MOST_VARIED)
+        design = incremental_design(content, folder, blocks, "uncertainty", "sample")
         study = cls(
             content.title,
             plain(content),
-            blocks_of(content, folder, MOST_VARIED),
+            blocks,
             each("models", content.models),
             design,
             asked.build(),

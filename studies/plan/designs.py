@@ -17,6 +17,7 @@ from ...fragility.runs.scaling import ground_of, intensities, intensity_measure,
 from ...fragility.validity.plausibility import level_doubts
 from ...models import Block, Law
 from ...motions import records
+from ...motions.arrays import REVERSE_OF
 from ...wording import counted
 from .reading import UNREAD, Reading
 
@@ -67,8 +68,13 @@ class Design(ABC):
 
     @property
     def shakes(self) -> int:
-        """Number of motions, counted on every floor."""
+        """Number of motions, counted on every floor, those run both ways twice."""
         return sum(array.sizes["motion"] * array.sizes.get("floor", 1) for array in self.arrays)
+
+    @property
+    def both_ways(self) -> bool:
+        """Whether every motion is run both ways."""
+        return any(REVERSE_OF in array.coords for array in self.arrays)
 
     @property
     def floors(self) -> list[str]:
@@ -87,6 +93,8 @@ class Design(ABC):
         floors = {array.sizes.get("floor", 1) for array in self.arrays}
         each = floors.pop() if len(floors) == 1 else 1
         found = counted(self.shakes // each, "motion")
+        if self.both_ways:
+            found = f"{counted(self.shakes // each // 2, 'motion')} both ways"
         return found if each == 1 else f"{found} × {counted(each, 'floor')}"
 
     @abstractmethod

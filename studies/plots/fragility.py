@@ -15,6 +15,8 @@ from ...aliases import Array
 from ...fragility import curve_probability
 from ...fragility.curves.curve import TABULATED
 from ...fragility.numerics.proportions import wilson_interval
+from ...fragility.runs.provenance import number_of_motions
+from ...motions.arrays import POLARITY
 from ...wording import percent
 from ..text.block_order import MEDIAN, ORDERS, places
 from ..text.words import axis_name, axis_of, display_unit, floor_name
@@ -204,13 +206,15 @@ def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int
         one = one.isel(motion=np.flatnonzero(one["motion_floor"].values.astype(str) == str(floor)))
     at, fell = one["intensity"].values / scale, one["overturned"].values.astype(bool)
     ax.plot(at, np.where(fell, 1.02 + 0.022 * i, -0.02 - 0.022 * i), "|", ms=5.0, mew=0.7, color=law.colour, alpha=0.4)
-    bins = min(MOST_BINS, at.size // FULL_BIN)
+    # (a motion and its reverse have one intensity, and are one trial of the intervals)
+    ways = at.size // number_of_motions(one)
+    bins = min(MOST_BINS, at.size // ways // FULL_BIN)
     if bins < 2:
         return
     parts = np.array_split(np.argsort(at, kind="stable"), bins)
     falls = np.array([int(fell[part].sum()) for part in parts])
     runs = np.array([part.size for part in parts])
-    ends = wilson_interval(falls, runs, float(one.attrs.get("confidence", 0.95)))
+    ends = wilson_interval(falls / ways, runs / ways, float(one.attrs.get("confidence", 0.95)))
     middle = np.array([math.exp(float(np.log(at[part]).mean())) for part in parts])
     _points(ax, law, middle, falls / runs, (np.asarray(ends[0]), np.asarray(ends[1])))
 
@@ -304,9 +308,10 @@ def _drawn_of(results: xr.Dataset) -> xr.Dataset:
 
 def _reading_note(results: xr.Dataset, floors: int, panels: int, every: int) -> str:
     """Return the text below the title: what a reader must know to read the panels."""
-    motions = results.sizes["motion"] // floors
+    motions = number_of_motions(results) // floors
     confidence = percent(float(results.attrs.get("confidence", 0.95)))
-    parts = [f"{motions} motion{'s' if motions != 1 else ''}{' a floor' if floors > 1 else ''}"]
+    ways = " both ways" if POLARITY in results.coords else ""
+    parts = [f"{motions} motion{'s' if motions != 1 else ''}{ways}{' a floor' if floors > 1 else ''}"]
     if panels < every:
         of = every // results.sizes["block"] * int(results.attrs.get("shown_of", results.sizes["block"]))
         parts.insert(0, f"the {panels} of {of:,} blocks{' and floors' if floors > 1 else ''} {ORDERS[MEDIAN]}")

@@ -12,6 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from ... import checks
+from ...fragility.runs.provenance import number_of_motions
+from ...motions.arrays import POLARITY
 from ...wording import percent
 from ..text.words import axis_name, display_unit, input_name
 from . import axes, selection
@@ -213,8 +215,8 @@ def uncertainty_figure(results: xr.Dataset) -> Figure:
             axes.wrapped(f"{block}: sources of the variance of the outcome", 0.9 * figure.get_figwidth()), fontsize=10
         )
     axes.legend_below(figure, *shares.get_legend_handles_labels())
-    samples, motions = results.sizes["sample"], results.sizes["motion"]
-    text = f"{samples} samples under {motions} motions; "
+    samples, motions = results.sizes["sample"], number_of_motions(results)
+    text = f"{samples} samples under {motions} motions{' both ways' if POLARITY in results.coords else ''}; "
     text += f"bands hold {_share_in_band(results)} of the samples' own probabilities"
     if len(laws) > 1:
         text += "; grey: the other laws"

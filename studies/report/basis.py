@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...fragility.runs.provenance import SCENE, blocks_of
+from ...fragility.runs.provenance import SCENE, blocks_of, number_of_motions
+from ...motions.arrays import POLARITY
 from ...wording import confidence_text, counted, given_number
 from ..text.words import reference_law
 from .method import study_of
@@ -149,7 +150,7 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
     given: Mapping[str, Any] = motions if isinstance(motions, dict) else {}
     made = str(given.get("generator", ""))
     # (runs on several floors are counted for each floor)
-    number = results.sizes.get("motion", 0) // max(1, results.sizes.get("floor", 1))
+    number = (number_of_motions(results) if "motion" in results.sizes else 0) // max(1, results.sizes.get("floor", 1))
     stripes = study.get("stripes")
     varied = isinstance(stripes, dict) and any(one.get("motions") for one in stripes.get("at", []))
     if "floors_file" in given:
@@ -177,4 +178,5 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
     more = (
         f"; {counted(sets, 'other set')} of motions {'is' if sets == 1 else 'are'} weighted with them" if sets else ""
     )
-    return f"The shaking is that of {what}{levels}{more}."
+    ways = ", each run both ways (as it is and reversed)" if POLARITY in results.coords else ""
+    return f"The shaking is that of {what}{ways}{levels}{more}."

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...motions.arrays import POLARITY
 from ...wording import counted, short_digits
 from ..text.block_order import chosen_of
 from ..text.names import clean
@@ -229,6 +230,11 @@ def method(results: xr.Dataset) -> list[str]:
         )
         if dim in results.dims
     ]
+    if POLARITY in results.coords:
+        words.append(
+            "Every motion is run both ways, as it is and reversed, because it may reach a block from either side; the "
+            "two runs are trials of one motion, and intervals take them together."
+        )
     words.append(f"Size: {', '.join(sizes).replace('kind of pieces', 'kinds of piece')}.")
     return [clean(one) for one in words if one]
 

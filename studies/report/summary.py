@@ -48,6 +48,8 @@ SOURCES = {
     "R": "the size",
     "R_factor": "the size",
     "inertia_factor": "the moment of inertia",
+    "restraint_strength": "the strength of the restraint",
+    "restraint_stiffness": "the stiffness of the restraint",
     "e": "the restitution",
     "restitution_factor": "the restitution",
     "delta": "the width of the zone of damping",

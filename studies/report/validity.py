@@ -15,6 +15,7 @@ import xarray as xr
 
 from ...fragility.fitting.states import OK, SEPARATED
 from ...fragility.numerics.proportions import runs_for_half_width, wilson_half_width
+from ...fragility.runs.provenance import number_of_motions
 from ...fragility.validity.notes import NOT_MODELLED
 from ...fragility.validity.reasons import (
     ELASTIC_MODE,
@@ -257,7 +258,7 @@ def _motions(results: xr.Dataset) -> Check:
     question = "Are there enough motions?"
     screened = json.loads(str(results.attrs.get("screen", "{}")))
     n, widest = (
-        int(screened.get("fewest_motions", results.sizes["motion"])),
+        int(screened.get("fewest_motions", number_of_motions(results))),
         float(screened.get("half_width", HALF_WIDTH)),
     )
     half = float(results["interval_half_width"]) if "interval_half_width" in results else wilson_half_width(n)

@@ -13,7 +13,7 @@ import xarray as xr
 
 from ...aliases import Array, Flags, Index
 from ...fragility import binomial_interval, fit_fragility
-from ...fragility.fitting.bootstrap import draw_motions, percentile_interval
+from ...fragility.fitting.bootstrap import draw_clusters, percentile_interval
 from ...fragility.numerics.slabs import gathered
 
 NOTHING_FELL, ALL_FELL = "no overturning", "all overturned"
@@ -65,10 +65,11 @@ def exponentials(middle: Array, samples: Array, confidence: float) -> tuple[Arra
         return np.exp(middle), np.exp(np.where(known, lower, np.nan)), np.exp(np.where(known, upper, np.nan))
 
 
-def flipped(flags: Flags, one: Index, other: Index, confidence: float) -> tuple[Array, Array, Array]:
+def flipped(flags: Flags, one: Index, other: Index, confidence: float, ways: int = 1) -> tuple[Array, Array, Array]:
     """Return shares (block, …, level) of motions whose flags (block, law, level, motion) differ, and their intervals.
 
-    `one` and `other` are indices of laws, -1 for none; the intervals are Wilson's.
+    `one` and `other` are indices of laws, -1 for none; the intervals are Wilson's, with one trial for each motion,
+    which is run in so many `ways`.
     """
     missing = (one < 0) | (other < 0)
     counts = np.empty((flags.shape[0], *one.shape, flags.shape[2]), np.int64)
@@ -76,21 +77,21 @@ def flipped(flags: Flags, one: Index, other: Index, confidence: float) -> tuple[
         here = tuple(where)
         counts[(block, *here)] = (flags[block, one[here]] != flags[block, other[here]]).sum(axis=-1)
     share = counts / flags.shape[-1]
-    lower, upper = binomial_interval(counts, flags.shape[-1], confidence)
+    lower, upper = binomial_interval(counts / ways, flags.shape[-1] / ways, confidence)
     for array in (share, lower, upper):
         array[:, missing] = np.nan
     return share, lower, upper
 
 
 def excess(
-    flags: Flags, one: Index, other: Index, replicates: int, seed: int, confidence: float
+    flags: Flags, one: Index, other: Index, pairs: Index, replicates: int, seed: int, confidence: float
 ) -> tuple[Array, Array, Array]:
     """Return probabilities of laws `one` less those of `other`, with bootstrap intervals, (block, …, level).
 
-    Replicates draw the same motions as the replicates of the curves.
+    Replicates draw the same motions as the replicates of the curves; `pairs` (motion,) numbers them, a motion and its
+    reverse alike.
     """
-    motions = flags.shape[-1]
-    weights = draw_motions((np.arange(motions),), replicates, seed) / motions
+    weights = draw_clusters(pairs, replicates, seed) / flags.shape[-1]
     missing = (one < 0) | (other < 0)
     shape = (flags.shape[0], *one.shape, flags.shape[2])
     found = np.full((3, *shape), np.nan)

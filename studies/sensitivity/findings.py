@@ -10,8 +10,9 @@ import xarray as xr
 
 from ...aliases import Array, Flags, Index
 from ...fragility import overturning_probability
-from ...fragility.fitting.bootstrap import draw_motions, percentile_interval
+from ...fragility.fitting.bootstrap import draw_clusters, percentile_interval
 from ...fragility.numerics.slabs import Allocator, in_memory
+from ...fragility.runs.provenance import number_of_motions, polarity_pairs
 from ...models import Block, Law
 from ...models.friction import friction_at_impact
 from ...units import DIMENSIONLESS, HERTZ
@@ -72,6 +73,7 @@ def findings(
     confidence = sweep.confidence
     curves = Curves.of(runs[["overturned"]], sweep.replicates, sweep.seed, confidence)
     flags = runs["overturned"].transpose("block", "model", "level", "motion").values
+    pairs, ways = polarity_pairs(runs), flags.shape[-1] // number_of_motions(runs)
     names = list(grid.against)
     found: dict[str, Any] = {
         name: _of_every_run(runs[name], grid.at, array) for name in ("overturned", "peak_rotation", "uplifted")
@@ -96,13 +98,13 @@ def findings(
     compared(
         "flipped",
         ("level",),
-        [flipped(flags, grid.at, other, confidence) for other in others],
+        [flipped(flags, grid.at, other, confidence, ways) for other in others],
         "share of motions whose flag differs from what it is held against",
     )
     compared(
         "excess",
         ("level",),
-        [excess(flags, grid.at, other, sweep.replicates, sweep.seed, confidence) for other in others],
+        [excess(flags, grid.at, other, pairs, sweep.replicates, sweep.seed, confidence) for other in others],
         "probability of overturning less that of what it is held against",
     )
     found |= _peaks(runs, grid, sweep)
@@ -217,8 +219,7 @@ def _peaks(runs: xr.Dataset, grid: Grid, sweep: Sweep) -> dict[str, Any]:
         runs[name].transpose("block", "model", "level", "motion").values for name in ("peak_rotation", "uplifted")
     )
     rigid = grid.against[RIGID]
-    motions = peak.shape[-1]
-    weights = draw_motions((np.arange(motions),), sweep.replicates, sweep.seed)
+    weights = draw_clusters(polarity_pairs(runs), sweep.replicates, sweep.seed)
     share = np.full((3, peak.shape[0], *grid.at.shape), np.nan)
     for block, j, k in np.ndindex(*share.shape[1:]):
         own, base = peak[block, grid.at[j, k]], peak[block, rigid[j, k]]

@@ -215,6 +215,10 @@ class Simulation:
             ("impacts", f"{int(run['impacts'])}{' during the record' if self.shown is not run else ''}"),
             ("end", self._outcome_text),
         ]
+        if "restraint_force" in run:
+            force, broken = float(run["restraint_force"]), bool(run["ruptured"])
+            breaks = f"breaks at {float(run['rupture_time']):.2f} s, at {force:.4g} N"
+            rows.append(("restraint", breaks if broken else f"holds, greatest force {force:.4g} N"))
         if need:
             rows.append(("friction needed", ", ".join(f"{value:.2f} {words[name]}" for name, value in need.items())))
         return [f"{name + ':':<17}{text}" for name, text in rows]
@@ -247,6 +251,7 @@ class Simulation:
             "peak_rotation": float(run["peak_rotation"]),
             "peak_rotation_over_alpha": float(run["peak_rotation"]) / block.alpha,
             "impacts": int(run["impacts"]),
+            **({"restraint_force": float(run["restraint_force"])} if "restraint_force" in run else {}),
             "overturned": overturned,
             "overturning_time": at if math.isfinite(at) else None,
             "cut": self.cut,

@@ -18,16 +18,28 @@ if TYPE_CHECKING:
     from distributed import Client
 
 
-def cluster(client: Client, configuration: dict[str, Any], digests: Iterable[str], stop: Callable[[], bool]) -> Cluster:
-    """Return the workers of a client, with the function that generates a study's motions (of these digests) there."""
+def cluster(
+    client: Client,
+    configuration: dict[str, Any],
+    digests: Iterable[str],
+    stop: Callable[[], bool],
+    both: bool = False,
+) -> Cluster:
+    """Return the workers of a client, with the function that generates a study's motions (of these digests) there.
+
+    both: whether the motions are run both ways.
+    """
     if not makes_motions(configuration):  # (the workers may lack the files)
         return Cluster(client, None, stop)
-    make = partial(motions_again, json.dumps(configuration))
+    make = partial(motions_again, json.dumps(configuration), both)
     return Cluster(client, Remake(make, frozenset(digests)), stop)
 
 
-def motions_again(configuration: str) -> list[Record]:
-    """Generate all motions of a study, of floors and of the ground below them, from its file's content (JSON)."""
+def motions_again(configuration: str, both: bool = False) -> list[Record]:
+    """Generate all motions of a study, of floors and of the ground below them, from its file's content (JSON).
+
+    both: with each followed by its reverse.
+    """
     content = json.loads(configuration)
     others = content.pop("motion_sets", [])
     # (these do not affect the motions, and with defaults filled in a hazard is not valid for every study)
@@ -37,5 +49,6 @@ def motions_again(configuration: str) -> list[Record]:
     sets = study.shaking(Path())
     for one in others:
         sets += study.other(MotionsTable.model_validate(one["motions"])).shaking(Path())
+    sets = [one.both_ways if both else one for one in sets]
     arrays = [array for one in sets for array in (*one.motions, *one.ground)]
     return [record for array in arrays for record in records(array)]

@@ -30,6 +30,8 @@ INPUTS = {
     "R": "R",
     "R_factor": "R / nominal",
     "inertia_factor": "λ",
+    "restraint_strength": "restraint strength",
+    "restraint_stiffness": "restraint stiffness",
     "e": "e",
     "restitution_factor": "$e/e_R$",
     "delta": "δ",

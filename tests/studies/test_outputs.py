@@ -21,7 +21,7 @@ SMALLER = (
 EVERY_OUTPUT = (
     'outputs = ["peak_rotation", "uplifted", "impacts", "overturning_time", "impact_velocity", "direction", '
     '"top_displacement", "peak_front", "peak_back", "wall_impacts", "wall_impact_velocity", "ruptured", '
-    '"rupture_time", "final_state"]\n'
+    '"rupture_time", "final_state", "restraint_force"]\n'
 )
 FIT = "[fit]\nfractiles = [0.1]\nreplicates = 100\n"
 YEAR = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "m/s"\n'

@@ -1,12 +1,15 @@
 """Walls and restraints in study files and CSV files of blocks: what is built, and the sentence where nothing can be."""
 
+import json
 import math
 
 import pytest
 
 import toppling as tp
+from toppling.motions.arrays import digest
 from toppling.studies.file.blocks import RESTRAINT_KEYS, RestraintTable, read_blocks
 from toppling.studies.file.table import StudyError
+from toppling.studies.store.worker_motions import motions_again
 
 STUDY = """
 title = "Scenes"
@@ -112,3 +115,91 @@ class TestCsv:
         with pytest.raises(StudyError, match=message) as error:
             self.read(tmp_path, line)
         assert "line 2" in str(error.value)
+
+
+class TestPolarity:
+    """Motions are run both ways where front and back of a block differ, and the study says so."""
+
+    @pytest.mark.parametrize(("more", "both"), [
+        ("", False),
+        ("wall_gap_mm = 20\n", True),
+        ("wall_gap_mm = 20\nfront_gap_mm = 20\n", False),
+        ("cm_offset_mm = 10\n", True),
+        ("lean_deg = 1\n", True),
+        ('mass_kg = 100\nrestraint = "kit"\n' + KIT, True),
+        ('mass_kg = 100\nrestraint = { kind = "bracket", height_m = 1.5, strength_n = 400 }\n', False),
+    ])  # fmt: skip
+    def test_the_default(self, tmp_path, more, both):
+        found = study(tmp_path, SIZES + more)
+        assert found.design.both_ways == both
+        assert found.runs == (16 if both else 8)
+        assert ("4 motions both ways × 2 levels" in found.words) == both
+
+    def test_as_asked(self, tmp_path):
+        def asked(blocks, word):
+            text = STUDY.replace("[ida]", f'[ida]\npolarity = "{word}"').format(blocks=blocks)
+            (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+            return tp.Study.from_toml(tmp_path / "study.toml")
+
+        assert asked(SIZES, "both").design.both_ways
+        assert not asked(SIZES + "wall_gap_mm = 20\n", "as recorded").design.both_ways
+        with pytest.raises(StudyError, match="polarity: must be one of as recorded, both, got 'reversed'"):
+            asked(SIZES, "reversed")
+
+    def test_results(self, tmp_path):
+        results = study(tmp_path, SIZES + "wall_gap_mm = 20\n").run(tmp_path / "out")
+        assert results["polarity"].values.tolist() == [1, -1] * 4
+        assert (results["runs"] == 8).all()
+        again = study(tmp_path, SIZES + "wall_gap_mm = 20\n").run(tmp_path / "out")
+        assert again.equals(results)
+        free, walled = study(tmp_path, SIZES), study(tmp_path, SIZES + "wall_gap_mm = 20\n")
+        assert free.identity.split("-")[1] != walled.identity.split("-")[1]  # (the motions)
+
+    def test_workers_make_both(self, tmp_path):
+        found = study(tmp_path, SIZES + "wall_gap_mm = 20\n")
+        made = motions_again(json.dumps(found.configuration), both=True)
+        assert [digest(one) for one in made] == found._digests
+
+
+class TestUncertainRestraints:
+    INPUTS = """
+[uncertainty]
+samples = 8
+[uncertainty.inputs]
+{inputs}
+"""
+
+    def uncertain(self, tmp_path, blocks, inputs):
+        text = STUDY.format(blocks=blocks) + self.INPUTS.format(inputs=inputs)
+        (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+        return tp.Study.from_toml(tmp_path / "study.toml")
+
+    def test_each_sample_has_its_own(self, tmp_path):
+        held = SIZES + 'mass_kg = 100\nrestraint = "kit"\n' + KIT
+        inputs = 'restraint_strength_n = { distribution = "least", medians = [900, 400], dispersions = [0.3, 0.2] }\n'
+        inputs += 'restraint_stiffness_n_per_mm = { distribution = "lognormal", median = 20, dispersion = 0.5 }'
+        found = self.uncertain(tmp_path, held, inputs)
+        restraints = [row[0][0].restraint for row in found._pairs[0]]
+        assert len({one.strength for one in restraints}) == len({one.stiffness for one in restraints}) == 8
+        assert 250.0 < min(one.strength for one in restraints) < max(one.strength for one in restraints) < 700.0
+        assert 5e3 < min(one.stiffness for one in restraints) < 20e3 < max(one.stiffness for one in restraints) < 80e3
+        assert {one.slack for one in restraints} == {0.005}
+        results = found.run()
+        assert results["restraint_strength"].attrs["units"] == "N"
+        assert results["restraint_stiffness"].attrs["units"] == "N m-1"
+        assert "polarity" in results.coords
+
+    @pytest.mark.parametrize(("more", "inputs", "message"), [
+        ("", 'restraint_strength_n = { distribution = "uniform", lower = 1, upper = 2 }', "need a block that has one"),
+        ('mass_kg = 9\nrestraint = { kind = "adhesive", strength_n = 9, front_m = 0.3 }\n',
+         'restraint_stiffness_n_per_mm = { distribution = "uniform", lower = 1, upper = 2 }', "is rigid and has no"),
+        ('mass_kg = 100\nrestraint = "kit"\n' + KIT,
+         'restraint_strength_n = { distribution = "least", medians = [1], dispersions = [0.1, 0.2] }', "equally many"),
+        ('mass_kg = 100\nrestraint = "kit"\n' + KIT,
+         'restraint_strength_n = { distribution = "normal", mean = 100, std = 9 }', "must stay within 0 to inf N"),
+        ('mass_kg = 100\nrestraint = "kit"\n' + KIT,
+         'restraint_strength = { distribution = "normal", mean = 100, std = 9 }', "mean 'restraint_strength_n'"),
+    ])  # fmt: skip
+    def test_refusals(self, tmp_path, more, inputs, message):
+        with pytest.raises(StudyError, match=message):
+            self.uncertain(tmp_path, SIZES + more, inputs)

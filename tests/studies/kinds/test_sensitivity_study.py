@@ -232,7 +232,7 @@ class TestPaired:
 
     def test_excess_is_a_paired_bootstrap(self, runs):
         flags = runs["overturned"].transpose("block", "model", "level", "motion").values
-        middle, low, high = excess(flags, np.array([1]), np.array([0]), 200, 7, 0.9)
+        middle, low, high = excess(flags, np.array([1]), np.array([0]), np.arange(15), 200, 7, 0.9)
         weights = draw_motions((np.arange(15),), 200, 7).astype(int)
         for level in range(flags.shape[2]):
             one, other = flags[0, 1, level].astype(float), flags[0, 0, level].astype(float)

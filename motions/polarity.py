@@ -1,0 +1,66 @@
+"""Polarities: a motion as it was recorded, and the same motion from the other side.
+
+A block with a wall, a restraint, an offset or a lean answers a motion and its reverse differently, and nothing says
+which of the two reaches it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import checks
+from ..units import DIMENSIONLESS
+from .arrays import REVERSE_OF, Record, records
+
+AS_RECORDED, BOTH = "as recorded", "both"
+POLARITIES = (AS_RECORDED, BOTH)
+"""Polarities in which motions are run: as they were recorded, or both ways."""
+REVERSED = ", reversed"
+"""End of the label of a reversed motion."""
+
+
+def records_under(motions: xr.DataArray | Iterable[xr.DataArray], polarity: str) -> list[Record]:
+    """Return the records of motions, with `polarity` "both" each followed by its reverse; errors as `records`."""
+    chosen = checks.choice("polarity", polarity, POLARITIES)
+    return records(both_polarities(motions) if chosen == BOTH else motions)
+
+
+def both_polarities(motions: Any) -> Any:
+    """Return motions with each followed by its reverse; arrays that hold both polarities are returned as they are.
+
+    Parameters
+    ----------
+    motions : xarray.DataArray or an iterable of them
+        Labelled motions.
+
+    Returns
+    -------
+    xarray.DataArray or a list of them
+        With twice the motions, labelled ``…`` and ``…, reversed``; on motion ``reverse_of``, the label of the motion
+        that each reverses, empty for the motions as given.  What is no labelled array is left to `records` to refuse.
+    """
+    if isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray):
+        return [both_polarities(one) for one in motions]
+    if not isinstance(motions, xr.DataArray) or REVERSE_OF in motions.coords or "time" not in motions.dims:
+        return motions
+    array = motions if "motion" in motions.dims else motions.expand_dims("motion")
+    n = array.sizes["motion"]
+    labels = [f"motion {i + 1}" for i in range(n)]
+    if "motion" in array.coords:
+        labels = [str(one) for one in np.atleast_1d(array["motion"].values)]
+    signs = np.tile([1.0, -1.0], n).reshape([-1 if dim == "motion" else 1 for dim in array.dims])
+    twice = array.isel(motion=np.repeat(np.arange(n), 2))
+    of = {"units": DIMENSIONLESS, "long_name": "motion that this one reverses, empty for a motion as given"}
+    named = {"units": DIMENSIONLESS, "long_name": "motion"}
+    both = [name for label in labels for name in (label, label + REVERSED)]
+    reverse_of = [name for label in labels for name in ("", label)]
+    return twice.copy(data=twice.values * signs).assign_coords(
+        {
+            "motion": ("motion", np.array(both, dtype=object), named),
+            REVERSE_OF: ("motion", np.array(reverse_of, dtype=object), of),
+        }
+    )
