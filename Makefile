@@ -56,7 +56,7 @@ drawing: $(VENV)/installed
 gallery: $(VENV)/installed
 	$(BIN)/python docs/gallery.py
 
-# docs/rocking.gif, the README's film
+# docs/rocking.gif, the README's film, and docs/strap.gif
 film: $(VENV)/installed
 	$(BIN)/python docs/film.py
 

@@ -19,6 +19,7 @@ ANGULAR_ACCELERATION: Final = "rad s-2"
 HERTZ: Final = "Hz"
 NEWTON: Final = "N"
 STIFFNESS: Final = "N m-1"
+KILOGRAM: Final = "kg"
 PER_YEAR: Final = "year-1"
 
 SCHEMA: Final = 1

@@ -5,10 +5,11 @@ from __future__ import annotations
 import csv
 import difflib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 
 from .block import Block
+from .scenes.wall import Wall
 
 QUALITIES = {
     "A": "read in a published database, standard, paper or the maker's own data sheet",
@@ -22,7 +23,9 @@ class Item:
     """Catalogue entry: the block, which tips in the direction of its smaller plan size, and the source of its sizes.
 
     `breadth` is the other plan size, m, if known; `fema_p58` is the FEMA P-58 fragility id, if there is one;
-    `quality` is a letter of `QUALITIES`.
+    `wall_gap` is the clear distance to a wall behind the item as it is usually placed, m, None where it stands free in
+    the direction in which it tips, and `placement` says why, with a source or as a judgement; `quality` (of the sizes)
+    is a letter of `QUALITIES`.
     """
 
     block: Block
@@ -30,20 +33,35 @@ class Item:
     category: str
     breadth: float | None
     fema_p58: str | None
+    wall_gap: float | None
+    placement: str
     quality: str
     source: str
+
+    @property
+    def placed(self) -> Block:
+        """The block as it is usually placed, unfixed: back to a wall, or the free block where it stands free.
+
+        A block with a wall is named for it: ``bookcase-5-shelf, back to a wall``.
+        """
+        if self.wall_gap is None:
+            return self.block
+        return replace(self.block, name=f"{self.block.name}, back to a wall", wall=Wall(self.wall_gap))
 
 
 class Catalogue(Mapping[str, Block]):
     """Blocks of real contents by name; `item(name)` gives title, category, source and quality as well.
 
     The sizes are outer sizes, and the block is taken as uniform (mass centre at mid-height, inertia factor 4/3).  If
-    the real object is not uniform, make a `Block` from its sizes.
+    the real object is not uniform, make a `Block` from its sizes.  ``catalogue[name]`` stands free; `placed(name)` is
+    the same block as it is usually placed, with its back to a wall where such pieces have one.
 
     Examples
     --------
     >>> round(catalogue["bookcase-5-shelf"].height, 4)
     1.8034
+    >>> catalogue.placed("bookcase-5-shelf").wall
+    Wall(gap=0.02, height=None, restitution=None, front_gap=None)
     >>> catalogue.item("bookcase-5-shelf").fema_p58
     'E.20.22.105a'
     """
@@ -59,6 +77,10 @@ class Catalogue(Mapping[str, Block]):
             near = difflib.get_close_matches(str(name), self._items, n=3, cutoff=0.4)
             hint = f"; nearest: {', '.join(near)}" if near else ""
             raise KeyError(f"no catalogue item {str(name)[:60]!r}{hint}") from None
+
+    def placed(self, name: str) -> Block:
+        """Return an item's block as it is usually placed (`Item.placed`); KeyError with the nearest names."""
+        return self.item(name).placed
 
     def __repr__(self) -> str:
         return f"<catalogue of {len(self)} contents: {', '.join(self)}>"
@@ -83,6 +105,8 @@ def _load() -> Catalogue:
             category=row["category"],
             breadth=float(row["breadth_m"]) if row["breadth_m"] else None,
             fema_p58=row["fema_p58_id"] or None,
+            wall_gap=float(row["wall_gap_m"]) if row["wall_gap_m"] else None,
+            placement=row["placement"],
             quality=row["quality"],
             source=row["source"],
         )

@@ -24,9 +24,10 @@ from .block import Block
 from .engine import tables as engine
 from .oscillator import Oscillator
 from .sides import check_zone, sides, surroundings, zone_of
+from .supports import MOST_DELTA
 
 LEVERS = ("h", "R")
-RESTS = ("elastic", "rigid")
+RESTS = ("elastic", "rigid", "soft")
 GEOMETRIES = ("exact", "linear", "bilinear")
 MIN_DELTA = 1e-9
 """Least half width of the elastic zone over alpha: the zone's frequency grows as delta^-½, and so does the work."""
@@ -63,6 +64,8 @@ class Law(ABC):
         for name, allowed in (("lever", LEVERS), ("rest", RESTS), ("geometry", GEOMETRIES)):
             if name in values:
                 checks.choice(name, values[name], allowed)
+        if values.get("rest") == "soft" and values["delta"] > MOST_DELTA:
+            raise ValueError(f"delta must be at most {MOST_DELTA:g} with rest='soft', got {values['delta']:g}")
 
     @abstractmethod
     def oscillator(self, block: Block) -> Oscillator:
@@ -176,9 +179,11 @@ class DiscreteDamping(_HeldZoneLaw):
     lever : {"h", "R"}
         Lever arm of the shaking: the mass centre's height (threshold g tan alpha) or R (the paper's lumped mass,
         threshold g sin alpha).
-    rest : {"elastic", "rigid"}
+    rest : {"elastic", "rigid", "soft"}
         "elastic": the block at rest is in the elastic zone, as in the paper.  "rigid": it stays at rest until the
-        static threshold is exceeded (derived).
+        static threshold is exceeded (derived).  "soft": as "elastic", on a soft support whose settlement or frequency
+        was measured and gives delta (`delta_from_settlement`, `delta_from_frequency`; at most 0.3): the elastic mode is
+        then that of the support and no artefact of delta, and notes say so.
     """
 
     law: ClassVar[str] = "discrete"

@@ -138,6 +138,12 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
             "the motion's band: at rest the block resonates, and uplifts where a rigid block would not "
             f"({_worst(_shares(screened, ELASTIC_MODE), _LAW)})"
         )
+    if "rest" in screened.coords and bool((screened["rest"] == "soft").any()):
+        frequency = screened["elastic_frequency"].where(screened["rest"] == "soft").values
+        found.append(
+            f"the elastic mode of rest='soft' ({_range(frequency)} Hz) is that of the soft support whose settlement or "
+            "frequency gives δ: it is physical, and a block that resonates with it uplifts as a real one would"
+        )
     share = float(_shares(screened, SCALED_FAR).mean())
     if share > 0.0:
         lowest, highest = settings["factors"]

@@ -135,7 +135,8 @@ def screen(
     g b/h.
 
     The band of a motion holds the middle 90 % of its energy by frequency (`motions.spectra.energy_band`).  A block
-    whose elastic mode lies inside the band resonates, and uplifts although it should not.
+    whose elastic mode lies inside the band resonates, and uplifts although it should not; the mode of a soft support
+    (``rest="soft"``) is physical and no reason.
 
     At n motions the Wilson interval of 1/2 has a half width of z/(2 sqrt(n + z²)).
 
@@ -176,9 +177,12 @@ def screen(
     shaking = None if plain is None else Characteristics.of(plain)
     variables, settings = _screened(given, shaking, friction, bounds, flips, runner.array)
     settings["tested"] = share
+    coordinates = {dim: runs[dim].variable for dim in given.sizes if dim in runs.coords}
+    if (given.coordinates["rest"] == "soft").any():  # (for the notes, which tell whose elastic mode is real)
+        coordinates["rest"] = given.coordinates["rest"]
     return xr.Dataset(
         variables,
-        coords={dim: runs[dim].variable for dim in given.sizes if dim in runs.coords} | {"reason": reason_names()},
+        coords=coordinates | {"reason": reason_names()},
         attrs={
             "title": "Validity screen",
             **provenance_from("validity screen", settings, runs=runs),
@@ -388,7 +392,9 @@ def _screen_slab(
     }
     if shaking is not None:
         variables |= {"band_low": shaking.low, "band_high": shaking.high}
-        holds[ELASTIC_MODE] = (frequency >= shaking.low) & (frequency <= shaking.high)
+        # (the mode of a soft support is real, and speaks against no run)
+        spurious = known["rest"] != "soft"
+        holds[ELASTIC_MODE] = (frequency >= shaking.low) & (frequency <= shaking.high) & spurious
     return variables, chances, holds
 
 

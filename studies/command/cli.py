@@ -277,16 +277,21 @@ def look_at_motions(
 
 @app.command(name="catalogue", group=INPUTS)
 def show_catalogue() -> None:
-    """List the catalogue of real contents: sizes, slenderness, FEMA P-58 id and quality of the source."""
+    """List the catalogue of real contents: sizes, slenderness, usual place, FEMA P-58 id and quality of the source."""
+    placed = (
+        "wall: clear distance to a wall behind it as it is usually placed, unfixed (all of them judgement), where it "
+        "does not stand free in the direction in which it tips; --placed, placed = true and catalogue.placed(name) "
+        "take it\n"
+    )
     table = Table(
         title="Contents: width (the smaller plan size) and height in m, slenderness α in rad",
         box=SIMPLE_HEAD,
         pad_edge=False,
-        caption="quality: " + "; ".join(f"{letter} {meaning}" for letter, meaning in QUALITIES.items()),
+        caption=placed + "quality: " + "; ".join(f"{letter} {meaning}" for letter, meaning in QUALITIES.items()),
         caption_justify="left",
     )
     table.add_column("name", no_wrap=True)
-    for heading in ("width", "height", "α"):
+    for heading in ("width", "height", "α", "wall"):
         table.add_column(heading, justify="right")
     for heading in ("FEMA P-58", "quality"):
         table.add_column(heading)
@@ -294,7 +299,8 @@ def show_catalogue() -> None:
         item = catalogue.item(name)
         block = item.block
         sizes = (f"{block.width:.3f}", f"{block.height:.3f}", f"{block.alpha:.3f}")
-        table.add_row(name, *sizes, item.fema_p58 or "", item.quality)
+        wall = "free" if item.wall_gap is None else f"{1000.0 * item.wall_gap:.0f} mm"
+        table.add_row(name, *sizes, wall, item.fema_p58 or "", item.quality)
     terminal().print(table)
 
 

@@ -22,7 +22,7 @@ KIND = TableKind(
     "file of blocks",
     (
         *("name", "catalogue", "width_m", "height_m", "cm_height_m", "inertia_factor", "alpha_rad", "R_m"),
-        *("mass_kg", "cm_offset_mm", "lean_deg", "wall_gap_mm", "restraint"),
+        *("placed", "mass_kg", "cm_offset_mm", "lean_deg", "wall_gap_mm", "restraint"),
     ),
     MOST_BLOCKS,
     256 * 2**20,
@@ -141,7 +141,7 @@ class RestraintTable(Table):
 
 
 SCENE = {
-    *("mass_kg", "cm_offset_mm", "lean_deg", "restraint"),
+    *("placed", "mass_kg", "cm_offset_mm", "lean_deg", "restraint"),
     *("wall_gap_mm", "wall_height_m", "wall_restitution", "front_gap_mm"),
 }
 """Keys of what stands around a block, or holds it."""
@@ -151,6 +151,9 @@ class BlockTable(Table):
     """One block: a catalogue name, or outer sizes, or slenderness and size."""
 
     catalogue: Annotated[str | None, Field(description="Name of a catalogue item (see `toppling catalogue`).")] = None
+    placed: Annotated[bool, Field(description="The catalogue item as it usually stands: back to a wall, or free.")] = (
+        False
+    )
     name: Annotated[
         str | None, KeyInfo("what it is"), Field(min_length=1, max_length=200, description="Label in results.")
     ] = None
@@ -233,7 +236,11 @@ class BlockTable(Table):
                 "a block needs either catalogue, or width_m and height_m, or alpha_rad and R_m, got "
                 + (", ".join(sorted(given)) or "nothing")
             )
-        if self.wall_gap_mm is None:
+        if self.placed and self.catalogue is None:
+            raise ValueError("placed belongs to items of the catalogue: give wall_gap_mm for other blocks")
+        if self.placed and self.wall_gap_mm is not None:
+            raise ValueError("the place of an item is given by placed or by wall_gap_mm, got both")
+        if self.wall_gap_mm is None and not self._placed_gap():
             for name in ("wall_height_m", "wall_restitution", "front_gap_mm"):
                 if getattr(self, name) is not None:
                     raise ValueError(f"{name} needs wall_gap_mm: there is no wall")
@@ -250,11 +257,18 @@ class BlockTable(Table):
             restraint=self._restraint(restraints or {}),
         )
 
+    def _placed_gap(self) -> float | None:
+        """Return the gap (m) behind an item of the catalogue as it is usually placed; None where there is no wall."""
+        if not self.placed or self.catalogue is None or self.catalogue not in catalogue:
+            return None  # (a name that is not in the catalogue is refused when the block is made)
+        return catalogue.item(self.catalogue).wall_gap
+
     def _wall(self) -> Wall | None:
-        if self.wall_gap_mm is None:
+        gap = self._placed_gap() if self.wall_gap_mm is None else 1e-3 * self.wall_gap_mm
+        if gap is None:
             return None
         front = None if self.front_gap_mm is None else 1e-3 * self.front_gap_mm
-        return Wall(1e-3 * self.wall_gap_mm, self.wall_height_m, self.wall_restitution, front)
+        return Wall(gap, self.wall_height_m, self.wall_restitution, front)
 
     def _restraint(self, restraints: Mapping[str, Restraint]) -> Restraint | None:
         if self.restraint is None:
@@ -272,7 +286,8 @@ class BlockTable(Table):
                 block = catalogue[self.catalogue]
             except KeyError as error:
                 raise ValueError(error.args[0]) from None
-            name = block.name if self.name is None else self.name
+            listed = catalogue.placed(self.catalogue) if self.placed else block
+            name = listed.name if self.name is None else self.name
             return Block(block.width, block.height, self.cm_height_m, self.inertia_factor, name)
         if self.alpha_rad is not None and self.R_m is not None:
             factor = 4.0 / 3.0 if self.inertia_factor is None else self.inertia_factor
@@ -293,7 +308,7 @@ def read_blocks(file: Path, restraints: Mapping[str, Restraint] | None = None) -
     for line in table:
         slender = line.text("alpha_rad") or line.text("R_m")
         block = _slender(line) if slender else block_of_line(line, line.text("name") or line.text("catalogue"))
-        block = _placed(line, block, restraints or {})
+        block = _surrounded(line, block, restraints or {})
         if block.label in found:
             before = f"{block.label!r} is taken by line {found[block.label][0]}"
             line.refuse("name", f"must be another name, {before}" if line.text("name") else f"is needed: {before}")
@@ -303,9 +318,19 @@ def read_blocks(file: Path, restraints: Mapping[str, Restraint] | None = None) -
     return tuple(block for _, block in found.values())
 
 
-def _placed(line: CsvLine, block: Block, restraints: Mapping[str, Restraint]) -> Block:
+def _surrounded(line: CsvLine, block: Block, restraints: Mapping[str, Restraint]) -> Block:
     """Return the block of a line with its wall, restraint, offset and lean."""
     gap = line.number_in("wall_gap_mm", at_least=0.0)
+    wall = None if gap is None else Wall(1e-3 * gap)
+    if line.yes_in("placed"):
+        if not line.text("catalogue"):
+            line.refuse("placed", "belongs to items of the catalogue: give wall_gap_mm for other blocks")
+        if wall is not None:
+            line.refuse("placed", "must be empty beside wall_gap_mm, which says where the block stands")
+        listed = catalogue.placed(line.text("catalogue"))
+        wall = listed.wall
+        if not line.text("name"):
+            block = replace(block, name=listed.name)
     named = line.text("restraint")
     if named and named not in restraints:
         known = ", ".join(map(repr, restraints)) or "none"
@@ -318,7 +343,7 @@ def _placed(line: CsvLine, block: Block, restraints: Mapping[str, Restraint]) ->
             mass=mass,
             cm_offset=1e-3 * (offset or 0.0),
             lean=math.radians(lean or 0.0),
-            wall=None if gap is None else Wall(1e-3 * gap),
+            wall=wall,
             restraint=restraints[named] if named else None,
         )
     except ValueError as error:

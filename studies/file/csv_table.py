@@ -212,6 +212,13 @@ class CsvLine:
             self.refuse(column, f"must be a whole number, got {shown(cell)}")
         return int(cell)
 
+    def yes_in(self, column: str) -> bool:
+        """Return True where a cell says yes, False where it says no or is empty."""
+        cell = self.text(column).lower()
+        if cell not in {"", *YES, *NO}:
+            self.refuse(column, f"must be yes or no, got {shown(cell)}")
+        return cell in YES
+
     def checked(self, column: str, made: Callable[[], Value]) -> Value:
         """Return the result of `made`, and raise its ValueError as an error of this line."""
         try:
@@ -222,6 +229,8 @@ class CsvLine:
             self.refuse(column, str(error).removeprefix(f"{column} "))
 
 
+YES = ("yes", "y", "true", "1")
+NO = ("no", "n", "false", "0")
 _NUMBER = re.compile(r"[-+]?(?:\d{1,30}[.,]?\d{0,30}|[.,]\d{1,30})(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*")
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}", re.ASCII)

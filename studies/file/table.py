@@ -23,17 +23,24 @@ from pydantic_core.core_schema import CoreSchema, no_info_after_validator_functi
 
 from ...fragility.exchange.rows import UNITS
 from ...motions import RecordError
-from ...units import ACCELERATION, METRE, RADIAN, SECOND
+from ...units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS
 from ...wording import system_reason
 
-_MORE = {"s": (1.0, SECOND), "ms": (1e-3, SECOND), "rad": (1.0, RADIAN), "deg": (math.pi / 180.0, RADIAN)}
+_MORE = {
+    **{"s": (1.0, SECOND), "ms": (1e-3, SECOND), "rad": (1.0, RADIAN), "deg": (math.pi / 180.0, RADIAN)},
+    **{"kg": (1.0, KILOGRAM), "N": (1.0, NEWTON), "kN": (1e3, NEWTON)},
+    **{"N/mm": (1e3, STIFFNESS), "kN/m": (1e3, STIFFNESS), "N/m": (1.0, STIFFNESS)},
+}
 _SPELLINGS = {"m/s²": "m/s2", "m/s^2": "m/s2", "cm/s²": "cm/s2", "cm/s^2": "cm/s2", "Gal": "gal", "°": "deg"}
 _WRITTEN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
-_EXAMPLES = {ACCELERATION: "0.4g or 3.9m/s2", METRE: "0.4m or 40cm", SECOND: "0.5s", RADIAN: "0.2rad or 12deg"}
+_EXAMPLES = {
+    **{ACCELERATION: "0.4g or 3.9m/s2", METRE: "0.4m or 40cm", SECOND: "0.5s", RADIAN: "0.2rad or 12deg"},
+    **{KILOGRAM: "100kg", NEWTON: "267N", STIFFNESS: "20N/mm"},
+}
 
 
-def quantity(option: str, text: str, units: str, *, bare: float = 0.0) -> float:
-    """Convert a number with its unit to its SI value, > 0.
+def quantity(option: str, text: str, units: str, *, bare: float = 0.0, at_least: float | None = None) -> float:
+    """Convert a number with its unit to its SI value, > 0 or at least a given value.
 
     Parameters
     ----------
@@ -42,14 +49,16 @@ def quantity(option: str, text: str, units: str, *, bare: float = 0.0) -> float:
     text : str
         The number and, with or without a blank between, its unit.
     units : str
-        The SI unit that it must convert to: ``m s-2``, ``m``, ``s`` or ``rad``.
+        The SI unit that it must convert to: ``m s-2``, ``m``, ``s``, ``rad``, ``kg``, ``N`` or ``N m-1``.
     bare : float
         A number without a unit is taken in that unit up to this value; 0 where the unit must always be given.
+    at_least : float, optional
+        The least value; values must be above 0 where it is not given.
 
     Raises
     ------
     StudyError
-        No number, another unit or none, a value that is not finite and > 0, a number alone that is above `bare`.
+        No number, another unit or none, a value that is not finite or too small, a number alone that is above `bare`.
 
     Examples
     --------
@@ -70,9 +79,11 @@ def quantity(option: str, text: str, units: str, *, bare: float = 0.0) -> float:
         hint = f"; did you mean {found[1]}{near[0]}?" if near else ""
         raise StudyError(f"{option} {text[:40]}: unit must be one of {', '.join(factors)}, got {name[:20]!r}{hint}")
     value = float(found[1]) * (factors[name] if name else 1.0)
-    if not 0.0 < value < math.inf:
-        raise StudyError(f"{option} {text[:40]}: must be finite and > 0")
-    if not name and value > bare:
+    enough = value > 0.0 if at_least is None else value >= at_least
+    if not enough or not abs(value) < math.inf:
+        least = "> 0" if at_least is None else f">= {at_least:g}"
+        raise StudyError(f"{option} {text[:40]}: must be finite{'' if at_least == -math.inf else f' and {least}'}")
+    if not name and abs(value) > bare:
         fits = [unit for unit in ("cm", "mm") if float(found[1]) * factors.get(unit, math.inf) <= bare]
         hint = f"; did you mean {float(found[1]) * factors[fits[0]]:g} ({found[1]}{fits[0]})?" if fits else ""
         alone = f"a number alone is in {units}, up to {bare:g} (beyond that {found[1]}{units})"

@@ -15,7 +15,8 @@ from pathlib import Path
 import xarray as xr
 
 from ... import checks
-from .frames import block_of, frames_of
+from ..text.histories import block_of
+from .frames import frames_of
 from .scene import PALETTE, Scene
 from .writers import SUFFIXES, film
 

@@ -5,9 +5,8 @@ Nothing here draws.
 
 from __future__ import annotations
 
-import json
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,9 +14,9 @@ import xarray as xr
 from ... import checks
 from ...aliases import Array, Flags
 from ...models import Block
-from ...models.block import block_from
+from ...models.sides import sides
 from ...motions.intensity.peaks import displacement, velocity
-from ..text.histories import FLAT, checked
+from ..text.histories import FLAT, block_of, checked
 from .writers import FRAME_RATES
 
 STAYS = 2.0
@@ -69,7 +68,7 @@ def frames_of(response: xr.Dataset, *, speed: float = 1.0, fps: int | None = Non
     if lies.size:
         stop = float(time[lies[0]]) + rate * STAYS
     elif bool(response["overturned"]):
-        fall = rigid_fall(float(theta[-1]), float(response["angular_velocity"].values[-1]), response.attrs)
+        fall = rigid_fall(float(theta[-1]), float(response["angular_velocity"].values[-1]), block_of(response))
         if fall is not None:
             stop = end + FALL_STEP * (fall.size - 1) + rate * STAYS
     length = (stop - begin) / rate
@@ -92,13 +91,14 @@ def frames_of(response: xr.Dataset, *, speed: float = 1.0, fps: int | None = Non
     return Frames(moments, rotation, floor, after & (fall is not None), fps, rate)
 
 
-def rigid_fall(theta: float, omega: float, block: Any) -> Array | None:
+def rigid_fall(theta: float, omega: float, block: Block) -> Array | None:
     """Return the rotation (rad) of a rigid block that falls on a quiet floor, every millisecond until it lies flat.
 
-    Return None where the block turns back before it falls.  `block` holds alpha and p.
+    Return None where the block turns back before it falls.  Walls and restraint are left out.
     """
     side = math.copysign(1.0, theta)
-    alpha, p2 = float(block["alpha"]), float(block["p"]) ** 2
+    own = sides(block, "exact")[0 if side > 0.0 else 1]
+    alpha, p2 = own.alpha, own.q2
     x, v = side * theta, side * omega
     found = [x]
     # the block falls if it is past its balance, or moves outwards fast enough to reach it
@@ -138,8 +138,3 @@ def rotated(block: Block, rotation: float, floor: float, points: Array) -> Array
     c, s = math.cos(rotation), math.sin(rotation)
     x, y = points[:, 0] - pivot, points[:, 1]
     return np.column_stack([floor + pivot + x * c + y * s, y * c - x * s])
-
-
-def block_of(response: xr.Dataset) -> Block:
-    """Return the block of a run from the attributes of its response."""
-    return block_from(json.loads(response.attrs["configuration"])["block"])

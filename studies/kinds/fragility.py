@@ -112,7 +112,7 @@ class FragilityStudy(BlockStudy, Study):
             content.title,
             plain(content),
             blocks,
-            each("models", content.models),
+            each("models", content.models, blocks),
             content.design(folder, content.both_ways(blocks)),
             *screening_of(content),
             _fit(content),

@@ -88,7 +88,7 @@ def history(
         own = colour if chosen is None else chosen[i]
         ax.plot(time, x, color=own, ls=line, lw=1.4, label=names[i])
         if bool(one["overturned"]):
-            ax.plot(*last_balance(one), color=own, zorder=3, **CROSS)
+            ax.plot(*last_balance(one)[:2], color=own, zorder=3, **CROSS)
             fallen = True
     if fallen and any(names):
         ax.plot([], [], color="0.4", label="past its balance for good", **CROSS)

@@ -228,10 +228,16 @@ def _zone(results: xr.Dataset) -> Check:
     question = "Is δ, the half width of the law’s elastic zone over α, small enough?"
     cure = "Rely first on a law whose rest is rigid (housner, energy-consistent), and make δ smaller."
     widths = results["delta"].values.astype(float) if "delta" in results.coords else np.array([])
+    soft = False
     if "rest" in results.coords and results["rest"].shape == widths.shape:
         # (a law with a rigid rest has no elastic mode that could resonate)
-        widths = np.where(results["rest"].values.astype(str) == "rigid", np.nan, widths)
+        # (and that of a soft support is real)
+        kinds = results["rest"].values.astype(str)
+        soft = bool((kinds == "soft").any())
+        widths = np.where((kinds == "rigid") | (kinds == "soft"), np.nan, widths)
     delta = np.unique(widths[np.isfinite(widths)])
+    if not delta.size and soft:
+        return Check(question, GOOD, "δ is that of a soft support, whose elastic mode is real.")
     if not delta.size:
         return Check(question, GOOD, "No law of this study is elastic at rest.")
     largest = f"The law is elastic up to {delta[-1]:.3g} of the angle at which the block tips (δ)"

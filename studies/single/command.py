@@ -26,6 +26,33 @@ def simulate_one(
         str | None, Parameter(help="Height of the centre of mass; mid-height where not given.")
     ] = None,
     inertia_factor: Annotated[float | None, Parameter(help="I_O/(m R²), above 1 to 2; 4/3 where not given.")] = None,
+    mass: Annotated[str | None, Parameter(help="Mass, 100kg; only a restraint needs it.")] = None,
+    cm_offset: Annotated[
+        str | None,
+        Parameter(allow_leading_hyphen=True, help="Centre of mass in front of the middle, 30mm (behind it: negative)."),
+    ] = None,
+    lean: Annotated[
+        str | None,
+        Parameter(
+            allow_leading_hyphen=True, help="Lean, or slope of the floor, to the front, 1deg (to the back: negative)."
+        ),
+    ] = None,
+    placed: Annotated[
+        bool, Parameter(negative="", help="The item of the catalogue as it usually stands: back to a wall, or free.")
+    ] = False,
+    wall_gap: Annotated[
+        str | None, Parameter(help="Clear distance to a wall behind the block, 20mm; 0mm touches.")
+    ] = None,
+    wall_height: Annotated[
+        str | None, Parameter(help="Height at which it meets the wall; its upper edge where not given.")
+    ] = None,
+    wall_restitution: Annotated[
+        float | None, Parameter(help="Velocity after over before an impact there; from the geometry where not given.")
+    ] = None,
+    front_gap: Annotated[str | None, Parameter(help="Clear distance to a second wall in front.")] = None,
+    restraint: Annotated[
+        str | None, Parameter(help="Kind and parts: strap,height=1.75m,strength=267N,stiffness=20N/mm,slack=5mm.")
+    ] = None,
     law: Annotated[str, Parameter(help="Damping law.")] = "housner",
     e: Annotated[
         float | None, Parameter(help="Restitution, above 0 to 1; the block's own e_R where not given.")
@@ -58,6 +85,7 @@ def simulate_one(
     """Simulate one block under one motion: what it does, history.csv, history.png and, with --animate, a film.
 
     toppling simulate bookcase-5-shelf site-based-scenario --seed 1 --pga 0.4g --animate
+    toppling simulate bookcase-5-shelf ricker --period 1s --pga 0.4g --wall-gap 20mm
 
     Parameters
     ----------
@@ -68,6 +96,7 @@ def simulate_one(
     """
     from .inputs import block_of, factor_of, law_of, motion_of  # noqa: PLC0415
     from .run import Simulation, as_json  # noqa: PLC0415 - not for every command
+    from .scene import scene_of  # noqa: PLC0415
 
     sizes = {"--width": width, "--height": height, "--cm-height": cm_height}
     if motion is None and any(sizes.values()):
@@ -84,7 +113,16 @@ def simulate_one(
         "rest": rest,
         "geometry": geometry,
     }
-    stands, damped = block_of(block, sizes, inertia_factor), law_of(law, options)
+    lengths = {
+        "--mass": mass,
+        "--cm-offset": cm_offset,
+        "--lean": lean,
+        "--wall-gap": wall_gap,
+        "--wall-height": wall_height,
+        "--front-gap": front_gap,
+    }
+    scene = scene_of(lengths, wall_restitution, restraint)
+    stands, damped = block_of(block, sizes, inertia_factor, scene, placed), law_of(law, options)
     shaking = motion_of(motion, seed, index, set_, period)
     run = Simulation(stands, damped, shaking, factor_of(shaking, scale, pga))
     console = terminal()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -11,14 +13,22 @@ from ...units import STANDARD_GRAVITY
 from ..plots import axes
 from ..plots.moments import hysteresis
 from ..plots.response import HIGHEST, history, phase
-from ..text.histories import last_balance
+from ..text.histories import block_of, last_balance
 
 AFTER = 1.0
 """Time that the axis continues after the block lies on its side, s; at least a tenth of the time until then."""
 INK, DASHED, DOTTED = "0.35", (0, (4, 3)), (0, (1, 2))
 
 
-def history_figure(response: xr.Dataset, title: str, text: str, *, lifts: float, ends: float) -> Figure:
+def history_figure(
+    response: xr.Dataset,
+    title: str,
+    text: str,
+    *,
+    lifts: tuple[float, float],
+    ends: float,
+    walls: Sequence[float] = (),
+) -> Figure:
     """Return the figure of one run on one page: shaking, history, phase portrait and hysteresis.
 
     Parameters
@@ -27,10 +37,12 @@ def history_figure(response: xr.Dataset, title: str, text: str, *, lifts: float,
         Dataset that `toppling.simulate` returned.
     title, text : str
         Texts above the panels: the block and the law, and what the block does.
-    lifts : float
-        Acceleration that just lifts a rigid block, m/s².
+    lifts : (float, float)
+        Accelerations that just tip a rigid block to the front and to the back, m/s².
     ends : float
         Time at which the record ends, s; a history may continue without shaking after it.
+    walls : sequence of float
+        Rotations at which the block meets a wall, rad.
 
     Returns
     -------
@@ -47,7 +59,7 @@ def history_figure(response: xr.Dataset, title: str, text: str, *, lifts: float,
     if lies < last:  # (NaN where the block stands)
         last = min(last, lies + max(AFTER, 0.1 * (lies - first)))
     _shaking(response, panels["shaking"], lifts)
-    _rotation(response, panels["history"])
+    _rotation(response, panels["history"], walls)
     for ax in (panels["shaking"], panels["history"]):
         ax.set_xlim(first, last)
     if ends < last:
@@ -73,28 +85,41 @@ def history_figure(response: xr.Dataset, title: str, text: str, *, lifts: float,
     return figure
 
 
-def _shaking(response: xr.Dataset, ax: Axes, lifts: float) -> None:
-    """Draw the floor's acceleration, and the acceleration that lifts the block."""
+def _shaking(response: xr.Dataset, ax: Axes, lifts: tuple[float, float]) -> None:
+    """Draw the floor's acceleration, and the accelerations that lift the block (negative: it tips to the front)."""
     acceleration = response["floor_acceleration"].values / STANDARD_GRAVITY
     ax.plot(response["time"].values, acceleration, color=INK, lw=0.8)
-    limit = lifts / STANDARD_GRAVITY
-    ax.axhline(limit, color=axes.COLOURS[1], lw=0.9, ls=DASHED, label=f"lifts a rigid block: ±g tan α = {limit:.3g} g")
-    ax.axhline(-limit, color=axes.COLOURS[1], lw=0.9, ls=DASHED)
+    front, back = (limit / STANDARD_GRAVITY for limit in lifts)
+    limits = f"±g tan α = {back:.3g} g" if front == back else f"g tan α = −{front:.3g} g and {back:.3g} g"
+    ax.axhline(back, color=axes.COLOURS[1], lw=0.9, ls=DASHED, label=f"lifts a rigid block: {limits}")
+    ax.axhline(-front, color=axes.COLOURS[1], lw=0.9, ls=DASHED)
     ax.set_ylabel("floor\nacceleration (g)")
     axes.grid(ax)
 
 
-def _rotation(response: xr.Dataset, ax: Axes) -> None:
-    """Draw the rotation, the balance, and the times at which the block passes its balance and lies on its side."""
+def _rotation(response: xr.Dataset, ax: Axes, walls: Sequence[float]) -> None:
+    """Draw the rotation, balance and walls, and the times of the restraint's rupture, the last balance and the fall."""
     history(response, ax, labels=[""], colors=axes.COLOURS[:1]).lines[0].set_linestyle("solid")
     low, high = ax.get_ylim()
-    if low < -1.0 or high > 1.0:
-        for side in (-1.0, 1.0):
-            ax.axhline(side, color=INK, lw=0.9, ls=DASHED, label="balance, θ = ±α" if side > 0.0 else None)
-        ax.set_ylim(low, high)
+    alpha = float(response.attrs["alpha"])
+    (_, front), (_, back) = block_of(response).corners
+    sides = (front / alpha, -back / alpha)
+    if low < sides[1] or high > sides[0]:
+        alike = "balance, θ = ±α" if sides[0] == -sides[1] else "balance to the front and to the back"
+        for side in sides:
+            ax.axhline(side, color=INK, lw=0.9, ls=DASHED, label=alike if side > 0.0 else None)
+    label: str | None = "meets the wall"
+    for rotation in walls:
+        if low < rotation / alpha < high:
+            ax.axhline(rotation / alpha, color=axes.COLOURS[2], lw=1.1, ls=DOTTED, label=label)
+            label = None
+    ax.set_ylim(low, high)
+    if "rupture_time" in response and float(response["rupture_time"]) <= float(response["time"][-1]):
+        at = float(response["rupture_time"])
+        ax.axvline(at, color=axes.COLOURS[1], lw=1.1, ls=DOTTED, label=f"restraint breaks, {at:.2f} s")
     if bool(response["overturned"]):
-        at, x = last_balance(response)
-        if abs(x) == 1.0:
+        at, _, passed = last_balance(response)
+        if passed:
             ax.lines[1].set_label(f"past its balance for good, {at:.2f} s")
         lies = float(response["overturning_time"])
         if lies <= float(response["time"][-1]):

@@ -31,25 +31,45 @@ LARGEST = 10.0
 Built = TypeVar("Built")
 
 
-def block_of(name: str | None, sizes: Mapping[str, str | None], inertia_factor: float | None = None) -> Block:
+def block_of(
+    name: str | None,
+    sizes: Mapping[str, str | None],
+    inertia_factor: float | None = None,
+    scene: Mapping[str, Any] | None = None,
+    placed: bool = False,
+) -> Block:
     """Return the block of a catalogue name, or of sizes with units (``--width``, ``--height``, ``--cm-height``).
+
+    scene: keys of ``[[blocks]]`` for what stands around it or holds it, as `scene.scene_of` returns them; placed: the
+    item of the catalogue as it usually stands.
 
     Raises
     ------
     StudyError
-        Neither a name nor sizes, or both; a name that is not in the catalogue; sizes out of range.
+        Neither a name nor sizes, or both; a name that is not in the catalogue; values out of range.
     """
     given = [option for option, text in sizes.items() if text is not None]
     metres = {option: quantity(option, str(sizes[option]), METRE, bare=LARGEST) for option in given}
+    around = dict(scene or {})
     if name is not None:
         if given or inertia_factor is not None:
             other = given[0] if given else "--inertia-factor"
             raise StudyError(f"a block is a catalogue name or sizes, got {name!r} and {other}")
-        return built("BLOCK", lambda: BlockTable(catalogue=name).build())
+        listed = {"catalogue": name, **({"placed": True} if placed else {}), **around}
+        return built("BLOCK", lambda: BlockTable.model_validate(listed).build(), listed, BlockTable)
+    if placed:
+        raise StudyError("--placed belongs to items of the catalogue: give --wall-gap for other blocks")
     if "--width" not in metres or "--height" not in metres:
         raise StudyError("which block? A name of `toppling catalogue`, or --width and --height")
     width, height, cm_height = (metres.get(option) for option in ("--width", "--height", "--cm-height"))
-    return built("block", lambda: Block(width or 0.0, height or 0.0, cm_height, inertia_factor))
+    plain = built("block", lambda: Block(width or 0.0, height or 0.0, cm_height, inertia_factor))
+    return built("block", lambda: BlockTable.model_validate(_keys(plain, around)).build(), around, BlockTable)
+
+
+def _keys(block: Block, around: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a plain block and what stands around it as keys of ``[[blocks]]``."""
+    sizes = {"width_m": block.width, "height_m": block.height}
+    return {**sizes, "cm_height_m": block.cm_height, "inertia_factor": block.inertia_factor, **around}
 
 
 def law_of(law: str, options: Mapping[str, Any]) -> Law:

@@ -32,6 +32,7 @@ from ...fragility.validity.reasons import (
 )
 from ...fragility.validity.screen import FACTORS, screen
 from ...models import Block, Law, simulate
+from ...models.block import describe_scene
 from ...models.laws import describe_law
 from ...motions.arrays import records
 from ...motions.matching.adjustment import matching_doubts
@@ -42,6 +43,7 @@ from ..file.table import StudyError
 from ..text.encoding import json_text
 from ..text.histories import last_balance
 from .inputs import built
+from .surroundings import Around, around_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -75,6 +77,11 @@ class Simulation:
         """The response that `toppling.simulate` returns; StudyError where the block needs an explicit e."""
         return built(self.block.label, lambda: simulate(self.block, self.model, self.shaken))
 
+    @cached_property
+    def around(self) -> Around | None:
+        """What walls, restraint, offset and lean did in the run; None for a symmetric, freestanding block."""
+        return around_of(self.block, self.model, self.response)
+
     @property
     def shown(self) -> xr.Dataset:
         """The history that is shown: it continues in quiet until the block lies or stands, or until it is cut."""
@@ -100,7 +107,10 @@ class Simulation:
         if falls:
             return longer, False
         upright = max(UPRIGHT, self.model.options.get("delta") or 0.0) * self.block.alpha
-        rocks = np.flatnonzero(np.abs(longer["rotation"].values) > upright)
+        theta = longer["rotation"].values
+        # (a block that is held beyond its balance rests there)
+        rests = theta[-1] if self.around is not None and self.around.held else 0.0
+        rocks = np.flatnonzero(np.abs(theta - rests) > upright)
         stands = int(rocks[-1]) + 1 if rocks.size else 0
         if stands <= run.sizes["time"]:
             return run, False
@@ -123,9 +133,15 @@ class Simulation:
         return float(np.abs(self.shaken.values).max())
 
     @property
+    def thresholds(self) -> tuple[float, float]:
+        """The accelerations that just tip a rigid block without restraint to the front and the back, g tan α, m/s²."""
+        (_, front), (_, back) = self.block.corners
+        return STANDARD_GRAVITY * math.tan(front), STANDARD_GRAVITY * math.tan(back)
+
+    @property
     def threshold(self) -> float:
-        """The acceleration that just lifts a rigid block, g tan α, m/s²."""
-        return STANDARD_GRAVITY * math.tan(self.block.alpha)
+        """The lesser of these accelerations."""
+        return min(self.thresholds)
 
     @property
     def friction(self) -> dict[str, float]:
@@ -168,7 +184,9 @@ class Simulation:
         """The block in words."""
         block = self.block
         name = "" if block.name is None else f"{block.name}, "
-        return f"{name}{block.width:.3g} m × {block.height:.3g} m, α = {block.alpha:.4g} rad"
+        (_, front), (_, back) = block.corners
+        alpha = f"{front:.4g} rad" if block.symmetric else f"{front:.4g} rad to the front, {back:.4g} rad to the back"
+        return f"{name}{block.width:.3g} m × {block.height:.3g} m, α = {alpha}"
 
     @property
     def _motion_text(self) -> str:
@@ -184,14 +202,16 @@ class Simulation:
         if self.cut:
             return f"does not overturn; still rocks where its history is cut, {last - record:.3g} s after the record"
         if not bool(run["overturned"]):
+            ends = "stands" if self.around is None else self.around.stands
             quiet = last - record - AFTER
-            return f"stands, rocking until {quiet:.3g} s after the record" if quiet > 0.0 else "stands"
-        at, (balance, side) = float(run["overturning_time"]), last_balance(shown)
+            return f"{ends}, rocking until {quiet:.3g} s after the record" if quiet > 0.0 else ends
+        at, (balance, side, passed) = float(run["overturning_time"]), last_balance(shown)
         if not math.isfinite(at):
             return "overturned after the record"
         late = " (after the record)" if at > record else ""
-        past = f", past its balance for good at {balance:.2f} s" if abs(side) == 1.0 else ""
-        return f"overturned to the {'right' if side > 0.0 else 'left'} at {at:.2f} s{late}{past}"
+        past = f", past its balance for good at {balance:.2f} s" if passed else ""
+        words = ("right", "left") if self.around is None else ("front", "back")
+        return f"overturned to the {words[0] if side > 0.0 else words[1]} at {at:.2f} s{late}{past}"
 
     def lines(self) -> list[str]:
         """Return all results of the run as lines for people."""
@@ -204,21 +224,23 @@ class Simulation:
         turned = f"{peak:.4g} rad = {100.0 * peak / block.alpha:.3g} % of α"
         if bool(run["overturned"]):
             turned = f"{peak:.4g} rad: it lies on its side"
+        elif self.around is not None:
+            turned = self.around.peaks
+        front, back = self.thresholds
+        lifts = _g(front) if front == back else f"{_g(front)} to the front, {_g(back)} to the back"
+        times = f"PGA is {ratio:.3g} times {'that' if front == back else 'the lesser'}"
         need = self.friction
         words = {"uplift": "at uplift", "rocking": "at the peak of the motion", "impact": "at impact"}
         rows = [
             ("block", f"{self._block_text}, p = {block.p:.3g} rad/s"),
             ("law", f"{self.model.label}{e}"),
             ("motion", f"{self._motion_text}, {motion.duration:g} s at {motion.dt:g} s"),
-            ("uplift", f"{uplift}; g tan α = {_g(self.threshold)}, PGA is {ratio:.3g} times that"),
+            ("uplift", f"{uplift}; g tan α = {lifts}, {times}"),
             ("peak rotation", turned),
             ("impacts", f"{int(run['impacts'])}{' during the record' if self.shown is not run else ''}"),
+            *(() if self.around is None else self.around.rows()),
             ("end", self._outcome_text),
         ]
-        if "restraint_force" in run:
-            force, broken = float(run["restraint_force"]), bool(run["ruptured"])
-            breaks = f"breaks at {float(run['rupture_time']):.2f} s, at {force:.4g} N"
-            rows.append(("restraint", breaks if broken else f"holds, greatest force {force:.4g} N"))
         if need:
             rows.append(("friction needed", ", ".join(f"{value:.2f} {words[name]}" for name, value in need.items())))
         return [f"{name + ':':<17}{text}" for name, text in rows]
@@ -236,6 +258,7 @@ class Simulation:
                 "alpha": block.alpha,
                 "R": block.R,
                 "p": block.p,
+                **describe_scene(block),
             },
             "model": {**describe_law(self.model), "label": self.model.label, "e": self.model.restitution(block)},
             "motion": {
@@ -251,9 +274,9 @@ class Simulation:
             "peak_rotation": float(run["peak_rotation"]),
             "peak_rotation_over_alpha": float(run["peak_rotation"]) / block.alpha,
             "impacts": int(run["impacts"]),
-            **({"restraint_force": float(run["restraint_force"])} if "restraint_force" in run else {}),
             "overturned": overturned,
             "overturning_time": at if math.isfinite(at) else None,
+            **({} if self.around is None else self.around.content),
             "cut": self.cut,
             "direction": float(np.sign(self.shown["rotation"].values[-1])) if overturned else None,
             "friction": self.friction,
@@ -269,7 +292,8 @@ class Simulation:
         title = f"{self._block_text}, under {axes.model_name(self.model.label)}"
         text = f"{self._motion_text}\n{self._outcome_text}"
         ends = float(self.response["time"][-1])
-        return history_figure(self.shown, title, text, lifts=self.threshold, ends=ends)
+        walls = () if self.around is None else self.around.walls
+        return history_figure(self.shown, title, text, lifts=self.thresholds, ends=ends, walls=walls)
 
     def write(self, folder: Path) -> list[Path]:
         """Write history.csv and history.png into a folder, made where missing, and remove what an earlier run left.

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ... import checks
 from ...aliases import Flags
+from ...models import Block
+from ...models.block import block_from
 
 FLAT = 0.5 * math.pi
 """|θ| at which a block lies on its side, rad: there the model ends."""
@@ -34,17 +37,32 @@ def before_lying(response: xr.Dataset) -> Flags:
     return np.asarray(np.abs(response["rotation"].values) < FLAT)
 
 
-def last_balance(response: xr.Dataset) -> tuple[float, float]:
-    """The time (s) and side (θ/α) at which a block that overturns exceeds its balance for the last time.
+def block_of(response: xr.Dataset) -> Block:
+    """Return the block of a run from the attributes of its response."""
+    return block_from(json.loads(response.attrs["configuration"])["block"])
+
+
+class LastBalance(NamedTuple):
+    """The last time (s) at which a block was at its balance, with θ/α there; `passed`: it then went beyond for good."""
+
+    time: float
+    rotation: float
+    passed: bool
+
+
+def last_balance(response: xr.Dataset) -> LastBalance:
+    """The time and rotation at which a block that overturns exceeds its balance for the last time.
 
     Samples are joined by straight lines.  For a history that ends before, it is the last sample.
     """
     standing = before_lying(response)
-    time, x = response["time"].values[standing], (response["rotation"].values / response.attrs["alpha"])[standing]
-    inside = np.flatnonzero(np.abs(x) <= 1.0)
+    alpha = response.attrs["alpha"]
+    time, x = response["time"].values[standing], (response["rotation"].values / alpha)[standing]
+    (_, front), (_, back) = block_of(response).corners
+    inside = np.flatnonzero((x <= front / alpha) & (x >= -back / alpha))
     last = int(inside[-1]) if inside.size else 0
     if not inside.size or last + 1 == x.size:
-        return float(time[last]), float(x[last])
-    side = float(np.sign(x[last + 1]))
+        return LastBalance(float(time[last]), float(x[last]), False)
+    side = front / alpha if x[last + 1] > 0.0 else -back / alpha
     share = (side - x[last]) / (x[last + 1] - x[last])
-    return float(time[last] + share * (time[last + 1] - time[last])), side
+    return LastBalance(float(time[last] + share * (time[last + 1] - time[last])), side, True)

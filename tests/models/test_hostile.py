@@ -31,7 +31,7 @@ BAD_LAWS = [
     (lambda: tp.ViscousDamping(-0.1), ValueError, "zeta must be"),
     (lambda: tp.ViscousDamping.fema356(2.0), ValueError, "e must be"),
     (lambda: tp.DiscreteDamping(lever="x"), ValueError, "lever must be one of 'h', 'R', got 'x'"),
-    (lambda: tp.EnergyConsistent(rest="soft"), ValueError, "rest must be one of"),
+    (lambda: tp.EnergyConsistent(rest="hard"), ValueError, "rest must be one of"),
     (lambda: tp.HousnerImpact(geometry="flat"), ValueError, "geometry must be one of"),
     (lambda: tp.HousnerImpact(lever="R"), ValueError, "lever='R' needs geometry='bilinear'"),
     (lambda: tp.DiscreteDamping(restitution_factor=0.0), ValueError, "restitution_factor must be"),

@@ -76,6 +76,51 @@ class TestBlocks:
         assert any("the wall is taken to move with the floor" in note for note in found.notes)
 
 
+class TestPlaced:
+    """Items of the catalogue as they usually stand."""
+
+    ITEM = '[[blocks]]\ncatalogue = "bookcase-5-shelf"\nplaced = true\n'
+
+    def test_back_to_a_wall(self, tmp_path):
+        """It has a name of its own, so that both may be in one study; the free block is the default."""
+        free = '[[blocks]]\ncatalogue = "bookcase-5-shelf"\n'
+        one, two = study(tmp_path, self.ITEM + "wall_restitution = 0.4\n" + free).blocks
+        assert (one.label, one.wall) == ("bookcase-5-shelf, back to a wall", tp.Wall(0.02, None, 0.4))
+        assert two == tp.catalogue["bookcase-5-shelf"]
+
+    def test_stands_free(self, tmp_path):
+        (block,) = study(tmp_path, '[[blocks]]\ncatalogue = "server-rack-42u"\nplaced = true\n').blocks
+        assert block == tp.catalogue["server-rack-42u"]
+
+    @pytest.mark.parametrize(("blocks", "message"), [
+        (SIZES + "placed = true\n", "placed belongs to items of the catalogue"),
+        (ITEM + "wall_gap_mm = 5\n", "is given by placed or by wall_gap_mm, got both"),
+        (ITEM.replace("bookcase-5-shelf", "server-rack-42u") + "front_gap_mm = 5\n", "front_gap_mm needs wall_gap_mm"),
+        (ITEM.replace("shelf", "shelve"), "no catalogue item"),
+    ])  # fmt: skip
+    def test_refusals(self, tmp_path, blocks, message):
+        with pytest.raises(StudyError, match=message):
+            study(tmp_path, blocks)
+
+    def test_csv(self, tmp_path):
+        file = tmp_path / "blocks.csv"
+        file.write_text("name,catalogue,placed\n,bookcase-5-shelf,yes\nmine,bookcase-5-shelf,no\n", encoding="utf-8")
+        one, two = read_blocks(file)
+        assert one == tp.catalogue.placed("bookcase-5-shelf")
+        assert (two.label, two.wall) == ("mine", None)
+
+    @pytest.mark.parametrize(("text", "message"), [
+        ("name,width_m,height_m,placed\na,0.3,1.8,yes\n", "belongs to items of the catalogue"),
+        ("catalogue,wall_gap_mm,placed\nbookcase-5-shelf,5,yes\n", "must be empty beside wall_gap_mm"),
+        ("catalogue,placed\nbookcase-5-shelf,perhaps\n", "must be yes or no, got 'perhaps'"),
+    ])  # fmt: skip
+    def test_csv_refusals(self, tmp_path, text, message):
+        file = tmp_path / "blocks.csv"
+        file.write_text(text, encoding="utf-8")
+        with pytest.raises(StudyError, match=rf"line 2, column 'placed': {message}"):
+            read_blocks(file)
+
+
 class TestRestraintTable:
     @pytest.mark.parametrize("kind", RESTRAINT_KEYS)
     def test_every_kind(self, kind):

@@ -12,8 +12,9 @@ from PIL import Image
 
 import toppling as tp
 from toppling.studies.film import writers as movies
-from toppling.studies.film.frames import FLAT, STAYS, block_of, corners, frames_of, rigid_fall, rotated
+from toppling.studies.film.frames import FLAT, STAYS, corners, frames_of, rigid_fall, rotated
 from toppling.studies.film.scene import PALETTE, Scene
+from toppling.studies.text.histories import block_of
 
 BLOCK = tp.catalogue["bookcase-5-shelf"]
 QUIET = tp.motions.from_array(np.zeros(101), 0.01)
@@ -132,7 +133,7 @@ class TestMoments:
         """Energy gives ω² = ω0² + 2 p² [cos(θ0 − α) − cos(θ − α)], and the integral of 1/ω the time of the fall."""
         alpha, p = BLOCK.alpha, BLOCK.p
         theta0, omega0 = 1.2 * alpha, 0.1
-        fall = rigid_fall(-theta0, -omega0, {"alpha": alpha, "p": p})
+        fall = rigid_fall(-theta0, -omega0, BLOCK)
         assert fall[-1] == -FLAT
         theta = np.linspace(theta0, FLAT, 200_001)
         omega = np.sqrt(omega0**2 + 2.0 * p**2 * (math.cos(theta0 - alpha) - np.cos(theta - alpha)))
@@ -140,10 +141,9 @@ class TestMoments:
         assert 1e-3 * (fall.size - 1) == pytest.approx(taken, abs=1.1e-3)
 
     def test_no_fall_where_it_turns_back(self):
-        about = {"alpha": BLOCK.alpha, "p": BLOCK.p}
-        assert rigid_fall(0.5 * BLOCK.alpha, 0.01, about) is None
-        assert rigid_fall(0.5 * BLOCK.alpha, -1.0, about) is None
-        assert rigid_fall(BLOCK.alpha, 0.0, about) is None
+        assert rigid_fall(0.5 * BLOCK.alpha, 0.01, BLOCK) is None
+        assert rigid_fall(0.5 * BLOCK.alpha, -1.0, BLOCK) is None
+        assert rigid_fall(BLOCK.alpha, 0.0, BLOCK) is None
 
     def test_velocity_that_a_record_leaves_goes_on(self):
         motion = tp.motions.from_array([0.0, 60.0, 60.0, 0.0], 0.05)

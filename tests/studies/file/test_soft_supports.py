@@ -1,0 +1,112 @@
+"""Soft supports: keys of study files that give delta, refusals, and the screen, which takes their mode for real."""
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.fragility import screen
+from toppling.fragility.validity.notes import notes
+from toppling.fragility.validity.reasons import REASONS
+from toppling.models import delta_from_frequency, delta_from_settlement
+from toppling.studies import StudyError
+
+STUDY = """
+title = "Feet"
+{blocks}
+[[models]]
+{law}
+[motions]
+generator = "kanai-tajimi"
+number = 4
+[{kind}]
+{levels}
+"""
+BLOCK = tp.Block(0.4, 1.8, name="cabinet")
+CABINET = '[[blocks]]\nname = "cabinet"\nwidth_m = 0.4\nheight_m = 1.8\n'
+OTHER = '[[blocks]]\nname = "other"\nwidth_m = 0.5\nheight_m = 1.8\n'
+LEVELS = 'levels = { values = [1.0, 4.0], unit = "m/s2" }'
+
+
+def study(tmp_path, law, blocks=CABINET, kind="ida", levels=LEVELS):
+    file = tmp_path / "study.toml"
+    file.write_text(STUDY.format(law=law, blocks=blocks, kind=kind, levels=levels), encoding="utf-8")
+    return tp.Study.from_toml(file)
+
+
+class TestKeys:
+    @pytest.mark.parametrize("law", ["discrete", "energy-consistent"])
+    @pytest.mark.parametrize(
+        ("key", "delta"),
+        [
+            ("settlement_mm = 2", delta_from_settlement(BLOCK, 2e-3)),
+            ("rocking_frequency_hz = 3", delta_from_frequency(BLOCK, 3.0)),
+            ("rocking_frequency_hz = 6\nbody_frequency_hz = 8", delta_from_frequency(BLOCK, 6.0, 8.0)),
+        ],
+    )
+    def test_delta_of_the_support(self, tmp_path, law, key, delta):
+        (model,) = study(tmp_path, f'law = "{law}"\ne = 0.9\n{key}\n').models
+        assert model.delta == pytest.approx(delta, rel=1e-12)
+        assert model.rest == "soft"
+        assert "rest=soft" in model.label
+
+    def test_alike_blocks_share_it(self, tmp_path):
+        again = CABINET.replace("cabinet", "again")
+        (model,) = study(tmp_path, 'law = "discrete"\nsettlement_mm = 2\n', CABINET + again).models
+        assert model.delta == pytest.approx(delta_from_settlement(BLOCK, 2e-3), rel=1e-12)
+
+    @pytest.mark.parametrize(
+        ("law", "message"),
+        [
+            ('law = "housner"\nsettlement_mm = 2\n', "belongs to the laws discrete and energy-consistent"),
+            ('law = "viscous"\nzeta = 0.1\nsettlement_mm = 2\n', "belongs to the laws discrete and energy-consistent"),
+            ('law = "discrete"\nsettlement_mm = 2\ndelta = 0.1\n', "got delta as well"),
+            ('law = "discrete"\nsettlement_mm = 2\nrest = "rigid"\n', "got rest as well"),
+            ('law = "discrete"\nbody_frequency_hz = 2\n', "body_frequency_hz needs rocking_frequency_hz"),
+            ('law = "discrete"\nsettlement_mm = 2\nrocking_frequency_hz = 3\n', "given by settlement_mm or by freq"),
+            ('law = "discrete"\nsettlement_mm = 25\n', "'cabinet': settlement must be"),
+            ('law = "discrete"\nsettlement_mm = -1\n', "'cabinet': settlement must be"),
+            ('law = "discrete"\nrocking_frequency_hz = 0.5\n', r"means delta = .* above 0.3: too soft"),
+            ('law = "discrete"\ndelta = 0.4\nrest = "soft"\n', "delta must be at most 0.3 with rest='soft', got 0.4"),
+        ],
+    )
+    def test_refusals(self, tmp_path, law, message):
+        with pytest.raises(StudyError, match=message):
+            study(tmp_path, law)
+
+    def test_blocks_of_different_delta(self, tmp_path):
+        with pytest.raises(StudyError, match=r"models\[1\]: settlement_mm gives the blocks different delta, from 0.0"):
+            study(tmp_path, 'law = "discrete"\nsettlement_mm = 2\n', CABINET + OTHER)
+
+    def test_leaning_block(self, tmp_path):
+        with pytest.raises(StudyError, match="'cabinet' is not symmetric"):
+            study(tmp_path, 'law = "discrete"\nsettlement_mm = 2\n', CABINET + "lean_deg = 1\n")
+
+    def test_note_of_the_study(self, tmp_path):
+        """After its runs a study says that the mode is that of the support."""
+        run = study(tmp_path, 'law = "discrete"\ne = 0.9\nsettlement_mm = 2\n').run()
+        assert any("is that of the soft support" in note for note in notes(run))
+
+
+class TestScreen:
+    SHAKES = tp.motions.CloughPenzien(duration=8.0, dt=0.01).sample(4)
+
+    def screened(self, rest):
+        law = tp.DiscreteDamping(e=0.9, delta=delta_from_settlement(BLOCK, 2e-3), rest=rest)
+        runs = tp.ida(BLOCK, law, self.SHAKES, [1.0, 2.0])
+        return runs, screen(runs, self.SHAKES)
+
+    def test_the_runs_are_those_of_an_elastic_rest(self):
+        (soft, _), (elastic, _) = self.screened("soft"), self.screened("elastic")
+        for name in ("overturned", "peak_rotation"):
+            np.testing.assert_array_equal(soft[name], elastic[name])
+
+    def test_the_mode_is_no_reason_and_has_a_note(self):
+        (_, soft), (_, elastic) = self.screened("soft"), self.screened("elastic")
+        mode = next(one for one in REASONS if one.name == "elastic_mode")
+        assert elastic["outside"].sel(reason=mode.name).item() == 1.0
+        assert soft["outside"].sel(reason=mode.name).item() == 0.0
+        assert not (soft["verdict"].values & mode.bit).any()
+        np.testing.assert_array_equal(soft["elastic_frequency"], elastic["elastic_frequency"])
+        assert float(soft["elastic_frequency"].item()) == pytest.approx(2.0452763262, rel=5e-3)
+        assert any("(2.05 Hz) is that of the soft support" in note for note in notes(soft))
+        assert any("resonates, and uplifts where a rigid block would not" in note for note in notes(elastic))
