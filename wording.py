@@ -149,16 +149,16 @@ def two_digit_percent(share: float) -> str:
 
 
 def about_percent(share: float) -> str:
-    r"""A probability in per cent to two digits, for sentences in plain words, with a no-break space.
+    r"""A probability in per cent to two digits with closing zeros, for sentences in plain words; its space is no break.
 
     Examples
     --------
-    >>> about_percent(0.0123), about_percent(0.996), about_percent(1.0), about_percent(2e-8)
-    ('1.2\xa0%', '100\xa0%', '100\xa0%', 'below 0.0001\xa0%')
+    >>> about_percent(0.0123), about_percent(0.04), about_percent(0.996), about_percent(2e-8)
+    ('1.2\xa0%', '4.0\xa0%', '100\xa0%', 'below 0.0001\xa0%')
     """
     if 0.0 < share < 1e-6:
         return "below 0.0001\u00a0%"
-    return f"{f'{100.0 * share:.2g}' if share < 0.995 else '100'}\u00a0%"
+    return f"{two_digits(100.0 * share) if share < 0.995 else '100'}\u00a0%"
 
 
 def chance_text(share: float) -> str:

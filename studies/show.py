@@ -162,7 +162,7 @@ def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
     from .kinds.performance import ranking_of  # noqa: PLC0415
     from .tables.assessment import annual_rows, consequence_rows, level_rows, ranking_rows  # noqa: PLC0415
-    from .tables.branches import amount_spread_rows, spread_rows  # noqa: PLC0415
+    from .tables.branches import amount_spread_rows, consequence_spread_rows, spread_rows  # noqa: PLC0415
     from .tables.pieces import code_rows, piece_rows  # noqa: PLC0415
     from .text.spread import rates_of_building  # noqa: PLC0415
 
@@ -178,7 +178,7 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
         yield plain_table(*ranking_rows(ranking_of(results), str(model)))
     if "branch" in results.dims:
         spread = spread_rows(rates_of_building(results).isel(block=slice(MOST_SPREAD)))
-        for rows in (spread, amount_spread_rows(results)):
+        for rows in (spread, amount_spread_rows(results), consequence_spread_rows(results)):
             if rows is not None and rows.rows:
                 yield plain_table(*rows)
     required = code_rows(results)

@@ -12,7 +12,7 @@ import xarray as xr
 from ...aliases import Array, Flags
 from ...doubts import NAMED, first_names
 from ...models import Block
-from ...wording import counted, two_digit_percent
+from ...wording import counted, two_digit_percent, two_digits
 from ..numerics.proportions import runs_for_half_width, wilson_interval
 from .plausibility import block_doubts
 from .reasons import ELASTIC_MODE, SCALED_FAR, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason
@@ -147,9 +147,11 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
     share = float(_shares(screened, SCALED_FAR).mean())
     if share > 0.0:
         lowest, highest = settings["factors"]
+        factors = _factors(screened)
+        least, greatest = (two_digits(float(end)) for end in (factors.min(), factors.max()))
         found.append(
             f"{two_digit_percent(share)} of the runs have motions scaled by less than {lowest:g} or more than "
-            f"{highest:g} ({_range(_factors(screened))} in all)"
+            f"{highest:g} (from {least} to {greatest} in all)"
         )
     if bool(screened["few_motions"]):
         n, widest = int(settings["fewest_motions"]), float(settings["half_width"])

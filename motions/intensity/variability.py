@@ -66,10 +66,15 @@ class Variability(NamedTuple):
     @property
     def text(self) -> str:
         """The standard deviations in words."""
-        return f"ln(PGV/PGA) varies by {self.velocity:.2f} and ln(Sa(1 s)/Sa(0.2 s)) by {self.shape:.2f}"
+        return (
+            f"ln(PGV/PGA) has a standard deviation of {self.velocity:.2f} and ln(Sa(1 s)/Sa(0.2 s)) one of "
+            f"{self.shape:.2f}"
+        )
 
 
-NATURAL = f"of earthquakes alike in magnitude, distance and site by {NATURAL_VELOCITY:g} and {NATURAL_SHAPE:g}"
+NATURAL = (
+    f"compared with {NATURAL_VELOCITY:g} and {NATURAL_SHAPE:g} for earthquakes of similar magnitude, distance and site"
+)
 
 
 def variability(motions: Sequence[Record]) -> Variability:

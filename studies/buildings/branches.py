@@ -11,24 +11,29 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
-from ...aliases import Array
+from ...aliases import Array, Flags, Index
 from ...fragility import HazardCurve
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.levels import level_weights, line_weights
 from ...fragility.risk.epistemic import FRACTILES
 from ...fragility.risk.weighing import SOURCES, SampledRates, fractiles_of, shares_of_spread
+from ...fragility.uncertainty.joint import Variability
 from ...streams import key_of, stream
 from ...units import DIMENSIONLESS
 from ..text.curve_notes import SETTLED
 from .assessment import HazardPoints, covering
+from .consequences import REALISATIONS, PieceScores
 from .contents import Inventory
+from .joined_classes import JoinedClasses, JoinedDowntime, JoinedEvent
 from .modelling import ShiftedLevels, classes_of, refuse_own_motions
+from .outcomes import DAY, JointFlags
 from .savings import ItemChances
 from .variables import PER_YEAR, Year, per_year, variable
 
-ITEM_RATE, ANY_RATE, NUMBER, LOSS = "item_rate", "any_rate", "annual_number", "annual_loss"
+ITEM_RATE, ANY_RATE, CONSEQUENCE_RATE = "item_rate", "any_rate", "consequence_rate"
+NUMBER, LOSS, DOWNTIME, INJURIES = "annual_number", "annual_loss", "annual_downtime", "annual_injuries"
 JOINT_SAMPLES = 200
-"""Samples of the rate of any fall where it depends on the scores of several classes."""
+"""Samples of a rate that depends on the scores of several classes together."""
 SLAB = 4_000_000
 """Most numbers of an array of one slab of items."""
 BEYOND = "branch_share_beyond"
@@ -46,12 +51,17 @@ class InventoryBranch(NamedTuple):
 
 @dataclass(frozen=True)
 class Sampling:
-    """How rates are sampled: replicates of the motions, the seed, beta_m, and whether it is in fractiles or means."""
+    """How rates are sampled: replicates of the motions, the seed, beta_m, and whether it is in fractiles or means.
+
+    Variability and correlation of consequences are those of the assessments.
+    """
 
     replicates: int
     seed: int
     beta: float = 0.0
     spread: bool = False
+    variability: Variability | None = None
+    correlation: float = 1.0
 
     def scores(self, label: str, number: int) -> Array:
         """Return equally probable scores (sample,) of a class in an order of its own."""
@@ -62,7 +72,7 @@ class Sampling:
 def rates_over_branches(
     branches: Sequence[InventoryBranch], assessments: Mapping[str, xr.Dataset], inventory: Inventory, sampling: Sampling
 ) -> xr.Dataset:
-    """Return fractiles and means over branches of the rates of pieces, of any fall, and of annual numbers and losses.
+    """Return fractiles and means over branches of the annual rates of pieces and events, and of annual amounts.
 
     Parameters
     ----------
@@ -79,11 +89,12 @@ def rates_over_branches(
     Returns
     -------
     xarray.Dataset
-        For item_rate (item), any_rate, annual_number and annual_loss (place), under their names: ``epistemic_…``, the
-        mean; ``epistemic_…_fractile`` on epistemic_fractile; ``epistemic_…_spread`` on epistemic_source, shares of the
-        variance of the logarithm; ``branch_…`` on branch, the value of each branch; and ``branch_share_beyond``, the
-        share of the building's expected falls from shaking beyond the hazard curve's or above the highest level, where
-        they are a guess.  All with a hazard in 1/year.
+        For item_rate (item), any_rate, annual_number, annual_loss, annual_downtime, annual_injuries (place) and
+        consequence_rate (place, consequence), as far as the inventory gives them, under their names: ``epistemic_…``,
+        the mean; ``epistemic_…_fractile`` on epistemic_fractile; ``epistemic_…_spread`` on epistemic_source, shares of
+        the variance of the logarithm; ``branch_…`` on branch, the value of each branch; and ``branch_share_beyond``,
+        the share of the building's expected falls from shaking beyond the hazard curve's or above the highest level,
+        where they are a guess.  All with a hazard in 1/year.
 
     Raises
     ------
@@ -117,6 +128,9 @@ def rates_over_branches(
     amounts = {NUMBER: np.array([float(row.count) for row in inventory.rows])}
     if inventory.value > 0.0:
         amounts[LOSS] = np.array([row.count * row.loss for row in inventory.rows])
+    persons = np.array([0.0 if row.injury is None else row.count * row.injury.mean for row in inventory.rows])
+    if persons.any():
+        amounts[INJURIES] = persons
     totals: dict[str, list[_Sampled]] = {}
     slabs = list(_slabs(len(inventory), every))
     parts = []
@@ -128,12 +142,18 @@ def rates_over_branches(
             of_slab = [one.summed(share) for one in sampled]
             before = totals.get(name)
             totals[name] = of_slab if before is None else [a.plus(b) for a, b in zip(before, of_slab, strict=True)]
-    found.keep(ITEM_RATE, "item", [np.concatenate(each) for each in zip(*parts, strict=True)], PER_YEAR)
+    found.keep(ITEM_RATE, ("item",), [np.concatenate(each) for each in zip(*parts, strict=True)], PER_YEAR)
     money = inventory.currency or DIMENSIONLESS
-    for name, units in ((NUMBER, PER_YEAR), (LOSS, per_year(money))):
+    for name, units in ((NUMBER, PER_YEAR), (LOSS, per_year(money)), (INJURIES, PER_YEAR)):
         if name in totals:
-            found.keep(name, "place", found.of(totals[name]), units)
-    found.keep(ANY_RATE, "place", found.of([one.of_any() for one in every]), PER_YEAR)
+            found.keep(name, ("place",), found.of(totals[name]), units)
+    found.keep(ANY_RATE, ("place",), found.of([one.of_joined(one.event()) for one in every]), PER_YEAR)
+    if inventory.consequences:
+        of_words = [found.of([one.of_joined(one.event(word)) for one in every]) for word in inventory.consequences]
+        stacked = [np.stack(each, axis=1) for each in zip(*of_words, strict=True)]
+        found.keep(CONSEQUENCE_RATE, ("place", "consequence"), stacked, PER_YEAR)
+    if any(row.downtime is not None for row in inventory.rows):
+        found.keep(DOWNTIME, ("place",), found.of([one.of_joined(one.downtime) for one in every]), per_year(DAY))
     beyond = np.array([one.beyond for one in every])
     text = "share of the expected falls from shaking beyond the hazard curve's or above the highest level"
     found.variables[BEYOND] = variable(("branch",), beyond, DIMENSIONLESS, text)
@@ -157,6 +177,9 @@ TEXTS = {
     ANY_RATE: "annual rate at which at least one piece overturns",
     NUMBER: "expected annual pieces overturned",
     LOSS: "expected annual value overturned",
+    DOWNTIME: "expected annual longest downtime of what overturned",
+    INJURIES: "expected annual injured persons",
+    CONSEQUENCE_RATE: "annual rate at which at least one piece with the consequence overturns",
 }
 
 
@@ -207,19 +230,19 @@ class _Found:
             own,
         )
 
-    def keep(self, name: str, dim: str, weighed: Sequence[Array], units: str) -> None:
+    def keep(self, name: str, dims: tuple[str, ...], weighed: Sequence[Array], units: str) -> None:
         """Keep what was found of one value."""
         mean, fractiles, shares, own = weighed
         text = TEXTS[name]
         self.variables |= {
-            f"epistemic_{name}": variable((dim,), mean, units, f"{text}, mean over all branches"),
+            f"epistemic_{name}": variable(dims, mean, units, f"{text}, mean over all branches"),
             f"epistemic_{name}_fractile": variable(
-                (dim, "epistemic_fractile"), fractiles, units, f"{text}: the value of the fractile"
+                (*dims, "epistemic_fractile"), fractiles, units, f"{text}: the value of the fractile"
             ),
             f"epistemic_{name}_spread": variable(
-                (dim, "epistemic_source"), shares, DIMENSIONLESS, f"share of the variance of ln({name})"
+                (*dims, "epistemic_source"), shares, DIMENSIONLESS, f"share of the variance of ln({name})"
             ),
-            f"branch_{name}": variable((dim, "branch"), own, units, f"{text}, of the branch alone"),
+            f"branch_{name}": variable((*dims, "branch"), own, units, f"{text}, of the branch alone"),
         }
 
 
@@ -227,11 +250,12 @@ class _Branch:
     """One branch: the weights of its levels under each realisation of its hazard, and its flags."""
 
     def __init__(
-        self, branch: InventoryBranch, assessment: xr.Dataset, inventory: Inventory, members: Array, sampling: Sampling
+        self, branch: InventoryBranch, assessment: xr.Dataset, inventory: Inventory, members: Flags, sampling: Sampling
     ) -> None:
         self.levels = assessment["level"].values
         labels = [str(one) for one in assessment["model"].values]
         self.at = labels.index(branch.model)
+        self.assessment = assessment
         self.chances = ItemChances(assessment, np.arange(len(inventory)))
         self.motions = assessment.sizes["motion"]
         self.every = Year.of(assessment, np.ones(self.levels.size))
@@ -276,22 +300,20 @@ class _Branch:
                 modelled[of_class, :, r] = np.einsum("ils,ls->is", resampled[of_class], weights)
         return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
 
-    def of_any(self) -> _Sampled:
-        """Return the rates of at least one fall in each place."""
+    def of_joined(self, rows: JoinedClasses) -> _Sampled:
+        """Return the annual values of what pieces bring about together."""
         beta, spread = self.sampling.beta, self.sampling.spread
-        nothing = self._nothing()
-        alone = len(nothing) == 1
-        together = 1.0 - np.prod(list(nothing.values()), axis=0)
+        alone = len(rows.labels) == 1
+        together = rows.together
         resampled = self.every.resampled(together, self.drawn)
 
         def of(hazard: HazardCurve, dispersion: float) -> tuple[Array, Array]:
-            """The annual value (place,), and over resampled motions (place, sample)."""
+            """The annual value (row,), and over resampled motions (row, sample)."""
             if dispersion == 0.0 or alone:
                 year = self._year(hazard, dispersion)
                 return year.total(together).mean(axis=-1), year.total(resampled)
             states = self._states(hazard)
-            stays = np.prod([states.of(one, 1.0) for one in nothing.values()], axis=0)
-            each = Year(states.rates).total(1.0 - stays)
+            each = Year(states.rates).total(rows.blurred(states))
             return each.mean(axis=-1), each @ self.drawn.T / self.motions
 
         mean, _ = of(self.hazard, beta)
@@ -301,33 +323,45 @@ class _Branch:
         if not spread:
             return _Sampled(mean, SampledRates(own, plain, plain, self.shares))
         number = self.drawn.shape[0] if alone else min(JOINT_SAMPLES, self.drawn.shape[0])
-        scores = {label: self.sampling.scores(label, number) for label in nothing}
+        scores = {label: self.sampling.scores(label, number) for label in rows.labels}
         modelled = np.empty((mean.size, number, len(self.curves)))
         for r, (states, curve) in enumerate(zip(self._shifted, self.curves, strict=True)):
             if alone:
-                (label,) = nothing
+                (label,) = rows.labels
                 weights = _shifted_weights(states.positions, curve, beta * scores[label])
                 modelled[:, :, r] = np.einsum("pls,ls->ps", resampled, weights)
                 continue
-            year = Year(states.rates)
-            padded = {label: np.concatenate([np.ones_like(one[:, :1]), one], axis=1) for label, one in nothing.items()}
             for s in range(number):
-                stays = np.ones(())
-                for label, one in padded.items():
-                    at = np.searchsorted(states.positions, states.points - beta * scores[label][s], side="right")
-                    stays = stays * one[:, at]
-                modelled[:, s, r] = year.total(1.0 - stays) @ self.drawn[s] / self.motions
+                shifts = {label: beta * each[s] for label, each in scores.items()}
+                cases, rates = _cases(states, shifts)
+                modelled[:, s, r] = Year(rates).total(rows.at(cases)) @ self.drawn[s] / self.motions
         return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
 
-    def _nothing(self) -> dict[str, Array]:
-        """Return P(nothing of a class falls in a place | motion) (place, level, motion), by class."""
+    def event(self, word: str = "") -> JoinedEvent:
+        """Return the fall of anything in each place, or of anything with a consequence."""
+        sets = self.members & self.standing
+        if word:
+            sets = sets & np.array([word in row.consequences for row in self.inventory.rows])
+        shape = (self.members.shape[0], self.levels.size, self.motions)
         found: dict[str, Array] = {}
-        for i in np.flatnonzero(self.standing):
-            label = str(self.classes[i])
-            if label not in found:
-                found[label] = np.ones((self.members.shape[0], self.levels.size, self.motions))
-            found[label][self.members[:, i]] *= 1.0 - self.chances.any_piece_of(self.at, int(i))
-        return found or {"": np.ones((self.members.shape[0], self.levels.size, self.motions))}
+        for i in np.flatnonzero(sets.any(axis=0)):
+            none = found.setdefault(str(self.classes[i]), np.ones(shape))
+            none[sets[:, i]] *= 1.0 - self.chances.any_piece_of(self.at, int(i))
+        return JoinedEvent(found or {"": np.ones(shape)})
+
+    @property
+    def downtime(self) -> JoinedDowntime:
+        """Return the longest downtime in each place."""
+        flags = self.assessment["overturned"]
+        if "variant" not in flags.dims:
+            flags = flags.expand_dims("variant")
+        own = flags.isel(model=[self.at]).transpose("model", "item", "variant", "level", "motion").values
+        sampling = self.sampling
+        realisations = REALISATIONS if sampling.variability is None else sampling.variability.realisations
+        scores = PieceScores(realisations, sampling.correlation, sampling.seed)
+        nothing = np.zeros(0)  # (no loss is asked for)
+        joint = JointFlags(self.inventory, own, self.members, nothing, sampling.variability, scores=scores)
+        return JoinedDowntime(joint, sampling.seed)
 
     @property
     def beyond(self) -> float:
@@ -358,6 +392,13 @@ def _shifted_weights(positions: Array, hazard: HazardCurve, shifts: Array) -> Ar
     """Return the weights of levels (level, sample) of capacities off by exp(shift) (sample,)."""
     rates = hazard.pieces()[0].rate(positions[:, None] + shifts)
     return np.asarray(rates - np.concatenate([rates[1:], np.zeros((1, shifts.size))]))
+
+
+def _cases(states: ShiftedLevels, shifts: Mapping[str, float]) -> tuple[dict[str, Index], Array]:
+    """Return the states of all classes (case,) and their annual rates: points at which all states are equal are one."""
+    at = np.stack([np.searchsorted(states.positions, states.points - one, side="right") for one in shifts.values()])
+    first = np.flatnonzero(np.concatenate([[True], (at[:, 1:] != at[:, :-1]).any(axis=0)]))
+    return dict(zip(shifts, at[:, first], strict=True)), np.add.reduceat(states.rates, first)
 
 
 def _slabs(items: int, branches: Sequence[_Branch]) -> Iterator[slice]:

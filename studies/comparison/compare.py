@@ -87,7 +87,9 @@ def compare(
         whole = [one for one in told if one.whole]
         tables += [whole_rows(found.lines, whole, sure)] if whole else []
         said = [answer(found.lines, one) for one in told]
-        page = html_page(a, b, said, differences, tables, [WAY, *found.notes], draw)
+        pairs = {line.laws for line in found.lines}
+        pair = next(iter(pairs)) if len(pairs) == 1 else ("", "")
+        page = html_page(a, b, pair, said, differences, tables, [WAY, *found.notes], draw)
         drawn = list(draw())
     with own_files(folder, "compare", NAMES):
         written = [

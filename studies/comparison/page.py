@@ -28,6 +28,7 @@ RATIOS = (
 def html_page(
     a: Side,
     b: Side,
+    laws: tuple[str, str],
     sentences: Sequence[str],
     differences: Sequence[str],
     tables: Sequence[Rows],
@@ -40,6 +41,8 @@ def html_page(
     ----------
     a, b : Side
         What is compared.
+    laws : (str, str)
+        The laws of A and B, which the cover names where they differ; empty where there are several pairs.
     sentences, differences, reading : sequence of str
         The answer, what differs between the inputs, and what a reader must know.
     tables : sequence of Rows
@@ -52,16 +55,24 @@ def html_page(
     content = {
         "title": "Two studies side by side",
         "question": QUESTION,
-        "cover": [(one.name, one.title or "A study") for one in (a, b)],
-        "sentences": list(sentences),
-        "differences": list(differences),
+        "cover": [
+            (one.name, ", ".join(filter(None, (one.title or "A study", law if laws[0] != laws[1] else ""))))
+            for one, law in zip((a, b), laws, strict=True)
+        ],
+        "sentences": _as_sentences(sentences),
+        "differences": _as_sentences(differences),
         "tables": of_page,
-        "reading": [RATIOS, *reading],
+        "reading": [RATIOS, *_as_sentences(reading)],
     }
     provenance = page_table(plain_table(*_provenance(a, b)), words=True)
     terms = used(texts(content))
     template = environment(escaping=True).get_template("comparison.html.j2")
     return template.render(**content, provenance=provenance, terms=terms, figures=drawn)
+
+
+def _as_sentences(said: Sequence[str]) -> list[str]:
+    """Return lines of a terminal as sentences: with a capital letter and a full stop."""
+    return [f"{one[:1].upper()}{one[1:].rstrip('.')}." for one in said]
 
 
 def _provenance(a: Side, b: Side) -> Rows:

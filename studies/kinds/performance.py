@@ -146,7 +146,7 @@ class PerformanceStudy(Study):
             inventory = read_inventory(folder / asked.inventory, shaking.known)
         given_directions, as_read = any(row.direction for row in inventory.rows), inventory
         inventory = shaking.placed(inventory)
-        refuse_modelling(asked.modelling_dispersion, inventory, shaking, hazard is not None)
+        _refuse_modelling(asked.modelling_dispersion, inventory, shaking, hazard is not None)
         try:
             code = None if asked.code is None else asked.code.build(building)
         except ValueError as error:
@@ -481,9 +481,10 @@ class PerformanceStudy(Study):
             done += self._runs_of(one.motions, one.inventory) * int(self.levels.size)
             if not bool(assessed[name]["overturned"].any()):
                 said.append(f"under the motions {name!r} nothing overturns: their rates are 0 and have no range")
-        sampling = Sampling(self.replicates, self.seed, self.modelling, self.where != IN_MEAN)
-        spread = rates_over_branches(self.branches.every, assessed, self.inventory, sampling)
-        return spread, [*said, *branch_notes(spread)]
+        spread = self.where != IN_MEAN
+        sampling = Sampling(self.replicates, self.seed, self.modelling, spread, self.variability, self.correlation)
+        rates = rates_over_branches(self.branches.every, assessed, self.inventory, sampling)
+        return rates, [*said, *branch_notes(rates)]
 
     def _screened(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Screen the lines of the inventory."""
@@ -555,8 +556,16 @@ def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, invent
                 f"floor histories are used at their own levels ({named or 'none in their index'}), which are not those "
                 "of the study"
             )
-    refuse_modelling(study.modelling, placed, shaking, study.hazard is not None)
+    _refuse_modelling(study.modelling, placed, shaking, study.hazard is not None)
     return ShakenBy(motions, reading_of(motions, table.made_by(folder), study.building), placed, bool(table.elastic))
+
+
+def _refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:
+    """Refuse what `refuse_modelling` refuses, with the name of the key."""
+    try:
+        refuse_modelling(beta, inventory, shaking, yearly)
+    except ValueError as error:  # (its message begins with the name of an argument)
+        raise ValueError(f"performance.{error}") from None
 
 
 def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:

@@ -65,7 +65,7 @@ class Reading(NamedTuple):
         doubts = matching_doubts(arrays)
         if generator.outside:
             doubts.append(
-                Doubt("scenario", f"the scenario lies outside of the data behind its equations ({generator.outside})")
+                Doubt("scenario", f"the scenario lies outside the data behind its equations ({generator.outside})")
             )
         at = generator.scenario
         if at is None or sum(array.sizes["motion"] for array in arrays) < 2:

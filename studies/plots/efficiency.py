@@ -177,7 +177,7 @@ def ranking_figure(found: xr.Dataset, block: str | None = None, floor: int | str
     text = (
         f"{where}: scatter of the capacity in each intensity measure; {found.attrs['motions']} motions, "
         f"{percent(float(found.attrs['confidence']))} bootstrap intervals; "
-        "full dots: not told from the best by paired differences"
+        "full dots: not distinguished from the best by paired differences"
     )
     axes.heading(figure, str(found.attrs.get("title", "Intensity measures")), text)
     return figure

@@ -27,8 +27,8 @@ def next_steps(results: xr.Dataset, checks: list[Check]) -> list[str]:
         return list(_actions(results))
     them = "check that is" if bad == 1 else "checks that are"
     look = (
-        f"Before a decision that cannot be undone, have an engineer look at the {bad} of {len(checks)} validity {them} "
-        "not good; the technical appendix says what to do about each."
+        f"Before any decision that cannot be reversed, have an engineer review the {bad} of {len(checks)} validity "
+        f"{them} not rated “{GOOD}”; the technical appendix says what to do about each."
     )
     return [*_actions(results), look]
 
@@ -62,8 +62,8 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
         yield from _sizes(results)
     elif kind == "fragility" and "rate" not in results:
         yield (
-            "Compare these levels with the shaking expected at the site; with a hazard curve of the site, this "
-            "report also says how often that happens."
+            "Compare these levels with the shaking expected at the site; given a hazard curve for the site, the report "
+            "also says how often that happens."
         )
 
 
@@ -105,11 +105,11 @@ def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     weak = [one for one in pieces if one.recommendation == WEAK]
     unknown = [one for one in pieces if one.code is not None and one.code.status == NOT_CHECKED]
     if duty:
-        yield f"Anchor, because {results.attrs['code']} requires it, whatever the risk: {_pieces(duty)}."
+        yield f"Anchor the following, which {results.attrs['code']} requires whatever the risk: {_pieces(duty)}."
     if weak:
         yield (
-            "Strengthen the anchors, which are weaker than the force that the code asks for (all rates assume that "
-            f"they hold): {_pieces(weak)}."
+            "Strengthen the anchors of the following, which are weaker than the force that the code requires (all "
+            f"rates assume that they hold): {_pieces(weak)}."
         )
     if unknown:
         clauses = [one.code.clause for one in unknown if one.code is not None]
@@ -131,7 +131,7 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     cost = sum(one.number * one.cost for one in chosen)
     names = _pieces(chosen, len(chosen))
     effect = _effect(pieces, chosen, money, _safety(results))
-    yield f"With a budget of {budget}, anchor {names}, for {given_number(cost)}{money}{effect}."
+    yield f"With a budget of {budget}, anchor {names}, at a cost of {given_number(cost)}{money}{effect}."
     gap = float(results["budget_gap"].values[at])
     over = float(results.attrs["budget"]) - cost
     others = [
@@ -139,15 +139,18 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     ]
     dear = [one for one in pieces if not one.chosen and one.recommendation == WORTH and one.number * one.cost > over]
     if others and gap == 0.0 and all(one.recommendation == SMALL for one in others):
-        yield f"{given_number(over)}{money} remain: no other line that this sum would pay for saves more than it costs."
+        yield (
+            f"{given_number(over)}{money} would be left over; no other line that this would pay for saves more than it "
+            "costs."
+        )
     elif dear and gap == 0.0:
         yield (
-            f"All pieces of a line are anchored together; the {given_number(over)}{money} that remain do not pay for "
-            f"{_pieces(dear)}, and no other set for this budget does better."
+            f"All pieces of a line are anchored together; the {given_number(over)}{money} left over would not pay for "
+            f"{_pieces(dear)}, and no other choice within this budget does better."
         )
     if gap > 0.0:
         by = f", by up to {two_digits(100.0 * gap)} %" if math.isfinite(gap) else ""
-        yield f"Another set may be better than this one{by}: the search was stopped."
+        yield f"Another choice may be better than this one{by}, because the search was stopped early."
     left = [one for one in pieces if one.recommendation == DUTY and not one.chosen]
     dear = [one for one in left if math.isfinite(one.cost)]
     unknown = [one for one in left if not math.isfinite(one.cost)]
@@ -166,16 +169,17 @@ def _effect(pieces: list[Piece], chosen: list[Piece], money: str, safety: list[s
     said = []
     safe, of_all = [[one for one in every if one.safety] for every in (chosen, pieces)]
     if falls(safe) > 0.0:
-        words = " or ".join(dict.fromkeys(word for one in of_all for word in one.consequences if word in safety))
+        marks = dict.fromkeys(word for one in of_all for word in one.consequences if word in safety)
+        words = " or ".join(f"“{word}”" for word in marks)
         share = falls(safe) / falls(of_all)
         part = "every fall" if share > 1.0 - 1e-9 else f"{about_percent(share)} of the falls"
-        said.append(f"prevents {part} of pieces marked with {words}")
+        said.append(f"prevents {part} of pieces marked {words}")
     saved = sum(one.saving.value for one in chosen if math.isfinite(one.saving.value))
     if saved > 0.0:
         said.append(f"saves {two_digits(saved)}{money} a year")
     elif not said and falls(chosen) > 0.0:
         said.append(f"prevents {about_percent(falls(chosen) / falls(pieces))} of the falls")
-    return f": that {' and '.join(said)}" if said else ""
+    return f"; this {' and '.join(said)}" if said else ""
 
 
 def _pieces(pieces: list[Piece], most: int = MOST_PIECES) -> str:

@@ -27,7 +27,7 @@ from ...wording import (
 from ..kinds.performance import ranking_of
 from ..plan.estimates import middle_level
 from ..sensitivity.claims import FAILS, HOLDS, OPEN
-from ..tables.assessment import DRAWN, annual_rows, level_rows, objective_unit, ranking_rows
+from ..tables.assessment import DRAWN, annual_rows, common_modelling, level_rows, objective_unit, ranking_rows
 from ..tables.sensitivity import GREEK, claims_of
 from ..text.block_order import places, shown
 from ..text.curve_notes import reached_of, verb_of
@@ -78,7 +78,7 @@ def _fragility(results: xr.Dataset) -> Answer:
     for i, (k, floor) in cases:
         here = _block_and_floor(results, i, k)
         where = "" if floor is None else f", {floor_name(floor)},"
-        text = f"{results['block'].values[i]}{where} {curve_sentence(here, verb, axis_of(results))}"
+        text = f"“{results['block'].values[i]}”{where} {curve_sentence(here, verb, axis_of(results))}"
         if "rate" in here:
             text += f" {_rate_sentence(here, float(results.attrs['years']))}"
         said.append(text)
@@ -204,14 +204,14 @@ def _rate_sentence(here: xr.Dataset, years: float) -> str:
         return "Without a curve there is no annual rate."
     lower, upper = (float(one[f"rate_{end}"]) for end in ("lower", "upper"))
     interval = "whose interval has no width (see the notes)" if lower == upper else years_between(upper, lower)
-    chance = f"with a probability of {chance_text(float(one['risk_probability']))} in {years:g} years"
-    text = f"With the given hazard curve this happens once in {in_years(rate)} years ({interval}), {chance}"
+    chance = f"a probability of {chance_text(float(one['risk_probability']))} in {years:g} years"
+    text = f"With the given hazard curve the mean return period is {in_years(rate)} years ({interval}), {chance}"
     others = np.delete(here["rate"].values.astype(float), at)
     others = others[np.isfinite(others)]
     if others.size:
         often, seldom = in_years(others.max()), in_years(others.min())
         text += (
-            f"; under the other law{'s' if others.size > 1 else ''} once in {often}"
+            f"; under the other law{'s' if others.size > 1 else ''} the mean return period is {often}"
             + (f" to {seldom}" if seldom != often else "")
             + " years"
         )
@@ -246,7 +246,7 @@ def _uncertainty(results: xr.Dataset) -> Answer:
     said = []
     for i in range(min(results.sizes["block"], MOST_DESCRIBED)):
         here = results.isel(block=i)
-        text = f"{results['block'].values[i]} {curve_sentence(here, 'overturns', results['level'])}"
+        text = f"“{results['block'].values[i]}” {curve_sentence(here, 'overturns', results['level'])}"
         own = here["sample_median"].isel(model=at).values / scale
         if np.isfinite(own).any():
             low, high = np.nanquantile(own, [0.05, 0.95])
@@ -280,7 +280,7 @@ def _largest_share(here: xr.Dataset) -> str:
     if found is None:
         return "The source of the scatter could not be determined."
     what = "the logarithm of its capacity" if "capacity_share" in here else "its outcome where that is least certain"
-    return f"{whole_percent(found[1])} of the variance of {what}, the largest part, comes from {found[0]}."
+    return f"The largest part of the variance of {what} ({whole_percent(found[1])}) comes from: {found[0]}."
 
 
 def _performance(results: xr.Dataset) -> Answer:
@@ -322,9 +322,17 @@ def _whole_building(rows: Rows, law: str, results: xr.Dataset) -> str:
         shaken = rows.title.partition(" (")[0].partition(",")[0]
         law = f"{shaken} and {law[:1].lower()}{law[1:]}"
         rest = f"The probability that at least one piece falls is {chance}"
-    said = [f"{law} on average {number} of the {found['free pieces']} pieces that are not anchored overturn{years}."]
-    said += [f"The {', and the '.join(amounts)}."] if amounts else []
-    return f"{' '.join(said)} {rest} ({confidence_text(results)} intervals in brackets)."
+    said = [
+        f"{law} on average {number} of the {found['unanchored pieces']} pieces that are not anchored overturn{years}."
+    ]
+    said += [f"The {_listed(amounts)}."] if amounts else []
+    return f"{' '.join(said)} {rest}. Ranges in brackets are {confidence_text(results)} intervals."
+
+
+def _listed(parts: list[str]) -> str:
+    """Return parts of a sentence, each with its own verb, as a list."""
+    *first, last = parts
+    return f"{', the '.join(first)} and the {last}" if first else last
 
 
 def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
@@ -336,6 +344,8 @@ def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
         share = "" if found["share"] == "–" else f" ({found['share']} of all that anchoring could save)"
         place = found["rank"].partition(" ")[2].strip("()")
         sure = f"; its rank may be {place}" if place else "; its rank is the same in every bootstrap resample"
+        common = common_modelling(ranking)
+        sure += f"; for the ranks, {common}" if common else ""
         yield (
             f"Anchoring “{found['item']}” ({floor_name(found['floor'])}) saves the most of the "
             f"{ranking.attrs['objective_text']}: {found['saves']}{f' {unit}' if unit else ''}{share}{sure}."

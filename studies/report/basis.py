@@ -38,13 +38,13 @@ def _scenes(results: xr.Dataset) -> Iterator[str]:
     blocks = blocks_of(results)
     if any(block.wall is not None for block in blocks):
         yield (
-            "Walls are rigid and move with the floor; to the front means away from the wall, into the room, and to the "
-            "back towards it."
+            "Walls are rigid and move with the floor. “To the front” means away from the wall, into the room; “to the "
+            "back” means towards the wall."
         )
     if any(block.restraint is not None for block in blocks):
         yield (
-            "Straps, brackets and other restraints are elastic up to the strength that is given, and break for good "
-            "beyond it."
+            "Straps, brackets and other restraints are elastic up to the strength given for them; beyond it they break "
+            "and hold nothing from then on."
         )
 
 
@@ -54,9 +54,9 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
     building = study.get("building")
     if isinstance(building, dict):
         storeys = building.get("storeys")
-        what = "The building" if storeys is None else f"The building, of {counted(int(storeys), 'storey')},"
+        what = "The building" if storeys is None else f"The building ({counted(int(storeys), 'storey')})"
         period = building.get("period_s")
-        first = "" if period is None else f" with a first natural period of {given_number(float(period))} s"
+        first = "" if period is None else f", with a first natural period of {given_number(float(period))} s"
         yield f"{what} is taken as elastic{first}; each {one} is shaken by the motion of its own floor."
     elif "buildings" in study:
         yield "The buildings are taken as elastic; each block is shaken by the motion of its own floor."
@@ -65,8 +65,8 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
     scene = SCENE in results.coords
     yield (
         f"Each {one} is taken as a rigid body that {'stands' if scene else 'stands freely'} on a level floor and is "
-        f"shaken horizontally, in the direction of its width. Sliding, {'' if scene else 'walls, '}neighbours and "
-        "vertical shaking are not included."
+        f"shaken horizontally, in the direction of its width. Sliding, {'' if scene else 'walls, '}neighbouring {one}s "
+        "and vertical shaking are not included."
     )
     if scene:
         yield from _scenes(results)
@@ -85,12 +85,12 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         yield f"{words}{rest}."
     if "rate" in results or "annual_number" in results:
         curves = 1 + len(study.get("hazards") or [])
-        of = "the hazard curve of the site, as it was given" if curves == 1 else f"{curves} weighted hazard curves"
-        yield f"How often the ground shakes is taken from {of}."
+        of = "the hazard curve supplied for the site" if curves == 1 else f"{curves} weighted hazard curves"
+        yield f"How often the ground shakes, and how strongly, is taken from {of}."
     if "cost_median" in results.coords or "annual_downtime" in results or "annual_injuries" in results:
         yield (
-            "Costs, downtimes and injuries are drawn for each piece from the distributions in the inventory, "
-            "independently from piece to piece; all repairs are taken to run at the same time."
+            "Costs, downtimes and injuries are sampled from the distributions in the inventory, independently for each "
+            "piece; all repairs are assumed to run at the same time."
         )
     sure = confidence_text(results)
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
@@ -109,11 +109,13 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
     else:
         yield f"Ranges in brackets are {sure} intervals that reflect only the limited number of motions; {held}."
     if "anchored" in results and bool(np.any(results["anchored"].values)):
-        yield "Pieces that are anchored already are counted as not overturning."
+        yield "Pieces that are already anchored are counted as not overturning."
     if str(results.attrs["kind"]) == "performance":
         code = results.attrs.get("code")
         site = f"{code} with {results.attrs.get('code_site', '')}".removesuffix(" with ")
-        yield "Code requirements were not checked." if code is None else f"Code requirements are those of {site}."
+        yield (
+            "Code requirements were not checked." if code is None else f"Code requirements are checked against {site}."
+        )
 
 
 def _histories(study: Mapping[str, Any]) -> bool:
@@ -176,7 +178,10 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
     levels = f", scaled to {counted(results.sizes['level'], 'level')} of shaking" if scaled else ""
     sets = len(study.get("motion_sets") or [])
     more = (
-        f"; {counted(sets, 'other set')} of motions {'is' if sets == 1 else 'are'} weighted with them" if sets else ""
+        f"; {'one further set' if sets == 1 else f'{sets} further sets'} of motions {'is' if sets == 1 else 'are'} "
+        "weighted with it"
+        if sets
+        else ""
     )
     ways = ", each run both ways (as it is and reversed)" if POLARITY in results.coords else ""
     return f"The shaking is that of {what}{ways}{levels}{more}."

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from markupsafe import Markup
 from rich.table import Table
 from rich.text import Text
 
@@ -13,6 +14,7 @@ from ..text.names import clean
 
 _FIGURE = re.compile(r"[-−+≈–∞]?\s*[\d∞]|–$|no fall|no width")
 _NUMBERS = re.compile(r"(?:[-−+≈]\s*)?(?:[\d.,()%\s–±]|inf|nan)+")
+_BRACKETS = re.compile(r"(\([^()]{1,24}\))")
 _MARKDOWN = re.compile(r"([\\`*_{}\[\]()#+!|~$<>&])")
 
 
@@ -79,6 +81,22 @@ def _groups(lines: list[Line]) -> Iterator[list[Line]]:
 def longest_word(text: str) -> int:
     """Return the length of the longest word, which a narrow column must break."""
     return max(map(len, text.split()), default=0)
+
+
+def whole_intervals(text: str) -> Markup:
+    """Return a cell as one HTML element in which no line break divides an interval in brackets.
+
+    Examples
+    --------
+    >>> print(whole_intervals("0.23 (0.21–0.25)"))
+    <span>0.23 <span class="whole">(0.21–0.25)</span></span>
+    """
+    parts = [Markup('<span class="whole">{}</span>').format(one) if i % 2 else one for i, one in _split(text)]
+    return Markup("<span>{}</span>").format(Markup("").join(parts))
+
+
+def _split(text: str) -> Iterator[tuple[int, str]]:
+    yield from enumerate(_BRACKETS.split(clean(text)))
 
 
 def markdown(text: object) -> str:

@@ -49,22 +49,23 @@ class Picture(NamedTuple):
 
 # The captions, by the first part of a figure's name; the description of its contents is read from the figure.
 CAPTIONS = {
-    "fragility": "Probability of overturning against the strength of shaking: fitted curves, observed shares of the "
-    "motions with their intervals.",
-    "risk": "Which shaking the annual rate of overturning comes from.",
-    "branches": "How often it happens over all weighted branches, and what spreads it: ranges of the annual rate "
-    "beside the shares of laws, motions, hazard curves, modelling uncertainty and the number of motions.",
-    "measures": "Which measure of shaking tells best which block falls: the smaller the dispersion the better.",
+    "fragility": "Probability of overturning against the strength of shaking: fitted curves, and the observed shares "
+    "of the motions with their intervals.",
+    "risk": "Contributions of the levels of shaking to the annual rate of overturning.",
+    "branches": "Ranges of the annual rate over all weighted branches, and where they come from: laws, motions, hazard "
+    "curves, modelling uncertainty and the number of motions.",
+    "measures": "How well each measure of shaking predicts overturning: the smaller the dispersion, the better.",
     "uncertainty": "Probability of overturning with everything that is uncertain, and where its scatter comes from.",
     "sobol": "Sobol’ indices: how much of the variance each input explains, alone and with others.",
     "morris": "Morris’ elementary effects: how much each input matters, and how much that depends on the others.",
     "number": "How many pieces overturn at each level of shaking.",
-    "loss": "What is lost at each level of shaking.",
-    "exceedance": "How often a year so much or more falls. At the left edge: anything at all; where a line drops to "
-    "the axis, none of the motions brings down more.",
-    "downtime": "How often a year something is out of use for longer: of all that falls in an earthquake, the longest.",
-    "anchoring": "What anchoring each item saves, and what is left as one after the other is anchored. Items stand by "
-    "what they save; the table of pieces has the order of its recommendations, in which safety comes before money.",
+    "loss": "The loss at each level of shaking.",
+    "exceedance": "Annual rate at which a given number or loss is exceeded. The left edge is the rate of any fall at "
+    "all; where a line drops to the axis, none of the motions brings down more.",
+    "downtime": "Annual rate at which a given downtime is exceeded; of all that falls in an earthquake, the longest "
+    "downtime counts.",
+    "anchoring": "What anchoring each item saves, and what remains as items are anchored one after the other. Items "
+    "are sorted by what they save; the table of pieces by recommendation, in which safety comes before money.",
     "median": "Medians of the fragility curves over the values that are varied.",
     "median_ratio": "Medians over those of the reference, over the values that are varied.",
     "dispersion": "Dispersions of the fragility curves over the values that are varied.",

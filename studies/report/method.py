@@ -60,11 +60,6 @@ ASSUMPTIONS = (
     "Blocks do not touch each other, nor walls that the study does not name, and do not act on the building.",
     "Restitution is the block’s own, e_R = 1 − (2/λ) sin²α (Housner 1963), where the study gives no other.",
 )
-MEDIAN = (
-    "Median: the level of shaking that half of the motions need. Dispersion β: the standard deviation of the logarithm "
-    "of that level from motion to motion; with β = 0.4 two motions in three need between the median divided by 1.5 and "
-    "1.5 times the median."
-)
 BUILDING_ASSUMPTION = (
     "The building responds elastically: floor motions follow from its modes, and neither the soil below it nor its "
     "contents change them."
@@ -214,8 +209,6 @@ def method(results: xr.Dataset) -> list[str]:
         words.append(f"Simulated earthquakes: {'; '.join(str(results.attrs['scenario']).splitlines())}.")
     if "fit_method" in results.attrs:
         words.append(f"Curves: {results.attrs['fit_method']}.")
-    if "median" in results:
-        words.append(MEDIAN)
     if "rate" in results or "annual_number" in results:
         words.append("Annual rates: the curves, or what falls at each level, integrated over the hazard curve given.")
     sizes = [

@@ -31,7 +31,7 @@ from ..text.rows import Rows, plain_table
 from .actions import next_steps
 from .answers import answer
 from .basis import basis
-from .cells import PageTable, longest_word, markdown, page_table
+from .cells import PageTable, longest_word, markdown, page_table, whole_intervals
 from .figures import Picture, pictures
 from .method import assumptions, block_rows, law_rows, method, provenance_rows, study_file_rows, study_of
 from .results_file import read_results
@@ -48,6 +48,8 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stab
 PDF_SECONDS = 120.0
 _LINE = re.compile(r"\n\s*")
 _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
+MANY_COLUMNS = 8
+"""Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
 NUMBERS = 600
 """Largest length of the answer at the end of a figure's description."""
 
@@ -203,7 +205,8 @@ def environment(*, escaping: bool) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.filters |= {"markdown": markdown, "longest_word": longest_word}
+    made.filters |= {"markdown": markdown, "longest_word": longest_word, "whole_intervals": whole_intervals}
+    made.globals["many_columns"] = MANY_COLUMNS
     return made
 
 

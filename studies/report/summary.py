@@ -31,7 +31,7 @@ from ..tables.assessment import pieces_at, span
 from ..tables.sensitivity import GREEK, claims_of
 from ..text.block_order import places
 from ..text.curve_notes import action_of, reached_of, verb_of
-from ..text.spread import amount_sentence, building_spread, spread_sentence
+from ..text.spread import amount_sentence, building_spread, range_text, rates_of_consequences, spread_sentence
 from ..text.words import axis_of, display_unit, floor_name, level_text, quantity_name, reference_law
 from .answers import largest_share
 from .results_file import without_motions
@@ -114,7 +114,7 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
         spread = str(results.attrs.get("modelling")) == "fractiles"
         yield spread_sentence(first, f"{name}{where}", verb, beta if spread else 0.0)
         if beta and not spread:
-            yield f"Each of these rates is a mean over the modelling uncertainty of {beta:g}."
+            yield f"Each of these rates is the mean over a modelling uncertainty of {beta:g}."
     elif "risk_probability" in first:
         yield _chance_in_years(first, f"{name}{where}", verb, float(results.attrs["years"]), _held(results))
 
@@ -174,12 +174,14 @@ def _rare(first: xr.Dataset, levels: Array, median: float) -> int | None:
 def _chance_in_years(first: xr.Dataset, name: str, verb: str, years: float, held: str) -> str:
     chance, low, high = (float(first[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
     if not np.isfinite(chance):
-        return "How often that happens cannot be said: there is no curve."
-    rest = (
-        f"from the limited number of motions alone{held}; the damping law and the hazard curve are assumed to be right"
+        return "How often that happens cannot be said, because there is no curve."
+    said = f"The chance that {name} {verb} within {years:g} years is about {about_percent(chance)}"
+    if low == high:
+        return f"{said}."
+    return (
+        f"{said} ({chances_between(low, high, about_percent)}). This range reflects only the limited number of "
+        f"motions; {held}, and the damping law and the hazard curve are taken as correct."
     )
-    ends = "" if low == high else f" ({chances_between(low, high, about_percent)}, {rest})"
-    return f"The chance that {name} {verb} within {years:g} years is about {about_percent(chance)}{ends}."
 
 
 def _building(results: xr.Dataset) -> Iterator[str]:
@@ -193,15 +195,15 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         beta = float(results.attrs.get("modelling_dispersion", 0.0))
         held = beta if str(results.attrs.get("modelling")) == "fractiles" else 0.0
         whole = building_spread(results, "any_rate", BUILDING)
-        yield spread_sentence(whole, "At least one item in this building", "overturns", held)
+        yield spread_sentence(whole, "At least one piece in this building", "overturns", held)
     elif "any_rate" in one:
         rate, low, high = (float(one[f"any_rate{end}"]) for end in ("", "_lower", "_upper"))
         if rate > 0.0:
             chance, *ends = (-math.expm1(-YEARS * each) for each in (rate, low, high))
             yield (
-                f"At least one item in this building overturns about once in {about_years(rate)} years "
-                f"({_range(high, low)}): a probability of about {about_percent(chance)} in {YEARS:g} years "
-                f"({chances_between(ends[0], ends[1], about_percent)})."
+                f"At least one piece in this building overturns about once in {about_years(rate)} years "
+                f"({_range(high, low)}), which is a probability of about {about_percent(chance)} "
+                f"({chances_between(ends[0], ends[1], about_percent)}) in {YEARS:g} years."
             )
         else:
             yield "Nothing falls under any of the motions."
@@ -223,7 +225,15 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         interval = interval_text(low, high, two_digits)
         of = "cost of what falls" if "cost_median" in results.coords else "value of what falls"
         yield f"The expected loss, the {of}, is about {two_digits(loss)}{money} a year ({interval})."
-    if "annual_downtime" in one:
+    if branches:
+        for name, what, unit in (
+            ("annual_downtime", "The expected downtime", " days"),
+            ("annual_injuries", "The expected number of people injured", ""),
+        ):
+            if name in one:
+                years, words = span(one[name])
+                yield amount_sentence(building_spread(results, name, BUILDING), what, unit, years, words)
+    if "annual_downtime" in one and not branches:
         years, words = span(one["annual_downtime"])
         days, low, high = (years * float(one[f"annual_downtime{end}"]) for end in ("", "_lower", "_upper"))
         interval = interval_text(low, high, two_digits)
@@ -231,26 +241,32 @@ def _building(results: xr.Dataset) -> Iterator[str]:
             f"The expected downtime is about {two_digits(days)} days {words} ({interval}), counting in each earthquake "
             "only the piece that takes longest to restore."
         )
-    if "annual_injuries" in one:
+    if "annual_injuries" in one and not branches:
         years, words = span(one["annual_injuries"])
         persons, low, high = (years * float(one[f"annual_injuries{end}"]) for end in ("", "_lower", "_upper"))
         interval = interval_text(low, high, two_digits)
-        yield f"On average about {two_digits(persons)} persons would be injured {words} ({interval})."
-    if "consequence_rate" in one and float(one["consequence_rate"].max()) > 0.0:
+        yield f"On average about {two_digits(persons)} people would be injured {words} ({interval})."
+    if branches:
+        yield from _consequences_over_branches(results)
+    elif "consequence_rate" in one and float(one["consequence_rate"].max()) > 0.0:
         yield from _consequences(results.isel(model=at))
     anchored = anchored_text(results)
     if anchored:
         yield f"{anchored[:1].upper()}{anchored[1:]}."
-    if branches:
+    if not branches and "any_rate" in one:
         yield (
-            f"Other ranges here are {sure}s under one law, one set of motions and one hazard curve, and reflect only "
-            "the limited number of motions."
+            f"All ranges here are {sure}s that reflect only the limited number of motions; {_held(results)}, and the "
+            "damping law and the hazard curve are taken as correct."
         )
-    elif "any_rate" in one:
-        yield (
-            f"All ranges here are {sure}s that reflect only the limited number of motions{_held(results)}; the damping "
-            "law and the hazard curve are assumed to be right."
-        )
+
+
+def _consequences_over_branches(results: xr.Dataset) -> Iterator[str]:
+    """Yield how often the most frequent consequences come about over all branches."""
+    rates = rates_of_consequences(results, BUILDING)
+    if rates is not None:
+        each = [rates.isel(block=k) for k in range(min(MOST_CONSEQUENCES, rates.sizes["block"]))]
+        said = [f"marked “{one['block'].item()}” overturns about once in {range_text(one)}" for one in each]
+        yield f"At least one piece {'; one '.join(said)} (ranges of 90 % probability over the same combinations)."
 
 
 def _consequences(here: xr.Dataset) -> Iterator[str]:
@@ -284,7 +300,9 @@ def _held(results: xr.Dataset) -> str:
     if str(results.attrs.get("modelling")) == "fractiles":
         beta = 0.0
     return (
-        f" (a modelling uncertainty of {beta:g} is in the rate itself)" if beta else ", without modelling uncertainty"
+        f"a modelling uncertainty of {beta:g} is included in the rates themselves"
+        if beta
+        else "modelling uncertainty is not included"
     )
 
 

@@ -39,6 +39,8 @@ LARGE_DELTA = 0.1
 """Largest half width of the zone over alpha that Liu, Huang and Qu (2024) use."""
 WIDE, HOPELESS = 1.5, 4.0
 """Ratios of the ends of a median's interval: above the first it needs care, above the second it is not valid."""
+UNBOUNDED = 100.0
+"""Ratio of the ends of a median's interval above which its number says no more."""
 NO_BETTER_THAN = 0.3
 """Half width of the interval of a probability of 1/2 above which the number of motions is not valid."""
 UNSTABLE = 0.05
@@ -205,8 +207,8 @@ def _sliding(results: xr.Dataset) -> Check:
         return Check(
             question,
             UNKNOWN,
-            "No coefficient of friction is given; uplift needs up to "
-            f"{float(results['friction_uplift'].max()):.2f}, the greatest peak {need:.2f}.",
+            "No coefficient of friction is given; without sliding, uplift needs up to "
+            f"{float(results['friction_uplift'].max()):.2f} and the strongest rocking up to {need:.2f}.",
             cure,
             "no coefficient of friction is given",
         )
@@ -243,7 +245,8 @@ def _zone(results: xr.Dataset) -> Check:
     largest = f"The law is elastic up to {delta[-1]:.3g} of the angle at which the block tips (δ)"
     bound = f"{'above' if delta[-1] > LARGE_DELTA else 'not above'} {LARGE_DELTA:g}"
     runs = results["outside"].sel(reason=ELASTIC_MODE.name)
-    share = runs.mean([dim for dim in runs.dims if dim != "model"])
+    over = [dim for dim in runs.dims if dim != "model"]
+    share, most = runs.mean(over), two_digit_percent(float(runs.max()))
     resonant = share.values > MARKED
     if not resonant.any() and delta[-1] <= LARGE_DELTA:
         return Check(question, GOOD, f"{largest}, {bound}; no elastic mode lies inside a motion’s band.")
@@ -253,10 +256,10 @@ def _zone(results: xr.Dataset) -> Check:
     names = [str(one) for one in results["model"].values[resonant]]
     reason = (
         f"{largest}, {bound}; but the elastic mode lies inside the band of up to "
-        f"{two_digit_percent(float(share.max()))} of the motions for {_names_text(names)}: at rest the blocks resonate "
-        f"and uplift where a rigid block stands still."
+        f"{most} of the motions for {_names_text(names)}: at rest the blocks resonate and uplift where a rigid block "
+        "stands still."
     )
-    clause = f"the law’s elastic mode resonates with up to {two_digit_percent(float(share.max()))} of the motions"
+    clause = f"the law’s elastic mode resonates with up to {most} of the motions"
     return Check(question, INVALID if (share.values > MOST).all() else CARE, reason, cure, clause)
 
 
@@ -293,7 +296,7 @@ def _inputs(results: xr.Dataset) -> Check:
             question,
             CARE,
             " ".join(f"{one[:1].upper()}{one[1:]}." for one in said),
-            f"Correct them; where they are meant so, put accept = [{names}] at the top of the study file.",
+            f"Correct them; where they are intended, put accept = [{names}] at the top of the study file.",
             "; ".join(ODD[kind] for kind in kinds),
         )
     if doubts:
@@ -365,6 +368,9 @@ def _intervals(results: xr.Dataset) -> Check:
     widest, where = _worst(known)
     reason = f"The widest interval of a median spans a factor of {widest:.3g} ({where})."
     clause = f"the interval of a median spans a factor of {widest:.2g}"
+    if widest > UNBOUNDED:
+        reason = f"An interval of a median spans a factor of more than {UNBOUNDED:g} ({where})."
+        clause = f"the interval of a median spans a factor of more than {UNBOUNDED:g}"
     if not np.isfinite(widest):
         reason, clause = f"An interval of a median is open ({where}).", "the interval of a median is open"
     if widest <= WIDE:

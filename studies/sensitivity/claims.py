@@ -197,7 +197,7 @@ def _insensitive_decay(results: xr.Dataset) -> Claim | None:
     verdict = HOLDS if best.all() else OPEN if best.any() else FAILS
     listed = ", ".join(f"{moves[:, j].mean():.2f} under {NAMES[name]}" for name, j in laws.items())
     text = (
-        f"{evidence.where} the largest peak {n} of free rocking is this many times the smallest: {listed} "
+        f"{evidence.where}, the largest peak {n} of free rocking is this many times the smallest: {listed} "
         f"(means over {own.size} blocks)"
     )
     numbers = float(own.mean()), float(own.min()), float(own.max())
@@ -229,7 +229,7 @@ def _insensitive_medians(results: xr.Dataset) -> Claim | None:
         ends = np.exp(percentile_interval(samples[j], confidence)[:2])
         listed.append(f"{np.exp(middle[j]):.2f} ({ends[0]:.2f}–{ends[1]:.2f}) under {NAMES[name]}")
     low, high = np.exp(percentile_interval(samples[own], confidence)[:2])
-    text = f"{evidence.where} a tenfold δ multiplies the median by {', '.join(listed)}; 1 is no sensitivity"
+    text = f"{evidence.where}, a tenfold δ multiplies the median by {', '.join(listed)}; 1 is no sensitivity"
     numbers = float(np.exp(middle[own])), float(low), float(high)
     claim = "discrete damping is least sensitive to δ: overturning"
     return Claim(claim, PAPER, verdict, *numbers, _bootstrap(results), text)
@@ -262,8 +262,8 @@ def _alike(evidence: Evidence) -> Claim | None:
     verdict = HOLDS if inside else FAILS if outside else OPEN
     rigid = [evidence.ratio(j, None) for j in (one, other)]
     text = (
-        f"{evidence.where} its median is {found.words} that of discrete damping (alike within {MARGIN:.0%}); "
-        f"it is {rigid[0].words} the rigid block's, that of discrete damping {rigid[1].words}"
+        f"{evidence.where}, its median is {found.words} that of discrete damping (called alike within "
+        f"{whole_percent(MARGIN)}); it is {rigid[0].words} the rigid block's, that of discrete damping {rigid[1].words}"
     )
     claim = "Giannini–Masiani performs like discrete damping under shaking"
     return Claim(claim, PAPER, verdict, *found.numbers, _bootstrap(evidence.results), text)
@@ -276,7 +276,7 @@ def _overturning(evidence: Evidence, law: str, what: str, *, above: bool) -> Cla
     found = evidence.ratio(j, None)
     holds = found.lower > 1.0 if above else found.upper < 1.0
     fails = found.upper < 1.0 if above else found.lower > 1.0
-    text = f"{evidence.where} its median is {found.words} the rigid block's"
+    text = f"{evidence.where}, its median is {found.words} the rigid block's"
     verdict = HOLDS if holds else FAILS if fails else OPEN
     return Claim(f"{NAMES[law]} {what} overturning", PAPER, verdict, *found.numbers, _bootstrap(evidence.results), text)
 
@@ -291,7 +291,7 @@ def _peaks(evidence: Evidence, law: str, what: str, *, smaller: bool) -> Claim |
     )
     found = (middle, low, high) if smaller else (1.0 - middle, 1.0 - high, 1.0 - low)
     text = (
-        f"{evidence.where} {whole_percent(found[0])} ({whole_percent(found[1])} to {whole_percent(found[2])}) of its "
+        f"{evidence.where}, {whole_percent(found[0])} ({whole_percent(found[1])} to {whole_percent(found[2])}) of its "
         f"peaks are {'smaller' if smaller else 'larger'} than the rigid block's, among the runs in which the rigid "
         "block rocks and the two differ"
     )
@@ -310,7 +310,7 @@ def _loss(evidence: Evidence) -> Claim | None:
     if n == 0:
         return None
     found = evidence.spread(peak[..., n] / rigid[..., n])
-    text = f"{evidence.where} peak {n} of free rocking is {_times(found)} that of an impact with the same e"
+    text = f"{evidence.where}, peak {n} of free rocking is {_times(found)} that of an impact with the same e"
     alone = evidence.model("discrete", "rigid")
     if alone is not None:
         forced = evidence.ratio(alone, None)
@@ -338,9 +338,10 @@ def _mode(evidence: Evidence) -> Claim | None:
     where = np.where(evidence.inside[..., None], excess[0], -np.inf)
     most = np.unravel_index(int(np.argmax(where)), where.shape)
     text = (
-        f"{evidence.where} its elastic mode at {hertz.min():.1f}–{hertz.max():.1f} Hz makes its median {found.words} "
+        f"{evidence.where}, its elastic mode at {hertz.min():.1f}–{hertz.max():.1f} Hz makes its median {found.words} "
         f"that of {beside}, and overturns up to {excess[0][most]:.2f} ({excess[1][most]:.2f}–{excess[2][most]:.2f}) "
-        f"more of the motions than the rigid block; up to {whole_percent(evidence.spread(lifted)[2])} uplift it alone"
+        f"more of the motions than the rigid block; up to {whole_percent(evidence.spread(lifted)[2])} of the "
+        "motions uplift it alone"
     )
     verdict = HOLDS if found.upper < 1.0 else FAILS if found.lower > 1.0 else OPEN
     return Claim("defect 2: a spurious elastic mode", OURS, verdict, *found.numbers, _bootstrap(results), text)
@@ -358,12 +359,12 @@ def _consistent(evidence: Evidence) -> Claim | None:
     outside = found.lower > most or found.upper < least
     verdict = HOLDS if inside else FAILS if outside else OPEN
     text = (
-        f"{evidence.where} its median is {found.words} the rigid block's; its peaks of free rocking lie {error:.0e} "
+        f"{evidence.where}, its median is {found.words} the rigid block's; its peaks of free rocking lie {error:.0e} "
         "off at most, over all values"
     )
     order = results["convergence_order"].values[:, j] if "convergence_order" in results else np.array([np.nan])
     if np.isfinite(order).all():
-        text += f"; under pulses it comes to the rigid block with order {_between(order)} in δ"
+        text += f"; under pulses it converges to the rigid block with order {_between(order)} in δ"
     claim = "energy-consistent damping is the rigid block"
     return Claim(claim, OURS, verdict, *found.numbers, _bootstrap(results), text)
 

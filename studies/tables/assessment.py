@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ... import checks
+from ...fragility.risk.modelling import MODELLING
 from ...units import DIMENSIONLESS
 from ...wording import (
     confidence_text,
@@ -20,6 +21,7 @@ from ...wording import (
     years_between,
 )
 from ..buildings.variables import PER_YEAR, level_index
+from ..plan.estimates import MEAN as IN_MEAN
 from ..text.rows import Rows
 from ..text.words import floor_name, level_text
 
@@ -45,7 +47,7 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
     spans = {name: span(here[one]) for name, one in amounts.items()}
     headings = [
         "",
-        "free pieces",
+        "unanchored pieces",
         "overturned a year",
         *(["lost a year"] if has_loss else []),
         *(drawn_heading(name, spans[name][1]) for name in amounts),
@@ -81,7 +83,7 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
     ends = [given_percent(float(q)) for q in here["quantile"].values]
     headings = [
         "",
-        "free pieces",
+        "unanchored pieces",
         "overturned",
         f"{' / '.join(ends)}",
         *(["lost"] if has_loss else []),
@@ -113,9 +115,9 @@ def consequence_rows(assessment: xr.Dataset, level: float | None = None, model: 
     if level is not None:
         here = here.isel(level=level_index(assessment, level))
     said, name, title = (
-        (_years, "consequence_rate", "What it means: once in so many years")
+        (_years, "consequence_rate", "Consequences: mean return period, years")
         if level is None
-        else (_percent, "consequence_probability", "What it means: probability")
+        else (_percent, "consequence_probability", "Consequences: probability")
     )
     places = [str(place) for place in here["place"].values]
     rows = []
@@ -141,7 +143,7 @@ def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) 
     saves = f"saves, {unit}" if unit else "saves"
     headings = ["rank", "item", "floor", "pieces", saves, "share", *(["cost"] if paid else [])]
     pays = "payback" in here and paid
-    headings += ["pays back in"] if pays else []
+    headings += ["payback"] if pays else []
     rows = []
     order = np.argsort(here["rank"].values)
     for i in order[: checks.count("most", most, at_least=1)]:
@@ -157,7 +159,19 @@ def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) 
             years = float(one["payback"])
             cells.append(f"{three_digits(years)} years" if math.isfinite(years) else "never")
         rows.append(tuple(cells))
-    return Rows(f"Anchoring saves of: {ranking.attrs['objective_text']}", tuple(headings), rows)
+    common = common_modelling(ranking)
+    title = f"What anchoring saves of the {ranking.attrs['objective_text']}{f' ({common})' if common else ''}"
+    return Rows(title, tuple(headings), rows)
+
+
+def common_modelling(ranking: xr.Dataset) -> str:
+    """Return the clause on the modelling uncertainty that a ranking holds; empty where it holds none.
+
+    A ranking shifts the capacities of all pieces together, also where pieces of other classes are independent.
+    """
+    held = float(ranking.attrs.get(MODELLING, 0.0)) > 0.0
+    yearly = "at_level" not in ranking.attrs and str(ranking.attrs.get("modelling", IN_MEAN)) == IN_MEAN
+    return "the modelling uncertainty β_m is taken as common to all pieces" if held and yearly else ""
 
 
 def span(annual: xr.DataArray) -> tuple[float, str]:

@@ -8,12 +8,13 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.fitting.states import OVERTURNED, state_name
-from ...wording import about_percent, about_years, currency_of, given_percent, two_digits
+from ...wording import about_years, currency_of, given_percent, two_digits, whole_percent
+from ..buildings.assessment import BUILDING
 from ..text.curve_notes import branches_beyond, verb_of
 from ..text.rows import Rows
-from ..text.spread import HEADINGS, building_spread, sources
+from ..text.spread import HEADINGS, building_spread, rates_of_consequences, sources
 from ..text.words import floor_name
-from .assessment import place_name
+from .assessment import place_name, span
 
 
 def spread_rows(results: xr.Dataset) -> Rows | None:
@@ -35,16 +36,16 @@ def spread_rows(results: xr.Dataset) -> Rows | None:
             f"{results['block'].values[i]}{where}",
             about_years(mean),
             *years[::-1],
-            *(about_percent(share) if np.isfinite(share) else "–" for share in shares),
+            *(_share(share) if np.isfinite(share) else "–" for share in shares),
         ))  # fmt: skip
     ends = [f"{given_percent(1.0 - p)}" for p in fractiles[::-1]]
-    headings = ("", "1 / mean", *ends, *(HEADINGS[name] for name in there))
+    headings = ("", "1 / mean rate", *ends, *(HEADINGS[name] for name in there))
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
     held = f", β_m = {beta:g}" if beta and str(results.attrs.get("modelling")) == "fractiles" else ""
     over = f"{results.sizes['branch']:,} weighted branches{held}"
     state = str(results.attrs.get("state", state_name(OVERTURNED)))
     events = "falls" if state == state_name(OVERTURNED) else f"times that a block {verb_of(state)}"
-    title = f"How often over {over}: years between two {events}, and shares of what spreads them"
+    title = f"Mean years between two {events} over {over}, and where their range comes from"
     beyond = branches_beyond(results)
     title += f" ({beyond})" if beyond else ""
     return Rows(title, headings, rows)
@@ -52,7 +53,12 @@ def spread_rows(results: xr.Dataset) -> Rows | None:
 
 def amount_spread_rows(results: xr.Dataset) -> Rows | None:
     """Return the annual numbers and losses of a building over all branches; None without them."""
-    named = {"annual_number": "pieces", "annual_loss": currency_of(results) or "loss"}
+    named = {
+        "annual_number": "pieces",
+        "annual_loss": currency_of(results) or "loss",
+        "annual_downtime": "days out of use",
+        "annual_injuries": "injured",
+    }
     found = [(name, unit) for name, unit in named.items() if f"epistemic_{name}" in results]
     if not found:
         return None
@@ -61,14 +67,36 @@ def amount_spread_rows(results: xr.Dataset) -> Rows | None:
         one = building_spread(results, name, place)
         if not float(one["epistemic_rate"]) > 0.0:
             continue
-        parts = [f"{about_percent(share)} {what}" for what, share in sources(one)[:2]]
+        shown = unit
+        if name in ("annual_downtime", "annual_injuries"):
+            years, words = span(results[f"epistemic_{name}"])
+            one = one.assign({kind: years * one[kind] for kind in _VALUES})
+            shown = f"{unit} {words}"
+        parts = [f"{_share(share)} {what}" for what, share in sources(one)[:2]]
         values = [two_digits(float(value)) for value in one["epistemic_rate_fractile"].values]
         rows.append(
-            (f"{place_name(place)}, {unit}", two_digits(float(one["epistemic_rate"])), *values, ", ".join(parts))
+            (f"{place_name(place)}, {shown}", two_digits(float(one["epistemic_rate"])), *values, ", ".join(parts))
         )
     ends = [given_percent(float(p)) for p in results["epistemic_fractile"].values]
-    title = f"Overturned and lost in a year over {results.sizes['branch']:,} weighted branches"
-    return Rows(title, ("", "mean", *ends, "what spreads it"), rows)
+    title = f"Expected per year over {results.sizes['branch']:,} weighted branches, and where the range comes from"
+    return Rows(title, ("", "mean", *ends, "largest parts of the range"), rows)
+
+
+_VALUES = ("epistemic_rate", "epistemic_rate_fractile")
+
+
+def consequence_spread_rows(results: xr.Dataset) -> Rows | None:
+    """Return how often each consequence comes about in the building over all branches; None without any."""
+    rates = rates_of_consequences(results, BUILDING)
+    rows = None if rates is None else spread_rows(rates)
+    if rows is None:
+        return None
+    return rows._replace(title=f"Consequences: {rows.title[:1].lower()}{rows.title[1:]}")
+
+
+def _share(share: float) -> str:
+    """A share of a variance in whole per cent, as its sampling allows."""
+    return "below 1 %" if 0.0 < share < 0.005 else whole_percent(share)
 
 
 def _places(results: xr.Dataset) -> list[str]:

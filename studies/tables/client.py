@@ -22,7 +22,7 @@ from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import NOTABLE, action_of, verb_of
 from ..text.rows import Rows
 from ..text.spread import OUTER, range_text
-from ..text.words import axis_of, display_unit, floor_name, measure_name, reference_law
+from ..text.words import axis_of, display_unit, floor_name, measure_name, quantity_name, reference_law
 from .pieces import piece_rows
 
 MOST = 30
@@ -62,6 +62,8 @@ def _blocks(results: xr.Dataset) -> Rows:
         rows.append(tuple(cells))
     verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
     name = measure_name(str(axis.attrs.get("im", "level")))
+    if "floor" in str(axis.attrs.get("long_name", "")):
+        name = quantity_name(axis)  # (PGA and PGV are of the ground)
     unit = f", {unit}" if unit else ""
     headings = [
         "block",

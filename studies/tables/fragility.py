@@ -239,7 +239,7 @@ def measure_rows(results: xr.Dataset, most: int = 8) -> list[Rows]:
             # (the dispersion is of the root of the measure that grows with the amplitude)
             rows.append((measure_name(str(here["measure"].values[i]), float(here["power"].values[i])), *cells))
         shown = f"the best {most} of {len(there)} measures, " if len(there) > most else ""
-        title = f"Dispersion by measure: {block}{where} ({shown}≈: not told apart from the best)"
+        title = f"Dispersion by measure: {block}{where} ({shown}≈: not distinguished from the best)"
         tables.append(Rows(title, ("", *map(str, here["model"].values)), rows))
     return tables
 

@@ -24,6 +24,10 @@ from ..text.words import display_unit, floor_name, level_text
 from .assessment import drawn_heading, span
 from .values import ValueTable, known, with_units
 
+OVER_BRANCHES = (
+    "chances: means and 90 % ranges over all stated uncertainties; all else: one law, one set of motions and one "
+    "hazard curve"
+)
 UNCHECKED = "code requirements not checked"
 CODE = "Code requirements"
 """Beginning of the title of what a building code says of each piece."""
@@ -102,10 +106,10 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
     headings += ["code"] if coded else []
     headings += [f"for {given_number(budget)} {money}".rstrip()] if spent else []
     headings += [f"{' / '.join(f'{100.0 * share:g}' for share in SHARES)} % fall at {measure}"] if several else []
-    headings += ["if it falls"] if meant else []
-    headings += ["mean cost of one" if "cost_median" in results.coords else "value of one"] if valued else []
-    headings += ["anchoring one costs"] if priced else []
-    headings += ["pays back, years"] if pays else []
+    headings += ["consequence"] if meant else []
+    headings += ["mean cost, each" if "cost_median" in results.coords else "value, each"] if valued else []
+    headings += ["anchoring, each"] if priced else []
+    headings += ["payback, years"] if pays else []
     amounts = _annual_amounts(results)
     headings += [heading for heading, _ in amounts.values()]
     rows = []
@@ -138,7 +142,7 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
         else f" at {name} = {level_text(float(results.attrs['at_level']), results['level'])}"
     )
     said = [
-        "chances: 90 % over what is not known" if spread else f"{confidence_text(results)} intervals over motions",
+        OVER_BRANCHES if spread else f"{confidence_text(results)} intervals over motions",
         *([f"values in {money}"] if money and (valued or priced) else []),
     ]
     said += _first(len(pieces))
@@ -169,9 +173,9 @@ def code_rows(results: xr.Dataset) -> Rows | None:
         rows.append((one.item, floor, found.status, "; ".join(filter(None, (found.clause, missing))), *texts, ratio))
     about = "; ".join([str(results.attrs["code"]), str(results.attrs["code_site"]), *_first(len(pieces))])
     title = (
-        f"{CODE} ({about}; forces on one piece; horizontal force on its "
-        "anchors by moments about the base where their height is given, else the whole force; neither the base's share "
-        "nor the anchor's fixing to the building is checked)"
+        f"{CODE} ({about}; forces on one piece; the horizontal force on its anchors follows from moments about the "
+        "base where their height is given, and is else the whole force; neither the share of the base nor the fixing "
+        "of the anchors to the building is checked)"
     )
     return Rows(title, headings, rows)
 
@@ -275,11 +279,11 @@ def _annual_amounts(results: xr.Dataset) -> dict[str, tuple[str, float]]:
     """Return the headings of what a line costs, is out of use and injures, where it is drawn, and of how many years."""
     found = {}
     if "cost_median" in results.coords and "item_annual_loss" in results:
-        found["saving"] = ("all: lost a year", 1.0)
-    for name, which in (("downtime", "one"), ("injuries", "all")):
+        found["saving"] = ("lost a year, all", 1.0)
+    for name, which in (("downtime", "each"), ("injuries", "all")):
         if f"item_annual_{name}" in results:
             years, words = span(results[f"item_annual_{name}"])
-            found[name] = (f"{which}: {drawn_heading(name, words)}", years)
+            found[name] = (f"{drawn_heading(name, words)}, {which}", years)
     return found
 
 

@@ -70,7 +70,7 @@ def probability_rows(results: xr.Dataset) -> list[Rows]:
             _table(results, f"Probability of overturning {where}", here["probability"].isel(level=at), _percent)
         )
         flips = here["flipped"].sel(comparison=reference_of(results)).isel(level=at)
-        found.append(_table(results, f"Verdicts that differ from {reference_name(results)} {where}", flips, _percent))
+        found.append(_table(results, f"Outcomes that differ from {reference_name(results)} {where}", flips, _percent))
     return found
 
 

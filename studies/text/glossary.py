@@ -23,14 +23,14 @@ TERMS = (
     ),
     Term(
         "interval",
-        "How far a result may change because only a limited number of motions was run: if the study were repeated with "
-        "other motions of the same kind, 95 % (or the share that is stated) of such ranges would contain the result of "
-        "a very large number of motions.",
+        "How far a result may change because only a limited number of motions were run: if the study were repeated "
+        "with other motions of the same kind, 95 % (or the share that is stated) of such ranges would contain the "
+        "result of a very large number of motions.",
         r"\d[ \u00a0]% over motions|\bintervals?\b",
     ),
     Term(
         "motion",
-        "One record of how the ground or a floor shakes, either measured in an earthquake or simulated.",
+        "A record of how the ground or a floor shakes, either measured in an earthquake or simulated.",
         r"\bmotions?\b",
     ),
     Term(
@@ -47,14 +47,14 @@ TERMS = (
     ),
     Term("g", "The acceleration of gravity, 9.81 m/s².", r"\d[ \u00a0]g\b|, g\b|\(g\)"),
     Term(
-        "once in so many years",
-        "The mean return period, the inverse of the annual rate. It is a long-term average: two events may also be "
-        "close together.",
+        "once in N years (return period)",
+        "The inverse of the mean annual rate. It is a long-term average, not an interval at which events recur: two "
+        "may come close together.",
         r"\b[Oo]nce in|[Rr]eturn period",
     ),
     Term(
         "hazard curve",
-        "How often in a year the shaking at the site exceeds each level. It comes from a seismic hazard analysis of "
+        "How often a year the shaking at the site exceeds each level. It comes from a seismic hazard analysis of "
         "the site, not from this study.",
         r"\bhazard\b",
     ),
@@ -72,11 +72,12 @@ TERMS = (
     ),
     Term(
         "recommendation",
-        "required by code: the building code asks for anchors, whatever the risk; anchor below code force: the anchors "
-        "given are too weak for it; reduces risk most: highest priority, for safety first; makes people safer: also a "
-        "matter of safety, with less effect; worth its cost: prevents more loss in 50 years than anchoring costs; not "
-        "resolved: may or may not do so, with these motions; small effect: does not.",
-        r"required by code|reduces risk most|makes people safer|worth its cost|not resolved|small effect",
+        "Required by code: the building code asks for anchors, whatever the risk. Anchor below code force: the anchors "
+        "given are weaker than the code requires. Reduces risk most: the highest priority; safety comes first. Makes "
+        "people safer: also a matter of safety, with less effect. Worth its cost: prevents more loss in 50 years than "
+        "anchoring costs. Not resolved: these motions are too few to tell whether it does. Small effect: prevents less "
+        "loss than that.",
+        r"\brecommendations?\b",
     ),
     Term(
         "median",
@@ -99,8 +100,8 @@ TERMS = (
     ),
     Term(
         "damping law",
-        "The rule by which a rocking block dissipates energy. The laws compared here idealise the impacts in different "
-        "ways.",
+        "The rule by which a rocking block dissipates energy as it passes the upright position or throughout its "
+        "motion. Laws idealise the impacts in different ways.",
         r"\blaws?\b",
     ),
     Term(
@@ -128,7 +129,8 @@ TERMS = (
     ),
     Term(
         "uplift",
-        "A block uplifts when it begins to rock on one edge. It needs a coefficient of friction of b/h not to slide.",
+        "A block uplifts when it begins to rock on one edge. It slides instead where the coefficient of "
+        "friction is below b/h.",
         r"\b[Uu]plift\w*",
     ),
     Term(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...wording import about_percent, about_years, counted, one_digit, two_digits
+from ...wording import about_years, counted, one_digit, two_digits, whole_percent
 from .words import floor_name
 
 WORDS = {
@@ -71,6 +71,19 @@ def building_spread(results: xr.Dataset, quantity: str, place: str) -> xr.Datase
     return _as_blocks(results, quantity, "place").sel(block=place)
 
 
+def rates_of_consequences(results: xr.Dataset, place: str) -> xr.Dataset | None:
+    """Return the rates of the consequences in a place over all branches as those of blocks, the most frequent first.
+
+    None where the inventory has no consequences, or none of them comes about.
+    """
+    if "epistemic_consequence_rate" not in results:
+        return None
+    found = _as_blocks(results.sel(place=place), "consequence_rate", "consequence")
+    found = found.isel(block=np.argsort(-found["epistemic_rate"].values, kind="stable"))
+    found = found.isel(block=np.flatnonzero(found["epistemic_rate"].values > 0.0))
+    return found.assign_attrs(results.attrs) if found.sizes["block"] else None
+
+
 def _as_blocks(results: xr.Dataset, quantity: str, dim: str) -> xr.Dataset:
     names = {
         f"epistemic_{quantity}": "epistemic_rate",
@@ -83,33 +96,30 @@ def _as_blocks(results: xr.Dataset, quantity: str, dim: str) -> xr.Dataset:
     return found.drop_vars([name for name in found.coords if name not in kept]).rename({dim: "block"})
 
 
-def amount_sentence(here: xr.Dataset, what: str, unit: str) -> str:
-    """Return the sentence on an annual amount over all branches: its mean and its range."""
-    low, high = (float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
-    mean = float(here["epistemic_rate"])
-    text = f"{what} is about {two_digits(mean)}{unit} a year, and with a probability of 90 % between "
-    text += f"{two_digits(low)} and {two_digits(high)}{unit} over what is not known"
+def amount_sentence(here: xr.Dataset, what: str, unit: str, years: float = 1.0, words: str = "a year") -> str:
+    """Return the sentence on an amount in so many years over all branches: its mean and its range."""
+    low, high = (years * float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
+    mean = years * float(here["epistemic_rate"])
+    text = f"{what} is about {two_digits(mean)}{unit} {words}, within a range of {two_digits(low)} to "
+    text += f"{two_digits(high)}{unit} that has a probability of 90 %."
+    return f"{text}{_largest(here)}"
+
+
+def _largest(here: xr.Dataset) -> str:
+    """Return the sentence on the largest source of a range, with a space before it."""
     found = sources(here)
-    if found:
-        text += f" (the largest part of that range, {about_percent(found[0][1])}, comes from {found[0][0]})"
-    return f"{text}."
+    return f" The largest part of it ({whole_percent(found[0][1])}) comes from {found[0][0]}." if found else ""
 
 
 def spread_sentence(here: xr.Dataset, name: str, verb: str, modelling: float) -> str:
     """Return the sentence on how often one block falls over all branches."""
     if not np.isfinite(here["epistemic_rate"]):
-        return "How often that is cannot be told: a branch has no curve."
+        return "How often that is cannot be said, because one of the combinations has no curve."
     branches = here.sizes["branch"]
-    over = (
-        f"{counted(branches, 'combination')} of laws, motions and hazard curves"
-        if branches > 1
-        else "what is not known"
-    )
-    beta = f" with a modelling uncertainty of {modelling:g}" if modelling else ""
-    text = f"{name} {verb} about once in {range_text(here)} (with a probability of 90 %, over {over}{beta})"
-    found = sources(here)
-    if found:
-        text += f"; the largest part of that range ({about_percent(found[0][1])}) comes from {found[0][0]}"
+    held = [f"{counted(branches, 'weighted combination')} of laws, motions and hazard curves"] if branches > 1 else []
+    held += [f"a modelling uncertainty of {modelling:g}"] if modelling else []
+    over = " and ".join(held) or "the stated uncertainties"
+    text = f"{name} {verb} about once in {range_text(here)}. This range has a probability of 90 % and covers {over}."
+    text += _largest(here)
     rate = float(here["epistemic_rate"])
-    mean = f" The mean rate is once in {about_years(rate)} years." if rate > 0.0 else ""
-    return f"{text}.{mean}"
+    return f"{text} On average it happens once in {about_years(rate)} years." if rate > 0.0 else text

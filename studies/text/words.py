@@ -105,8 +105,15 @@ def input_name(name: str) -> str:
 
 
 def floor_name(floor: int | str) -> str:
-    """The written name of a floor."""
-    return "ground" if str(floor) == "0" else f"floor {floor}"
+    """The written name of a floor; one of several buildings is called after its building.
+
+    Examples
+    --------
+    >>> floor_name(0), floor_name("3"), floor_name("tower 10"), floor_name("ground")
+    ('ground', 'floor 3', 'tower 10', 'ground')
+    """
+    text = str(floor)
+    return "ground" if text in ("0", "ground") else text if " " in text else f"floor {text}"
 
 
 def reference_law(results: xr.Dataset) -> tuple[int, bool]:

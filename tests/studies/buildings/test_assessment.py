@@ -567,7 +567,7 @@ class TestTablesAndFigures:
         assert (
             title == "In a year, EUR (95 % over motions, for the given hazard curve) (–: nothing fell under any motion)"
         )
-        assert headings[:4] == ("", "free pieces", "overturned a year", "lost a year")
+        assert headings[:4] == ("", "unanchored pieces", "overturned a year", "lost a year")
         assert [row[0] for row in rows] == ["building", "ground", "floor 1", "floor 3"]
         assert [row[1] for row in rows] == ["12", "2", "0", "10"]
         assert all(len(row) == len(headings) for row in rows)
@@ -602,7 +602,7 @@ class TestTablesAndFigures:
 
     def test_ranking_rows(self, found):
         _, headings, rows = ranking_rows(anchoring(found), most=2)
-        assert headings == ("rank", "item", "floor", "pieces", "saves, EUR a year", "share", "cost", "pays back in")
+        assert headings == ("rank", "item", "floor", "pieces", "saves, EUR a year", "share", "cost", "payback")
         assert len(rows) == 2
         _, headings, rows = ranking_rows(anchoring(found, "blocks-exit"))
         assert headings[4] == "saves, a year" or headings[4] == "saves, in 1,000 years"

@@ -8,6 +8,7 @@ import xarray as xr
 import toppling as tp
 from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.branches import Sampling, combinations, rates_over_branches
+from toppling.studies.buildings.consequences import Consequence, Injury
 from toppling.studies.buildings.contents import Contents, Inventory
 
 K, K0 = 2.0, 1e-3
@@ -92,6 +93,40 @@ def test_branches_are_assessments_of_their_own():
     np.testing.assert_allclose(found["epistemic_any_rate_spread"].sum("epistemic_source"), 1.0)
 
 
+def of_all_kinds(e=0.4):
+    """Two classes of pieces with consequences, injuries and downtimes, which are known for `e` = 0."""
+    return Inventory(
+        (
+            Contents(
+                "shelf", SHELF, 0, 3, consequences=("injury",), downtime=Consequence(1.0, e), injury=Injury(0.5, 0.2)
+            ),
+            Contents("case", CASE, 0, 2, consequences=("injury", "release"), downtime=Consequence(3.0, e)),
+        )
+    )
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.3])
+def test_events_downtime_and_injuries_are_those_of_assessments(beta):
+    """Of each branch they are those that `assess` gives, also where they are means over the modelling uncertainty."""
+    inventory, levels = of_all_kinds(), np.geomspace(1.0, 12.0, 6)
+    shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01, s0=0.05).sample(10, seed=1)
+    curves = {"hazard": (hazard(), 0.3), "high": (hazard(3e-3), 0.7)}
+    options = {"consequence_correlation": 0.5, "seed": 4}
+    known = {"motions": assess(inventory, LAW, shaking, levels, **options)}
+    every = combinations({LAW.label: 1.0}, {"motions": 1.0}, curves)
+    found = rates_over_branches(every, known, inventory, Sampling(100, 4, beta, correlation=0.5))
+    for b, one in enumerate(every):
+        own = assess(inventory, LAW, shaking, levels, hazard=one.hazard, modelling_dispersion=beta, **options)
+        for name in ("any_rate", "consequence_rate", "annual_downtime", "annual_injuries"):
+            # (an event of one class alone is integrated over the levels here, over points there)
+            rtol = 3e-4 if beta and name == "consequence_rate" else 1e-12
+            np.testing.assert_allclose(found[f"branch_{name}"].isel(branch=b), own[name][0], rtol=rtol)
+            assert found[f"branch_{name}"].attrs["units"] == own[name].attrs["units"]
+    weighted = found["branch_consequence_rate"] @ found["branch_weight"]
+    np.testing.assert_allclose(found["epistemic_consequence_rate"], weighted, rtol=1e-12)
+    assert found["epistemic_consequence_rate"].dims == ("place", "consequence")
+
+
 class TestModelling:
     def test_an_item_is_lognormal(self, known):
         """With a power law the rate of a piece is lognormal with dispersion k beta_m, its mean exp(k² beta_m²/2)."""
@@ -133,6 +168,29 @@ class TestModelling:
         np.testing.assert_allclose(found["epistemic_any_rate_fractile"], np.quantile(fallen, shares), rtol=0.08)
         assert float(found["epistemic_annual_number"]) == pytest.approx(np.mean(number), rel=0.02)
         assert float(found["epistemic_any_rate"]) == pytest.approx(np.mean(fallen), rel=0.02)
+
+    def test_downtime_and_consequences_against_a_plain_simulation(self, known):
+        """20,000 buildings: the shelf is out of use for 1 day, the case for 3, and only the case releases anything."""
+        inventory = of_all_kinds(0.0)
+        every = combinations({LAW.label: 1.0}, {"motions": 1.0}, {"hazard": (hazard(), 1.0)})
+        found = rates_over_branches(every, known, inventory, Sampling(1000, 0, 0.3, True)).isel(place=0)
+        random = np.random.default_rng(6)
+        days, release = [], []
+        for _ in range(20_000):
+            capacities = CAPACITIES * np.exp(0.3 * random.standard_normal(2))[:, None]
+            shelf, case = rates_of(capacities[:, random.integers(MOTIONS, size=MOTIONS)])
+            days.append((3.0 * case + np.maximum(shelf - case, 0.0)).mean())
+            release.append(case.mean())
+        shares = found["epistemic_fractile"].values
+        # (5 % of 200 joint samples are known to some 7 %)
+        np.testing.assert_allclose(found["epistemic_annual_downtime_fractile"], np.quantile(days, shares), rtol=0.12)
+        assert float(found["epistemic_annual_downtime"]) == pytest.approx(np.mean(days), rel=0.02)
+        at = inventory.consequences.index("release")
+        of_case = found["epistemic_consequence_rate_fractile"].values[at]
+        np.testing.assert_allclose(of_case, np.quantile(release, shares), rtol=0.04)
+        everything = found["epistemic_any_rate_fractile"].values
+        both = found["epistemic_consequence_rate_fractile"].values[inventory.consequences.index("injury")]
+        np.testing.assert_allclose(both, everything, rtol=1e-12)
 
 
 def test_realisations_count_as_hazard(known):

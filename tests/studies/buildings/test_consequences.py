@@ -353,10 +353,10 @@ class TestDecisions:
         assert table["freezer"]["injured_a_year (1/year)"] == hurt
         rows = piece_rows(found)
         shown = dict(zip(rows.headings, next(row for row in rows.rows if row[0] == "freezer"), strict=True))
-        assert shown["mean cost of one"] == "1,200"
-        assert float(shown["all: lost a year"]) == pytest.approx(float(found.item_annual_loss[0, 0]), rel=0.05)
-        assert float(shown["all: injured in 1,000 years"]) == pytest.approx(1000.0 * hurt, rel=0.05)
-        assert float(shown["one: out of use, days in 1,000 years"]) == pytest.approx(
+        assert shown["mean cost, each"] == "1,200"
+        assert float(shown["lost a year, all"]) == pytest.approx(float(found.item_annual_loss[0, 0]), rel=0.05)
+        assert float(shown["injured in 1,000 years, all"]) == pytest.approx(1000.0 * hurt, rel=0.05)
+        assert float(shown["out of use, days in 1,000 years, each"]) == pytest.approx(
             1000.0 * float(found.item_annual_downtime[0, 0]), rel=0.05
         )
         annual_table = annual_rows(found)

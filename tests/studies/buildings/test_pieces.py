@@ -270,7 +270,7 @@ class TestTables:
         assert found.headings[:6] == ("piece", "room", "floor", "number", "one falls in a year", "in 50 years")
         rows = {row[0]: dict(zip(found.headings, row, strict=True)) for row in found.rows}
         assert rows["rack"]["in 50 years"] == "9.5\u00a0% (7.2–12)"
-        assert rows["rack"]["pays back, years"] == "3.3"
+        assert rows["rack"]["payback, years"] == "3.3"
         assert rows["never"]["in 50 years"] == "never seen"
         assert rows["never"]["10 / 50 % fall at PGA, g"] == "above 0.82"
         assert rows["held"]["in 50 years"] == "–"

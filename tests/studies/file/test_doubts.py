@@ -60,7 +60,7 @@ class TestNotes:
         assert check.word == CARE
         assert "The record keeps an offset (shake" in check.reason
         assert (
-            check.cure == "Correct them; where they are meant so, put "
+            check.cure == "Correct them; where they are intended, put "
             'accept = ["offset", "drift", "displacement"] at the top of the study file.'
         )
 
@@ -104,7 +104,7 @@ class TestNotes:
         assert note.startswith("2 of 2 motions miss the target spectrum (SpectrumCompatible 0-0: mean misfit")
         assert [one for one in recwarn if issubclass(one.category, mo.TargetMissed)] == []
         assert looks(study.run()).cure == (
-            'Correct them; where they are meant so, put accept = ["misfit"] at the top of the study file.'
+            'Correct them; where they are intended, put accept = ["misfit"] at the top of the study file.'
         )
         path.write_text(f'accept = ["misfit"]\n{text}', encoding="utf-8")
         assert tp.Study.from_toml(path).notes == []
@@ -321,7 +321,7 @@ class TestSpectra:
     def test_one_spectrum_is_noted_and_decides_about_rates(self, tmp_path):
         study = self.study(tmp_path)
         (note,) = study.notes
-        assert note.startswith("the motions have nearly one spectrum (ln(PGV/PGA) varies by 0.")
+        assert note.startswith("the motions have nearly one spectrum (ln(PGV/PGA) has a standard deviation of 0.")
         assert "omega_g_dispersion" in note
         assert self.check(study).word == CARE
         rated = self.check(self.study(tmp_path, hazard=HAZARD))
@@ -344,7 +344,7 @@ class TestSpectra:
         assert study.notes == []
         check = self.check(study)
         assert check.word == GOOD
-        assert "of earthquakes alike in magnitude, distance and site by 0.52 and 0.73" in check.reason
+        assert "compared with 0.52 and 0.73 for earthquakes of similar magnitude, distance and site" in check.reason
 
     def test_single_motions_are_not_compared(self, tmp_path):
         assert self.check(tp.Study.from_toml(write(tmp_path))).word == UNKNOWN

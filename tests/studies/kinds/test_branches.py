@@ -90,11 +90,11 @@ class TestBranches:
 
     def test_the_report(self, found, tmp_path):
         (sentence,) = (one for one in plain_answer(found) if "combinations of laws" in one)
-        assert "with a probability of 90 %, over 8 combinations" in sentence
+        assert "This range has a probability of 90 % and covers 8 weighted combinations" in sentence
         found.to_netcdf(tmp_path / "results.nc")
         (page,) = write_report(tmp_path / "results.nc")
         text = page.read_text(encoding="utf-8")
-        assert "How often over 8 weighted branches" in text
+        assert "over 8 weighted branches, and where their range comes from" in text
         assert text.count("<figure>") == 3
         (row,) = client_rows(found).rows
         ends = [found["epistemic_rate_fractile"].sel(epistemic_fractile=end).item() for end in (0.05, 0.95)]
@@ -139,7 +139,7 @@ class TestModelling:
         for name in ("rate", "epistemic_rate", "epistemic_rate_fractile", "branch_rate"):
             np.testing.assert_allclose(found[name], plain[name] * np.exp(0.5 * 2.5**2 * 0.4**2), rtol=1e-9)
         said = " ".join(plain_answer(found))
-        assert "Each of these rates is a mean over the modelling uncertainty of 0.4." in said
+        assert "Each of these rates is the mean over a modelling uncertainty of 0.4." in said
         assert "with a modelling uncertainty" not in said
 
     def test_exported_dispersions_say_what_they_hold(self, tmp_path, capsys):
@@ -221,15 +221,15 @@ class TestInventories:
     def test_what_a_reader_sees(self, building):
         found, folder = building
         said = " ".join(plain_answer(found))
-        assert "At least one item in this building overturns about once in" in said
-        assert "over 8 combinations of laws, motions and hazard curves" in said
+        assert "At least one piece in this building overturns about once in" in said
+        assert "covers 8 weighted combinations of laws, motions and hazard curves" in said
         assert "The expected loss is about" in said
-        assert "are assumed to be right" not in said
+        assert "are taken as correct" not in said
         (page,) = write_report(folder / "out/results.nc")
         text = page.read_text(encoding="utf-8")
-        assert "How often over 8 weighted branches: years between two falls" in text
-        assert "Overturned and lost in a year over 8 weighted branches" in text
-        assert "chances: 90 % over what is not known" in text
+        assert "Mean years between two falls over 8 weighted branches" in text
+        assert "Expected per year over 8 weighted branches" in text
+        assert "chances: means and 90 % ranges over all stated uncertainties" in text
         lead = client_rows(found)
         chance = -math.expm1(-50.0 * found["epistemic_item_rate"].sel(item="shelf").item())
         row = next(row for row in lead.rows if row[0] == "shelf")

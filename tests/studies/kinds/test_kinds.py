@@ -243,10 +243,10 @@ class TestPerformance:
         assert ranked.attrs["objective"] == "loss"
         out = capsys.readouterr().out
         assert "In a year, EUR" in out
-        assert "Anchoring saves of: expected annual value overturned" in out
+        assert "What anchoring saves of the expected annual value overturned" in out
         assert out.index(
             "Each piece (95 % intervals over motions, values in EUR, code requirements not checked)"
-        ) < out.index("Anchoring saves")
+        ) < out.index("What anchoring saves")
         assert sorted(one.name for one in (tmp_path / "out").glob("*.png")) == [
             "anchoring.png", "exceedance.png", "loss.png", "number.png",
         ]  # fmt: skip
@@ -268,7 +268,7 @@ class TestPerformance:
         (sentence,) = (one for one in next_steps(found, []) if one.startswith("Strengthen"))
         assert "“shelf”" in sentence
         (sentence,) = (one for one in next_steps(found, []) if one.startswith("With a budget of 100 EUR"))
-        assert "anchor “cabinet” (floor 2), for 10 EUR: that saves " in sentence
+        assert "anchor “cabinet” (floor 2), at a cost of 10 EUR; this saves " in sentence
 
     def test_given_a_level_and_as_a_scenario(self, tmp_path, capsys):
         found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + 'objective = "number"\nat_level = 4.0\n')

@@ -316,11 +316,11 @@ class TestAnswer:
         one = results.isel(block=0, model=1)
         g = 9.80665
         interval = f"{three_digits(one['median_lower'].item() / g)}–{three_digits(one['median_upper'].item() / g)}"
-        assert said[0].startswith("shelf overturns with a probability of 50 % at a peak")
+        assert said[0].startswith("“shelf” overturns with a probability of 50 % at a peak")
         median = three_digits(one["median"].item() / g)
         assert f"{median} g (95 % interval {interval}) under housner e=e_R, the ref" in said[0]
         assert f"The other law gives {three_digits(results['median'].values[0, 0] / g)} g" in said[0]
-        assert "once in" in said[0]
+        assert "the mean return period is" in said[0]
         assert reference_law(results.isel(model=[0])) == (0, False)
         assert "reference" not in answer(results.isel(model=[0])).sentences[0]
 
@@ -352,8 +352,8 @@ class TestAnswer:
         results = loaded(folder)
         many = results.isel(block=np.arange(40) % 2).assign_coords(block=[f"b{i:02}" for i in range(40)])
         said = answer(many).sentences
-        assert len([one for one in said if one.startswith("b")]) == 12
-        assert all(int(one[1:3]) % 2 == 0 for one in said if one.startswith("b"))  # shelves fall before racks
+        assert len([one for one in said if one.startswith("“b")]) == 12
+        assert all(int(one[2:4]) % 2 == 0 for one in said if one.startswith("“b"))  # shelves fall before racks
 
 
 CLIENT = ("answer", "pieces", "steps", "basis", "terms")
@@ -433,8 +433,10 @@ class TestClientPart:
         results = loaded(folder)
         study = json.loads(results.attrs["study"]) | {"motion_sets": [{}, {}], "hazards": [{}]}
         branched = results.assign_attrs(study=json.dumps(study))
-        assert "; 2 other sets of motions are weighted with them." in basis(branched)[0]
-        assert "How often the ground shakes is taken from 2 weighted hazard curves." in basis(branched)
+        assert "; 2 further sets of motions are weighted with it." in basis(branched)[0]
+        assert "How often the ground shakes, and how strongly, is taken from 2 weighted hazard curves." in basis(
+            branched
+        )
         floors = xr.concat([results, results], "floor", data_vars="minimal").assign_coords(floor=["1", "2"])
         assert "that of 6 simulated" in basis(floors)[0]
 
@@ -508,9 +510,10 @@ class TestPlainWords:
         rate = float(one["any_rate"])
         said = plain_answer(results)
         assert said[0].startswith(
-            f"At least one item in this building overturns about once in {two_digits(1 / rate)} years ("
+            f"At least one piece in this building overturns about once in {two_digits(1 / rate)} years ("
         )
-        assert f"a probability of about {100 * (1 - np.exp(-50 * rate)):.2g}\u00a0% in 50 years" in said[0]
+        assert f", which is a probability of about {about_percent(1 - np.exp(-50 * rate))} (" in said[0]
+        assert said[0].endswith(" in 50 years.")
         assert said[1].startswith(
             f"The expected loss, the value of what falls, is about {two_digits(float(one['annual_loss']))} EUR a year ("
         )
@@ -536,9 +539,9 @@ class TestPlainWords:
         results = loaded(folder, "cloud")
         every = [Check("q", word, f"because {word}.", "Do.") for word in (GOOD, CARE, UNKNOWN, CARE, INVALID)]
         first, last = next_steps(results, every)
-        assert "with a hazard curve of the site" in first
-        assert "the 4 of 5 validity checks that are not good" in last
-        assert "the 1 of 2 validity check that is not good" in next_steps(results, every[:2])[1]
+        assert "given a hazard curve for the site" in first
+        assert "the 4 of 5 validity checks that are not rated “good”" in last
+        assert "the 1 of 2 validity check that is not rated “good”" in next_steps(results, every[:2])[1]
         assert next_steps(results, every[:1]) == [first]
         steps = next_steps(loaded(folder, "performance"), [])
         assert steps == [
@@ -780,6 +783,10 @@ def test_command(folder, tmp_path, capsys):
 
 
 OVERFLOW = "[document.documentElement.scrollWidth, innerWidth, document.readyState]"
+SCROLLING = (
+    "[...document.querySelectorAll('.scroll:not(.picture)')].filter(one => !one.querySelector('.matrix')"
+    " && one.scrollWidth > one.clientWidth + 1).map(one => one.innerText.slice(0, 60))"
+)
 FOCUS = "document.querySelector('.skip').focus(), document.activeElement.getAttribute('href')"
 
 
@@ -803,6 +810,27 @@ class TestBrowser:
             assert seen.requests == [], name
             if seen.png:
                 assert seen.png.startswith(b"\x89PNG")
+
+    def test_comparisons_fit_and_are_silent(self, chromium, folder, tmp_path):
+        """The page of `toppling compare`, of curves and of a building, is no wider than a phone or a tablet."""
+        for kind in ("fragility", "performance"):
+            result, out = folder / kind / "results.nc", tmp_path / kind
+            with xr.open_dataset(result) as results:
+                laws = [str(one) for one in results["model"].values[:2]]
+            assert main(["compare", str(result), "--laws", *laws, "--out", str(out)]) == 0
+            page = (out / "comparison.html").read_text(encoding="utf-8")
+            assert all(f", {law}</dd>" in page for law in laws)
+            for width in WIDTHS:
+                seen = chromium.see(out / "comparison.html", width, OVERFLOW)
+                assert seen.value == [width, width, "complete"], kind
+                assert (seen.complaints, seen.requests) == ([], []), kind
+                assert chromium.see(out / "comparison.html", width, SCROLLING).value == [], kind
+
+    def test_no_table_scrolls(self, chromium, pages):
+        """On a phone, a tablet and a desktop; the matrices of sensitivity studies do, with their first column fixed."""
+        for name, path in pages.items():
+            for width in (360, 768, 1440):
+                assert chromium.see(path, width, SCROLLING).value == [], (name, width)
 
     def test_the_check_can_fail(self, chromium, tmp_path):
         """The checks find a page that does everything that reports must not do."""
