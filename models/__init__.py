@@ -17,6 +17,7 @@ from .laws import (
 )
 from .scenes.restraint import Restraint
 from .scenes.wall import Wall
+from .statics import half_weight, required_force, static_capacity
 from .supports import delta_from_frequency, delta_from_settlement
 
 __all__ = [
@@ -40,5 +41,8 @@ __all__ = [
     "describe_block",
     "describe_law",
     "free_rocking",
+    "half_weight",
+    "required_force",
     "simulate",
+    "static_capacity",
 ]

@@ -43,11 +43,13 @@ def tables(results: xr.Dataset) -> list[Table]:
 
 
 def short(results: xr.Dataset) -> list[Table]:
-    """Return the table that a study ends with on a terminal; none where sentences say it."""
-    from .tables.short import short_rows  # noqa: PLC0415
+    """Return the tables that a study ends with on a terminal; none where sentences say it."""
+    from .tables.kits import kit_rows  # noqa: PLC0415
+    from .tables.short import MOST, short_rows  # noqa: PLC0415
+    from .text.words import reference_law  # noqa: PLC0415
 
-    rows = short_rows(results)
-    return [] if rows is None else [plain_table(*rows)]
+    kits = kit_rows(results, reference_law(results)[0], MOST)
+    return [plain_table(*rows) for rows in (short_rows(results), kits) if rows is not None]
 
 
 def hints(results: xr.Dataset) -> list[str]:
@@ -163,12 +165,16 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
     from .kinds.performance import ranking_of  # noqa: PLC0415
     from .tables.assessment import annual_rows, consequence_rows, level_rows, ranking_rows  # noqa: PLC0415
     from .tables.branches import amount_spread_rows, consequence_spread_rows, spread_rows  # noqa: PLC0415
+    from .tables.kits import kit_rows, static_rows  # noqa: PLC0415
     from .tables.pieces import code_rows, piece_rows  # noqa: PLC0415
     from .text.spread import rates_of_building  # noqa: PLC0415
 
     for k, model in enumerate(results["model"].values):
         pieces = piece_rows(results, k)
         yield plain_table(f"{pieces.title}: {model}", *pieces[1:])
+        kits = kit_rows(results, k)
+        if kits is not None:
+            yield plain_table(f"{kits.title}: {model}", *kits[1:])
         level = None if "annual_number" in results else float(results.attrs["at_level"])
         whole = annual_rows(results, str(model)) if level is None else level_rows(results, level, str(model))
         yield plain_table(f"{whole.title}: {model}", *whole[1:])
@@ -181,9 +187,9 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
         for rows in (spread, amount_spread_rows(results), consequence_spread_rows(results)):
             if rows is not None and rows.rows:
                 yield plain_table(*rows)
-    required = code_rows(results)
-    if required is not None:
-        yield plain_table(*required)
+    for checks in (static_rows(results), code_rows(results)):
+        if checks is not None:
+            yield plain_table(*checks)
 
 
 def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:

@@ -35,8 +35,8 @@ motions/arrays motions/kernels studies/codes
 
 models/block models/oscillator motions/corrections motions/intensity motions/polarity motions/readers
 
-models/assembly models/friction models/items models/restraint_force models/runs models/supports motions/pairs
-motions/plausibility motions/scaling
+models/assembly models/friction models/items models/restraint_force models/runs models/statics models/supports
+motions/pairs motions/plausibility motions/scaling
 
 models/sides motions/floors motions/simulated
 
@@ -58,7 +58,9 @@ benchmarks/figures benchmarks/suite benchmarks/tables studies/file
 
 benchmarks/page studies/buildings studies/reference studies/sensitivity studies/store
 
-studies/kinds studies/tables
+studies/kits studies/tables
+
+studies/kinds
 
 studies/plots
 

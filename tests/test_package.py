@@ -232,7 +232,7 @@ def test_every_key_of_a_study_file_is_documented():
     schema = json_schema.study_schema()
     # tables that have no section of their own stand in that of another
     within = {"levels": "ida", "variability": "performance", "at": "stripes", "factors": "code", "": "file"}
-    within |= {"restraints": "blocks", "restraint": "blocks"}
+    within |= {"restraints": "blocks", "restraint": "blocks", "target": "performance"}
     for place in key_reference._places(schema, schema, ""):
         table = place.heading.strip("`[]").removesuffix(".NAME").rpartition(".")[2]
         of = [body for head, body in parts if within.get(table, table) in re.findall(r"\w+", head.split(":")[0])]

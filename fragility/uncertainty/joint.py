@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ... import checks
 from ...aliases import Array, Flags, Index, Progress
@@ -192,6 +193,31 @@ def overturning_flags(
 
     factors (1, level, motion), the same for all oscillators.  Bit-identical for any chunking and any number of workers.
     """
-    request = Request([], [], ["overturned"], True, runner_of(client), progress, screen=False)
+    return _outputs("overturned", oscillators, motions, factors, client, progress)
+
+
+def falling_directions(
+    oscillators: Sequence[Oscillator],
+    motions: Sequence[Record],
+    factors: Array,
+    client: Client | Runner | None = None,
+    progress: Progress | None = None,
+) -> NDArray[np.int8]:
+    """Return the side to which each run falls (oscillator, level, motion): 1 front, -1 back, 0 where it stands.
+
+    Arguments and bits as of `overturning_flags`.
+    """
+    return _outputs("direction", oscillators, motions, factors, client, progress)
+
+
+def _outputs(
+    name: str,
+    oscillators: Sequence[Oscillator],
+    motions: Sequence[Record],
+    factors: Array,
+    client: Client | Runner | None,
+    progress: Progress | None,
+) -> NDArray[Any]:
+    request = Request([], [], [name], True, runner_of(client), progress, screen=False)
     work = work_of(oscillators, motions, factors, request)
-    return np.asarray(collect(work, request.runner, progress).results["overturned"])
+    return np.asarray(collect(work, request.runner, progress).results[name])

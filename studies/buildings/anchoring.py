@@ -90,7 +90,7 @@ def anchoring(
     if not isinstance(assessment, xr.Dataset) or "overturned" not in assessment or "place" not in assessment.dims:
         raise TypeError(f"assessment must be a dataset as assess returns it, got {checks.kind(assessment)}")
     goal = _goal(assessment, objective, level is None)
-    weights = _weights(assessment, level)
+    weights = weights_of(assessment, level)
     chosen = np.flatnonzero(goal.members & ~assessment["anchored"].values.astype(bool))
     if chosen.size == 0:
         raise ValueError(f"nothing can be anchored that counts for {objective!r}: all of it is anchored already")
@@ -179,7 +179,14 @@ def _goal(assessment: xr.Dataset, objective: str, yearly: bool) -> _Goal:
     return _Goal(everything, DIMENSIONLESS, f"probability that {what}")
 
 
-def _weights(assessment: xr.Dataset, level: float | None) -> Array:
+def weights_of(assessment: xr.Dataset, level: float | None) -> Array:
+    """Return the weights of the levels (level,): annual rates, or 1 for one level and 0 for all others.
+
+    Raises
+    ------
+    ValueError
+        No such level, or no level where the assessment has no hazard curve.
+    """
     if level is None:
         if "level_weight" not in assessment:
             raise ValueError("anchoring needs a level, or an assessment with a hazard curve, got neither")

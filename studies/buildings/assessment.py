@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -26,9 +26,16 @@ from ...fragility.runs.labels import block_coordinates, law_coordinates
 from ...fragility.runs.request import runner_of
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling
-from ...fragility.uncertainty.joint import Variability, oscillators_of_pieces, overturning_flags, with_restitution
+from ...fragility.uncertainty.joint import (
+    Variability,
+    falling_directions,
+    oscillators_of_pieces,
+    overturning_flags,
+    with_restitution,
+)
 from ...fragility.validity.plausibility import block_doubts
 from ...models import Law, describe_block, describe_law
+from ...models.block import describe_scene
 from ...models.oscillator import Oscillator
 from ...motions import Building
 from ...motions.floors.histories import FloorHistories
@@ -40,7 +47,7 @@ from .contents import Contents, Inventory
 from .modelling import ShiftedLevels, joined, refuse_own_motions, scored_levels, several_classes
 from .outcomes import DAY, JointFlags, thresholds_up_to, upper_tail
 from .shaking import Shaking, Support, support_of
-from .variables import JOINT, Modelled, Precision, annual_variables, conditional_variables, variable
+from .variables import JOINT, Modelled, Precision, annual_variables, conditional_variables, front_variables, variable
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -67,6 +74,7 @@ def assess(
     confidence: float = 0.95,
     replicates: int = REPLICATES,
     seed: int = 0,
+    sides: bool | None = None,
     client: Client | Runner | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
@@ -113,6 +121,9 @@ def assess(
     confidence, replicates, seed
         Of the intervals: their confidence, the number of resamples of the motions and the seed that decides them, and
         the draws of costs, downtimes and injuries.
+    sides : bool, optional
+        Whether falls to the front are told apart; where not given, whether any piece that is not anchored has a wall, a
+        restraint, a mass off the middle or a lean.
     client, progress
         As for `toppling.ida`.
 
@@ -135,6 +146,8 @@ def assess(
         - ``downtime`` (days): the longest of what overturned; ``injuries``: injured persons; with the same names as the
           loss in a mean, quantiles, exceedance and in a year.  ``item_annual_downtime`` is that of one piece.  Costs,
           downtimes and injuries are drawn: ``loss``, ``downtime`` and ``injuries`` have an axis realisation then.
+        - ``front`` (as ``overturned``), ``front_probability`` (model, item, level), ``item_front_rate`` (model, item):
+          falls to the front, away from a wall and into the room, where `sides` are told apart.
         - ``level_weight`` (level): the annual rate that each level stands for; ``level_weight_below`` and ``_above``
           say which parts of the first and the last lie outside the levels, ``annual_number_below`` … what comes of it.
 
@@ -206,28 +219,36 @@ def assess(
     scores = PieceScores(realisations, consequence_correlation, precision.seed)
     check_drawn(inventory, realisations)
     warn([*block_doubts([row.block for row in inventory.rows]), *record_doubts(shaking.given)])
-    flags = _run(inventory, laws, shaking, run, im, variability, runner, progress)
+    if sides is None:
+        sides = sided(inventory)
+    flags, front = _run(inventory, laws, shaking, run, im, variability, runner, progress, sides)
     places = [BUILDING, *(f"floor {floor}" for floor in floors)]
     members = np.array(
         [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
     )
     joint = JointFlags(inventory, flags, members, thresholds, variability, runner.array, scores)
     precision = precision.over(shaking.motions)
-    modelled = None
+    modelled, to_front = None, None if front is None else replace(joint, flags=front)
     if mixture is not None:
         modelled = Modelled(joined(joint, mixture, precision.seed), mixture, np.zeros(0))
-        flags = flags[:, :, :, np.searchsorted(run.levels, scaled.levels)]
+        at = np.searchsorted(run.levels, scaled.levels)
+        flags, front = flags[:, :, :, at], None if front is None else front[:, :, :, at]
     variables = conditional_variables(joint, precision, modelled)
+    if to_front is not None:
+        variables |= front_variables(to_front, precision, weights, shaking.own_motions, modelled)
     if weights is not None:
         if beta > 0.0 and several_classes(inventory):
             modelled = _in_classes(joint, weights, scaled.levels, hazard, beta)
         variables |= annual_variables(joint, weights, precision, shaking.own_motions, modelled)
-    text = "whether a piece overturned"
-    if variability is None:
-        variables["overturned"] = variable(("model", "item", "level", "motion"), flags[:, :, 0], DIMENSIONLESS, text)
-    else:
-        dims = ("model", "item", "variant", "level", "motion")
-        variables["overturned"] = variable(dims, flags, DIMENSIONLESS, f"{text}, of each variant")
+    for name, text, own in (("overturned", "overturned", flags), ("front", "overturned to the front", front)):
+        if own is None:
+            continue
+        if variability is None:
+            dims: tuple[str, ...] = ("model", "item", "level", "motion")
+            variables[name] = variable(dims, own[:, :, 0], DIMENSIONLESS, f"whether a piece {text}")
+        else:
+            dims = ("model", "item", "variant", "level", "motion")
+            variables[name] = variable(dims, own, DIMENSIONLESS, f"whether a piece {text}, of each variant")
     configuration = {
         "inventory": [described(row) for row in inventory.rows],
         "currency": inventory.currency,
@@ -294,16 +315,20 @@ def _run(
     variability: Variability | None,
     runner: Runner,
     progress: Callable[[int, int], None] | None,
-) -> Flags:
+    sides: bool,
+) -> tuple[Flags, Flags | None]:
     """Run floor by floor, each direction by itself, and return flags (model, item, variant, level, motion).
 
-    Alike items of a floor and direction are run once.
+    Alike items of a floor and direction are run once.  With `sides` the flags of falls to the front are returned, too.
     """
     variants = 1 if variability is None else variability.variants
     shape = (scaled.levels.size, shaking.motions)
-    flags = runner.array((len(laws), len(inventory), variants, *shape), np.bool_)
-    for own in flags.reshape(-1, *flags.shape[2:]):
-        own[...] = False
+    of_all = (len(laws), len(inventory), variants, *shape)
+    flags = runner.array(of_all, np.bool_)
+    front = runner.array(of_all, np.bool_) if sides else None
+    for every in (flags, *([] if front is None else [front])):
+        for own in every.reshape(-1, *every.shape[2:]):
+            own[...] = False
     plans: dict[Support, tuple[list[Oscillator], dict[tuple[Any, ...], int]]] = {}
     for at in shaking.supports(inventory):
         oscillators: list[Oscillator] = []
@@ -322,13 +347,22 @@ def _run(
             continue
         shaken = shaking.shaken(at, scaled, im)
         report = None if progress is None else _shifted(progress, done, total)
-        found = overturning_flags(oscillators, shaken.motions, shaken.factors, runner, report)
+        ask = falling_directions if sides else overturning_flags
+        found = ask(oscillators, shaken.motions, shaken.factors, runner, report)
         for i, row in enumerate(inventory.rows):
             if support_of(row) == at and not row.anchored:
-                own = first[kind_of(row)]
-                flags[:, i] = found[own : own + len(laws) * variants].reshape(len(laws), variants, *shape)
+                start = first[kind_of(row)]
+                own = found[start : start + len(laws) * variants].reshape(len(laws), variants, *shape)
+                flags[:, i] = own != 0
+                if front is not None:
+                    front[:, i] = own > 0
         done += runs * len(oscillators)
-    return flags
+    return flags, front
+
+
+def sided(inventory: Inventory) -> bool:
+    """Return whether front and back differ for any piece that can fall: a wall, a restraint, an offset or a lean."""
+    return any(describe_scene(row.block) for row in inventory.rows if not row.anchored)
 
 
 def distinct_runs(inventory: Inventory, variability: Variability | None = None) -> int:
@@ -339,7 +373,10 @@ def distinct_runs(inventory: Inventory, variability: Variability | None = None) 
 
 def kind_of(row: Contents) -> tuple[Any, ...]:
     """Return the properties that decide the runs of a row, beside its floor and direction."""
-    return (row.block.width, row.block.height, row.block.cm_height, row.block.inertia_factor, row.e)
+    block = row.block
+    sizes = (block.width, block.height, block.cm_height, block.inertia_factor, block.cm_offset, block.lean)
+    held = None if block.restraint is None else block.mass  # (which nothing else depends on)
+    return (*sizes, block.wall, block.restraint, held, row.e)
 
 
 def _named(row: Contents, law: Law, variability: Variability | None) -> list[Oscillator]:
@@ -440,7 +477,7 @@ def _laws(models: Any) -> list[Law]:
 
 _OPTIONAL = (
     *("room", "direction", "piece_class", "code_class", "code_importance"),
-    *("mass", "anchor_strength", "anchor_height"),
+    *("anchor_strength", "anchor_height", "kit"),
 )
 _DRAWN = ("cost", "downtime", "injury")
 """What is described where it is given."""
@@ -458,6 +495,7 @@ def described(row: Contents) -> dict[str, Any]:
         "consequences": list(row.consequences),
         "anchored": row.anchored,
         "anchoring_cost": row.anchoring_cost,
+        **({} if row.block.mass is None else {"mass": row.block.mass}),
         **{name: getattr(row, name) for name in _OPTIONAL if getattr(row, name)},
         **{name: asdict(getattr(row, name)) for name in _DRAWN if getattr(row, name) is not None},
     }
@@ -497,6 +535,11 @@ def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Var
         **(
             {"direction": _labels("item", [row.direction for row in rows], "direction in which its width lies")}
             if any(row.direction for row in rows)
+            else {}
+        ),
+        **(
+            {"anchored_with": _labels("item", [row.kit for row in rows], "kit that holds the pieces and can break")}
+            if any(row.kit for row in rows)
             else {}
         ),
         "e": variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used"),

@@ -1,22 +1,25 @@
-"""The best lines of an inventory to anchor for a given sum of money."""
+"""The best lines of an inventory to anchor for a given sum of money, and the cheapest that reach what is needed."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.sparse import coo_array
 
 from ... import checks
-from ...aliases import Array
+from ...aliases import Array, Index
 
 NODES = 20_000
 """Most nodes of the search: lists of some hundred lines end long before, larger ones within the gap that is said."""
 SCALE = 1e6
 """Sum of all gains of a goal in the search, whose tolerance is a millionth."""
+INFEASIBLE = 2
+"""Status of a search in which no set meets all limits."""
 SAME = 1e-9
 """Part of what a goal has reached that a later one may cost by rounding."""
 
@@ -28,7 +31,7 @@ class Choice(NamedTuple):
     gaps: tuple[float, ...]
 
 
-def best_set(costs: Array, budget: float, goals: Sequence[Array]) -> Choice:
+def best_set(costs: Array, budget: float, goals: Sequence[Array], groups: Index | None = None) -> Choice:
     """Choose the lines whose cost is within the budget and that serve the first goal best, then the second, ….
 
     Parameters
@@ -39,6 +42,9 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array]) -> Choice:
         Money that there is, >= 0.
     goals : sequence of ndarray, shape (line,)
         What each line adds to each goal, >= 0.
+    groups : ndarray, shape (line,), optional
+        Numbers of groups of which at most one line is chosen, such as the kits for one piece; each line by itself where
+        not given.
 
     Returns
     -------
@@ -73,13 +79,14 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array]) -> Choice:
     worth = np.any([one > 0.0 for one in gains], axis=0)
     open_ = np.flatnonzero(np.isfinite(costs) & (costs <= budget) & worth)
     chosen = np.zeros(costs.size, dtype=bool)
-    free = open_[costs[open_] == 0.0]
-    chosen[free] = True  # (nothing is saved by leaving them)
-    open_ = open_[costs[open_] > 0.0]
+    if groups is None:
+        free = open_[costs[open_] == 0.0]
+        chosen[free] = True  # (nothing is saved by leaving them)
+        open_ = open_[costs[open_] > 0.0]
     if not open_.size:
         return Choice(chosen, (0.0,) * len(gains))
     price = costs[open_]
-    limits = [LinearConstraint(price[None], -np.inf, budget)]
+    limits = [LinearConstraint(price[None], -np.inf, budget), *_one_of_each(groups, open_)]
     gaps: list[float] = []
     kept: list[tuple[Array, float]] = []
     taken = np.zeros(open_.size, dtype=bool)
@@ -89,13 +96,7 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array]) -> Choice:
         if not whole > 0.0:
             gaps.append(0.0)
             continue
-        found = milp(
-            -SCALE * here / whole,
-            integrality=np.ones(open_.size, dtype=np.int64),
-            bounds=Bounds(0.0, 1.0),
-            constraints=limits,
-            options={"node_limit": NODES, "mip_rel_gap": 0.0},
-        )
+        found = _search(-SCALE * here / whole, limits)
         if found.x is None:  # (the search stopped before it had any set that keeps the goals before)
             gaps.append(math.inf)
             break
@@ -112,6 +113,93 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array]) -> Choice:
         kept.append((here, reached))
     chosen[open_[taken]] = True
     return Choice(chosen, (*gaps, *(math.inf,) * (len(gains) - len(gaps))))
+
+
+class Cheapest(NamedTuple):
+    """The chosen lines, and by how much a cheaper set can be cheaper, relative to its cost; None: no set is enough."""
+
+    chosen: NDArray[np.bool_] | None
+    gap: float
+
+
+def cheapest_set(costs: Array, needs: Sequence[tuple[Array, float]], groups: Index) -> Cheapest:
+    """Choose the lines that cost least and add at least what is needed to each of several amounts.
+
+    Parameters
+    ----------
+    costs : ndarray, shape (line,)
+        Cost of each line, >= 0; lines with NaN are not chosen.
+    needs : sequence of (ndarray, float)
+        What each line adds to an amount, shape (line,), which may be negative, and what is needed of it.
+    groups : ndarray, shape (line,)
+        Numbers of groups of which at most one line is chosen.
+
+    Returns
+    -------
+    Cheapest
+        `chosen` is None where no set is enough; the gap is infinite where the search stopped before it had one.
+
+    Raises
+    ------
+    ValueError
+        A cost that is negative, an amount that is not finite.
+
+    Notes
+    -----
+    Branch and bound as in `best_set`, and exact in the same sense.  A need is met to within a billionth of the sum of
+    all amounts, for rounding.
+
+    Examples
+    --------
+    >>> costs, saves = np.array([10.0, 25.0, 10.0]), np.array([1.0, 3.0, 1.5])
+    >>> cheapest_set(costs, [(saves, 3.5)], np.array([0, 0, 1])).chosen.tolist()
+    [False, True, True]
+    """
+    if np.any(costs < 0.0):
+        raise ValueError(f"costs must be >= 0, got {np.nanmin(costs):g}")
+    if any(not (np.all(np.isfinite(one)) and math.isfinite(need)) for one, need in needs):
+        raise ValueError("amounts and what is needed of them must be finite")
+    chosen = np.zeros(costs.size, dtype=bool)
+    if all(need <= 0.0 for _, need in needs):
+        return Cheapest(chosen, 0.0)
+    open_ = np.flatnonzero(np.isfinite(costs))
+    limits = _one_of_each(groups, open_)
+    for gain, need in needs:
+        whole = float(np.abs(gain).sum()) or 1.0
+        limits.append(LinearConstraint(SCALE * gain[None, open_] / whole, SCALE * (need / whole - SAME), np.inf))
+    price = costs[open_]
+    dear = float(price.sum()) or 1.0
+    if not open_.size:
+        return Cheapest(None, 0.0)
+    found = _search(SCALE * price / dear, limits)
+    if found.x is None:
+        return Cheapest(None, 0.0 if found.status == INFEASIBLE else math.inf)
+    taken = found.x > 0.5
+    chosen[open_[taken]] = True
+    spent = math.fsum(price[taken])
+    bound = spent if found.mip_dual_bound is None else min(float(found.mip_dual_bound) * dear / SCALE, spent)
+    over = spent - bound
+    return Cheapest(chosen, 0.0 if over <= SAME * dear else over / spent)
+
+
+def _search(objective: Array, limits: Sequence[LinearConstraint]) -> Any:
+    """Return the least value of an objective of lines that are chosen or not, as HiGHS finds it."""
+    return milp(
+        objective,
+        integrality=np.ones(objective.size, dtype=np.int64),
+        bounds=Bounds(0.0, 1.0),
+        constraints=limits,
+        options={"node_limit": NODES, "mip_rel_gap": 0.0},
+    )
+
+
+def _one_of_each(groups: Index | None, open_: Index) -> list[LinearConstraint]:
+    """Return the limit of one line to each group, of the lines that can be chosen."""
+    if groups is None:
+        return []
+    numbers, of_group = np.unique(groups[open_], return_inverse=True)
+    rows = coo_array((np.ones(open_.size), (of_group, np.arange(open_.size))), shape=(numbers.size, open_.size))
+    return [LinearConstraint(rows.tocsr(), -np.inf, 1.0)]
 
 
 def _affordable(taken: NDArray[np.bool_], gains: Array, price: Array, budget: float) -> NDArray[np.bool_]:

@@ -34,7 +34,7 @@ class Contents:
     label : str
         Name in results.
     block : Block
-        The mechanical model of each piece.
+        The mechanical model of each piece, with its mass (kg) where that is known, and what stands around or holds it.
     floor : int or str
         The floor that it stands on, by its name in the building (or the file of floor motions): 0 is the ground.
     count : int
@@ -47,6 +47,8 @@ class Contents:
         The consequences when at least one piece overturns, such as ``blocks-exit``.
     anchored : bool
         True where the pieces are fixed already, so that they do not overturn.
+    kit : str
+        The name of the restraint that holds them already and can break, which is that of the block; '' for none.
     anchoring_cost : float, optional
         Cost of fixing a piece, in the inventory's currency, >= 0.
     room : str
@@ -57,8 +59,6 @@ class Contents:
         What a building code takes it for (`toppling.studies.codes.check.CLASSES`), '' where it is not known.
     code_importance : float, optional
         Its importance factor, 1 to 1.5; that of the study's code where not given.
-    mass : float, optional
-        Mass of a piece, kg.
     anchor_strength : float, optional
         Design strength of a piece's anchors against a horizontal force, N.
     anchor_height : float, optional
@@ -90,7 +90,6 @@ class Contents:
     room: str = ""
     code_class: str = ""
     code_importance: float | None = None
-    mass: float | None = None
     anchor_strength: float | None = None
     anchor_height: float | None = None
     cost: Consequence | None = None
@@ -98,6 +97,7 @@ class Contents:
     injury: Injury | None = None
     piece_class: str = ""
     direction: str = ""
+    kit: str = ""
 
     def __post_init__(self) -> None:
         _text("label", self.label)
@@ -105,8 +105,14 @@ class Contents:
             _text("room", self.room)
         if self.piece_class:
             _text("piece_class", self.piece_class)
+        if self.kit:
+            _text("kit", self.kit)
         if not isinstance(self.block, Block):
             raise TypeError(f"block must be a toppling Block, got {checks.kind(self.block)}")
+        if self.anchored and self.block.restraint is not None:
+            raise ValueError(f"anchored must be False with a restraint, which can break, got both for {self.label!r}")
+        if self.kit and self.block.restraint is None:
+            raise ValueError(f"kit {self.kit!r} must be the restraint of the block of {self.label!r}, which has none")
         if isinstance(self.floor, str):
             _text("floor", self.floor)
         else:
@@ -124,7 +130,7 @@ class Contents:
             raise ValueError(f"code_class must be one of {', '.join(CLASSES)}, got {shown(self.code_class)}")
         if self.code_importance is not None:
             checks.number("code_importance", self.code_importance, at_least=1.0, at_most=1.5)
-        for name in ("mass", "anchor_strength", "anchor_height"):
+        for name in ("anchor_strength", "anchor_height"):
             if getattr(self, name) is not None:
                 checks.number(name, getattr(self, name), above=0.0, at_most=MAX_VALUE)
         words: Any = self.consequences

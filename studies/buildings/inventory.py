@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ...models import Block
 from ...motions.floors.histories import DIRECTIONS
 from ..codes.check import CLASSES
-from ..file.blocks import block_of_line
-from ..file.csv_table import CsvLine, CsvTable, TableKind
+from ..file.blocks import block_of_line, placed_of_line
+from ..file.csv_table import NO, YES, CsvLine, CsvTable, TableKind
 from ..file.table import StudyError, shown
 from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
 from .contents import MAX_COUNT, MAX_ROWS, MAX_VALUE, Contents, Inventory
+from .kits import Kit
 
 COLUMNS = (
     "item",
@@ -36,6 +38,9 @@ COLUMNS = (
     "anchored",
     "anchoring_cost",
     "mass_kg",
+    "wall_gap_mm",
+    "cm_offset_mm",
+    "lean_deg",
     "code_class",
     "code_importance",
     "anchor_strength_n",
@@ -60,7 +65,9 @@ class InventoryError(StudyError):
 KIND = TableKind("inventory", COLUMNS, MAX_ROWS, 16 * 2**20, InventoryError, "inventory")
 
 
-def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = None) -> Inventory:
+def read_inventory(
+    path: str | os.PathLike[str], floors: Sequence[str] | None = None, kits: Mapping[str, Kit] | None = None
+) -> Inventory:
     """Read an inventory from a CSV file or a workbook.
 
     Parameters
@@ -70,6 +77,8 @@ def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = 
         workbook (``.xlsx``, ``.xlsm``) with such a table in the sheet ``inventory``, or in its first visible sheet.
     floors : sequence of str, optional
         The existing floors; any floor is allowed where not given.
+    kits : mapping of str to Kit, optional
+        The kits that the column ``anchored`` can name.
 
     Returns
     -------
@@ -104,14 +113,20 @@ def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = 
                                it, such as EUR
     ``consequence``            consequences when at least one piece overturns, such as blocks-exit; several are
                                separated by |
-    ``anchored``               yes or no (no): anchored pieces do not overturn
+    ``anchored``               yes or no (no): pieces with yes do not overturn; or the name of a kit, with which they
+                               are run, and which can break
     ``anchoring_cost``         cost of fixing a piece
-    ``mass_kg``                mass of a piece with its contents, kg, for the force that a building code asks for
+    ``mass_kg``                mass of a piece with its contents, kg, for kits and for the force that a building code
+                               asks for
+    ``wall_gap_mm``            clear distance to a wall behind the piece, mm: 0 touches (no wall)
+    ``cm_offset_mm``           centre of mass in front of the middle (behind it: negative), mm (0)
+    ``lean_deg``               lean, or slope of the floor, to the front (to the back: negative), degrees (0)
     ``code_class``             what the code takes it for: storage (permanent cabinets and shelves), laboratory,
                                equipment (mechanical and electrical), furniture, movable
     ``code_importance``        importance factor, 1 to 1.5 (that of the study's code)
     ``anchor_strength_n``      design strength of a piece's anchors against a horizontal force, N
-    ``anchor_height_m``        height of these anchors above the floor, m
+    ``anchor_height_m``        height of these anchors above the floor, m; straps, brackets and horizontal cables are
+                               fixed at this height instead of their own
     ``cost_median``            instead of ``value``: median cost of repairing or replacing a piece that overturned
     ``cost_dispersion``        its dispersion: standard deviation of the logarithm, 0 to 3 (0); of a normal distribution
                                the coefficient of variation, 0 to 0.5
@@ -149,7 +164,7 @@ def read_inventory(path: str | os.PathLike[str], floors: Sequence[str] | None = 
     found: list[tuple[CsvLine, Contents]] = []
     currency = ""
     for line in table:
-        found.append((line, _contents(line)))
+        found.append((line, _contents(line, kits or {})))
         if floors is not None and str(found[-1][1].floor) not in floors:
             known = ", ".join(floors if len(floors) <= 12 else [*floors[:5], "…", floors[-1]])
             hint = "; give a building, or floor motions" if list(floors) == ["0"] else ""
@@ -185,9 +200,9 @@ def _told_apart(found: Sequence[tuple[CsvLine, Contents]]) -> Iterator[Contents]
         yield replace(row, label=label)
 
 
-def _contents(line: CsvLine) -> Contents:
+def _contents(line: CsvLine, kits: Mapping[str, Kit]) -> Contents:
     """Return the contents that a line describes."""
-    block = block_of_line(line)
+    block = placed_of_line(line, block_of_line(line))
     floor = line.text("floor")
     if not floor:
         line.refuse("floor", "is empty: it must say where the item stands, 0 is the ground")
@@ -200,8 +215,14 @@ def _contents(line: CsvLine) -> Contents:
     if count is not None and not 1 <= count <= MAX_COUNT:
         line.refuse("count", f"must be from 1 to {MAX_COUNT}, got {count}")
     anchored = line.text("anchored").lower()
-    if anchored not in {"", *_YES, *_NO}:
-        line.refuse("anchored", f"must be yes or no, got {shown(anchored)}")
+    height = line.number_in("anchor_height_m", above=0.0, at_most=block.height)
+    kit = None
+    if anchored not in {"", *YES, *NO}:
+        kit = kits.get(line.text("anchored"))
+        if kit is None:
+            named = f" or the name of a restraint of the study ({', '.join(map(repr, kits))})" if kits else ""
+            line.refuse("anchored", f"must be yes or no{named}, got {shown(line.text('anchored'))}")
+        block = _held(line, kit, block, height)
     direction = line.text("direction").lower()
     if direction not in ("", *DIRECTIONS):
         line.refuse("direction", f"must be x or y, got {shown(direction)}")
@@ -229,19 +250,27 @@ def _contents(line: CsvLine) -> Contents:
             e=e,
             value=0.0 if value is None else value,
             consequences=tuple(word for word in words if word),
-            anchored=anchored in _YES,
+            anchored=anchored in YES,
             anchoring_cost=cost,
             room=line.text("room"),
             piece_class=line.text("class"),
             direction=direction,
             code_class=code_class,
             code_importance=line.number_in("code_importance", at_least=1.0, at_most=1.5),
-            mass=line.number_in("mass_kg", above=0.0, at_most=MAX_VALUE),
             anchor_strength=line.number_in("anchor_strength_n", above=0.0, at_most=MAX_VALUE),
-            anchor_height=line.number_in("anchor_height_m", above=0.0, at_most=block.height),
+            anchor_height=height,
+            kit="" if kit is None else kit.name,
             **distributions,
         ),
     )
+
+
+def _held(line: CsvLine, kit: Kit, block: Block, height: float | None) -> Block:
+    """Return the block of a line with the kit that holds it."""
+    try:
+        return kit.held(block, height)
+    except ValueError as error:
+        line.refuse("anchored", str(error))
 
 
 def _consequence(line: CsvLine, kind: str, median_column: str) -> Consequence | None:
@@ -274,7 +303,3 @@ def _injury(line: CsvLine) -> Injury | None:
     if probability is None:
         line.refuse("persons_exposed", "needs injury_probability, which is empty")
     return Injury(persons, probability)
-
-
-_YES = ("yes", "y", "true", "1")
-_NO = ("no", "n", "false", "0")

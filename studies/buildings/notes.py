@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...aliases import Array, Flags
 from ...doubts import first_names
 from ...fragility import HazardCurve
 from ...fragility.hazard.levels import line_weights
@@ -73,18 +73,30 @@ def _untried(assessment: xr.Dataset) -> list[str]:
 
 
 def anchored_text(here: xr.Dataset) -> str:
-    """A sentence on the pieces that are anchored already, which tables count as not overturning; empty without any."""
-    held = np.flatnonzero(here["anchored"].values.astype(bool))
-    if not held.size:
-        return ""
-    named = [f"{int(here['count'].values[i]):,} × {here['item'].values[i]}" for i in held[:MOST_NAMED]]
-    more = f" and {held.size - MOST_NAMED} more items" if held.size > MOST_NAMED else ""
-    number, every = int(here["count"].values[held].sum()), int(here["count"].values.sum())
+    """A sentence on the pieces that are anchored already, for good or with kits that can break; empty without any."""
+    every = int(here["count"].values.sum())
+    number, names = _named(here, here["anchored"].values.astype(bool))
     one = number == 1
-    return (
+    said = (
         f"{number:,} of {every:,} pieces {'is' if one else 'are'} anchored and {'counts' if one else 'count'} as not "
-        f"overturning: {', '.join(named)}{more}"
+        f"overturning: {names}"
     )
+    kits = here["anchored_with"].values if "anchored_with" in here.coords else np.full(here.sizes["item"], "")
+    held, of_kits = _named(here, kits != "", kits)
+    if not held:
+        return said if number else ""
+    can = f"{held:,} of {every:,} pieces {'is' if held == 1 else 'are'} held by a kit that can break: {of_kits}"
+    return f"{said}; {can}" if number else can
+
+
+def _named(here: xr.Dataset, which: Flags, beside: Array | None = None) -> tuple[int, str]:
+    """Return the number of the pieces of some items, and the first items, with what holds them."""
+    at = np.flatnonzero(which)
+    kits = ["" if beside is None else f" ({beside[i]})" for i in at]
+    names = [f"{int(here['count'].values[i]):,} × {here['item'].values[i]}" for i in at[:MOST_NAMED]]
+    named = ", ".join(f"{name}{kit}" for name, kit in zip(names, kits[:MOST_NAMED], strict=True))
+    more = f" and {at.size - MOST_NAMED} more items" if at.size > MOST_NAMED else ""
+    return int(here["count"].values[at].sum()), f"{named}{more}"
 
 
 def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) -> list[str]:
@@ -111,7 +123,11 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
         )
     if coded:
         for column, missing, what in (
-            ("mass_kg", [row.label for row in inventory.rows if row.mass is None], "no design force is computed for"),
+            (
+                "mass_kg",
+                [row.label for row in inventory.rows if row.block.mass is None],
+                "no design force is computed for",
+            ),
             (
                 "code_class",
                 [row.label for row in inventory.rows if not row.code_class],

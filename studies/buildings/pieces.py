@@ -38,7 +38,7 @@ DUTY, WEAK, REDUCES, SAFER, WORTH, UNRESOLVED, UNPRICED, SMALL, ANCHORED = (
 )
 _ORDER = (DUTY, WEAK, REDUCES, SAFER, WORTH, UNRESOLVED, UNPRICED, SMALL, ANCHORED)
 HELD = (ANCHORED, WEAK)
-"""Recommendations for pieces that are anchored, which do not fall in any run."""
+"""Recommendations for pieces that are anchored; those without a kit do not fall in any run."""
 SORTS = ("recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item")
 """What pieces can be sorted by."""
 
@@ -66,7 +66,8 @@ class Piece(NamedTuple):
     saving: money a year by anchoring the line; payback: years.  NaN where something is not known.  code: what the
     study's building code says of it, None where there is none.  chosen: whether it is among the lines to anchor for the
     study's budget, None where there is none.  downtime: expected days a year for which one piece is out of use;
-    injuries: expected number of persons a year whom the line injures.
+    injuries: expected number of persons a year whom the line injures.  kit: the kit that holds it and can break, ''
+    for none.
     """
 
     item: str
@@ -86,6 +87,12 @@ class Piece(NamedTuple):
     chosen: bool | None = None
     downtime: Range = UNKNOWN
     injuries: Range = UNKNOWN
+    kit: str = ""
+
+    @property
+    def held(self) -> bool:
+        """Whether it is anchored for good, so that it does not fall in any run; a kit can break."""
+        return self.recommendation in HELD and not self.kit
 
 
 def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
@@ -128,6 +135,7 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
     runs = np.ones(levels.size)
     checks = checks_of_items(results)
     chosen = here["budget_chosen"].values if "budget_chosen" in here else None
+    kits = here["anchored_with"].values if "anchored_with" in here.coords else np.full(here.sizes["item"], "")
     found = []
     for i, item in enumerate(here["item"].values):
         one = {name: here[name].values[i] for name in ("floor", "count", "anchored", "value", "anchoring_cost")}
@@ -150,11 +158,12 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
                 saving=saving,
                 payback=count * cost / saving.value if saving.value > 0.0 else math.nan,
                 safety=bool({*words} & {*safety}),
-                recommendation=_settled(bool(one["anchored"]), None if checks is None else checks[i]),
+                recommendation=_settled(bool(one["anchored"]), bool(kits[i]), None if checks is None else checks[i]),
                 code=None if checks is None else checks[i],
                 chosen=None if chosen is None else bool(chosen[i]),
                 downtime=_a_year(here, "downtime", i),
                 injuries=_a_year(here, "injuries", i),
+                kit=str(kits[i]),
             )
         )
     return _sorted(_recommended(found), str(results.attrs.get("sort", SORTS[0])))
@@ -200,22 +209,27 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
     priced = any(math.isfinite(one.saving.value) for one in pieces)
     goals: list[list[float]] = [[], [], []]
     for one in pieces:
-        falls = 0.0 if one.recommendation in HELD else one.number * one.chance.value
+        falls = 0.0 if one.held else one.number * one.chance.value
         goals[0].append(float(one.number) if one.recommendation == DUTY else 0.0)
         goals[1].append(falls if one.safety else 0.0)
         gain = falls * (one.value if valued else 1.0)
         if priced:
             gain = YEARS * one.saving.value - one.number * one.cost
             gain = gain if math.isfinite(gain) else 0.0
-        goals[2].append(0.0 if one.safety or one.recommendation in (*HELD, DUTY) else max(gain, 0.0))
+        goals[2].append(0.0 if one.safety or one.held or one.recommendation == DUTY else max(gain, 0.0))
     costs: Array = np.array([one.number * one.cost for one in pieces])
     return best_set(costs, budget, [np.array(one) for one in goals])
 
 
-def _settled(anchored: bool, code: CodeCheck | None) -> str:
-    """Return the recommendation that is settled before any risk is looked at, '' where there is none."""
-    if anchored:
-        return WEAK if code is not None and code.ratio > 1.0 else ANCHORED
+def _settled(anchored: bool, held: bool, code: CodeCheck | None) -> str:
+    """Return the recommendation that is settled before any risk is looked at, '' where there is none.
+
+    anchored: for good; held: by a kit, which can break.
+    """
+    if (anchored or held) and code is not None and code.ratio > 1.0:
+        return WEAK
+    if anchored or held:
+        return ANCHORED if anchored else ""
     return DUTY if code is not None and code.status == REQUIRED else ""
 
 
@@ -282,9 +296,9 @@ def _sorted(pieces: list[Piece], by: str) -> list[Piece]:
             ),
         )
     keys = {
-        "chance": lambda one: (one.recommendation in HELD, *last(-one.chance.value)),
-        "loss": lambda one: (one.recommendation in HELD, *last(-one.saving.value)),
-        "payback": lambda one: (one.recommendation in HELD, *last(one.payback)),
+        "chance": lambda one: (one.held, *last(-one.chance.value)),
+        "loss": lambda one: (one.held, *last(-one.saving.value)),
+        "payback": lambda one: (one.held, *last(one.payback)),
         "value": lambda one: -one.value,
         "cost": lambda one: last(one.cost),
         "floor": lambda one: one.floor.zfill(10) if one.floor.isdecimal() else one.floor,

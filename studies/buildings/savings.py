@@ -171,10 +171,13 @@ class EventItems(FreeItems):
 
 
 class ItemChances:
-    """Probabilities of items given the motion, from the flags of an assessment, read in parts."""
+    """Probabilities of items given the motion, from the flags of an assessment, read in parts.
 
-    def __init__(self, assessment: xr.Dataset, chosen: Index) -> None:
-        flags = assessment["overturned"]
+    `flags_of`: the variable with the flags, ``overturned`` or ``front``.
+    """
+
+    def __init__(self, assessment: xr.Dataset, chosen: Index, flags_of: str = "overturned") -> None:
+        flags = assessment[flags_of]
         if "variant" not in flags.dims:
             flags = flags.expand_dims("variant")
         self._flags = flags.transpose("model", "item", "variant", "level", "motion").variable

@@ -87,10 +87,7 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
     models, items, _, levels, _ = joint.flags.shape
     results = joint.results if modelled is None else modelled.results
     levels = levels if modelled is None else modelled.mixture.shares.shape[0]
-    falls = np.empty((3, models, items, levels))
-    for of, rows, chance in joint.chances():
-        given = chance if modelled is None else modelled.mixture.of(chance)
-        falls[:, of, rows] = precision.of_probabilities(given, joint.standing[rows, None])
+    falls = _falls(joint, (models, items, levels), precision, modelled)
     dims: tuple[str, ...] = ("model", "item", "level")
     text = "probability that a piece overturns"
     found = with_interval("probability", dims, falls, DIMENSIONLESS, text, precision)
@@ -122,6 +119,42 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
             f"probability that {event.text}",
             precision,
         )
+    return found
+
+
+def _falls(joint: JointFlags, shape: tuple[int, int, int], precision: Precision, modelled: Modelled | None) -> Array:
+    """Return the probability that a piece falls given the level, and its ends (value and ends, model, item, level)."""
+    found = np.empty((3, *shape))
+    for of, rows, chance in joint.chances():
+        given = chance if modelled is None else modelled.mixture.of(chance)
+        found[:, of, rows] = precision.of_probabilities(given, joint.standing[rows, None])
+    return found
+
+
+def front_variables(
+    joint: JointFlags,
+    precision: Precision,
+    weights: LevelWeights | None,
+    own_motions: bool = False,
+    modelled: Modelled | None = None,
+) -> Variables:
+    """Compute the probabilities of falls to the front and, with weights, their annual rates.
+
+    joint: with the flags of these falls.  Others: as for `conditional_variables` and `annual_variables`.
+    """
+    models, items, _, levels, motions = joint.flags.shape
+    levels = levels if modelled is None else modelled.mixture.shares.shape[0]
+    falls = _falls(joint, (models, items, levels), precision, modelled)
+    text = "probability that a piece overturns to the front"
+    found = with_interval("front_probability", ("model", "item", "level"), falls, DIMENSIONLESS, text, precision)
+    if weights is not None:
+        year = Year(weights.weights, own_motions)
+        precision = replace(precision, strata=year.strata(motions)) if own_motions else precision
+        rates = np.empty((3, models, items))
+        for of, rows, chance in joint.chances():
+            rates[:, of, rows] = precision.of_means(year.total(chance))
+        text = "annual rate at which a piece overturns to the front"
+        found |= with_interval("item_front_rate", ("model", "item"), rates, PER_YEAR, text, precision)
     return found
 
 

@@ -17,6 +17,7 @@ from ..report.results_file import read_results
 from ..store.content import check_content
 from ..store.outputs import own_files
 from ..tables.fragility import rate_values
+from ..tables.kits import kit_table
 from ..tables.pieces import piece_table
 from ..tables.values import Cell, ValueTable, csv_bytes
 from ..text.names import clean
@@ -54,7 +55,7 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
     Returns
     -------
     Path
-        The file.
+        The file; kits stand in a sheet of the workbook of their own, or in ``kits.csv`` beside it.
 
     Raises
     ------
@@ -68,19 +69,24 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
     """
     with read_results(result) as results:
         check_content(result, results, verify)
-        name, found, about = _table(results, result, model)
-        written = csv_bytes(found) if format_ == "csv" else _xlsx(name, found, about)
+        name, found, about, kits = _table(results, result, model)
+        files = {f"{name}.{format_}": csv_bytes(found) if format_ == "csv" else _xlsx(name, found, about, kits)}
+        if kits is not None and format_ == "csv":
+            files["kits.csv"] = csv_bytes(kits)
     path = folder / f"{name}.{format_}"
     try:
-        with own_files(folder, f"export {format_} {name}", [path.name]):
-            write_bytes(path, written)
+        with own_files(folder, f"export {format_} {name}", [*files]):
+            for own, written in files.items():
+                write_bytes(folder / own, written)
     except OSError as error:
         raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None
     return path
 
 
-def _table(results: xr.Dataset, path: Path, model: str | None) -> tuple[str, ValueTable, list[list[Cell]]]:
-    """Return what a table is of, the table, and what it rests on."""
+def _table(
+    results: xr.Dataset, path: Path, model: str | None
+) -> tuple[str, ValueTable, list[list[Cell]], ValueTable | None]:
+    """Return what a table is of, the table, what it rests on, and the table of kits where there are any."""
     about: list[list[Cell]] = [
         ["study", str(results.attrs.get("title", ""))],
         ["intensity measure", str(axis_of(results).attrs.get("long_name", results.attrs.get("im", "")))],
@@ -99,7 +105,7 @@ def _table(results: xr.Dataset, path: Path, model: str | None) -> tuple[str, Val
             )
         laws = None if model is None else laws_of(results, model, path).tolist()
         about += [["chances", "of at least one fall, from the annual rate"], version]
-        return "rates", rate_values(results, laws), about
+        return "rates", rate_values(results, laws), about, None
     at = reference_law(results)[0] if model is None else int(laws_of(results, model, path)[0])
     about += [
         ["damping law", str(results["model"].values[at])],
@@ -109,10 +115,10 @@ def _table(results: xr.Dataset, path: Path, model: str | None) -> tuple[str, Val
     ]
     if "item_rate" not in results and "at_level" in results.attrs:
         about.append(["level of shaking", _level(results)])
-    return "pieces", piece_table(results, at), about
+    return "pieces", piece_table(results, at), about, kit_table(results, at)
 
 
-def _xlsx(name: str, found: ValueTable, about: list[list[Cell]]) -> bytes:
+def _xlsx(name: str, found: ValueTable, about: list[list[Cell]], kits: ValueTable | None) -> bytes:
     from openpyxl import Workbook  # noqa: PLC0415 - for this format alone
 
     book = Workbook()
@@ -122,6 +128,8 @@ def _xlsx(name: str, found: ValueTable, about: list[list[Cell]]) -> bytes:
     _fill(sheet, [[*found.headings], *found.rows])
     sheet.freeze_panes = "B2"
     sheet.auto_filter.ref = sheet.dimensions
+    if kits is not None:
+        _fill(book.create_sheet("kits"), [[*kits.headings], *kits.rows])
     _fill(book.create_sheet("about"), [["what", "is"], *about])
     held = io.BytesIO()
     book.save(held)

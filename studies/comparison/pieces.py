@@ -16,7 +16,7 @@ from ...units import DIMENSIONLESS, PER_YEAR
 from ...wording import currency_of
 from ..buildings.assessment import BUILDING
 from ..buildings.outcomes import DAY
-from ..buildings.pieces import HELD, YEARS, Piece, Range, pieces_of
+from ..buildings.pieces import YEARS, Piece, Range, pieces_of
 from ..buildings.variables import Year, level_index, per_year
 from ..text.words import floor_name, level_text
 from .ratios import NONE, Found, Line, Quantity, ratio_of, verdict_of
@@ -190,7 +190,7 @@ def _strata(side: Side) -> tuple[Index, ...]:
 
 def _line(both: list[Piece], rates: list[Array], laws: tuple[str, str], yearly: bool, confidence: float) -> Line:
     """Return the line of one piece: its chance in some years, or at the level."""
-    held = [one.recommendation in HELD for one in both]
+    held = [one.held for one in both]
     ranges = [NONE if kept else _in_years(one.chance, yearly) for one, kept in zip(both, held, strict=True)]
     samples = [_in_years_all(one, yearly) for one in rates]
     said = ["anchored" if kept else NEVER if one.value == 0.0 else "" for one, kept in zip(ranges, held, strict=True)]

@@ -264,6 +264,39 @@ class VariabilityTable(Table):
         return Variability(**self.model_dump(exclude_none=True))
 
 
+class TargetTable(Table):
+    """What the cheapest set of kits is to achieve: the most that is allowed, all of it together."""
+
+    falls: Annotated[float | None, KeyInfo("no limit", at_least=0.0), Field(ge=0.0, description="Expected falls.")] = (
+        None
+    )
+    front_falls: Annotated[
+        float | None,
+        KeyInfo("no limit", at_least=0.0),
+        Field(ge=0.0, description="Expected falls to the front, into the room."),
+    ] = None
+    injuries: Annotated[
+        float | None, KeyInfo("no limit", at_least=0.0), Field(ge=0.0, description="Expected injured persons.")
+    ] = None
+    loss: Annotated[
+        float | None,
+        KeyInfo("no limit", unit="the inventory's currency", at_least=0.0),
+        Field(ge=0.0, description="Expected loss."),
+    ] = None
+
+    @model_validator(mode="after")
+    def _something(self) -> Self:
+        if not self.limits:
+            raise ValueError(f"needs at least one of {', '.join(TargetTable.model_fields)}")
+        return self
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """The limits that are given."""
+        found: dict[str, float] = self.model_dump(exclude_none=True)
+        return found
+
+
 class PerformanceTable(Table):
     """Performance assessment: an inventory, shaken jointly."""
 
@@ -321,7 +354,17 @@ class PerformanceTable(Table):
     budget: Annotated[
         float | None,
         KeyInfo("no set is chosen", unit="the inventory's currency"),
-        Field(gt=0.0, le=1e15, description="Money for anchoring: the best set for it is chosen."),
+        Field(gt=0.0, le=1e15, description="Money for anchoring: the best set for it is chosen, of kits where given."),
+    ] = None
+    kits: Annotated[
+        list[str] | None,
+        KeyInfo("none"),
+        Field(min_length=1, max_length=20, description="Restraints that are tried on every piece that they fit."),
+    ] = None
+    target: Annotated[
+        TargetTable | None,
+        KeyInfo("no set is chosen"),
+        Field(description="What the cheapest set of kits is to achieve, in a year or at the level of the table."),
     ] = None
     replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Resamples of the motions.")] = 1000
     seed: Annotated[int, Field(ge=0, description="Seed of the resamples, and of drawn consequences.")] = 0

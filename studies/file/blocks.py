@@ -99,11 +99,16 @@ class RestraintTable(Table):
         KeyInfo("needed by tendons, sloping cables", above=0.0),
         Field(description="Its block's width, m."),
     ] = None
+    cost: Annotated[
+        float | None,
+        KeyInfo("not known", unit="the inventory's currency", at_least=0.0, at_most=1e15),
+        Field(ge=0.0, le=1e15, description="Cost of fixing one piece of an inventory with it."),
+    ] = None
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
         given = {name for name in self.model_fields_set if getattr(self, name) is not None}
-        for name in sorted(given - {"kind"} - RESTRAINT_KEYS[self.kind]):
+        for name in sorted(given - {"kind", "cost"} - RESTRAINT_KEYS[self.kind]):
             raise ValueError(
                 f"a {self.kind} has no {name}, its keys are {', '.join(sorted(RESTRAINT_KEYS[self.kind]))}"
             )
@@ -320,6 +325,19 @@ def read_blocks(file: Path, restraints: Mapping[str, Restraint] | None = None) -
 
 def _surrounded(line: CsvLine, block: Block, restraints: Mapping[str, Restraint]) -> Block:
     """Return the block of a line with its wall, restraint, offset and lean."""
+    named = line.text("restraint")
+    if named and named not in restraints:
+        known = ", ".join(map(repr, restraints)) or "none"
+        line.refuse("restraint", f"must name one of the study's restraints ({known}), got {shown(named)}")
+    placed = placed_of_line(line, block)
+    try:
+        return replace(placed, restraint=restraints[named] if named else None)
+    except ValueError as error:
+        line.refuse("restraint", str(error))
+
+
+def placed_of_line(line: CsvLine, block: Block) -> Block:
+    """Return the block of a line with its mass, wall, offset and lean, from the columns of these names."""
     gap = line.number_in("wall_gap_mm", at_least=0.0)
     wall = None if gap is None else Wall(1e-3 * gap)
     if line.yes_in("placed"):
@@ -331,10 +349,6 @@ def _surrounded(line: CsvLine, block: Block, restraints: Mapping[str, Restraint]
         wall = listed.wall
         if not line.text("name"):
             block = replace(block, name=listed.name)
-    named = line.text("restraint")
-    if named and named not in restraints:
-        known = ", ".join(map(repr, restraints)) or "none"
-        line.refuse("restraint", f"must name one of the study's restraints ({known}), got {shown(named)}")
     mass, offset = line.number_in("mass_kg", above=0.0), line.number_in("cm_offset_mm")
     lean = line.number_in("lean_deg")
     try:
@@ -344,10 +358,9 @@ def _surrounded(line: CsvLine, block: Block, restraints: Mapping[str, Restraint]
             cm_offset=1e-3 * (offset or 0.0),
             lean=math.radians(lean or 0.0),
             wall=wall,
-            restraint=restraints[named] if named else None,
         )
     except ValueError as error:
-        column = {"cm_offset": "cm_offset_mm", "lean": "lean_deg"}.get(str(error).partition(" ")[0], "restraint")
+        column = {"cm_offset": "cm_offset_mm", "lean": "lean_deg"}.get(str(error).partition(" ")[0], "wall_gap_mm")
         line.refuse(column, str(error))
 
 

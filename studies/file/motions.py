@@ -456,7 +456,7 @@ class MotionsTable(Table):
     def build(self, folder: Path, first: int = 0) -> list[xr.DataArray]:
         """The motions; ValueError where a parameter does not belong or is out of range, or no record is found.
 
-        Those of a `floors_index`, which have levels of their own, are read by `studies.buildings.floor_index`.
+        Those of a `floors_index`, which have levels of their own, are read by `studies.file.floor_index`.
         `first` is the number of a generator's first motion among those of its seed.
         """
         made = self._made(folder)

@@ -188,7 +188,7 @@ class StudyFile(Table):
             raise ValueError("blocks stand in the study file or in blocks_file, not in both")
         named = {one.restraint for one in self.blocks or [] if isinstance(one.restraint, str)}
         unused = [name for name in self.restraints or {} if name not in named]
-        if unused and self.blocks_file is None:
+        if unused and self.blocks_file is None and self.performance is None:
             raise ValueError(f"restraints.{unused[0]} holds no block: name it in `restraint` of a block")
         form = "lognormal" if self.fit is None else self.fit.form
         if self.hazard is not None and form in LINKED:

@@ -15,9 +15,9 @@ from ...motions import Building, Generator
 from ...motions.floors.histories import FloorHistories
 from ...motions.plausibility import ringing_doubts
 from ..buildings.contents import Inventory
-from ..buildings.floor_index import read_floor_index
 from ..buildings.notes import PROPORTIONAL, history_notes
 from ..file.analyses import LevelsTable, PerformanceTable
+from ..file.floor_index import read_floor_index
 from ..file.motions import MotionsTable
 from ..plan.reading import Reading
 

@@ -21,6 +21,7 @@ from ...fragility.runs.scaling import SCALE, intensity_measure
 from ...fragility.uncertainty.joint import Variability
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts, level_doubts
+from ...fragility.validity.scenes import scene_notes
 from ...models import Law
 from ...models.oscillator import Oscillator
 from ...motions import Building, Generator
@@ -28,12 +29,13 @@ from ...motions.floors.histories import FloorHistories
 from ...units import DIMENSIONLESS
 from ...wording import counted
 from ..buildings.anchoring import anchoring
-from ..buildings.assessment import assess, check_drawn, described, distinct_runs, refuse_modelling
+from ..buildings.assessment import assess, check_drawn, described, distinct_runs, refuse_modelling, sided
 from ..buildings.branches import InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.code_checks import code_variables
 from ..buildings.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
-from ..buildings.contents import Inventory
+from ..buildings.contents import Contents, Inventory
 from ..buildings.inventory import read_inventory
+from ..buildings.kits import Kit
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
 from ..buildings.notes import UNDIRECTED, branch_notes, hazard_notes, hazard_shares, inventory_notes, notes
 from ..buildings.pieces import SAFETY, budget_set
@@ -45,6 +47,7 @@ from ..codes.check import Code
 from ..file.analyses import LevelsTable
 from ..file.branches import OF_MOTIONS
 from ..file.schema import StudyFile
+from ..kits.savings import Shake, kit_savings, with_kit
 from ..plan.branches import BRANCH_COORDINATES
 from ..plan.estimates import MEAN as IN_MEAN
 from ..plan.reading import Reading
@@ -63,6 +66,7 @@ from .inventory_motions import (
     reading_of,
     refuse_scaling,
 )
+from .kits import candidates, kit_notes, kits_of, scenes_of, with_kit_sets
 from .study import SLAB_BYTES_A_RUN, Study, each, part_of, perturbed_words, plain, screening_of
 
 if TYPE_CHECKING:
@@ -73,7 +77,7 @@ OSCILLATOR_BYTES = 5500.0
 NOT_ASKED = Screening()
 RANKING = "ranked_"
 """Prefix of the names of the ranking's variables, beside those of the assessment."""
-DECIDED = ("code_", "budget_")
+DECIDED = ("code_", "budget_", "target_", "kit_cost")
 """Beginnings of the names of the variables that keys decide which change no run."""
 
 
@@ -84,6 +88,7 @@ class PerformanceStudy(Study):
     `motions` are of the ground, or histories of all floors.  `levels` are of the measure `im`, or a plain factor of 1
     for a scenario; `hazard` is given where annual values are wanted.  `objective` is the quantity that anchoring saves,
     given the level `at` where there is no hazard.  `undirected`: the inventory gives directions that no motion has.
+    `kits` are tried on all pieces that they fit, of which the cheapest set is chosen for the `target`.
     """
 
     inventory: Inventory
@@ -109,6 +114,8 @@ class PerformanceStudy(Study):
     where: str = IN_MEAN
     branches: InventoryBranches | None = None
     undirected: bool = False
+    kits: tuple[Kit, ...] = ()
+    target: dict[str, float] | None = None
     kind: ClassVar[str] = "performance"
 
     @classmethod
@@ -116,10 +123,13 @@ class PerformanceStudy(Study):
         asked = content.performance
         assert asked is not None  # (the table makes it this kind of study)
         building = None if content.building is None else content.building.made()
+        known_kits = kits_of(content)
+        if asked.kits and content.hazard is None and asked.modelling_dispersion > 0.0:
+            raise ValueError("performance.kits with modelling_dispersion need a [hazard]: savings at a level hold none")
         on_floors = content.motions.floors_file is not None or content.motions.floors_index is not None
         if not on_floors:  # (errors in the inventory are raised before motions are made)
             known = ["0"] if building is None else [str(floor) for floor in building.floors]
-            inventory = read_inventory(folder / asked.inventory, known)
+            inventory = read_inventory(folder / asked.inventory, known, known_kits)
         about = content.hazard is None and asked.modelling_dispersion > 0.0
         refuse_scaling(content.motions, "" if asked.levels is None else "performance.levels", about)
         histories = read_histories(content.motions, asked, folder)
@@ -143,7 +153,7 @@ class PerformanceStudy(Study):
         motions: Motions = tuple(content.motions.build(folder)) if histories is None else in_si(histories, im, levels)
         shaking = Shaking.of(building, motions, None, im == SCALE)
         if on_floors:
-            inventory = read_inventory(folder / asked.inventory, shaking.known)
+            inventory = read_inventory(folder / asked.inventory, shaking.known, known_kits)
         given_directions, as_read = any(row.direction for row in inventory.rows), inventory
         inventory = shaking.placed(inventory)
         _refuse_modelling(asked.modelling_dispersion, inventory, shaking, hazard is not None)
@@ -157,7 +167,8 @@ class PerformanceStudy(Study):
                     f"code_importance must be 1.0 or 1.5 by 'asce7-22' (13.1.3), got {row.code_importance:g} for "
                     f"{row.label!r}"
                 )
-        if asked.budget is not None and all(row.anchoring_cost is None for row in inventory.rows):
+        kits = candidates(asked, known_kits, inventory)
+        if asked.budget is not None and not kits and all(row.anchoring_cost is None for row in inventory.rows):
             raise ValueError("performance.budget needs anchoring_cost in the inventory, which gives none")
         given = any(row.drawn for row in inventory.rows)
         if "consequence_correlation" in asked.model_fields_set and not given:
@@ -189,6 +200,8 @@ class PerformanceStudy(Study):
             content.motions.made_by(folder),
             Screening(*screening_of(content)),
             asked.modelling,
+            kits=kits,
+            target=None if asked.target is None else asked.target.limits,
         )
         study = replace(study, branches=_branches(content, folder, study, as_read))
         used = [inventory, *(one.inventory for one in study.further.values())]
@@ -205,7 +218,10 @@ class PerformanceStudy(Study):
         for row in inventory.rows:
             for model in study.models:
                 if row.e is None:
-                    model.oscillator(row.block)
+                    _check_law(model, row)
+                    for kit in kits:
+                        if kit.fits(row):
+                            _check_law(model, kit.on(row))
         return study
 
     @property
@@ -219,9 +235,10 @@ class PerformanceStudy(Study):
         levels = "" if self.im == SCALE else f" × {counted(self.levels.size, 'level')}"
         shaken = f"{counted(len(self.models), 'law')} × {counted(self.shakes, 'motion')}{levels}"
         about = "" if self.levels_run == self.levels.size else f" (at {self.levels_run:,} levels about them)"
+        held = f", of them {self.kit_runs:,} with {counted(len(self.kits), 'kit')}" if self.kits else ""
         other = f", and {self.further_runs:,} under the motions of {counted(len(self.further), 'branch')}"
         return (
-            f"{of} × {shaken}{about} = {counted(self.runs, 'run')}{perturbed_words(self.perturbed_runs)}"
+            f"{of} × {shaken}{about} = {counted(self.runs, 'run')}{held}{perturbed_words(self.perturbed_runs)}"
             f"{other if self.further_runs else ''}"
         )
 
@@ -234,7 +251,18 @@ class PerformanceStudy(Study):
 
     @property
     def runs(self) -> int:
-        return self._runs_of(self.motions, self.inventory) * self.levels_run
+        return self._runs_of(self.motions, self.inventory) * self.levels_run + self.kit_runs
+
+    @cached_property
+    def kit_runs(self) -> int:
+        """Number of runs with kits."""
+        held = [one for one in (with_kit(self.inventory, kit) for kit in self.kits) if one is not None]
+        return sum(self._runs_of(self.motions, one) for one in held) * int(self.levels.size)
+
+    @property
+    def sides(self) -> bool:
+        """Whether falls to the front are told apart."""
+        return bool(self.kits) or sided(self.inventory)
 
     def _runs_of(self, motions: Motions, inventory: Inventory) -> int:
         return distinct_runs(inventory, self.variability) * len(self.models) * number_of(motions)
@@ -263,7 +291,7 @@ class PerformanceStudy(Study):
 
     @property
     def stored_bytes(self) -> float:
-        return self._flags + 8.0 * self._outcomes
+        return (2.0 if self.sides else 1.0) * self._flags + 8.0 * self._outcomes
 
     @property
     def together(self) -> float:
@@ -293,6 +321,8 @@ class PerformanceStudy(Study):
         flips = [self.screening.undecided * self._flags, *super().arrays_aside]
         found = flips + [of_places] * (3 + self._drawn)
         found += ([of_places * consequences] if consequences else []) + anchored
+        # runs with kits: flags, and expectations in each place, kit after kit
+        found += [self._flags] * 2 + [of_places] * 3 if self.kits else []
         # the motions of branches: flags and outcomes of each; classes of pieces joined in draws of their capacities
         for one in self.further.values():
             share = number_of(one.motions) / self.shakes
@@ -337,6 +367,8 @@ class PerformanceStudy(Study):
     @property
     def notes(self) -> list[str]:
         said = inventory_notes(self.inventory, self.safety, self.code is not None)
+        said += scene_notes(scenes_of(self.inventory, self.kits))
+        said += kit_notes(self.inventory, self.kits)
         said += motion_notes(self.motions, self.inventory, bool(self.configuration["motions"].get("elastic")))
         for name, one in self.further.items():
             said += [f"motions {name!r}: {note}" for note in motion_notes(one.motions, one.inventory, one.elastic)]
@@ -407,9 +439,11 @@ class PerformanceStudy(Study):
                 consequence_correlation=self.correlation,
                 replicates=self.replicates,
                 seed=self.seed,
+                sides=self.sides,
                 client=client,
                 progress=part_of(progress, 0, self.work),
             )
+            held = self._with_kits(found, client, progress)
             screened = self._screened(found, client, progress)
             spread, said = self._spread(found, client, progress)
         ranked = anchoring(
@@ -432,7 +466,8 @@ class PerformanceStudy(Study):
             said.append(f"performance.at_level is not given: table and ranking are of the middle level, {middle}")
         beside = {f"{RANKING}{name}": one for name, one in whole.data_vars.items()}
         results = (
-            found.assign({**beside, **screened.data_vars, **spread.data_vars})
+            found.assign({**beside, **screened.data_vars, **spread.data_vars, **held.data_vars})
+            .assign_coords(held.coords)
             .assign_coords(reason=screened["reason"])
             .assign_coords({name: spread.coords[name] for name in BRANCH_COORDINATES if name in spread.coords})
             .assign_attrs(
@@ -449,12 +484,35 @@ class PerformanceStudy(Study):
     def _decided(self, results: xr.Dataset) -> xr.Dataset:
         earlier = [name for name in results.data_vars if str(name).startswith(DECIDED)]
         found = results.drop_vars(earlier).assign_attrs(safety=JOINT.join(self.safety), sort=self.sort)
-        for name in ("code", "code_site", "budget"):
+        for name in ("code", "code_site", "budget", "target"):
             found.attrs.pop(name, None)
         if self.code is not None:
             coded = code_variables(self.inventory, self.code, self.building, (*SAFETY, *self.safety))
             found = found.assign(coded).assign_attrs(code=self.code.title, code_site=self.code.site)
-        return found if self.budget is None else _with_set(found, self.budget)
+        if not self.kits:
+            return found if self.budget is None else _with_set(found, self.budget)
+        costs = np.array([np.nan if kit.cost is None else kit.cost for kit in self.kits])
+        text, money = "cost of fixing a piece with the kit", found["anchoring_cost"].attrs["units"]
+        return with_kit_sets(found.assign(kit_cost=variable(("kit",), costs, money, text)), self.budget, self.target)
+
+    def _with_kits(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
+        """Run the inventory with each kit, and return what that saves."""
+        if not self.kits:
+            return xr.Dataset()
+        shake = Shake(
+            self.models,
+            self.motions,
+            self.levels,
+            self.im,
+            self.building,
+            self.hazard,
+            self.variability,
+            self._in_mean,
+            self.replicates,
+            self.seed,
+        )
+        done = part_of(progress, self.runs - self.kit_runs, self.work)
+        return kit_savings(self.inventory, self.kits, found, shake, self.at, client, done)
 
     def _spread(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[str]]:
         """Run the motions of branches, and return the rates over all branches, with notes on the branches."""
@@ -566,6 +624,15 @@ def _refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearl
         refuse_modelling(beta, inventory, shaking, yearly)
     except ValueError as error:  # (its message begins with the name of an argument)
         raise ValueError(f"performance.{error}") from None
+
+
+def _check_law(model: Law, row: Contents) -> None:
+    """Raise a ValueError that names the line where a law does not apply to it."""
+    try:
+        model.oscillator(row.block)
+    except ValueError as error:
+        held = f" with kit {row.kit!r}" if row.kit else ""
+        raise ValueError(f"inventory: {row.label!r}{held} under {model.label}: {error}") from None
 
 
 def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:

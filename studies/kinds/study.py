@@ -470,14 +470,15 @@ def plain(content: StudyFile) -> dict[str, Any]:
 def blocks_of(content: StudyFile, folder: Path, most: int = MOST_BLOCKS) -> tuple[Block, ...]:
     """Make the blocks of a study, from its file or its blocks_file; ValueError for wrong blocks or more than `most`."""
     if content.blocks_file is None:
-        return each("blocks", content.blocks or [], _restraints_of(content))
-    found = read_blocks(folder / content.blocks_file, _restraints_of(content))
+        return each("blocks", content.blocks or [], restraints_of(content))
+    found = read_blocks(folder / content.blocks_file, restraints_of(content))
     if len(found) > most:
         raise ValueError(f"blocks_file: a study of this kind holds at most {most:,} blocks, got {len(found):,}")
     return found
 
 
-def _restraints_of(content: StudyFile) -> dict[str, Restraint]:
+def restraints_of(content: StudyFile) -> dict[str, Restraint]:
+    """Make the restraints of a study by name; an error names the table."""
     found = {}
     for name, table in (content.restraints or {}).items():
         try:

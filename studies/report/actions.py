@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import xarray as xr
 
 from ...wording import about_percent, currency_of, given_number, interval_text, percent, two_digits
-from ..buildings.pieces import DUTY, HELD, REDUCES, SAFER, SAFETY, SMALL, WEAK, WORTH, Piece, pieces_of
+from ..buildings.pieces import DUTY, REDUCES, SAFER, SAFETY, SMALL, WEAK, WORTH, Piece, pieces_of
 from ..buildings.pieces import YEARS as PIECE_YEARS
 from ..buildings.variables import JOINT
 from ..codes.check import UNCHECKED as NOT_CHECKED
@@ -53,6 +54,7 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
         if worth:
             yield f"Anchoring saves more than it costs within {PIECE_YEARS:g} years: {_pieces(worth)}."
         yield from _spent(pieces, results)
+        yield from _bought(pieces, results)
         if "code" not in results.attrs:
             yield (
                 "Code requirements are not checked. Any piece that the law requires to be anchored must be anchored, "
@@ -107,9 +109,10 @@ def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     if duty:
         yield f"Anchor the following, which {results.attrs['code']} requires whatever the risk: {_pieces(duty)}."
     if weak:
+        held = " (all rates assume that they hold)" if all(one.held for one in weak) else ""
         yield (
-            "Strengthen the anchors of the following, which are weaker than the force that the code requires (all "
-            f"rates assume that they hold): {_pieces(weak)}."
+            "Strengthen the anchors of the following, which are weaker than the force that the code requires"
+            f"{held}: {_pieces(weak)}."
         )
     if unknown:
         clauses = [one.code.clause for one in unknown if one.code is not None]
@@ -119,7 +122,7 @@ def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
 
 def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     """Yield what is best done with the study's budget."""
-    if "budget" not in results.attrs:
+    if "budget_chosen" not in results:
         return
     at, _ = reference_law(results)
     money = f" {currency_of(results)}" if currency_of(results) else ""
@@ -134,9 +137,7 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     yield f"With a budget of {budget}, anchor {names}, at a cost of {given_number(cost)}{money}{effect}."
     gap = float(results["budget_gap"].values[at])
     over = float(results.attrs["budget"]) - cost
-    others = [
-        one for one in pieces if not one.chosen and one.number * one.cost <= over and one.recommendation not in HELD
-    ]
+    others = [one for one in pieces if not one.chosen and one.number * one.cost <= over and not one.held]
     dear = [one for one in pieces if not one.chosen and one.recommendation == WORTH and one.number * one.cost > over]
     if others and gap == 0.0 and all(one.recommendation == SMALL for one in others):
         yield (
@@ -158,6 +159,47 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
         yield f"The budget does not cover all that the code requires: {_pieces(dear)}."
     if unknown:
         yield f"The cost of anchoring {_pieces(unknown)}, which the code requires, is not given."
+
+
+def _bought(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
+    """Yield the kits to buy for the study's budget, and the cheapest that meet its target."""
+    here = results.isel(model=reference_law(results)[0])
+    money = f" {currency_of(results)}" if currency_of(results) else ""
+    when = "a year" if "item_rate" in results else "at the level of the tables"
+    for name in ("budget", "target"):
+        if f"{name}_kit" not in results:
+            continue
+        if name == "target" and not bool(here["target_met"]):
+            limits = _limits(json.loads(results.attrs["target"]), money)
+            yield f"No set of the kits that were tried keeps the building within {limits} {when}."
+            continue
+        kits = {str(item): str(kit) for item, kit in zip(here["item"].values, here[f"{name}_kit"].values, strict=True)}
+        named = [f"“{one.item}” ({floor_name(one.floor)}): {kits[one.item]}" for one in pieces if kits[one.item]]
+        cost = f"{given_number(float(here[f'{name}_cost']))}{money}"
+        falls, front = (two_digits(float(here[f"{name}_{one}"])) for one in ("falls", "front_falls"))
+        then = f"about {falls} pieces would then fall {when}, {front} of them into the room"
+        if name == "budget":
+            budget = f"{given_number(float(results.attrs['budget']))}{money}"
+            if not named:
+                yield f"No kit that is worth its cost can be bought for {budget}."
+                continue
+            yield f"With a budget of {budget}, the best kits are {'; '.join(named)}. They cost {cost}; {then}."
+        else:
+            limits = _limits(json.loads(results.attrs["target"]), money)
+            what = f"the cheapest kits are {'; '.join(named)}. They cost {cost}" if named else "no kit is needed"
+            yield f"To stay within {limits} {when}, {what}; {then}."
+        gap = float(here[f"{name}_gap"])
+        if gap > 0.0:
+            by = f", by up to {two_digits(100.0 * gap)} %" if math.isfinite(gap) else ""
+            yield f"Another set of kits may be better than this one{by}: the search was stopped."
+
+
+def _limits(target: Mapping[str, float], money: str) -> str:
+    """Return what a target allows, in words."""
+    words = {"falls": "falls", "front_falls": "falls into the room", "injuries": "injured persons", "loss": "lost"}
+    return " and ".join(
+        f"{given_number(most)}{money if name == 'loss' else ''} {words[name]}" for name, most in target.items()
+    )
 
 
 def _effect(pieces: list[Piece], chosen: list[Piece], money: str, safety: list[str]) -> str:
@@ -183,6 +225,7 @@ def _effect(pieces: list[Piece], chosen: list[Piece], money: str, safety: list[s
 
 
 def _pieces(pieces: list[Piece], most: int = MOST_PIECES) -> str:
-    named = [f"“{one.item}” ({floor_name(one.floor)})" for one in pieces[:most]]
+    held = [f", now held by “{one.kit}”" if one.kit else "" for one in pieces[:most]]
+    named = [f"“{one.item}” ({floor_name(one.floor)}{kit})" for one, kit in zip(pieces[:most], held, strict=True)]
     more = f" and {len(pieces) - most} more" if len(pieces) > most else ""
     return f"{', '.join(named)}{more}"

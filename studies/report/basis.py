@@ -35,7 +35,7 @@ def basis(results: xr.Dataset) -> list[str]:
 
 def _scenes(results: xr.Dataset) -> Iterator[str]:
     """Say what stands around blocks, or holds them."""
-    blocks = blocks_of(results)
+    blocks = blocks_of(results if "block" in results.coords else results.rename(item="block"))
     if any(block.wall is not None for block in blocks):
         yield (
             "Walls are rigid and move with the floor. “To the front” means away from the wall, into the room; “to the "
@@ -109,7 +109,13 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
     else:
         yield f"Ranges in brackets are {sure} intervals that reflect only the limited number of motions; {held}."
     if "anchored" in results and bool(np.any(results["anchored"].values)):
-        yield "Pieces that are already anchored are counted as not overturning."
+        kits = ", except for those held by a kit, which can break" if "anchored_with" in results.coords else ""
+        yield f"Pieces that are already anchored are counted as not overturning{kits}."
+    if "kit_falls" in results:
+        yield (
+            "Each kit is tried on every piece that it fits, under the same motions. It is elastic up to the strength "
+            "that is given, the least of device, wall fixing and furniture fixing, and breaks for good beyond it."
+        )
     if str(results.attrs["kind"]) == "performance":
         code = results.attrs.get("code")
         site = f"{code} with {results.attrs.get('code_site', '')}".removesuffix(" with ")

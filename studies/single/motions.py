@@ -31,7 +31,7 @@ from ...motions.plausibility import record_doubts, vertical_doubts
 from ...motions.simulated.ground_motion_models import over_models
 from ...units import STANDARD_GRAVITY
 from ...writing import whole_file
-from ..buildings.floor_index import read_floor_index
+from ..file.floor_index import read_floor_index
 from ..file.schema import read_study_file
 from ..file.table import StudyError, expand
 from ..plan.reading import Reading

@@ -14,7 +14,7 @@ MOST_SAID = 3
 
 APART = ("title", "accept", "report")
 """Keys of a study file that change no result, and are no part of a study's identity."""
-DECISIONS = {"performance": ("sort", "safety", "code", "budget")}
+DECISIONS = {"performance": ("sort", "safety", "code", "budget", "target")}
 """Keys by table that change no run: what they decide is computed from results, and they are no part of the identity."""
 FILES = ("records", "floors_file", "floors_index", "target")
 """Keys of motions that name files."""
@@ -35,6 +35,12 @@ def identifying(study: Any) -> Any:
     for table, keys in DECISIONS.items():
         if isinstance(found.get(table), dict):
             found[table] = {key: value for key, value in found[table].items() if key not in keys}
+    if isinstance(found.get("restraints"), dict):  # (what a kit costs changes no run)
+        kits = found["restraints"].items()
+        found["restraints"] = {
+            name: {key: value for key, value in kit.items() if key != "cost"} if isinstance(kit, dict) else kit
+            for name, kit in kits
+        }
     return found
 
 

@@ -17,7 +17,7 @@ from ...wording import (
     three_digits,
     two_digits,
 )
-from ..buildings.pieces import HELD, SHARES, YEARS, Piece, Range, pieces_of
+from ..buildings.pieces import SHARES, YEARS, Piece, Range, pieces_of
 from ..text.rows import Rows
 from ..text.spread import OUTER
 from ..text.words import display_unit, floor_name, level_text
@@ -38,6 +38,7 @@ COLUMNS = {
     "room": "",
     "floor": "",
     "pieces": "",
+    "anchored_with": "",
     "damping_law": "",
     "chance_in_a_year": "1",
     "chance_in_a_year_lower": "1",
@@ -95,12 +96,13 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
     pays = any(math.isfinite(one.payback) for one in pieces)
     coded = any(one.code is not None for one in pieces)
     spent = any(one.chosen is not None for one in pieces)
+    kits = any(one.kit for one in pieces)
     budget = float(results.attrs.get("budget", math.nan))
     money = currency_of(results)
     scale, unit = display_unit(results["level"])
     name, several = str(results.attrs["im"]), results.sizes["level"] > 1
     measure = f"{name.upper() if name.startswith('pg') else name}{f', {unit}' if unit else ''}"
-    headings = ["piece", *(["room"] if rooms else []), "floor", "number"]
+    headings = ["piece", *(["room"] if rooms else []), "floor", "number", *(["held by"] if kits else [])]
     headings += ["one falls in a year", f"in {YEARS:g} years"] if yearly else ["one falls"]
     headings.append("recommendation")
     headings += ["code"] if coded else []
@@ -114,9 +116,10 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
     headings += [heading for heading, _ in amounts.values()]
     rows = []
     for one in pieces[:MOST_ROWS]:
-        held = one.recommendation in HELD
+        held = one.held
         cells = [one.item, *([one.room] if rooms else []), floor_name(one.floor).removeprefix("floor ")]
         cells.append(f"{one.number:,}")
+        cells += [one.kit or "–"] if kits else []
         chances: list[Range | float] = [one.chance]
         if yearly:
             rate = spread.get(one.item, one.chance)
@@ -207,7 +210,8 @@ def piece_table(results: xr.Dataset, model: int = 0) -> ValueTable:
     for name, quantity in (("downtime", "downtime"), ("injured", "injuries")):
         if f"item_annual_{quantity}" not in results:
             left += [column for column in COLUMNS if column.startswith(name)]
-    left += [] if "budget" in results.attrs else ["within_budget"]
+    left += [] if "budget_chosen" in results else ["within_budget"]
+    left += [] if "anchored_with" in results.coords else ["anchored_with"]
     kept = [name for name in COLUMNS if name not in left]
     headings = [with_units(name, units[COLUMNS[name]]) for name in kept]
     of_all: dict[str, str | float | int] = {
@@ -239,6 +243,7 @@ def _values(one: Piece, yearly: bool, spread: Range | None) -> dict[str, str | f
         "room": one.room,
         "floor": int(one.floor) if one.floor.isdecimal() else one.floor,
         "pieces": one.number,
+        "anchored_with": one.kit,
         "level_at_10_percent": one.levels[0] or math.nan,
         "level_at_50_percent": one.levels[1] or math.nan,
         "consequences": ", ".join(one.consequences),
@@ -247,10 +252,10 @@ def _values(one: Piece, yearly: bool, spread: Range | None) -> dict[str, str | f
         "anchoring_cost_of_all": one.number * one.cost,
         "payback": one.payback,
         "recommendation": one.recommendation,
-        "within_budget": "" if one.recommendation in HELD else "yes" if one.chosen else "no",
+        "within_budget": "" if one.held else "yes" if one.chosen else "no",
     }
     if spread is not None:
-        known_rate = spread if one.recommendation not in HELD and spread.value > 0.0 else Range(*[math.nan] * 3)
+        known_rate = spread if not one.held and spread.value > 0.0 else Range(*[math.nan] * 3)
         name = "chance_in_50_years_over_branches"
         ends = ("", "_5_percent", "_95_percent")
         found |= {f"{name}{end}": value for end, value in zip(ends, in_years(known_rate, YEARS), strict=True)}
@@ -264,7 +269,7 @@ def _values(one: Piece, yearly: bool, spread: Range | None) -> dict[str, str | f
             "code_demand_over_strength": one.code.ratio,
         }
     ranges = {"saving_a_year": one.saving, "downtime_of_one_a_year": one.downtime, "injured_a_year": one.injuries}
-    if one.recommendation in HELD or (one.chance.value == 0.0 and math.isnan(one.chance.upper)):
+    if one.held or (one.chance.value == 0.0 and math.isnan(one.chance.upper)):
         one = one._replace(chance=Range(math.nan, math.nan, math.nan))  # (held, or never seen to fall)
     if yearly:
         ranges |= {"chance_in_a_year": in_years(one.chance, 1.0), "chance_in_50_years": in_years(one.chance, YEARS)}

@@ -17,7 +17,7 @@ from ...wording import (
     three_digits,
     years_between,
 )
-from ..buildings.pieces import HELD, YEARS, pieces_of
+from ..buildings.pieces import YEARS, pieces_of
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import verb_of
 from ..text.rows import Rows
@@ -84,7 +84,7 @@ def _pieces(results: xr.Dataset) -> Rows:
     rows: list[tuple[str, ...]] = []
     for one in every[:MOST]:
         chance = chances_in(one.chance, YEARS).value if yearly else one.chance.value
-        falls = "–" if one.recommendation in HELD else about_percent(chance) if chance > 0.0 else "never seen"
+        falls = "–" if one.held else about_percent(chance) if chance > 0.0 else "never seen"
         floor = floor_name(one.floor).removeprefix("floor ")
         cells = [one.item, floor, f"{one.number:,}", falls]
         if spread:

@@ -38,6 +38,7 @@ STUDIES = {
     "laboratory": ("laboratory", "", ""),
     "clinic_branches": ("clinic_branches", "", ""),
     "own_building": ("own_building", "", ""),
+    "kits": ("kits", "", ""),
     "sensitivity": ("sensitivity_delta", "", ""),
 }
 """Examples by name, with what is put before and after their text."""
@@ -69,20 +70,21 @@ def results(tmp_path_factory):
 
 TABLES = (
     *("runs", "curves", "year", "branches", "measures", "samples", "varied"),
-    *("given", "annual", "spread", "ranking", "duties", "standing", "screen", "shares"),
+    *("given", "annual", "spread", "ranking", "duties", "kits", "standing", "screen", "shares"),
 )
 """The page's tables in their order."""
 OF_KIND = {
     "fragility": ("runs", "curves", "year", "branches", "measures", "standing", "screen"),
     "uncertainty": ("samples", "curves", "year", "standing", "shares"),
     "sensitivity": ("varied", "standing", "shares"),
-    "performance": ("given", "annual", "spread", "ranking", "duties", "standing", "shares"),
+    "performance": ("given", "annual", "spread", "ranking", "duties", "kits", "standing", "shares"),
 }
 UNITS = {
     "1/year": {"year-1"},
     "day/year": {"day year-1"},
     "rad/s": {"rad s-1"},
     "im": {"m s-2", "m s-1"},
+    "m/s2": {"m s-2"},
     "currency": {"EUR"},
     "currency/year": {"EUR year-1"},
     "objective": {"EUR year-1"},

@@ -92,9 +92,9 @@ def bases() -> list[dict[str, str]]:
         text = re.sub(r"(?m)^dt_s = .*\n", "", path.read_text(encoding="utf-8"))
         text = re.sub(r"(?m)^number = \d+", "number = 2\ndt_s = 0.2", text)
         text = text.replace("samples = 64", "samples = 2").replace("sobol = 64", "sobol = 8")
-        if path.stem == "laboratory":  # (its inventory has the columns that the clinic's lacks)
+        if path.stem in ("laboratory", "kits"):  # (their inventories have the columns that the clinic's lacks)
             table = path.with_suffix(".csv").read_text(encoding="utf-8")
-            found.append({"study.toml": text.replace("laboratory.csv", "inventory.csv"), "inventory.csv": table})
+            found.append({"study.toml": text.replace(f"{path.stem}.csv", "inventory.csv"), "inventory.csv": table})
             continue
         if path.stem == "own_building":  # (few histories, all in one file)
             table = (EXAMPLES / "own_building_inventory.csv").read_text(encoding="utf-8")

@@ -11,10 +11,10 @@ import xarray as xr
 from ...motions import read_all
 from ...motions.arrays import records
 from ...motions.floors.histories import DIRECTIONS, FloorHistories, History
-from ..file.analyses import LEVEL_UNITS
-from ..file.csv_table import CsvLine, CsvTable, TableKind
-from ..file.table import StudyError, shown
 from ..plan.size import refuse_samples
+from .analyses import LEVEL_UNITS
+from .csv_table import CsvLine, CsvTable, TableKind
+from .table import StudyError, shown
 
 LEVELS = {f"level ({unit})": unit for unit in LEVEL_UNITS if unit != "1"}
 """Columns that hold the level, with their units."""

@@ -5,7 +5,7 @@ import pytest
 
 from toppling.motions import RecordError
 from toppling.studies import StudyError
-from toppling.studies.buildings.floor_index import COLUMNS, LEVELS, read_floor_index
+from toppling.studies.file.floor_index import COLUMNS, LEVELS, read_floor_index
 from toppling.units import STANDARD_GRAVITY
 
 HEAD = "level (g),motion,floor,direction,file\n"

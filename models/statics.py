@@ -1,0 +1,116 @@
+"""Static checks of anchors by hand: the force that holds a block, the acceleration it resists, half of its weight."""
+
+from __future__ import annotations
+
+import math
+
+from .. import checks
+from ..units import STANDARD_GRAVITY
+from .block import Block
+
+
+def required_force(block: Block, acceleration: float, height: float) -> float:
+    """Return the horizontal force at a height that keeps a block from tipping to the front, N.
+
+    Parameters
+    ----------
+    block : Block
+        A block with its mass.
+    acceleration : float
+        Peak acceleration of its floor, m s-2, >= 0.
+    height : float
+        Height of the anchor above the floor, m, > 0.
+
+    Returns
+    -------
+    float
+        N; 0 where the block does not uplift.
+
+    Raises
+    ------
+    ValueError
+        A block without mass, a value out of range.
+
+    Notes
+    -----
+    Moments about the front lower edge, with the acceleration as a static load (derived): F = m (a h - g b)/z.  With the
+    mass off the middle b is its distance to the front edge, and with a lean b and h are those of the leaning block.  A
+    strength above F only says that the anchor holds this load; a slack anchor is struck by a moving block.
+
+    Examples
+    --------
+    >>> round(required_force(Block(0.3, 1.8, mass=100.0), 9.80665, 1.8), 1)
+    408.6
+    """
+    shaking = checks.number("acceleration", acceleration, at_least=0.0, unit="m/s²")
+    z = checks.number("height", height, above=0.0, unit="m")
+    b, h = _levers(block)
+    return max(0.0, _mass(block) * (shaking * h - STANDARD_GRAVITY * b) / z)
+
+
+def static_capacity(block: Block) -> float:
+    """Return the static acceleration at which a block tips to the front, its restraint at its strength, m s-2.
+
+    Raises
+    ------
+    ValueError
+        A block that has a restraint but no mass (which `Block` refuses).
+
+    Notes
+    -----
+    a_u = g tan(alpha) (1 + F d/(m g b)) with the strength F of all restraints and their moment arm d about the front
+    lower edge (derived); g tan(alpha), where uplift begins, without a restraint or with one that acts to the back only.
+    It takes the restraint as rigid: one with slack is struck, and one that is elastic gives way, before it is reached.
+
+    Examples
+    --------
+    >>> from .scenes.restraint import Restraint
+    >>> round(static_capacity(Block(0.3, 1.8, mass=100.0, restraint=Restraint.strap(1.75))), 3)
+    6.826
+    """
+    b, h = _levers(block)
+    bare = STANDARD_GRAVITY * b / h
+    held = block.restraint
+    if held is None or held.front is None:
+        return bare
+    return bare + held.count * held.strength * held.front / (_mass(block) * h)
+
+
+def half_weight(block: Block) -> float:
+    """Return half of the weight of a block, N: a rule of thumb for the strength of its anchor.
+
+    Raises
+    ------
+    ValueError
+        A block without mass.
+
+    Notes
+    -----
+    "At least half of the weight" is a rule of Japanese guides to L-brackets.  It is `required_force` for 1 g and an
+    anchor at the top, z = 2 h, which is (m g/2)(1 - b/h), rounded up (derived).
+
+    References
+    ----------
+    Page on L-brackets, 184.tea-nifty.com (read).
+
+    Examples
+    --------
+    >>> round(half_weight(Block(0.3, 1.8, mass=100.0)), 1)
+    490.3
+    """
+    return 0.5 * _mass(block) * STANDARD_GRAVITY
+
+
+def _levers(block: Block) -> tuple[float, float]:
+    """Return the horizontal and vertical distances of the mass to the front lower edge as the block stands, m."""
+    (half, angle), _ = block.corners
+    if block.symmetric:
+        return block.b, block.h
+    size = math.hypot(half, block.h)
+    return size * math.sin(angle), size * math.cos(angle)
+
+
+def _mass(block: Block) -> float:
+    if block.mass is None:
+        raise ValueError(f"the force on an anchor needs the mass of the block (kg), {block.label!r} has none")
+    return block.mass

@@ -1,0 +1,101 @@
+"""Kits: restraints with a name and a cost, and the pieces of an inventory that they fit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Self
+
+from ... import checks
+from ...models import Block, Restraint
+from ..file.blocks import AT_A_HEIGHT, RestraintTable
+from .contents import MAX_VALUE, Contents
+
+SAME_WIDTH = 1e-6
+"""Relative difference of widths up to which a kit that is made for one width fits another."""
+
+
+@dataclass(frozen=True)
+class Kit:
+    """A restraint that can be bought for pieces of an inventory.
+
+    Parameters
+    ----------
+    name : str
+        Its name in the study file and in results.
+    restraint : Restraint
+        The restraint of one piece.
+    cost : float, optional
+        What it costs to fix one piece with it, in the inventory's currency, >= 0.
+    height : float, optional
+        Height of its anchor, m, of a kit whose moment arm is that height (straps, brackets, horizontal cables).
+    width : float, optional
+        Width of the pieces that it is made for, m (tendons, sloping cables).
+
+    Raises
+    ------
+    ValueError
+        A cost that is negative or not finite.
+    """
+
+    name: str
+    restraint: Restraint
+    cost: float | None = None
+    height: float | None = None
+    width: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.cost is not None:
+            checks.number("cost", self.cost, at_least=0.0, at_most=MAX_VALUE)
+
+    @classmethod
+    def of(cls, name: str, table: RestraintTable) -> Self:
+        """Return the kit of a study file's table; ValueError where its values are out of range."""
+        return cls(name, table.build(), table.cost, table.height_m, table.width_m)
+
+    def misfit(self, block: Block, height: float | None = None) -> str:
+        """Return why a block cannot have the kit, '' where it can; height: of the anchors on the block, m, if not own.
+
+        A kit must lie within the block: an anchor no higher than its top, a pole or an adhesive above its base; tendons
+        and sloping cables fit only blocks as wide as they are made for.
+        """
+        own, sloping = self.restraint, self.width is not None and self.restraint.kind == "cable"
+        if own.kind in AT_A_HEIGHT:
+            if sloping and height is not None:
+                return "is a sloping cable, whose anchor has a height of its own"
+            at = self.height if height is None else height
+            if at is not None and at > block.height:
+                return f"is fixed at {at:g} m, above its top at {block.height:g} m"
+        if self.width is not None and not math.isclose(self.width, block.width, rel_tol=SAME_WIDTH):
+            return f"is made for pieces {self.width:g} m wide, not {block.width:g} m"
+        arms = [arm for arm in (own.front, own.back) if arm is not None]
+        if own.kind in ("pole", "adhesive") and max(arms) > block.width:
+            return f"acts {max(arms):g} m from an edge, beyond its width of {block.width:g} m"
+        return ""
+
+    def held(self, block: Block, height: float | None = None) -> Block:
+        """Return the block with the kit, at the height of its own anchors (m) where that is given.
+
+        Raises
+        ------
+        ValueError
+            A block that it does not fit, or without mass.
+        """
+        why = self.misfit(block, height)
+        if why:
+            raise ValueError(f"kit {self.name!r} {why}")
+        if block.mass is None:
+            raise ValueError(f"kit {self.name!r} needs the mass of the piece (mass_kg)")
+        own = self.restraint
+        if own.kind in AT_A_HEIGHT and height is not None:
+            own = replace(own, front=height, back=None if own.back is None else height)
+        return replace(block, restraint=own)
+
+    def on(self, row: Contents) -> Contents:
+        """Return a line of an inventory with the kit in place of any that it has; ValueError as `held`."""
+        free = replace(row.block, restraint=None)
+        return replace(row, block=self.held(free, row.anchor_height), kit=self.name)
+
+    def fits(self, row: Contents) -> bool:
+        """Return whether the pieces of a line can get the kit: not fixed for good, nor by it already, and it fits."""
+        return not row.anchored and row.kit != self.name and not self.misfit(row.block, row.anchor_height)

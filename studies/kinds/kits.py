@@ -1,0 +1,147 @@
+"""Kits of performance studies: which are tried on what, notes on them, and the sets that results hold."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ...doubts import first_names
+from ...models import Block
+from ...units import DIMENSIONLESS
+from ..buildings.contents import Inventory
+from ..buildings.kits import Kit
+from ..buildings.variables import PER_YEAR, per_year, variable
+from ..file.analyses import PerformanceTable
+from ..file.csv_table import NO, YES
+from ..file.schema import StudyFile
+from ..kits.sets import INJURIES, LOSS, TARGETS, KitSet, budget_kits, target_kits
+from .study import restraints_of
+
+AMOUNT_WORDS = {
+    "falls": "expected falls",
+    "front_falls": "expected falls to the front",
+    "injuries": "expected injured persons",
+    "loss": "expected loss",
+}
+"""What can be limited by a target, in words."""
+
+
+def kits_of(content: StudyFile) -> dict[str, Kit]:
+    """Return all restraints of a study as kits; ValueError where one is wrong, or has a name that means yes or no."""
+    restraints_of(content)
+    found = {name: Kit.of(name, table) for name, table in (content.restraints or {}).items()}
+    for name in found:
+        if name.lower() in (*YES, *NO):
+            raise ValueError(f"restraints.{name}: {name!r} says whether a piece is anchored, and cannot name a kit")
+    return found
+
+
+def candidates(asked: PerformanceTable, known: dict[str, Kit], inventory: Inventory) -> tuple[Kit, ...]:
+    """Return the kits that are tried; ValueError where they cannot be, or where restraints are not used."""
+    names = asked.kits or []
+    for name in names:
+        if name not in known:
+            listed = ", ".join(map(repr, known)) or "none"
+            raise ValueError(f"performance.kits must name restraints of the study ({listed}), got {name!r}")
+    if len(set(names)) < len(names):
+        raise ValueError(f"performance.kits must be different, got {', '.join(names)}")
+    used = {*names, *(row.kit for row in inventory.rows)}
+    unused = [name for name in known if name not in used]
+    if unused:
+        raise ValueError(
+            f"restraints.{unused[0]} holds nothing: name it in performance.kits, or in the inventory under 'anchored'"
+        )
+    kits = tuple(known[name] for name in names)
+    for kit in kits:
+        fitting = [row for row in inventory.rows if kit.fits(row)]
+        if not fitting:
+            free = next((row for row in inventory.rows if not row.anchored and row.kit != kit.name), None)
+            why = "all have it or are anchored"
+            if free is not None:
+                why = f"of {free.label!r} it {kit.misfit(free.block, free.anchor_height)}"
+            raise ValueError(f"performance.kits: {kit.name!r} fits no piece of the inventory ({why})")
+        for row in fitting:
+            if row.block.mass is None:
+                raise ValueError(f"performance.kits need mass_kg of every piece that they fit, {row.label!r} has none")
+    if asked.target is not None:
+        _check_target(asked.target.limits, kits, inventory)
+    if kits and (asked.target is not None or asked.budget is not None) and all(kit.cost is None for kit in kits):
+        key = "target" if asked.target is not None else "budget"
+        raise ValueError(f"performance.{key} needs the cost of the kits (`cost` in their tables), and none has one")
+    return kits
+
+
+def _check_target(limits: dict[str, float], kits: Sequence[Kit], inventory: Inventory) -> None:
+    """Raise a ValueError where a target cannot be pursued."""
+    if not kits:
+        raise ValueError("performance.target needs performance.kits, of which the cheapest set is chosen")
+    if LOSS in limits and inventory.value == 0.0:
+        raise ValueError("performance.target.loss needs values in the inventory, which gives none")
+    if INJURIES in limits and all(row.injury is None for row in inventory.rows):
+        raise ValueError("performance.target.injuries needs persons_exposed in the inventory, which gives none")
+
+
+def scenes_of(inventory: Inventory, kits: Sequence[Kit]) -> list[Block]:
+    """Return the blocks of all lines by their names, those that get kits with the stiffest that fits."""
+    found = []
+    for row in inventory.rows:
+        if row.anchored:
+            continue
+        fitting = [kit for kit in kits if kit.fits(row)]
+        stiffest = max(fitting, key=lambda kit: kit.restraint.stiffness, default=None)
+        block = row.block if stiffest is None else stiffest.on(row).block
+        found.append(replace(block, name=row.label))
+    return found
+
+
+def kit_notes(inventory: Inventory, kits: Sequence[Kit]) -> list[str]:
+    """Return which kits do not fit which lines: a sentence for each kit."""
+    found = []
+    for kit in kits:
+        left = [row for row in inventory.rows if not row.anchored and row.kit != kit.name and not kit.fits(row)]
+        if left:
+            why = kit.misfit(left[0].block, left[0].anchor_height)
+            named = first_names([row.label for row in left])
+            found.append(f"kit {kit.name!r} is not tried on {named}: of {left[0].label!r} it {why}")
+    return found
+
+
+def with_kit_sets(results: xr.Dataset, budget: float | None, target: dict[str, float] | None) -> xr.Dataset:
+    """Return the results with the best kits for the budget and the cheapest for the target, under each law."""
+    found: dict[str, Any] = {}
+    attributes: dict[str, Any] = {}
+    laws = range(results.sizes["model"])
+    if budget is not None:
+        found |= _set_variables("budget", [budget_kits(results, budget, k) for k in laws], results)
+        attributes["budget"] = budget
+    if target is not None:
+        sets = [target_kits(results, target, k) for k in laws]
+        met = np.array([one.met for one in sets])
+        found |= _set_variables("target", sets, results)
+        found["target_met"] = variable(("model",), met, DIMENSIONLESS, "whether any set of kits meets the target")
+        attributes["target"] = json.dumps(target)
+    return results.assign(found).assign_attrs(attributes)
+
+
+def _set_variables(what: str, sets: Sequence[KitSet], results: xr.Dataset) -> dict[str, xr.Variable]:
+    """Return the sets of kits of all laws as variables."""
+    of = f"in the set for the {what}"
+    money = results["kit_cost"].attrs["units"]
+    yearly = "item_rate" in results
+    loss = results["value"].attrs["units"]
+    units = dict.fromkeys(TARGETS, PER_YEAR if yearly else DIMENSIONLESS) | {LOSS: per_year(loss) if yearly else loss}
+    text = "by how much another set can be better, relative to this one"
+    found = {
+        f"{what}_kit": variable(("model", "item"), np.stack([one.kits for one in sets]), DIMENSIONLESS, f"kit {of}"),
+        f"{what}_cost": variable(("model",), np.array([one.cost for one in sets]), money, f"cost of all kits {of}"),
+        f"{what}_gap": variable(("model",), np.array([one.gap for one in sets]), DIMENSIONLESS, text),
+    }
+    for name in TARGETS:
+        values = np.array([one.amounts[name] for one in sets])
+        found[f"{what}_{name}"] = variable(("model",), values, units[name], f"{AMOUNT_WORDS[name]} with the kits {of}")
+    return found

@@ -1,0 +1,275 @@
+"""What each kit saves: an inventory run again with every kit on the pieces that it fits, under the same motions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array
+from ...fragility import HazardCurve
+from ...fragility.curves.means import resampled_means
+from ...fragility.numerics.slabs import in_memory
+from ...fragility.runs.scaling import SCALE
+from ...fragility.uncertainty.joint import Variability
+from ...models import Law, half_weight, required_force, static_capacity
+from ...motions import Building
+from ...units import ACCELERATION, DIMENSIONLESS, NEWTON
+from ...wording import given_percent
+from ..buildings.anchoring import Resampling, weights_of
+from ..buildings.assessment import assess, distinct_runs
+from ..buildings.contents import Inventory
+from ..buildings.kits import Kit
+from ..buildings.savings import ItemChances
+from ..buildings.shaking import Shaking, support_of
+from ..buildings.variables import PER_YEAR, Year, level_index, per_year, variable
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from ...fragility.runs.runners import Runner
+
+DESIGN_RATE = -math.log(0.9) / 50.0
+"""Annual rate of the shaking of the static check: 10 % in 50 years."""
+POINTS = 10_000
+"""Levels between which that of the static check is found."""
+FLAGS = {"falls": "overturned", "front_falls": "front"}
+"""Variables with the flags of any falls, and of those to the front."""
+
+
+class Shake(NamedTuple):
+    """How an inventory is shaken: the arguments of `assess` that its runs with kits have in common with it."""
+
+    models: Sequence[Law]
+    motions: Any
+    levels: Array
+    im: str
+    building: Building | None = None
+    hazard: HazardCurve | None = None
+    variability: Variability | None = None
+    modelling_dispersion: float = 0.0
+    replicates: int = 1000
+    seed: int = 0
+
+
+def with_kit(inventory: Inventory, kit: Kit) -> Inventory | None:
+    """Return the lines of an inventory that a kit fits, with it and without consequences; None where it fits none."""
+    rows = [kit.on(row) for row in inventory.rows if kit.fits(row)]
+    bare: dict[str, Any] = {"value": 0.0, "cost": None, "downtime": None, "injury": None, "consequences": ()}
+    return replace(inventory, rows=tuple(replace(row, **bare) for row in rows)) if rows else None
+
+
+def kit_savings(
+    inventory: Inventory,
+    kits: Sequence[Kit],
+    assessment: xr.Dataset,
+    shake: Shake,
+    level: float | None = None,
+    client: Client | Runner | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Run an inventory with each of several kits, and return what falls then and what that saves.
+
+    Parameters
+    ----------
+    inventory : Inventory
+        The inventory, of which lines that are not anchored for good get each kit that fits them, in place of the one
+        that holds them.
+    kits : sequence of Kit
+        The kits.
+    assessment : xarray.Dataset
+        As `assess` returns it of the inventory as it is, with ``sides=True`` and the arguments in `shake`.
+    shake : Shake
+        The laws and motions, the levels, and the other arguments of `assess`.
+    level : float, optional
+        One of the levels: probabilities given this level, instead of annual rates.
+    client, progress
+        As for `assess`; progress counts the runs of all kits.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (model, kit, item), NaN where the kit does not fit the item:
+
+        - ``kit_falls``, ``kit_front_falls``: annual rate at which a piece with the kit falls, in any way and to the
+          front (or the probability given the level); ``kit_falls_saved``, ``kit_front_falls_saved``: those of the piece
+          as it is less those with the kit (negative where the kit makes it worse); with ends of intervals over motions,
+          paired: the same resampled motions shake the piece with and without.  ``kit_saving``: the mean loss that all
+          pieces of the line save by it in a year (or given the level), where something has a value.
+        - ``kit_share_saved``: the falls saved over the falls as it is; NaN where it never falls.
+        - ``kit_probability``, ``kit_front_probability`` (…, level): the same at every level.
+
+        On kit, item or both: ``kit_strength``, of all that hold a piece, ``kit_required_force``,
+        ``kit_static_capacity`` and ``kit_half_weight`` (`toppling.models.required_force` and the others), with
+        ``kit_peak_acceleration``, the median over motions of the peak acceleration of the item's floor at the level, or
+        with a hazard curve at the level that is exceeded with 10 % in 50 years.
+
+    Raises
+    ------
+    ValueError
+        As `assess`; modelling uncertainty at a given level, where savings are not known motion by motion.
+    """
+    if level is not None and shake.modelling_dispersion > 0.0:
+        raise ValueError("savings of kits at a given level hold no modelling_dispersion: give a hazard curve")
+    year = Year.of(assessment, weights_of(assessment, level))
+    precision = Resampling(shake.replicates, shake.seed, year.strata(assessment.sizes["motion"]))
+    found = _Savings(assessment, [kit.name for kit in kits])
+    done = 0
+    for k, kit in enumerate(kits):
+        held = with_kit(inventory, kit)
+        if held is None:
+            continue
+        options = shake._asdict()
+        args = [options.pop(name) for name in ("models", "motions", "levels", "im", "building", "hazard")]
+        report = None if progress is None else _after(progress, done)
+        with_it = assess(held, *args, **options, sides=True, client=client, progress=report)
+        sizes = with_it.sizes
+        done += distinct_runs(held, shake.variability) * sizes["model"] * sizes["level"] * sizes["motion"]
+        found.add(k, [i for i, row in enumerate(inventory.rows) if kit.fits(row)], with_it, year, precision)
+    data = found.variables(assessment, level is None) | _static(inventory, kits, assessment, shake, level)
+    names = np.array([kit.name for kit in kits], dtype=object)
+    return xr.Dataset(data, {"kit": variable(("kit",), names, DIMENSIONLESS, "kit that holds the pieces")})
+
+
+def _after(progress: Callable[[int, int], None], before: int) -> Callable[[int, int], None]:
+    return lambda done, total: progress(before + done, before + total)
+
+
+class _Savings:
+    """Rates with kits and what they save, gathered kit by kit; NaN for items that a kit does not fit."""
+
+    def __init__(self, assessment: xr.Dataset, kits: Sequence[str]) -> None:
+        self.assessment = assessment
+        sizes = assessment.sizes
+        shape = (sizes["model"], len(kits), sizes["item"])
+        self.falls = {name: np.full((2, 3, *shape), np.nan) for name in FLAGS}
+        self.probabilities = {name: np.full((*shape, sizes["level"]), np.nan) for name in FLAGS}
+        self.fits = np.zeros(shape[1:], bool)
+        self.shares = np.full((3, *shape), np.nan)
+
+    def add(self, k: int, rows: Sequence[int], with_it: xr.Dataset, year: Year, precision: Resampling) -> None:
+        """Take the results with one kit, of the items at some positions."""
+        at, confidence = np.array(rows), float(self.assessment.attrs["confidence"])
+        self.fits[k, at] = True
+        for name, flags in FLAGS.items():
+            before = ItemChances(self.assessment, at, flags)
+            after = ItemChances(with_it, np.arange(at.size), flags)
+            stored = "probability" if name == "falls" else "front_probability"
+            self.probabilities[name][:, k, at] = with_it[stored].values
+            for of, part in after.of_items():
+                own = year.total(after.piece(of, part))
+                saved = year.total(before.piece(of, part)) - own
+                for i, values in enumerate((own, saved)):
+                    ends = precision.interval(values, confidence)
+                    one = np.stack([values.mean(axis=-1), ends.lower, ends.upper])
+                    self.falls[name][i][:, of, k, at[part]] = one
+                if name == "falls":
+                    self.shares[:, of, k, at[part]] = _share(saved, own + saved, precision, confidence)
+
+    def variables(self, assessment: xr.Dataset, yearly: bool) -> dict[str, xr.Variable]:
+        """Return the variables on (model, kit, item)."""
+        dims = ("model", "kit", "item")
+        percent = given_percent(float(assessment.attrs["confidence"]))
+        units, of = (PER_YEAR, "annual rate at which") if yearly else (DIMENSIONLESS, "probability at the level that")
+        found = {"kit_fits": variable(("kit", "item"), self.fits, DIMENSIONLESS, "whether the kit fits the pieces")}
+        for name in FLAGS:
+            where = "" if name == "falls" else " to the front"
+            texts = {
+                f"kit_{name}": f"{of} a piece with the kit overturns{where}",
+                f"kit_{name}_saved": f"{of} a piece overturns{where} as it is, less that with the kit",
+            }
+            for (label, text), values in zip(texts.items(), self.falls[name], strict=True):
+                found[label] = variable(dims, values[0], units, text)
+                for end, one in (("lower", values[1]), ("upper", values[2])):
+                    long_name = f"{end} end of the {percent} interval: {text}"
+                    found[f"{label}_{end}"] = variable(dims, one, units, long_name)
+            label = "kit_probability" if name == "falls" else "kit_front_probability"
+            text = f"probability that a piece with the kit overturns{where}"
+            found[label] = variable((*dims, "level"), self.probabilities[name], DIMENSIONLESS, text)
+        text = "share of the falls of a piece that the kit saves"
+        for end, values in zip(("", "_lower", "_upper"), self.shares, strict=True):
+            long_name = f"{end[1:]} end of the {percent} interval: {text}" if end else text
+            found[f"kit_share_saved{end}"] = variable(dims, values, DIMENSIONLESS, long_name)
+        value = assessment["value"].values * assessment["count"].values
+        if value.any():
+            money = assessment["value"].attrs["units"]
+            unit = per_year(money) if yearly else money
+            text = f"mean loss that all pieces of the item save {'in a year' if yearly else 'at the level'} by the kit"
+            found["kit_saving"] = variable(dims, self.falls["falls"][1, 0] * value, unit, text)
+        return found
+
+
+def _share(saved: Array, before: Array, precision: Resampling, confidence: float) -> Array:
+    """Return what is saved over what there was (value and ends, …), of values (…, motion) resampled together."""
+    draws = precision.replicates, precision.seed, in_memory, precision.strata
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = saved.mean(axis=-1) / before.mean(axis=-1)
+        resampled = resampled_means(saved, *draws) / resampled_means(before, *draws)
+    known = np.isfinite(resampled).all(axis=-1)
+    ends = np.full((2, *share.shape), np.nan)
+    ends[:, known] = np.quantile(resampled[known], (0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence), axis=-1)
+    return np.concatenate([share[None], ends])
+
+
+def _static(
+    inventory: Inventory, kits: Sequence[Kit], assessment: xr.Dataset, shake: Shake, level: float | None
+) -> dict[str, xr.Variable]:
+    """Return the static checks of the kits: forces needed, static capacities, half weights, and what shaking."""
+    peaks = _peaks(inventory, assessment, shake, level)
+    shape = (len(kits), len(inventory))
+    force, capacity, half = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape[1], np.nan)
+    for i, row in enumerate(inventory.rows):
+        if row.block.mass is not None:
+            half[i] = half_weight(row.block)
+        for k, kit in enumerate(kits):
+            if not kit.fits(row):
+                continue
+            block = kit.on(row).block
+            assert block.restraint is not None  # (it has the kit)
+            capacity[k, i] = static_capacity(block)
+            if block.restraint.front is not None:
+                force[k, i] = required_force(block, peaks[i], block.restraint.front)
+    text = "peak acceleration of its floor for the static check, median over motions"
+    strength = np.array([kit.restraint.count * kit.restraint.strength for kit in kits])
+    return {
+        "kit_strength": variable(("kit",), strength, NEWTON, "force at which the kits of a piece break, all together"),
+        "kit_peak_acceleration": variable(("item",), peaks, ACCELERATION, text),
+        "kit_required_force": variable(("kit", "item"), force, NEWTON, "static force on the kits of a piece"),
+        "kit_static_capacity": variable(
+            ("kit", "item"), capacity, ACCELERATION, "static acceleration at which a piece with the kit tips"
+        ),
+        "kit_half_weight": variable(("item",), half, NEWTON, "half of the weight of a piece"),
+    }
+
+
+def _peaks(inventory: Inventory, assessment: xr.Dataset, shake: Shake, level: float | None) -> Array:
+    """Return the median peak acceleration of each item's floor (item,) at the level of the static check."""
+    shaking = Shaking.of(shake.building, shake.motions, None, shake.im == SCALE)
+    placed, scaled = shaking.placed(inventory), shaking.scaled(shake.levels, shake.im)
+    found = np.empty(len(inventory))
+    for at in shaking.supports(placed):
+        shaken = shaking.shaken(at, scaled, shake.im)
+        own = np.array([np.abs(one.acceleration).max() for one in shaken.motions])
+        medians = np.median((shaken.factors[0] * own).reshape(-1, shaking.motions), axis=-1)
+        if level is None:
+            assert shake.hazard is not None  # (annual rates come from it)
+            here = _at_design(medians, scaled.levels, shake.hazard)
+        else:
+            here = float(medians[level_index(assessment, level)])
+        found[[support_of(row) == at for row in placed.rows]] = here
+    return found
+
+
+def _at_design(peaks: Array, levels: Array, hazard: HazardCurve) -> float:
+    """Return the peak acceleration at the level that is exceeded with 10 % in 50 years; NaN beyond the levels."""
+    axis = np.linspace(math.log(levels[0]), math.log(levels[-1]), POINTS)
+    rates = hazard.rate_at(np.exp(axis))
+    if not rates[-1] <= DESIGN_RATE <= rates[0]:
+        return math.nan
+    # (rates fall along the axis, which `interp` wants to rise)
+    at = np.interp(-DESIGN_RATE, -rates, axis)
+    return float(np.exp(np.interp(at, np.log(levels), np.log(peaks))))

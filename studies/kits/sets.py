@@ -1,0 +1,163 @@
+"""Sets of kits, at most one for the pieces of a line: the best for a budget, and the cheapest that meets targets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...aliases import Array, Flags
+from ..buildings.budget import SAME, best_set, cheapest_set
+from ..buildings.pieces import DUTY, YEARS, Piece, pieces_of
+
+FALLS, FRONT_FALLS, INJURIES, LOSS = "falls", "front_falls", "injuries", "loss"
+TARGETS = (FALLS, FRONT_FALLS, INJURIES, LOSS)
+"""Amounts that can be limited: expected falls, those to the front, injured persons, and loss."""
+
+
+class KitSet(NamedTuple):
+    """The kit of every item ('' where it stays as it is), what they cost, and by how much another set may be better.
+
+    amounts: what is expected of each of `TARGETS` with the set.  met: whether it is enough; where no set is, the kits
+    are '' for all items.
+    """
+
+    kits: NDArray[np.object_]
+    cost: float
+    gap: float
+    amounts: dict[str, float]
+    met: bool = True
+
+
+class _Options:
+    """What can be bought under one law: a kit that has a cost, for all pieces of an item that it fits."""
+
+    def __init__(self, results: xr.Dataset, model: int) -> None:
+        self.here = results.isel(model=model)
+        fits = self.here["kit_fits"].values.astype(bool)
+        cost = self.here["kit_cost"].values
+        self.kit, self.item = np.nonzero(fits & np.isfinite(cost)[:, None])
+        self.count = results["count"].values.astype(float)
+        self.costs: Array = cost[self.kit] * self.count[self.item]
+        self.names = self.here["kit"].values
+
+    def saved(self, name: str) -> Array:
+        """Return what each option saves of an amount, of all pieces of its item (option,)."""
+        falls = self.here["kit_front_falls_saved" if name == FRONT_FALLS else "kit_falls_saved"].values
+        return np.asarray(falls[self.kit, self.item] * self.weights(name)[self.item])
+
+    def now(self, name: str) -> float:
+        """Return the amount of all items as they are."""
+        yearly = "item_rate" in self.here
+        if yearly:
+            falls = self.here["item_front_rate" if name == FRONT_FALLS else "item_rate"].values
+        else:
+            level = self.here.sel(level=float(self.here.attrs["at_level"]))
+            falls = level["front_probability" if name == FRONT_FALLS else "probability"].values
+        return math.fsum(falls * self.weights(name))
+
+    def weights(self, name: str) -> Array:
+        """Return what a rate of falls of one piece of each item adds to an amount (item,)."""
+        if name == LOSS:
+            return np.asarray(self.count * self.here["value"].values)
+        if name == INJURIES:
+            if "persons_exposed" not in self.here.coords:
+                return np.zeros(self.count.size)
+            persons = self.here["persons_exposed"].values * self.here["injury_probability"].values
+            return np.asarray(self.count * np.nan_to_num(persons))
+        return self.count
+
+    def set_of(self, chosen: Flags | None, gap: float) -> KitSet:
+        """Return the chosen options as a kit for each item; None: there is no set."""
+        kits = np.full(self.count.size, "", dtype=object)
+        taken = np.zeros(self.costs.size, bool) if chosen is None else chosen
+        kits[self.item[taken]] = self.names[self.kit[taken]]
+        amounts = {name: self.now(name) - math.fsum(self.saved(name)[taken]) for name in TARGETS}
+        return KitSet(kits, math.fsum(self.costs[taken]), gap, amounts, chosen is not None)
+
+
+def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
+    """Choose the kits to buy for a sum of money under one law, at most one for the pieces of a line.
+
+    Kits come first for what the code requires to be anchored (as many pieces as the budget allows), then for the most
+    falls saved of pieces that are a matter of safety, then of the others for what they save in 50 years beyond their
+    cost; without a hazard, or where nothing has a value, the loss or the falls of the others that they save.  Of sets
+    that serve all of this equally it is the cheapest.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        As a performance study with kits writes them.
+    budget : float
+        Money, in the currency of the inventory.
+    model : int
+        Position of the law.
+
+    Returns
+    -------
+    KitSet
+
+    Raises
+    ------
+    ValueError
+        A budget that is negative or not finite.
+    """
+    options = _Options(results, model)
+    pieces = _in_order(results, model)
+    one = [pieces[i] for i in options.item]
+    duty = np.array([each.recommendation == DUTY for each in one], bool)
+    safe = np.array([each.safety for each in one], bool)
+    falls = np.maximum(options.saved(FALLS), 0.0)
+    gain = falls
+    if (options.weights(LOSS) > 0.0).any():
+        gain = np.maximum(options.saved(LOSS), 0.0)
+        if "item_rate" in results:
+            gain = np.maximum(YEARS * gain - options.costs, 0.0)
+    goals = [
+        np.where(duty, options.count[options.item], 0.0),
+        np.where(safe, falls, 0.0),
+        np.where(safe | duty, 0.0, gain),
+    ]
+    found = best_set(options.costs, budget, goals, options.item)
+    needs = [(goal, math.fsum(goal[found.chosen]) - SAME * float(goal.sum())) for goal in goals]
+    cheapest = cheapest_set(options.costs, needs, options.item)
+    chosen = found.chosen if cheapest.chosen is None else cheapest.chosen
+    return options.set_of(chosen, max(*found.gaps, cheapest.gap))
+
+
+def target_kits(results: xr.Dataset, targets: Mapping[str, float], model: int = 0) -> KitSet:
+    """Choose the cheapest kits with which what is expected of the building is within targets, under one law.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        As a performance study with kits writes them.
+    targets : mapping of str to float
+        The most that is allowed of some of `TARGETS`, in a year or at the level of the results' table.
+    model : int
+        Position of the law.
+
+    Returns
+    -------
+    KitSet
+        Not `met` where no set is enough.
+
+    Notes
+    -----
+    Expected falls are at least the rate (or the probability) of any fall, so that a set that meets a target of falls
+    also meets it for the event that anything falls.
+    """
+    options = _Options(results, model)
+    needs = [(options.saved(name), options.now(name) - most) for name, most in targets.items()]
+    found = cheapest_set(options.costs, needs, options.item)
+    return options.set_of(found.chosen, found.gap)
+
+
+def _in_order(results: xr.Dataset, model: int) -> list[Piece]:
+    """Return the pieces in the order of the results' items."""
+    named = {one.item: one for one in pieces_of(results, model)}
+    return [named[str(item)] for item in results["item"].values]

@@ -1,0 +1,290 @@
+"""Tables of kits: what falls with each kit and what that saves, and the static checks of their forces by hand."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import xarray as xr
+
+from ...units import STANDARD_GRAVITY
+from ...wording import about_percent, chances_between, confidence_text, currency_of, given_number, two_digits
+from ..buildings.pieces import YEARS, Piece, Range, pieces_of
+from ..text.rows import Rows
+from ..text.words import floor_name, level_text
+from .pieces import in_years
+from .values import Cell, ValueTable, known, with_units
+
+MOST_ROWS = 60
+"""Most rows of a table in a terminal or a report."""
+AS_IT_IS = "as it is"
+COLUMNS = {
+    "item": "",
+    "floor": "",
+    "pieces": "",
+    "kit": "",
+    "damping_law": "",
+    "falls": "rate",
+    "falls_lower": "rate",
+    "falls_upper": "rate",
+    "front_falls": "rate",
+    "front_falls_lower": "rate",
+    "front_falls_upper": "rate",
+    "falls_saved": "rate",
+    "falls_saved_lower": "rate",
+    "falls_saved_upper": "rate",
+    "front_falls_saved": "rate",
+    "front_falls_saved_lower": "rate",
+    "front_falls_saved_upper": "rate",
+    "share_saved": "share",
+    "share_saved_lower": "share",
+    "share_saved_upper": "share",
+    "saving_of_all": "saving",
+    "cost": "money",
+    "cost_of_all": "money",
+    "payback": "years",
+    "for_budget": "",
+    "for_target": "",
+    "required_force": "N",
+    "half_weight": "N",
+    "strength": "N",
+    "static_capacity": "m s-2",
+}
+"""Columns of the table in a file, and the kind of their units."""
+
+
+class KitRow(NamedTuple):
+    """A line of an inventory with one kit, or as it is (kit ''): annual rates, or probabilities at the level.
+
+    saving: mean loss that all pieces save in a year, or at the level.  cost: of one piece.  chosen: for the budget and
+    for the target, None without one.  force, half, strength: N; capacity: m/s².
+    """
+
+    piece: Piece
+    kit: str
+    falls: Range
+    front: Range
+    saved: Range
+    front_saved: Range
+    share: Range
+    saving: float
+    cost: float
+    chosen: tuple[bool | None, bool | None]
+    force: float
+    half: float
+    strength: float
+    capacity: float
+
+    @property
+    def payback(self) -> float:
+        """Years after which the saving has paid the cost, NaN where it never does."""
+        return self.piece.number * self.cost / self.saving if self.saving > 0.0 else math.nan
+
+
+def kit_lines(results: xr.Dataset, model: int = 0) -> list[KitRow]:
+    """Return every piece that is not anchored for good as it is and with each kit that fits it, in the pieces' order.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        As a performance study with kits writes them.
+    model : int
+        Position of the law.
+    """
+    here = results.isel(model=model)
+    strengths = {str(name): one for name, one in zip(here["kit"].values, here["kit_strength"].values, strict=True)}
+    yearly = "item_rate" in here
+    given = here if yearly else here.sel(level=float(results.attrs["at_level"]))
+    now = {"falls": "item_rate", "front": "item_front_rate"}
+    now = now if yearly else {"falls": "probability", "front": "front_probability"}
+    found = []
+    for piece in pieces_of(results, model):
+        if piece.held:
+            continue
+        one = here.sel(item=piece.item)
+        half = float(one["kit_half_weight"])
+        falls, front = (_range(given.sel(item=piece.item), name) for name in now.values())
+        no, chosen, unknown = Range(0.0, 0.0, 0.0), _chosen(one, ""), math.nan
+        found.append(KitRow(piece, "", falls, front, no, no, no, 0.0, 0.0, chosen, unknown, half, unknown, unknown))
+        for name in here["kit"].values[one["kit_fits"].values.astype(bool)]:
+            with_it = one.sel(kit=name)
+            found.append(
+                KitRow(
+                    piece,
+                    str(name),
+                    _range(with_it, "kit_falls"),
+                    _range(with_it, "kit_front_falls"),
+                    _range(with_it, "kit_falls_saved"),
+                    _range(with_it, "kit_front_falls_saved"),
+                    _range(with_it, "kit_share_saved"),
+                    float(with_it["kit_saving"]) if "kit_saving" in with_it else math.nan,
+                    float(with_it["kit_cost"]),
+                    _chosen(one, str(name)),
+                    float(with_it["kit_required_force"]),
+                    half,
+                    float(strengths[str(name)]),
+                    float(with_it["kit_static_capacity"]),
+                )
+            )
+    return found
+
+
+def kit_rows(results: xr.Dataset, model: int = 0, most: int = MOST_ROWS) -> Rows | None:
+    """Return what falls with each kit and what it saves, in at most so many rows; None without kits."""
+    if "kit_falls" not in results:
+        return None
+    lines = kit_lines(results, model)
+    yearly = "item_rate" in results
+    money = currency_of(results)
+    valued = any(one.saving != 0.0 and math.isfinite(one.saving) for one in lines)
+    priced = any(math.isfinite(one.cost) and one.kit for one in lines)
+    sets = [name for name in ("budget", "target") if f"{name}_kit" in results]
+    when = f"in {YEARS:g} years" if yearly else "at the level"
+    headings = ["piece", "floor", "number", "kit", f"one falls {when}", "into the room", "falls saved"]
+    headings += [f"all save {'a year' if yearly else 'then'}"] if valued else []
+    headings += ["all cost"] if priced else []
+    headings += ["pays back, years"] if valued and priced and yearly else []
+    headings += [f"for the {name}" for name in sets]
+    rows = []
+    for one in lines[:most]:
+        first = not one.kit
+        floor = floor_name(one.piece.floor).removeprefix("floor ")
+        cells = [one.piece.item, floor, f"{one.piece.number:,}"] if first else ["", "", ""]
+        cells.append(one.kit or (f"{AS_IT_IS} ({one.piece.kit})" if one.piece.kit else AS_IT_IS))
+        cells += [_chance(each, yearly) for each in (one.falls, one.front)]
+        cells.append("" if first else _share(one.share))
+        cells += ["" if first else _digits(one.saving)] if valued else []
+        cost = one.piece.number * one.cost
+        cells += ["" if first else given_number(cost) if math.isfinite(cost) else "–"] if priced else []
+        pays = two_digits(one.payback) if math.isfinite(one.payback) else "–"
+        cells += ["" if first else pays] if valued and priced and yearly else []
+        cells += ["yes" if one.chosen[("budget", "target").index(name)] else "" for name in sets]
+        rows.append(tuple(cells))
+    said = [f"{confidence_text(results)} intervals over motions, those of what is saved paired"]
+    said += [f"values in {money}"] if money and (valued or priced) else []
+    said += [f"the first {most} of {len(lines):,} rows"] if len(lines) > most else []
+    said += _sets(results.isel(model=model), sets, money)
+    return Rows(f"Each kit on each piece that it fits ({', '.join(said)})", tuple(headings), rows)
+
+
+def static_rows(results: xr.Dataset) -> Rows | None:
+    """Return the static checks of the kits by hand; None without kits."""
+    if "kit_falls" not in results:
+        return None
+    headings = (
+        "piece",
+        "floor",
+        "peak of its floor, g",
+        "kit",
+        "strength, N",
+        "static force, N",
+        "half of the weight, N",
+    )
+    rows = []
+    for one in [one for one in kit_lines(results) if one.kit][:MOST_ROWS]:
+        peak = float(results["kit_peak_acceleration"].sel(item=one.piece.item)) / STANDARD_GRAVITY
+        floor = floor_name(one.piece.floor).removeprefix("floor ")
+        force = _digits(one.force) if one.force != 0.0 else "no uplift"
+        cells = [one.piece.item, floor, _digits(peak), one.kit, _digits(one.strength), force, _digits(one.half)]
+        rows.append((*cells, _digits(one.capacity / STANDARD_GRAVITY)))
+    at = (
+        "10 % in 50 years" if "item_rate" in results else level_text(float(results.attrs["at_level"]), results["level"])
+    )
+    title = (
+        f"Static checks by hand, of one piece (at {at}; they take a kit as rigid and leave slack, stiffness and the "
+        "length of the shaking out: the chances of the runs may be higher or lower than they suggest)"
+    )
+    return Rows(title, (*headings, "tips statically at, g"), rows)
+
+
+def kit_table(results: xr.Dataset, model: int = 0) -> ValueTable | None:
+    """Return all pieces with all kits as values, for a spreadsheet; None without kits."""
+    if "kit_falls" not in results:
+        return None
+    yearly = "item_rate" in results
+    money = currency_of(results)
+    units = {
+        "": "",
+        "share": "1",
+        "rate": "1/year" if yearly else "1",
+        "saving": f"{money}/year" if money and yearly else money,
+        "money": money,
+        "years": "years",
+        "N": "N",
+        "m s-2": "m s-2",
+    }
+    left = [f"for_{name}" for name in ("budget", "target") if f"{name}_kit" not in results]
+    left += [] if yearly else ["payback"]
+    kept = [name for name in COLUMNS if name not in left]
+    law = str(results["model"].values[model])
+    rows: list[list[Cell]] = []
+    for one in kit_lines(results, model):
+        values: dict[str, str | float | int] = {
+            "item": one.piece.item,
+            "floor": int(one.piece.floor) if one.piece.floor.isdecimal() else one.piece.floor,
+            "pieces": one.piece.number,
+            "kit": one.kit or one.piece.kit,
+            "damping_law": law,
+            "saving_of_all": one.saving,
+            "cost": one.cost,
+            "cost_of_all": one.piece.number * one.cost,
+            "payback": one.payback,
+            "for_budget": "yes" if one.chosen[0] else "no",
+            "for_target": "yes" if one.chosen[1] else "no",
+            "required_force": one.force,
+            "half_weight": one.half,
+            "strength": one.strength,
+            "static_capacity": one.capacity,
+        }
+        ranges = {"falls": one.falls, "front_falls": one.front}
+        ranges |= {"falls_saved": one.saved, "front_falls_saved": one.front_saved, "share_saved": one.share}
+        for name, each in ranges.items():
+            values |= {f"{name}{end}": value for end, value in zip(("", "_lower", "_upper"), each, strict=True)}
+        rows.append([known(values[name]) for name in kept])
+    return ValueTable([with_units(name, units[COLUMNS[name]]) for name in kept], rows)
+
+
+def _sets(here: xr.Dataset, sets: list[str], money: str) -> list[str]:
+    """Return what the sets of kits cost, and whether they are enough."""
+    found = []
+    for name in sets:
+        if name == "target" and not bool(here["target_met"]):
+            found.append("no set of these kits meets the target")
+        else:
+            cost = f"{given_number(float(here[f'{name}_cost']))} {money}".rstrip()
+            found.append(f"the set for the {name} costs {cost}")
+    return found
+
+
+def _range(one: xr.Dataset, name: str) -> Range:
+    """Return a value with the ends of its interval."""
+    return Range(*(float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper")))
+
+
+def _chosen(one: xr.Dataset, kit: str) -> tuple[bool | None, bool | None]:
+    """Return whether a kit ('' for none) is the one of a piece in the sets for the budget and for the target."""
+    found = [str(one[f"{name}_kit"].item()) == kit if f"{name}_kit" in one else None for name in ("budget", "target")]
+    if "target_met" in one and not bool(one["target_met"]):
+        found[1] = False
+    return found[0], found[1]
+
+
+def _chance(rate: Range, yearly: bool) -> str:
+    chance = in_years(rate, YEARS) if yearly else rate
+    if chance.value == 0.0:
+        return "never seen"
+    ends = "" if math.isnan(chance.lower) else f" ({chances_between(chance.lower, chance.upper, about_percent)})"
+    return f"{about_percent(chance.value)}{ends}".replace("\u00a0%)", ")")
+
+
+def _share(share: Range) -> str:
+    """Return the share of a piece's falls that a kit saves, with its interval."""
+    if math.isnan(share.value):
+        return "–"
+    value, *ends = (f"{100.0 * one:.0f}".replace("-", "−") for one in share)
+    between = " to " if share.lower < 0.0 else "–"
+    return f"{value}\u00a0%" if math.isnan(share.lower) else f"{value}\u00a0% ({between.join(dict.fromkeys(ends))})"
+
+
+def _digits(value: float) -> str:
+    return two_digits(value) if math.isfinite(value) else "–"

@@ -1,0 +1,218 @@
+"""Studies of inventories with kits: what is read and refused, what tables, reports and files hold, what is kept."""
+
+import csv
+
+import numpy as np
+import openpyxl
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.studies.command.cli import main
+from toppling.studies.report.actions import next_steps
+from toppling.studies.report.basis import basis
+from toppling.studies.tables.kits import kit_lines, kit_rows, kit_table, static_rows
+
+COLUMNS = "item,width_m,height_m,floor,count,mass_kg,wall_gap_mm,cm_offset_mm,lean_deg,value,currency,consequence"
+INVENTORY = f"""{COLUMNS},anchored
+case,0.3,1.8,0,3,100,20,,,400,EUR,injury,no
+desk shelf,0.35,1.5,1,1,60,,-10,0.5,100,EUR,,no
+strapped,0.3,1.8,1,1,100,0,,,50,EUR,,strap
+fixed,0.3,1.8,1,2,100,,,,900,EUR,,yes
+"""
+STUDY = """
+title = "Kits"
+[[models]]
+law = "housner"
+geometry = "linear"
+[restraints.strap]
+kind = "strap"
+height_m = 1.4
+strength_n = 267
+slack_mm = 5
+cost = 15
+[restraints.bracket]
+kind = "bracket"
+height_m = 1.4
+strength_n = 900
+count = 2
+cost = 60
+[motions]
+generator = "clough-penzien"
+number = 8
+seed = 1
+duration_s = 6
+dt_s = 0.02
+[building]
+kind = "flexural-shear"
+period_s = 0.4
+storeys = 2
+[performance]
+inventory = "things.csv"
+levels = { from = 1.0, to = 12.0, number = 5, spacing = "log", unit = "m/s2" }
+replicates = 100
+"""
+KITS = 'kits = ["strap", "bracket"]\n'
+HAZARD = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "g"\n'
+
+
+def study(tmp_path, more=KITS, after=HAZARD, inventory=INVENTORY, text=STUDY):
+    (tmp_path / "things.csv").write_text(inventory, encoding="utf-8")
+    file = tmp_path / "study.toml"
+    file.write_text(f"{text}{more}{after}", encoding="utf-8")
+    return tp.Study.from_toml(file)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    more = f"{KITS}budget = 100\ntarget = {{ falls = 0.01, front_falls = 0.008 }}\n"
+    return study(tmp_path_factory.mktemp("kits"), more).run()
+
+
+class TestReading:
+    def test_an_inventory_with_scenes(self, tmp_path):
+        rows = {row.label: row for row in study(tmp_path).inventory.rows}
+        assert rows["case"].block == tp.Block(0.3, 1.8, mass=100.0, wall=tp.Wall(0.02))
+        assert rows["desk shelf"].block.cm_offset == -0.01
+        assert rows["desk shelf"].block.lean == pytest.approx(np.radians(0.5))
+        assert rows["strapped"].kit == "strap"
+        assert not rows["strapped"].anchored
+        assert rows["strapped"].block.restraint == tp.Restraint.strap(1.4, 267.0, 20e3, 0.005)
+        assert rows["fixed"].anchored
+
+    @pytest.mark.parametrize(
+        ("more", "change", "message"),
+        [
+            (
+                'kits = ["rope"]\n',
+                ("", ""),
+                r"performance.kits must name restraints of the study \('strap', 'bracket'\)",
+            ),
+            ('kits = ["strap", "strap", "bracket"]\n', ("", ""), "performance.kits must be different"),
+            ('kits = ["strap"]\n', ("", ""), "restraints.bracket holds nothing: name it in performance.kits"),
+            (KITS, ("1.5,1,1,60", "1.5,1,1,"), "need mass_kg of every piece that they fit, 'desk shelf' has none"),
+            (
+                KITS,
+                ("EUR,,strap", "EUR,,rope"),
+                "must be yes or no or the name of a restraint of the study",
+            ),
+            (KITS, ("100,0,,,50", ",0,,,50"), "'anchored': kit 'strap' needs the mass of the piece"),
+            (KITS, (",20,,,400", ",-20,,,400"), "column 'wall_gap_mm'"),
+            (KITS, ("-10,0.5", "-10,40"), "column 'lean_deg': lean must leave the block standing"),
+            (f"{KITS}target = {{ injuries = 0.1 }}\n", ("", ""), "performance.target.injuries needs persons_exposed"),
+            (f"{KITS}target = {{}}\n", ("", ""), "needs at least one of falls, front_falls, injuries, loss"),
+            (f"{KITS}target = {{ falls = -1 }}\n", ("", ""), "performance.target.falls: must be >= 0"),
+        ],
+    )
+    def test_refusals(self, tmp_path, more, change, message):
+        with pytest.raises(ValueError, match=message):
+            study(tmp_path, more, inventory=INVENTORY.replace(*change) if change[0] else INVENTORY)
+
+    def test_a_target_without_kits(self, tmp_path):
+        text = STUDY.replace('name = "bracket"', "")
+        with pytest.raises(ValueError, match=r"restraints\.bracket holds nothing"):
+            study(tmp_path, "target = { falls = 0.1 }\n", text=text)
+        start, _, rest = STUDY.partition("[restraints.bracket]")
+        alone = start + "[motions]" + rest.partition("[motions]")[2]
+        with pytest.raises(ValueError, match=r"performance\.target needs performance\.kits"):
+            study(tmp_path, "target = { falls = 0.1 }\n", text=alone)
+
+    def test_kits_without_costs_and_those_that_fit_nothing(self, tmp_path):
+        free = STUDY.replace("cost = 15\n", "").replace("cost = 60\n", "")
+        with pytest.raises(ValueError, match=r"performance\.budget needs the cost of the kits"):
+            study(tmp_path, f"{KITS}budget = 10\n", text=free)
+        high = STUDY.replace('kind = "bracket"\nheight_m = 1.4', 'kind = "bracket"\nheight_m = 2.4')
+        with pytest.raises(ValueError, match=r"'bracket' fits no piece of the inventory .*above its top at 1\.8 m"):
+            study(tmp_path, text=high)
+
+    def test_laws_that_know_no_restraint_name_the_line(self, tmp_path):
+        with pytest.raises(ValueError, match="inventory: 'case' with kit 'strap' under housner"):
+            study(tmp_path, text=STUDY.replace('geometry = "linear"', 'geometry = "exact"'), inventory="\n".join(
+                line for line in INVENTORY.splitlines() if "strapped" not in line
+            ))  # fmt: skip
+
+    def test_modelling_at_a_level(self, tmp_path):
+        with pytest.raises(ValueError, match=r"performance.kits with modelling_dispersion need a \[hazard\]"):
+            study(tmp_path, f"{KITS}modelling_dispersion = 0.2\n", "")
+
+    def test_notes(self, tmp_path):
+        low = STUDY.replace('kind = "bracket"\nheight_m = 1.4', 'kind = "bracket"\nheight_m = 1.6')
+        notes = "\n".join(study(tmp_path, text=low).notes)
+        assert "kit 'bracket' is not tried on desk shelf: of 'desk shelf' it is fixed at 1.6 m" in notes
+        assert "the wall is taken to move with the floor" in notes
+
+
+class TestResults:
+    def test_the_runs_are_counted(self, tmp_path):
+        """4 pieces as they are less the fixed one, and with kits: two on two lines, one on the strapped one."""
+        made = study(tmp_path)
+        assert made.kit_runs == (2 + 2 + 1) * 8 * 5
+        assert made.runs == (3 + 5) * 8 * 5
+        counted = []
+        made.run(progress=lambda done, total: counted.append((done, total)))
+        assert counted[-1] == (made.work, made.work)
+        assert [done for done, _ in counted] == sorted(done for done, _ in counted)
+
+    def test_tables(self, results):
+        rows = kit_rows(results)
+        assert rows.headings[:7] == (
+            "piece", "floor", "number", "kit", "one falls in 50 years", "into the room", "falls saved",
+        )  # fmt: skip
+        kits = [(one.piece.item, one.kit) for one in kit_lines(results)]
+        assert sorted(kits) == sorted(
+            [(name, kit) for name in ("case", "desk shelf") for kit in ("", "strap", "bracket")]
+            + [("strapped", ""), ("strapped", "bracket")]
+        )
+        assert "as it is (strap)" in [row[3] for row in rows.rows]
+        checks = static_rows(results)
+        assert len(checks.rows) == 5
+        assert "10 % in 50 years" in checks.title
+        table = kit_table(results)
+        assert all(len(row) == len(table.headings) for row in table.rows)
+        assert "falls (1/year)" in table.headings
+
+    def test_a_study_without_kits_has_no_tables(self, tmp_path):
+        start, _, rest = STUDY.partition("[restraints.bracket]")
+        alone = start + "[motions]" + rest.partition("[motions]")[2]
+        found = study(tmp_path, "", text=alone).run()
+        assert kit_rows(found) is static_rows(found) is kit_table(found) is None
+        assert found["anchored_with"].values.tolist() == ["", "", "strap", ""]
+        assert "front_probability" in found
+
+    def test_the_report_says_what_to_buy(self, results):
+        said = next_steps(results, [])
+        assert any(one.startswith("With a budget of 100 EUR, the best kits are ") for one in said)
+        assert any("0.01 falls and 0.008 falls into the room a year" in one for one in said)
+        assert any("It is elastic up to the strength" in one for one in basis(results))
+        assert any("except for those held by a kit" in one for one in basis(results))
+        assert "1 of 7 pieces is held by a kit that can break: 1 × strapped (strap)" in results.attrs["notes"]
+
+    def test_files(self, tmp_path):
+        made = study(tmp_path, f"{KITS}budget = 100\n")
+        made.run(tmp_path / "out")
+        for format_ in ("csv", "xlsx"):
+            assert not main(["export", str(tmp_path / "out"), "--format", format_, "--out", str(tmp_path / "files")])
+        with (tmp_path / "files/kits.csv").open(encoding="utf-8") as lines:
+            rows = list(csv.DictReader(lines))
+        assert len(rows) == 8
+        sheet = openpyxl.load_workbook(tmp_path / "files/pieces.xlsx")["kits"]
+        assert [cell.value for cell in sheet[1]] == [*rows[0]]
+        assert not main(["report", str(tmp_path / "out"), "--format", "md", "--out", str(tmp_path / "report")])
+
+    def test_costs_target_and_budget_change_no_run(self, tmp_path, monkeypatch):
+        study(tmp_path).run(tmp_path / "out")
+        other = STUDY.replace("cost = 60", "cost = 30")
+        more = f"{KITS}budget = 70\ntarget = {{ falls = 0.01 }}\n"
+        (tmp_path / "fresh").mkdir()
+        fresh = study(tmp_path / "fresh", more, text=other).run(tmp_path / "fresh/out")
+        changed = study(tmp_path, more, text=other)
+        monkeypatch.setattr(type(changed), "_compute", None)
+        xr.testing.assert_identical(changed.run(tmp_path / "out"), fresh)
+
+    def test_at_a_level(self, tmp_path):
+        found = study(tmp_path, f"{KITS}target = {{ falls = 1.0 }}\n", "").run()
+        assert found["kit_falls"].attrs["units"] == "1"
+        at = found["kit_probability"].sel(level=found.attrs["at_level"])
+        np.testing.assert_array_equal(found["kit_falls"], at)
+        assert "one falls at the level" in kit_rows(found).headings
+        assert any("at the level of the tables" in one for one in next_steps(found, []))
