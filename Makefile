@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: study docs validation scenarios drawing gallery film p58 paper sensitivity scaling examples lint test test-slow test-all \
+.PHONY: study docs validation scenarios drawing gallery film p58 paper sensitivity walls kits scaling examples lint test test-slow test-all \
         test-exchange environments lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
@@ -75,6 +75,14 @@ paper: $(VENV)/installed
 # docs/sensitivity.md and its figures: delta and e varied, and the paper's claims (a few minutes)
 sensitivity: $(VENV)/installed
 	$(BIN)/python docs/sensitivity.py
+
+# docs/walls.md and its figures: when a wall keeps a piece from falling into the room (some minutes)
+walls: $(VENV)/installed
+	$(BIN)/python docs/walls.py
+
+# docs/kits.md and its figures: how strong an anti-tip kit must be (a minute)
+kits: $(VENV)/installed
+	$(BIN)/python docs/kits.py
 
 # docs/decisions.md's figures: every example study
 examples: $(VENV)/installed

@@ -296,7 +296,7 @@ class TestManyBlocks:
             "In every run 2 of 120 (b110; b115) overturned, even in the weakest shaking: no median is known."
         )
         assert which == "The 12 that fall first of the other 118; tables hold more, the results all."
-        assert [one.split()[0] for one in named[:2]] == ["b10", "b11"]
+        assert [one.split()[0] for one in named[:2]] == ["“b10”", "“b11”"]
         few = changed.isel(block=[110, 115, *range(40, 51)])
         assert len(answer(few).sentences) == 2 + 11
         always, first, *_ = plain_answer(changed)

@@ -1,0 +1,176 @@
+"""docs/walls.md: its independent integration, its intervals, and numbers that are computed again."""
+
+import math
+import re
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.motions.polarity import both_polarities
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+TEXT = (DOCS / "walls.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def modules():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(DOCS))
+        names = ("polarity", "drifting_wall", "walls")
+        return tuple(import_module(name) for name in names)
+
+
+@pytest.fixture(scope="module")
+def walls(modules):
+    return modules[2]
+
+
+def rows(heading):
+    """The table below a heading, or the first that holds a text, as lists of cells."""
+    lines = TEXT[TEXT.index(heading) :].splitlines()
+    first = next(i for i, line in enumerate(lines) if line.startswith("|"))
+    found = []
+    for line in lines[first:]:
+        if not line.startswith("|"):
+            break
+        found.append([cell.strip() for cell in line.strip("|").split("|")])
+    return found[2:]
+
+
+class TestDriftingWall:
+    block = tp.Block(0.30, 1.80)
+    rebound = 1.5 * math.cos(block.alpha) ** 2 - 1.0
+
+    def fall(self, modules, record, dt, parts, gap, u, du, scale=1.0, rebound=None):
+        one = self.block
+        return modules[1].fall(
+            record, dt, 1.0, parts, one.alpha, one.p**2, one.restitution,
+            rebound or self.rebound, gap, 1.8, u, du, scale,
+        )  # fmt: skip
+
+    @pytest.mark.parametrize("sign", [1.0, -1.0])
+    @pytest.mark.parametrize("gap", [0.0, 0.005, 0.05])
+    def test_without_drift_it_is_the_engine(self, modules, gap, sign):
+        """One cycle of a sine: the same sides, and peaks that converge to the engine's with shorter steps."""
+        time = np.arange(0.0, 8.0, 0.005)
+        pulse = sign * np.where(time <= 1.0, np.sin(2.0 * np.pi * time), 0.0)
+        still = np.zeros(time.size)
+        piece = tp.Block(0.30, 1.80, wall=tp.Wall(gap))
+        amplitudes = np.array([1.9, 2.2, 2.6, 3.6])
+        found = tp.ida(
+            piece, tp.HousnerImpact(), tp.motions.from_array(pulse[None], 0.005), amplitudes / np.abs(pulse).max(),
+            im="scale", outputs=("direction", "peak_front"), screen=False,
+        )  # fmt: skip
+        sides, peaks = found["direction"].values.ravel(), found["peak_front"].values.ravel()
+        errors = []
+        for parts in (2, 64):
+            ours = [self.fall(modules, one * pulse, 0.005, parts, gap, still, still) for one in amplitudes]
+            assert [one[0] for one in ours] == sides.tolist()
+            stands = sides == 0
+            difference = np.abs(np.array([one[1] for one in ours]) - peaks)[stands]
+            errors.append(difference.max() / self.block.alpha)
+        assert errors[0] < 1e-4
+        assert errors[1] < 1e-7
+
+    def test_a_wall_that_leans_takes_the_block_with_it(self, modules):
+        """Without shaking and rebound a touching block follows the wall: asin(u/H), here slowly out and back."""
+        time = np.arange(0.0, 4.0, 0.01)
+        u, du = 0.009 * (1.0 - np.cos(0.5 * np.pi * time)), 0.009 * 0.5 * np.pi * np.sin(0.5 * np.pi * time)
+        side, peak = self.fall(modules, np.zeros(time.size), 0.01, 4, 0.0, u, du, rebound=1e-12)
+        assert side == 0
+        assert peak == pytest.approx(math.asin(0.018 / 1.8), rel=1e-3)
+        # behind a wider gap it never meets the wall
+        assert self.fall(modules, np.zeros(time.size), 0.01, 4, 0.02, u, du) == (0, 0.0)
+
+    def test_the_drift_is_the_response_of_an_oscillator(self, modules):
+        """Against a free decay after a step, and the static displacement under it."""
+        dt, period, damping = 0.005, 0.5, 0.05
+        omega = 2.0 * math.pi / period
+        u, du = modules[1].drift(np.full(4000, 1.0), dt, period, damping)
+        time = np.arange(4000) * dt
+        root = omega * math.sqrt(1.0 - damping**2)
+        decay = np.exp(-damping * omega * time)
+        exact = -(1.0 - decay * (np.cos(root * time) + damping * omega / root * np.sin(root * time))) / omega**2
+        np.testing.assert_allclose(u, exact, atol=1e-12)
+        assert abs(du[-1]) < 1e-4
+
+
+class TestIntervals:
+    def test_clusters_of_equal_runs_count_once(self, modules):
+        """Both runs alike: Clopper and Pearson's interval of the motions; all alike: that of none of so many motions"""
+        share = modules[0].share
+        clusters = np.repeat([0.0, 1.0], [70, 30])
+        one = share(clusters)
+        assert (one.lower, one.upper) == pytest.approx((0.2124, 0.3998), abs=2e-3)  # (30 of 100)
+        assert share(np.zeros(100)).upper == pytest.approx(1.0 - 0.025**0.01, rel=1e-9)
+        assert share(np.ones(100)).lower == pytest.approx(0.025**0.01, rel=1e-9)
+
+    def test_runs_that_exclude_each_other_count_twice_at_most(self, modules):
+        one = modules[0].share(np.full(100, 0.5))
+        assert (one.lower, one.upper) == pytest.approx((0.4286, 0.5714), abs=1e-3)  # (100 of 200)
+
+    def test_a_crossing(self, modules):
+        levels = np.array([1.0, 2.0, 4.0])
+        excess = np.array([[-0.5, -0.5], [-0.25, -0.25], [0.25, 0.25]])
+        assert modules[0].crossing(excess, levels) == pytest.approx((math.sqrt(8.0),) * 3)
+
+    def test_both_polarities(self, modules):
+        shakes = tp.motions.CloughPenzien(duration=4.0, dt=0.01).sample(2)
+        found = both_polarities(shakes)
+        assert found.sizes["motion"] == 4
+        np.testing.assert_array_equal(found.values[1::2], -shakes.values)
+        np.testing.assert_array_equal(modules[0].clustered(np.array([1, 1, 0, 1])), [1.0, 0.5])
+
+
+class TestPage:
+    def test_its_figures_are_there(self):
+        shown = set(re.findall(r"\]\(walls/(\w+)\.png\)", TEXT))
+        assert shown == {path.stem for path in (DOCS / "walls").glob("*.png")}
+        assert not re.search(r"\{\w+\}|\bnan\b", TEXT)
+
+    def test_its_table_of_pieces_is_of_today(self, walls):
+        assert walls.piece_table() in TEXT
+
+    def test_a_row_is_computed_again(self, walls, modules):
+        """Free and at every gap, one piece under all motions of a kind: shares within one run of the page's."""
+        kind, piece = "broadband", "museum-pedestal-slender"
+        stated = next(row for row in rows("and at the least level at which") if row[:2] == [kind, piece])
+        n = int(np.argmin([abs(one * walls.velocity(piece) - float(stated[2])) for one in walls.LEVELS]))
+        shakes = {kind: both_polarities(walls.KINDS[kind].sample(walls.NUMBER, seed=walls.SEED))}
+        found = walls.over_gaps(shakes, (walls.LEVELS[n],), (piece,))
+        ours = walls.gap_row(found, 0, 0, 0, piece, kind, walls.LEVELS[n])
+        numbers = [[int(row[i].split()[0]) for i in range(3, 9)] for row in (stated, ours)]
+        np.testing.assert_allclose(numbers[1], numbers[0], atol=1)
+
+    def test_what_the_page_concludes(self):
+        """Its sentences follow from its tables."""
+        half = rows("at the level of the grid where the free piece falls in about half")
+        often = rows("and at the least level at which")
+        assert len(half) == len(often) == 18
+
+        def value(cell):
+            return float(cell.split()[0])
+
+        for row in (*half, *often):
+            # a wider gap: as many falls or more
+            assert sorted(map(value, row[5:])) == list(map(value, row[5:]))
+        # where the free piece falls in half of the runs, a touching wall reduces falls; a close one does everywhere
+        assert all(value(row[5]) < value(row[4]) and value(row[6]) < value(row[4]) for row in half)
+        # under near-fault motions the wall at 50 mm does not reduce them by much even there
+        near = [row for row in half if row[0] == "near-fault"]
+        assert all(value(row[8]) > value(row[4]) - 3.0 for row in near)
+        # beyond, the kind of motions decides
+        assert all(value(row[5]) < value(row[4]) for row in often if row[0] != "near-fault")
+        assert sum(value(row[5]) > value(row[4]) for row in often if row[0] == "near-fault") >= 4
+        rebound = rows('"above": it reduces them')
+        assert all(row[3].startswith("above") for row in rebound if row[1] == "half")
+        assert "increases falls in 0 of 792 cells" in TEXT
+
+    def test_first_figures_stand(self):
+        """Without drift every first figure lies within five points of ours, as it is generated."""
+        for what, stated, ours, _ in rows("## First figures"):
+            assert "drift" in what or abs(float(stated) - float(ours.split()[0])) <= 5.0, what
