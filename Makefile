@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: study docs validation scenarios drawing gallery film p58 paper sensitivity walls kits scaling examples lint test test-slow test-all \
+.PHONY: help study docs validation scenarios drawing gallery film p58 paper sensitivity walls kits scaling examples lint test test-slow test-all \
         test-exchange environments lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
@@ -32,6 +32,11 @@ $(VENV)/installed-docs: pyproject.toml | $(BIN)/python
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
 	@touch $@ $(VENV)/installed
 
+# the targets with what each is for: the comment above it
+help:
+	@awk '/^#/ { text = substr($$0, 3); next } /^[a-z][a-z0-9-]*:/ { split($$0, part, ":"); printf "make %-14s %s\n", part[1], text } { text = "" }' Makefile
+
+# install into $(VENV), run the example study and write its report (FRESH=1 computes again)
 study: $(VENV)/installed
 	$(BIN)/toppling run studies/examples/office.toml --out $(OUT) $(if $(FRESH),--fresh)
 	$(BIN)/toppling report $(OUT)/results.nc
@@ -88,6 +93,7 @@ kits: $(VENV)/installed
 examples: $(VENV)/installed
 	$(BIN)/python docs/examples.py
 
+# ruff and mypy
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -95,12 +101,15 @@ lint: $(VENV)/installed-dev
 	@mkdir -p $(VENV)/types && ln -sfn "$(CURDIR)" $(VENV)/types/toppling
 	cd $(VENV)/types && ../bin/mypy --config-file toppling/pyproject.toml $(addprefix toppling/,models motions fragility benchmarks studies)
 
+# lint and all tests but the slow ones (some minutes)
 test: lint
 	$(BIN)/python -m pytest -n auto -m "not slow" tests
 
+# the slow tests
 test-slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -n auto -m slow --durations=25 tests
 
+# test and test-slow
 test-all: test test-slow
 
 # the lowest and the newest versions, other Pythons, the sdist, the wheel (10 minutes)
@@ -131,6 +140,7 @@ $(EXCHANGE)/openquake/installed: | $(BIN)/python
 	@$(@D)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps 'openquake.engine==3.26.*'
 	@touch $@
 
+# exported files read by pelicun and OpenQuake
 test-exchange: $(VENV)/installed $(EXCHANGE)/pelicun/installed $(EXCHANGE)/openquake/installed
 	$(BIN)/python tests/support/exchange_set.py $(EXCHANGE)/files
 	$(EXCHANGE)/pelicun/bin/python tests/support/exchange_pelicun.py $(EXCHANGE)/files
@@ -141,6 +151,7 @@ benchmark: $(VENV)/installed-dev
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[peers]'
 	$(BIN)/toppling bench --out docs
 
+# remove $(VENV) and what was built
 clean:
 	if [ -f $(VENV)/pyvenv.cfg ]; then rm -rf $(VENV); fi
 	rm -rf build dist *.egg-info .mypy_cache .ruff_cache .hypothesis

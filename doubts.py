@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import NamedTuple
 
+from .wording import listed_name
+
 KINDS: dict[str, str] = {
     "block size": "sides above 20 m or below 0.01 m",
     "level": "levels above 5 g or 10 m/s",
@@ -44,7 +46,7 @@ class ImplausibleInput(UserWarning):
 def first_names(names: Sequence[str]) -> str:
     """Return the first of some names, and the number of the others."""
     more = len(names) - NAMED
-    return ", ".join(names[:NAMED]) + (f" and {more:,} more" if more > 0 else "")
+    return ", ".join(map(listed_name, names[:NAMED])) + (f" and {more:,} more" if more > 0 else "")
 
 
 def warn(found: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput) -> None:

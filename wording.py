@@ -217,6 +217,17 @@ def years_between(often: float, seldom: float) -> str:
     return interval_text(low, high, lambda years: in_years(1.0 / years))
 
 
+def listed_name(name: str) -> str:
+    """A name as it stands in a list: in quotation marks where it holds a comma or a semicolon itself.
+
+    Examples
+    --------
+    >>> listed_name("rack"), listed_name("20 mm from the wall, with a kit")
+    ('rack', '“20 mm from the wall, with a kit”')
+    """
+    return f"“{name}”" if "," in name or ";" in name else name
+
+
 def counted(n: int, noun: str) -> str:
     """A number of things.
 

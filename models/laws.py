@@ -360,8 +360,8 @@ class HousnerImpact(_ImpactLaw):
         around = surroundings(block, front, back, exact)
         if exact and around.restrained:
             raise ValueError(
-                f'a restraint needs linearised geometry: for {block.label!r} take HousnerImpact(geometry="linear") '
-                'or "bilinear"'
+                f'a restraint needs linearised geometry: for {block.label!r} take the law "housner" '
+                '(HousnerImpact) with geometry = "linear" or "bilinear"'
             )
         return assemble(front, back, self.restitution(block), None, around, exact=exact)
 

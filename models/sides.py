@@ -142,7 +142,7 @@ def check_zone(block: Block, zone: Zone, around: Surroundings, law: str) -> None
     touching = around.back_wall is not None and around.back_wall.rotation == 0.0
     if touching and zone.rigid_rest:
         return  # (one-sided rocking: the zone is never crossed)
-    instead = 'take HousnerImpact(geometry="bilinear")'
+    instead = 'take the law "housner" (HousnerImpact) with geometry = "bilinear",'
     for contact, edge in ((around.front_wall, zone.front), (around.back_wall, zone.back)):
         if contact is not None and 0.0 < contact.rotation <= edge:
             raise ValueError(

@@ -102,11 +102,15 @@ def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path
 def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
     from .tables.branches import spread_rows  # noqa: PLC0415
     from .tables.fragility import fragility_table, measure_rows, risk_table, size_table  # noqa: PLC0415
+    from .tables.gains import gain_rows  # noqa: PLC0415
 
     first = shown(results)
     yield fragility_table(first)
     if "rate" in results:
         yield risk_table(shown(results, RATE))
+    compared = gain_rows(results)
+    if compared is not None:
+        yield plain_table(*compared)
     spread = spread_rows(shown(results, RATE) if "rate" in results else results)
     if spread is not None:
         yield plain_table(*spread)

@@ -21,7 +21,7 @@ from .isotonic import IsotonicForm
 from .labels import label_curves
 from .likelihood import PENALTIES
 from .links import LINKS, LOGNORMAL
-from .states import OK, OVERTURNED, State
+from .states import DIRECTIONS, OK, OVERTURNED, State
 from .trials import OVERTURNING_OUTCOMES, STATES, Sample, Trials, collect, outcomes_of
 from .two_parameter import TWO_PARAMETER_FORMS
 from .uplift import UpliftForm
@@ -90,7 +90,7 @@ def fit_fragility(
     data: xr.Dataset,
     confidence: float = 0.95,
     *,
-    form: str | Fit = "lognormal",
+    form: str | Fit | None = None,
     method: str = "binomial",
     intervals: str | None = None,
     fractiles: Sequence[float] = (),
@@ -112,7 +112,9 @@ def fit_fragility(
         dimensions, as `overturning_probability` returns them.
     confidence : float
         Of the intervals, between 0 and 1.
-    form : str or callable
+    form : str or callable, optional
+        Where not given: ``isotonic`` for falls to one side (`state` front or back), whose probability need not rise
+        to 1, else ``lognormal``.
         ``lognormal``, ``log-logistic`` or ``weibull`` (two parameters: median, and the standard deviation of
         ln(capacity) as dispersion); ``uplift-lognormal``, P(uplift) P(overturn | uplift) with certain safety below
         rocking; ``isotonic``, non-decreasing and nothing else.  Or the caller's own fit: a callable of (levels,
@@ -218,7 +220,7 @@ def fit_fragility(
     >>> print(f"{float(fit['median_lower']):.4f} {float(fit['median_upper']):.4f}")
     0.9642 1.3070
     """
-    chosen = form_named(form)
+    chosen = form_named(default_form(state) if form is None else form)
     level = checks.number("confidence", confidence, above=0.0, below=1.0)
     trials = collect(data, checks.choice("method", method, METHODS) == "first-overturning", state, together)
     check_method(chosen, method)
@@ -261,6 +263,11 @@ def fit_fragility(
             "im": trials.level["im"],
         }
     )
+
+
+def default_form(state: State) -> str:
+    """Return the form of curve for a damage state: one that need not rise to 1 for falls to one side."""
+    return IsotonicForm.name if state in DIRECTIONS else LOGNORMAL
 
 
 def form_named(form: Any) -> Form:

@@ -132,5 +132,5 @@ def agreed_measure(lines: Lines, stated: str | None, im: str | None) -> str:
     if stated is None and im is None:
         raise HazardError(f"{lines.file}: does not say of which measure it is: give im")
     if stated is not None and im is not None and stated != im:
-        raise HazardError(f"{lines.file}: is of {stated}, and {im} is wanted")
+        raise HazardError(f"{lines.file}: gives {stated}, but {im} is needed, the measure of the levels")
     return str(stated or im)

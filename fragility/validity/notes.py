@@ -12,7 +12,7 @@ import xarray as xr
 from ...aliases import Array, Flags
 from ...doubts import NAMED, first_names
 from ...models import Block
-from ...wording import counted, two_digit_percent, two_digits
+from ...wording import counted, listed_name, two_digit_percent, two_digits
 from ..numerics.proportions import runs_for_half_width, wilson_interval
 from .plausibility import block_doubts
 from .reasons import ELASTIC_MODE, SCALED_FAR, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason
@@ -205,7 +205,7 @@ def _worst(shares: xr.DataArray, by: tuple[str, ...]) -> str:
     names = []
     for i in order[:NAMED]:
         at = np.unravel_index(i, means.shape)
-        label = " under ".join(str(means[dim].values[k]) for dim, k in zip(by, at, strict=True))
+        label = " under ".join(listed_name(str(means[dim].values[k])) for dim, k in zip(by, at, strict=True))
         names.append(f"{label} {two_digit_percent(float(flat[i]))}")
     more = len(order) - len(names)
     return ", ".join(names) + (f" and {more} more" if more else "")

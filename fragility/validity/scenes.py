@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from ...models import Block
 from ...models.sides import sides, surroundings
+from ...wording import listed_name
 
 DRIFT = 0.005
 """Storey drift over height that is taken where none is known: strong shaking of a frame (judgement)."""
@@ -92,6 +93,6 @@ def _frequency(block: Block) -> float:
 
 
 def _listed(blocks: list[Block]) -> str:
-    names = [block.label for block in blocks[:MOST_NAMED]]
+    names = [listed_name(block.label) for block in blocks[:MOST_NAMED]]
     more = len(blocks) - len(names)
     return ", ".join(names) + (f" and {more:,} more" if more else "")

@@ -17,7 +17,7 @@ from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.risk.modelling import MODELLING
 from ...motions.floors.histories import FloorHistories
 from ...units import DIMENSIONLESS
-from ...wording import counted, whole_percent
+from ...wording import counted, listed_name, whole_percent
 from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard, branches_beyond_note
 from ..text.spread import branch_names
 from ..text.words import level_text
@@ -93,7 +93,7 @@ def _named(here: xr.Dataset, which: Flags, beside: Array | None = None) -> tuple
     """Return the number of the pieces of some items, and the first items, with what holds them."""
     at = np.flatnonzero(which)
     kits = ["" if beside is None else f" ({beside[i]})" for i in at]
-    names = [f"{int(here['count'].values[i]):,} × {here['item'].values[i]}" for i in at[:MOST_NAMED]]
+    names = [f"{int(here['count'].values[i]):,} × {listed_name(str(here['item'].values[i]))}" for i in at[:MOST_NAMED]]
     named = ", ".join(f"{name}{kit}" for name, kit in zip(names, kits[:MOST_NAMED], strict=True))
     more = f" and {at.size - MOST_NAMED} more items" if at.size > MOST_NAMED else ""
     return int(here["count"].values[at].sum()), f"{named}{more}"

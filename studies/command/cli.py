@@ -133,6 +133,7 @@ def run(
     if client is None:
         with console.status("loading the engine (compiled once after installation, some 20 s)"):
             prepare(plan.of_each_law)
+    before = _stamp(folder)
     try:
         with show_progress(console, "runs", plan.work) as display:
             results = plan.run(
@@ -146,7 +147,9 @@ def run(
     finally:
         if client is not None:
             client.close()
-    if display.watch is None:
+    if display.watch is None and _stamp(folder) != before:
+        say(console, "runs kept; what the changed keys decide (recommendations, title) is computed anew")
+    elif display.watch is None:
         say(console, "results of this study were there already (--fresh computes them again)")
     elif display.watch.kept:
         say(console, f"went on from {display.watch.kept:,} runs that were kept")
@@ -156,6 +159,15 @@ def run(
         raise KeyboardInterrupt(
             f"interrupted: the results are written ({folder / RESULT_NAME}), not all of the figures"
         ) from None
+
+
+def _stamp(folder: Path) -> tuple[int, int] | None:
+    """Return what changes where results are written again; None where there are none."""
+    try:
+        found = (folder / RESULT_NAME).stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_mtime_ns
 
 
 def _show(console: Console, plan: Study, results: Dataset, folder: Path, verbose: bool) -> None:

@@ -46,7 +46,8 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
     folder : Path
         The folder for ``pieces.csv``, ``pieces.xlsx`` or ``rates.xlsx``, made where missing.
     format_ : {"csv", "xlsx"}
-        A table with the units in its heading; or a workbook with that table and a sheet that says what it is of.
+        A table in SI units, which its headings name; or a workbook with that table, levels in the unit of the tables
+        and chances in per cent, and a sheet that says what it is of.
     model : str, optional
         Label of the law, or its short name for the first of its kind; where not given the reference, for rates all.
     verify : bool
@@ -69,7 +70,7 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
     """
     with read_results(result) as results:
         check_content(result, results, verify)
-        name, found, about, kits = _table(results, result, model)
+        name, found, about, kits = _table(results, result, model, readable=format_ == "xlsx")
         files = {f"{name}.{format_}": csv_bytes(found) if format_ == "csv" else _xlsx(name, found, about, kits)}
         if kits is not None and format_ == "csv":
             files["kits.csv"] = csv_bytes(kits)
@@ -84,7 +85,7 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
 
 
 def _table(
-    results: xr.Dataset, path: Path, model: str | None
+    results: xr.Dataset, path: Path, model: str | None, readable: bool
 ) -> tuple[str, ValueTable, list[list[Cell]], ValueTable | None]:
     """Return what a table is of, the table, what it rests on, and the table of kits where there are any."""
     about: list[list[Cell]] = [
@@ -115,7 +116,7 @@ def _table(
     ]
     if "item_rate" not in results and "at_level" in results.attrs:
         about.append(["level of shaking", _level(results)])
-    return "pieces", piece_table(results, at), about, kit_table(results, at)
+    return "pieces", piece_table(results, at, readable), about, kit_table(results, at)
 
 
 def _xlsx(name: str, found: ValueTable, about: list[list[Cell]], kits: ValueTable | None) -> bytes:

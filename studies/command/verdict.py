@@ -2,13 +2,35 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 import xarray as xr
 
+from ..report.actions import budget_steps
 from ..report.summary import plain_answer
 from ..report.validity import badge, checks_of
+from ..tables.gains import gain_sentences
+from ..tables.sensitivity import claims_of
+
+MOST_CLAIMS = 6
+"""Most statements of a sensitivity study that a terminal shows."""
 
 
 def verdict(results: xr.Dataset, answered: bool) -> list[str]:
-    """Return how valid results are, a line, after the answer in sentences where it is not `answered` by a table."""
+    """Return how valid results are, a line, after the answer in sentences, or after what a table leaves out of it."""
     found = checks_of(results)
-    return [*([] if answered else plain_answer(results)), f"validity: {badge(found)}"]
+    return [*(_beside_table(results) if answered else plain_answer(results)), f"validity: {badge(found)}"]
+
+
+def _beside_table(results: xr.Dataset) -> list[str]:
+    """Return what the short table of a study does not show: the building as a whole, statements, kits."""
+    kind = str(results.attrs["kind"])
+    if kind == "performance":
+        # (how often anything falls, and what is lost, come first)
+        return [*islice(plain_answer(results), 1 + ("annual_loss" in results)), *budget_steps(results)]
+    if kind == "sensitivity":
+        claims = claims_of(results)
+        more = [f"{len(claims) - MOST_CLAIMS} more: see the report"] if len(claims) > MOST_CLAIMS else []
+        said = [f"{one.verdict}: {one.claim} ({one.text})" for one in claims[:MOST_CLAIMS]]
+        return [*islice(plain_answer(results), 1), *said, *more]
+    return gain_sentences(results)

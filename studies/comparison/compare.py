@@ -13,20 +13,16 @@ from ..show import save_figures
 from ..store.outputs import own_files
 from ..tables.values import csv_bytes
 from ..text.rows import Rows
+from .answers import answer, reading
 from .curves import compare_curves
 from .inputs import differences_in_words
 from .pieces import compare_pieces
-from .ratios import HIGHER, LOWER, OPEN
-from .sides import PIECES, two_sides
-from .tables import answer, rows_of, value_table, whole_rows
+from .sides import PIECES, titles_of, two_sides
+from .tables import rows_of, value_table, whole_rows
 
 TABLE, PAGE = "comparison.csv", "comparison.html"
 NAMES = (TABLE, PAGE, "curves.png", "chances.png")
 """Names of all files that a comparison may have."""
-WAY = (
-    f"{HIGHER}, {LOWER}: the interval of B/A does not include 1, so the choice of motions does not explain the "
-    f"difference; {OPEN}: it includes 1, and more motions may decide; –: too few motions bring anything down"
-)
 
 
 class Comparison(NamedTuple):
@@ -72,13 +68,16 @@ def compare(
             raise StudyError(f"A has {sure} intervals and B {confidence_text(b.results)} intervals: give both the same")
         if same and laws is not None and laws[0] == laws[1]:
             raise StudyError(f"--laws {laws[0]} {laws[1]}: name two laws")
+        titles = titles_of(a, b, laws)
+        # (figures name the laws themselves)
+        drawn_titles = (a.title, b.title) if same else titles
         if a.kind == PIECES:
             found = compare_pieces(a, b, laws)
-            draw = partial(figures.of_pieces, found, a.title, b.title, sure)
+            draw = partial(figures.of_pieces, found, drawn_titles, sure)
         else:
             both = compare_curves(a, b, laws)
             found = both.found
-            draw = partial(figures.of_curves, both, sure)
+            draw = partial(figures.of_curves, both, drawn_titles, sure)
         head = [f"{one.name}: {one.title} ({one.path})" for one in (a, b)]
         differences = differences_in_words(a, b, found.names, found.laws)
         compared = {line.quantity for line in found.lines}
@@ -87,9 +86,8 @@ def compare(
         whole = [one for one in told if one.whole]
         tables += [whole_rows(found.lines, whole, sure)] if whole else []
         said = [answer(found.lines, one) for one in told]
-        pairs = {line.laws for line in found.lines}
-        pair = next(iter(pairs)) if len(pairs) == 1 else ("", "")
-        page = html_page(a, b, pair, said, differences, tables, [WAY, *found.notes], draw)
+        legend = reading([line for line in found.lines if line.quantity in {one.name for one in told}])
+        page = html_page(a, b, titles, said, differences, tables, [legend, *found.notes], draw)
         drawn = list(draw())
     with own_files(folder, "compare", NAMES):
         written = [
@@ -98,7 +96,7 @@ def compare(
             _write(folder / PAGE, page.encode("utf-8")),
         ]
     head += ["what differs:", *(f"  {one}" for one in differences)]
-    return Comparison(head, tables, [*said, WAY, *(f"note: {one}" for one in found.notes)], written)
+    return Comparison(head, tables, [*said, legend, *(f"note: {one}" for one in found.notes)], written)
 
 
 def _write(path: Path, content: bytes) -> Path:

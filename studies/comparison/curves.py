@@ -19,10 +19,11 @@ from ..file.analyses import FitTable
 from ..file.hazard import HazardTable
 from ..file.table import StudyError
 from ..plan.estimates import Fit
+from ..plan.ratios import ratio_of, verdict_of
 from ..plan.risk import Risk
 from ..plan.samples import pooled_curves
 from ..text.words import axis_of, display_unit, floor_name, measure_name
-from .ratios import Found, Line, Quantity, ratio_of, verdict_of
+from .ratios import Found, Line, Quantity
 from .sides import Matched, Side, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
 
 MEDIAN, DISPERSION, RATE, CHANCE = "median", "dispersion", "rate", "chance"
@@ -187,12 +188,12 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
             "" if math.isfinite(value.value) else side.status(where)
             for side, value, where in ((a, one, at), (b, other, to))
         ]
-        ratio = ratio_of(one.value, other.value, *drawn, confidence)
+        ratio = Range(*ratio_of(one.value, other.value, *drawn, confidence))
         found.append(Line(quantity, name, place, laws, one, other, ratio, verdict_of(ratio), *said))
         if quantity == RATE:
             each = [Range(*(float(probability_in(np.float64(x), years)) for x in value)) for value in (one, other)]
             in_years = [None if rates is None else probability_in(rates, years) for rates in drawn]
-            ratio = ratio_of(each[0].value, each[1].value, in_years[0], in_years[1], confidence)
+            ratio = Range(*ratio_of(each[0].value, each[1].value, in_years[0], in_years[1], confidence))
             found.append(Line(CHANCE, name, place, laws, each[0], each[1], ratio, verdict_of(ratio), *said))
     return found
 

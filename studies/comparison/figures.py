@@ -30,24 +30,24 @@ LEAST_CHANCE = 1e-7
 """Least end of an interval that is drawn, on the logarithmic axis of chances."""
 
 
-def of_curves(both: CurveComparison, confidence: str) -> Iterator[tuple[str, Figure]]:
+def of_curves(both: CurveComparison, titles: tuple[str, str], confidence: str) -> Iterator[tuple[str, Figure]]:
     """Yield the figures of a comparison of curves, each with the name of its file."""
     a, b = both.a.side, both.b.side
     medians = [line for line in both.found.lines if line.quantity == MEDIAN]
     if medians and same_measure(a, b):
-        yield "curves", _panels(both, medians, confidence)
-    yield from of_pieces(both.found, a.title, b.title, confidence)
+        yield "curves", _panels(both, medians, titles, confidence)
+    yield from of_pieces(both.found, titles, confidence)
 
 
-def of_pieces(found: Found, title_a: str, title_b: str, confidence: str) -> Iterator[tuple[str, Figure]]:
+def of_pieces(found: Found, titles: tuple[str, str], confidence: str) -> Iterator[tuple[str, Figure]]:
     """Yield the figure of the chances of both sides where there are any, with the name of its file."""
     for quantity in found.quantities:
         own = [one for one in found.lines if one.quantity == quantity.name and _drawable(one)]
         if quantity.name == CHANCE and own:
-            yield "chances", _dots(own, quantity, (title_a, title_b), confidence)
+            yield "chances", _dots(own, quantity, titles, confidence)
 
 
-def _panels(both: CurveComparison, medians: list[Line], confidence: str) -> Figure:
+def _panels(both: CurveComparison, medians: list[Line], titles: tuple[str, str], confidence: str) -> Figure:
     """Return the figure of the curves: a panel for each block, floor and law, A and B with bands over motions."""
     chosen = furthest(medians, MOST_PANELS)
     places = [both.places[medians.index(line)] for line in chosen]
@@ -75,7 +75,7 @@ def _panels(both: CurveComparison, medians: list[Line], confidence: str) -> Figu
     axes.remove_spare(panels, len(chosen))
     axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
     first = f"; the {len(chosen)} of {len(medians):,} whose medians differ most" if len(chosen) < len(medians) else ""
-    title = _title((both.a.side.title, both.b.side.title), medians)
+    title = _title(titles, medians)
     axes.heading(figure, title, f"bands: {confidence} over motions{first}")
     return figure
 

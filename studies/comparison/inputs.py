@@ -9,7 +9,7 @@ import numpy as np
 
 from ...fragility.runs.provenance import number_of_motions
 from ...motions.arrays import POLARITY
-from ...wording import counted, short_digits
+from ...wording import counted, listed_name, short_digits
 from ..store.differences import APART, changes, corrects, makes_motions
 from .sides import PIECES, Matched, Side, same_motions
 
@@ -64,7 +64,7 @@ def differences_in_words(a: Side, b: Side, of_names: Matched, of_laws: Matched) 
         )
     said += list(_surroundings(a, b))
     if not said and a.path.resolve() != b.path.resolve():
-        said.append("the files that the studies read (records, inventory or hazard curve) have changed between them")
+        said.append("the files that the studies read (records or inventory) have changed between them")
     return [*(said or ["nothing but the laws"]), motions_in_words(a, b)]
 
 
@@ -142,7 +142,11 @@ def _tables(a: Side, b: Side) -> Iterator[str]:
             tables.setdefault(name, []).append(f"{re.sub(rf'^{name}[.]', '', key)} {old} in A, {new} in B")
     file = a.study.get("hazard", {}).get("file")
     if file is not None and "hazard" not in tables:
-        tables["hazard"] = [f"in {file} in both; results do not say whether that file has changed between them"]
+        curves = [str(side.results.attrs.get("hazard_sha256", "")) for side in (a, b)]
+        if not all(curves):
+            tables["hazard"] = [f"in {file} in both; it is not known whether the curve in it is the same"]
+        elif curves[0] != curves[1]:
+            tables["hazard"] = [f"the curve in {file} has changed between A and B"]
     for name, said in tables.items():
         yield f"{name}: {'; '.join(said[:MOST_SAID])}{_more(len(said))}"
 
@@ -168,7 +172,7 @@ def _value(value: object) -> str:
 
 
 def _listed(labels: list[str]) -> str:
-    return ", ".join(labels[:MOST_SAID]) + _more(len(labels))
+    return ", ".join(map(listed_name, labels[:MOST_SAID])) + _more(len(labels))
 
 
 def _more(number: int) -> str:

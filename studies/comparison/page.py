@@ -28,7 +28,7 @@ RATIOS = (
 def html_page(
     a: Side,
     b: Side,
-    laws: tuple[str, str],
+    titles: tuple[str, str],
     sentences: Sequence[str],
     differences: Sequence[str],
     tables: Sequence[Rows],
@@ -41,8 +41,8 @@ def html_page(
     ----------
     a, b : Side
         What is compared.
-    laws : (str, str)
-        The laws of A and B, which the cover names where they differ; empty where there are several pairs.
+    titles : tuple of str
+        What they are called.
     sentences, differences, reading : sequence of str
         The answer, what differs between the inputs, and what a reader must know.
     tables : sequence of Rows
@@ -55,10 +55,7 @@ def html_page(
     content = {
         "title": "Two studies side by side",
         "question": QUESTION,
-        "cover": [
-            (one.name, ", ".join(filter(None, (one.title or "A study", law if laws[0] != laws[1] else ""))))
-            for one, law in zip((a, b), laws, strict=True)
-        ],
+        "cover": list(zip("AB", titles, strict=True)),
         "sentences": _as_sentences(sentences),
         "differences": _as_sentences(differences),
         "tables": of_page,

@@ -18,8 +18,9 @@ from ..buildings.assessment import BUILDING
 from ..buildings.outcomes import DAY
 from ..buildings.pieces import YEARS, Piece, Range, pieces_of
 from ..buildings.variables import Year, level_index, per_year
+from ..plan.ratios import ratio_of, verdict_of
 from ..text.words import floor_name, level_text
-from .ratios import NONE, Found, Line, Quantity, ratio_of, verdict_of
+from .ratios import ANCHORED_IN, NONE, Found, Line, Quantity
 from .sides import Side, matched_laws, matched_names, measure_of, same_motions
 
 CHANCE, NUMBER, LOSS, ANY = "chance", "number", "loss", "any"
@@ -194,10 +195,10 @@ def _line(both: list[Piece], rates: list[Array], laws: tuple[str, str], yearly: 
     ranges = [NONE if kept else _in_years(one.chance, yearly) for one, kept in zip(both, held, strict=True)]
     samples = [_in_years_all(one, yearly) for one in rates]
     said = ["anchored" if kept else NEVER if one.value == 0.0 else "" for one, kept in zip(ranges, held, strict=True)]
-    ratio = ratio_of(ranges[0].value, ranges[1].value, samples[0], samples[1], confidence)
+    ratio = Range(*ratio_of(ranges[0].value, ranges[1].value, samples[0], samples[1], confidence))
     verdict = verdict_of(ratio)
-    if held[0] != held[1]:
-        verdict = f"anchored in {'A' if held[0] else 'B'}"
+    if any(held):
+        verdict = ANCHORED_IN["both" if all(held) else "A" if held[0] else "B"]
     places = [", ".join(filter(None, (one.room, floor_name(one.floor)))) for one in both]
     names = [one.item for one in both]
     name, place = (one[0] if one[0] == one[1] else f"{one[0]} → {one[1]}" for one in (names, places))
@@ -227,7 +228,7 @@ def _totals(
         ]
         said = [NEVER if one.value == 0.0 else "" for one in ranges]
         confidence = float(a.results.attrs["confidence"])
-        ratio = ratio_of(ranges[0].value, ranges[1].value, samples[0], samples[1], confidence)
+        ratio = Range(*ratio_of(ranges[0].value, ranges[1].value, samples[0], samples[1], confidence))
         found.append(Line(quantity, WHOLE, "", laws, ranges[0], ranges[1], ratio, verdict_of(ratio), *said))
     return found
 

@@ -58,6 +58,21 @@ class Matched(NamedTuple):
     only_b: list[str]
 
 
+def titles_of(a: Side, b: Side, laws: tuple[str, str] | None = None) -> tuple[str, str]:
+    """Return the titles of both sides; those that are equal are told apart by the folders, or by the laws compared."""
+    titles = a.title or "A study", b.title or "A study"
+    if titles[0] != titles[1]:
+        return titles
+    folders = [one.path.resolve().parent for one in (a, b)]
+    beside: Sequence[str] = [one.name for one in folders]
+    if beside[0] == beside[1]:
+        beside = [folder.as_posix() for folder in folders]
+    if folders[0] == folders[1]:
+        beside = [one.path.name for one in (a, b)] if a.path.resolve() != b.path.resolve() else laws or ("A", "B")
+    one, other = (f"{titles[0]} ({word})" for word in beside)
+    return one, other
+
+
 @contextmanager
 def two_sides(first: Path, second: Path, same: bool = False, verify: bool = False) -> Iterator[tuple[Side, Side]]:
     """Open two results until the block ends.

@@ -11,20 +11,13 @@ from ...wording import about_percent, chances_between, interval_text, three_digi
 from ..buildings.pieces import Range
 from ..tables.values import ValueTable, known
 from ..text.rows import Rows
-from .ratios import HIGHER, LOWER, OPEN, SAME, Line, Quantity, counted_verdicts, law_text
+from .ratios import Line, Quantity, law_text
 
 MOST_ROWS = 60
 """Most rows of a table on a terminal: those whose ratios are furthest from 1."""
 
 
 SIDES = ("A", "B", "B/A", "B against A")
-ONE = {
-    HIGHER: f"{HIGHER} in B, by more than the choice of motions explains",
-    LOWER: f"{LOWER} in B, by more than the choice of motions explains",
-    OPEN: f"{OPEN}: the choice of motions may explain the difference",
-    SAME: "exactly the same",
-}
-"""What is said of a single comparison, by its verdict."""
 
 
 def rows_of(lines: Sequence[Line], quantity: Quantity, confidence: str) -> Rows:
@@ -63,26 +56,6 @@ def furthest(lines: Sequence[Line], most: int) -> list[Line]:
     far = [abs(math.log(line.ratio.value)) if line.ratio.value > 0.0 else math.inf for line in lines]
     chosen = np.argsort([-x if not math.isnan(x) else 0.0 for x in far], kind="stable")[:most]
     return [lines[i] for i in sorted(chosen)]
-
-
-def answer(lines: Sequence[Line], quantity: Quantity) -> str:
-    """Return in a sentence how many of a quantity differ by more than the choice of motions explains."""
-    own = [line for line in lines if line.quantity == quantity.name]
-    numbers = counted_verdicts(own)
-    total = sum(numbers.values())
-    if not total:
-        return f"{quantity.title}: no ratio has an interval"
-    if total == 1:
-        return f"{quantity.title}: {ONE[next(word for word in numbers if numbers[word])]}"
-    decided = numbers[HIGHER] + numbers[LOWER]
-    which = [f"{numbers[word]} {word} in B" for word in (HIGHER, LOWER) if numbers[word]]
-    counts = f" ({', '.join(which)})" if which else ""
-    said = [f"{decided} of {total:,} differ by more than the choice of motions explains{counts}"]
-    said += [f"{numbers[OPEN]} not resolved: the choice of motions may explain the difference"] if numbers[OPEN] else []
-    said += [f"{numbers[SAME]} exactly the same"] if numbers[SAME] else []
-    few = len(own) - total
-    said += [f"{few} without a verdict: too few motions bring them down"] if few else []
-    return f"{quantity.title}: {'; '.join(said)}"
 
 
 def ratio_text(ratio: Range) -> str:

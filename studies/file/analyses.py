@@ -10,9 +10,10 @@ import numpy as np
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
 from ...aliases import Array
-from ...fragility.fitting.fit import FORMS, METHODS
+from ...fragility.fitting.fit import FORMS, METHODS, default_form
 from ...fragility.fitting.intervals import INTERVALS
 from ...fragility.fitting.likelihood import PENALTIES
+from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import state_name
 from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
 from ...fragility.uncertainty.joint import PIECES, Variability
@@ -373,7 +374,12 @@ class PerformanceTable(Table):
 class FitTable(Table):
     """How curves are fitted to the runs."""
 
-    form: Annotated[str, one_of(FORMS), Field(description="Shape of the curves.")] = "lognormal"
+    form: Annotated[
+        str,
+        one_of(FORMS),
+        KeyInfo("`lognormal`; `isotonic` where `state` is `front` or `back`"),
+        Field(description="Shape of the curves; all but isotonic rise to 1, as falls to one side need not."),
+    ] = LOGNORMAL
     method: Annotated[str, one_of(METHODS), Field(description="What they are fitted to.")] = "binomial"
     intervals: Annotated[
         str | None,
@@ -391,7 +397,10 @@ class FitTable(Table):
     seed: Annotated[int, Field(ge=0, description="Their seed.")] = 0
     state: Annotated[
         str | float,
-        Field(description="What counts: overturned, front or back (to that side), uplifted, or |θ|/α above a number."),
+        Field(
+            description="What counts: overturned, front (a fall away from the wall, into the room) or back, uplifted, "
+            "or |θ|/α above a number."
+        ),
     ] = "overturned"
     confidence: Annotated[float, Field(gt=0.0, lt=1.0, description="Of all intervals.")] = 0.95
     modelling_dispersion: Annotated[
@@ -401,10 +410,19 @@ class FitTable(Table):
         Literal["mean", "fractiles"], Field(description="Whether β_m is in the mean rate or in its fractiles.")
     ] = "mean"
 
+    @model_validator(mode="before")
+    @classmethod
+    def _shaped(cls, given: Any) -> Any:
+        """Take the form that suits the state where none is given."""
+        if not isinstance(given, dict) or "form" in given or not isinstance(given.get("state"), str):
+            return given
+        return {**given, "form": default_form(given["state"])}
+
     @model_validator(mode="after")
     def _modelled(self) -> Self:
         if self.modelling_dispersion > 0.0 and self.form != "lognormal":
-            raise ValueError(f"fit.modelling_dispersion is for lognormal curves, got form {self.form!r}")
+            side = f", the default of state {self.state!r}" if self.form == default_form(self.state) else ""
+            raise ValueError(f"fit.modelling_dispersion is for lognormal curves, got form {self.form!r}{side}")
         if self.modelling == "fractiles" and self.modelling_dispersion == 0.0:
             raise ValueError("fit.modelling = 'fractiles' needs fit.modelling_dispersion > 0")
         return self

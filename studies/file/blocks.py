@@ -163,7 +163,9 @@ class BlockTable(Table):
         str | None, KeyInfo("what it is"), Field(min_length=1, max_length=200, description="Label in results.")
     ] = None
     width_m: Annotated[
-        float | None, KeyInfo(above=0.0), Field(description="Full width in the direction of shaking, m.")
+        float | None,
+        KeyInfo(above=0.0),
+        Field(description="Full size in the direction in which it tips, m (of a bookcase, its depth)."),
     ] = None
     height_m: Annotated[float | None, KeyInfo(above=0.0), Field(description="Full height, m.")] = None
     cm_height_m: Annotated[

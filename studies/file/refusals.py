@@ -28,30 +28,46 @@ HINTS = {
 def refusal(
     errors: ValidationError, content: Any, table: type[Table], above: tuple[int | str, ...] = ()
 ) -> tuple[str, tuple[str, ...]]:
-    """Return the sentence for the errors of `content`, which should be a `table`, and the location of the error.
+    """Return the sentence for the first error of `content`, as `refusals` has it."""
+    return refusals(errors, content, table, above)[0]
 
-    `above`: the location of the table itself in the study file.
+
+def refusals(
+    errors: ValidationError, content: Any, table: type[Table], above: tuple[int | str, ...] = ()
+) -> list[tuple[str, tuple[str, ...]]]:
+    """Return a sentence for each error of `content`, which should be a `table`, and the location of the error.
+
+    `above`: the location of the table itself in the study file.  Unknown keys come first; keys that are missing are
+    left out where there are unknown ones, which are likely the cause.  Each key has one error.
     """
     found = errors.errors(include_url=False)
-    # an unknown key is likely the cause of a missing one, so it is reported first
-    error = min(found, key=lambda one: one["type"] != "extra_forbidden")
-    kind = error["type"]
-    location = _stated(error["loc"], content, kind)
-    names = tuple(part for part in (*above, *location) if isinstance(part, str))
-    key = _written((*above, *location))
-    value = error["input"]
+    unknown = [one for one in found if one["type"] == "extra_forbidden"]
+    others = [one for one in found if one not in unknown and not (unknown and one["type"] == "missing")]
+    of_keys: dict[str, tuple[str, tuple[str, ...]]] = {}
+    for error in (*unknown, *others):
+        location = _stated(error["loc"], content, error["type"])
+        key = _written((*above, *location))
+        if key not in of_keys:
+            names = tuple(part for part in (*above, *location) if isinstance(part, str))
+            of_keys[key] = _sentence(error, location, key, table), names
+    return list(of_keys.values())
+
+
+def _sentence(error: Any, location: tuple[int | str, ...], key: str, table: type[Table]) -> str:
+    """Return the sentence for one error."""
+    kind, value = error["type"], error["input"]
     if kind == "extra_forbidden":
-        return _unknown(key, location, table), names
+        return _unknown(key, location, table)
     if kind == "missing":
-        return f"key {shown(key, 120)} is missing{HINTS.get(key, '')}", names
+        return f"key {shown(key, 120)} is missing{HINTS.get(key, '')}"
     if kind in NO_LIST and isinstance(value, dict):
-        return f"{key}: there may be several: write [[{key}]] for each, not [{key}]", names
+        return f"{key}: there may be several: write [[{key}]] for each, not [{key}]"
     if kind in NO_TABLE:
-        return f"{key}: {_no_table(location, key, value)}", names
+        return f"{key}: {_no_table(location, key, value)}"
     if kind == "value_error":
-        message = error["msg"].removeprefix("Value error, ")
-        return (f"{key}: {message}" if key else message), names
-    return f"{key}: {_allowed(kind, location, table, error)}, got {_as_written(value)}", names
+        message = str(error["msg"]).removeprefix("Value error, ")
+        return f"{key}: {message}" if key else message
+    return f"{key}: {_allowed(kind, location, table, error)}, got {_as_written(value)}"
 
 
 def _unknown(key: str, location: tuple[int | str, ...], table: type[Table]) -> str:

@@ -31,10 +31,10 @@ from .hazard import HazardTable
 from .include import read_content
 from .models import ModelTable
 from .motions import BuildingTable, MotionsTable
-from .refusals import refusal
+from .refusals import refusal, refusals
 from .report import ReportTable
 from .sensitivity import SensitivityTable
-from .table import KeyInfo, RelativePath, StudyError, Table, one_of
+from .table import KeyInfo, RelativePath, StudyError, Table, all_errors, one_of
 from .uncertainty import UncertaintyTable
 
 
@@ -386,7 +386,8 @@ def read_study_file(path: Path) -> StudyFile:
     try:
         return StudyFile.model_validate(merged.content)
     except ValidationError as error:
-        message, key = refusal(error, merged.content, StudyFile)
-        origin = merged.origin.get(key[:2]) or merged.origin.get(key[:1]) or path
-        where = "" if origin == path else f" (in {origin})"
-        raise StudyError(f"{path}: {message}{where}") from None
+        said = []
+        for message, key in refusals(error, merged.content, StudyFile):
+            origin = merged.origin.get(key[:2]) or merged.origin.get(key[:1]) or path
+            said.append(message if origin == path else f"{message} (in {origin})")
+        raise StudyError(f"{path}: {all_errors(said)}") from None

@@ -12,7 +12,7 @@ import math
 import os
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +26,8 @@ from ...motions import RecordError
 from ...units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS
 from ...wording import system_reason
 
+MOST_ERRORS = 5
+"""Most errors of a study file that are told at once."""
 _MORE = {
     **{"s": (1.0, SECOND), "ms": (1e-3, SECOND), "rad": (1.0, RADIAN), "deg": (math.pi / 180.0, RADIAN)},
     **{"kg": (1.0, KILOGRAM), "N": (1.0, NEWTON), "kN": (1e3, NEWTON)},
@@ -148,6 +150,23 @@ class WordChoice:
 
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         return {"type": "string", "enum": list(self.allowed)}
+
+
+def all_errors(sentences: Sequence[str]) -> str:
+    """Return all errors of a study file in one line, the first `MOST_ERRORS` of them with their sentences.
+
+    Examples
+    --------
+    >>> all_errors(["key 'title' is missing"])
+    "key 'title' is missing"
+    >>> all_errors(["blocks[1].width_m: must be > 0", "key 'models' is missing"])
+    "2 errors: (1) blocks[1].width_m: must be > 0; (2) key 'models' is missing"
+    """
+    if len(sentences) == 1:
+        return sentences[0]
+    said = "; ".join(f"({i}) {one}" for i, one in enumerate(sentences[:MOST_ERRORS], start=1))
+    more = len(sentences) - MOST_ERRORS
+    return f"{len(sentences)} errors: {said}{f'; and {more} more' if more > 0 else ''}"
 
 
 def one_of(names: Iterable[str]) -> WordChoice:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Self
@@ -23,8 +23,10 @@ from ..file.schema import StudyFile
 from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
 from ..plan.designs import Design
 from ..plan.estimates import LOW_SHARE, Fit, ranked
+from ..plan.gains import OTHER, gains
 from ..plan.risk import Risk
-from ..text.curve_notes import branches_beyond_note, modelling_note, one_side_notes
+from ..text.curve_notes import branches_beyond_note, modelling_note
+from ..text.one_side import FORCED, forced_to_1, one_side_notes
 from ..text.spread import branch_names
 from .branches import weighted_hazards, weighted_laws, weighted_motions
 from .study import (
@@ -272,24 +274,31 @@ class FragilityStudy(BlockStudy, Study):
             "modelling_dispersion": self.fit.modelling_dispersion,
             "modelling": self.fit.modelling,
         }
+        forced = forced_to_1(self.blocks, self.fit.state, self.fit.form)
+        if forced:
+            attributes[FORCED] = forced
         if self.measures is not None:
             ranking = ranked(results, self.design.arrays, self.measures, self.fit.state)
             found |= ranking.data_vars
             attributes["ranking"] = ranking.attrs["ranking"]
         said = [*self.fit.notes(curves, results), *one_side_notes(self.blocks, self.fit.state, self.fit.form)]
-        coordinates = {}
+        coordinates: dict[Hashable, xr.DataArray] = {}
         if self.risk is not None:
             highest = self.design.highest(results)
             modelled = self.fit.modelled(curves)
             rates = self.risk.of(modelled, self.fit.confidence, highest, self.fit.state, client.tell)
-            said += self.risk.notes(rates, modelled, highest, self.design)
+            said += self.risk.notes(rates, modelled, highest, self.configuration)
             found |= rates.data_vars
             attributes |= {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}
+            compared = gains(modelled, self.risk, self.blocks, self.fit.confidence)
+            if compared is not None:
+                found |= compared.data_vars
+                coordinates |= compared[[OTHER]].coords
             if self.branches is not None:
                 spread, of_branches = self._spread(FittedCurves(modelled, highest), client, progress)
                 said += of_branches
                 found |= spread.data_vars
-                coordinates = {name: spread.coords[name] for name in BRANCH_COORDINATES}
+                coordinates |= {name: spread.coords[name] for name in BRANCH_COORDINATES}
             said.append(modelling_note(self.fit.modelling_dispersion, self.fit.modelling))
         kept = curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
         found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars

@@ -402,6 +402,10 @@ class PerformanceStudy(Study):
         return [*arrays_of(self.motions), *further]
 
     @property
+    def site_hazard(self) -> HazardCurve | None:
+        return self.hazard
+
+    @property
     def _read(self) -> list[Any]:
         rows = [described(row) for row in self.inventory.rows]
         others = [] if self.branches is None else [asdict(one.hazard) for one in self.branches.every]

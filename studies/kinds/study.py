@@ -21,6 +21,7 @@ import xarray as xr
 
 from ...aliases import Progress
 from ...doubts import Doubt
+from ...fragility.hazard.curve import HazardCurve
 from ...fragility.numerics import slabs
 from ...fragility.runs.plan import OUTPUT_TYPES
 from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, never
@@ -35,7 +36,7 @@ from ...motions import records
 from ...motions.arrays import REVERSE_OF, digest
 from ..file.blocks import MOST_BLOCKS, read_blocks
 from ..file.schema import StudyFile, read_study_file
-from ..file.table import StudyError
+from ..file.table import StudyError, all_errors
 from ..plan.designs import Design, Incremental
 from ..plan.reading import Reading
 from ..plan.risk import Risk
@@ -211,6 +212,11 @@ class Study(ABC):
         """Further data that the results depend on, from files beside the study file, as plain values."""
         return []
 
+    @property
+    def site_hazard(self) -> HazardCurve | None:
+        """The hazard curve of the site, None where the study has none."""
+        return None
+
     @abstractmethod
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Compute the results of the study."""
@@ -358,6 +364,10 @@ class Study(ABC):
         varied = self.reading.variability
         if varied is not None and varied.freedom:
             read["spectral_variability"] = json.dumps(varied)
+        if self.site_hazard is not None:
+            # (where the curve came from does not change it)
+            curve = json.dumps({**asdict(self.site_hazard), "source": ""}, sort_keys=True).encode()
+            read["hazard_sha256"] = hashlib.sha256(curve).hexdigest()
         return found.assign_attrs(**self._named(found), **read, kind=self.kind, identity=self.identity)
 
     def _renewed(self, before: xr.Dataset) -> xr.Dataset:
@@ -415,6 +425,10 @@ class BlockStudy:
     @property
     def of_each_law(self) -> list[Oscillator]:
         return [model.oscillator(self.blocks[0]) for model in self.models]
+
+    @property
+    def site_hazard(self) -> HazardCurve | None:
+        return None if self.risk is None else self.risk.hazard
 
     @property
     def squat(self) -> list[str]:
@@ -504,23 +518,28 @@ def check_one_floor(design: Design, key: str) -> None:
 
 def check_laws(content: StudyFile, blocks: Iterable[Block], laws: Sequence[Law]) -> None:
     """Raise a ValueError that names the block and the law where a law does not apply to a block."""
+    where = "blocks" if content.blocks_file is None else "blocks_file"
+    said = []
     for block in blocks:
         for law in laws:
             try:
                 law.oscillator(block)
             except ValueError as error:
-                where = "blocks" if content.blocks_file is None else "blocks_file"
-                raise ValueError(f"{where}: {block.label!r} under {law.label}: {error}") from None
+                said.append(f"{where}: {block.label!r} under {law.label}: {error}")
+    if said:
+        raise ValueError(all_errors(said))
 
 
 def each(name: str, tables: Iterable[Any], *beside: Any) -> tuple[Any, ...]:
     """Build each table, from what else it needs; an error names the table."""
-    built = []
+    built, wrong = [], []
     for i, table in enumerate(tables, start=1):
         try:
             built.append(table.build(*beside))
         except ValueError as error:
-            raise ValueError(f"{name}[{i}]: {error}") from None
+            wrong.append(f"{name}[{i}]: {error}")
+    if wrong:
+        raise ValueError(all_errors(wrong))
     taken: dict[str, int] = {}
     for i, value in enumerate(built, start=1):
         if value.label in taken:

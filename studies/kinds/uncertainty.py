@@ -216,7 +216,7 @@ class UncertaintyStudy(BlockStudy, Study):
         if self.risk is None:
             return said
         curves = found[["median", "dispersion"]].assign_attrs(form=self.fit.form, im=self.design.im)
-        said += self.risk.notes(found, curves, self.design.highest(found), self.design)
+        said += self.risk.notes(found, curves, self.design.highest(found), self.configuration)
         missing = int(found["sample_rate"].isnull().sum())
         if missing:
             said.append(

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import xarray as xr
 
@@ -17,6 +18,7 @@ from ...fragility.risk.common_measure import per_block
 from ...fragility.runs.scaling import BLOCK_MEASURES, GROUND_FLOORS
 from ...units import DIMENSIONLESS
 from ..text.curve_notes import BEYOND, SETTLED, family_notes, rate_notes, verb_of
+from ..text.level_advice import other_levels
 from .designs import Design
 
 # The names in the results, where other variables have the plain names.
@@ -121,17 +123,17 @@ class Risk:
             )
         return worded(found, state_name(state))
 
-    def notes(self, rates: xr.Dataset, curves: xr.Dataset, highest: xr.DataArray | float, design: Design) -> list[str]:
-        """Notes on rates that come from shaking beyond the hazard curve or beyond the runs, in sentences."""
-        end, cure = {
-            "ida": ("the last level", "raise ida.levels.to"),
-            "stripes": ("the highest stripe", "add a stripe above it"),
-            "cloud": ("the strongest motion", "take stronger motions"),
-        }[design.name]
+    def notes(
+        self, rates: xr.Dataset, curves: xr.Dataset, highest: xr.DataArray | float, study: Mapping[str, Any]
+    ) -> list[str]:
+        """Notes on rates that come from shaking beyond the hazard curve or beyond the runs of a study, in sentences."""
+        ends = {"ida": "the last level", "stripes": "the highest stripe"}
+        end = next((words for key, words in ends.items() if key in study), "the strongest motion")
+        cure = other_levels(study, True)
         said = [] if self.along is None else family_notes(curves, self.along)
         settled = _by_block(_plain(curves), highest, lambda one, level: curve_probability(one, [level], LEAST)[..., 0])
-        ends = float(self.hazard.levels[0]), float(self.hazard.levels[-1])
-        return said + rate_notes(rates, settled, ends, end, cure)
+        known = float(self.hazard.levels[0]), float(self.hazard.levels[-1])
+        return said + rate_notes(rates, settled, known, end, cure)
 
     def beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
         """Return the largest share of each rate from below or above the hazard curve, or above `highest`: a guess.

@@ -27,7 +27,7 @@ def key_reference() -> str:
     Examples
     --------
     >>> page = key_reference()
-    >>> "| `width_m` | Full width in the direction of shaking, m. | m |  | number > 0 |" in page
+    >>> "| `width_m` | Full size in the direction in which it tips, m (of a bookcase, its depth). |" in page
     True
     """
     schema = study_schema()

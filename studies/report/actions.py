@@ -120,6 +120,11 @@ def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
         yield f"The code could not be checked for {_pieces(unknown, len(unknown))}: {why}."
 
 
+def budget_steps(results: xr.Dataset) -> list[str]:
+    """Return what is best done with the study's budget under the reference law; nothing without a budget."""
+    return list(_spent(pieces_of(results, reference_law(results)[0]), results))
+
+
 def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     """Yield what is best done with the study's budget."""
     if "budget_chosen" not in results:
@@ -138,16 +143,19 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     gap = float(results["budget_gap"].values[at])
     over = float(results.attrs["budget"]) - cost
     others = [one for one in pieces if not one.chosen and one.number * one.cost <= over and not one.held]
-    dear = [one for one in pieces if not one.chosen and one.recommendation == WORTH and one.number * one.cost > over]
+    wanted = (REDUCES, SAFER, WORTH)
+    dear = [one for one in pieces if not one.chosen and one.recommendation in wanted and one.number * one.cost > over]
     if others and gap == 0.0 and all(one.recommendation == SMALL for one in others):
         yield (
             f"{given_number(over)}{money} would be left over; no other line that this would pay for saves more than it "
             "costs."
         )
     elif dear and gap == 0.0:
+        first = " after what the code requires" if all(one.recommendation == DUTY for one in chosen) else ""
+        together = "; all pieces of a line are anchored together" if any(one.number > 1 for one in dear) else ""
         yield (
-            f"All pieces of a line are anchored together; the {given_number(over)}{money} left over would not pay for "
-            f"{_pieces(dear)}, and no other choice within this budget does better."
+            f"{_pieces(dear, money=money)} {'does' if len(dear) == 1 else 'do'} not fit: {given_number(over)}{money} "
+            f"would be left over{first}{together}, and no other choice within this budget does better."
         )
     if gap > 0.0:
         by = f", by up to {two_digits(100.0 * gap)} %" if math.isfinite(gap) else ""
@@ -156,7 +164,7 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     dear = [one for one in left if math.isfinite(one.cost)]
     unknown = [one for one in left if not math.isfinite(one.cost)]
     if dear:
-        yield f"The budget does not cover all that the code requires: {_pieces(dear)}."
+        yield f"The budget does not cover all that the code requires: {_pieces(dear, money=money)}."
     if unknown:
         yield f"The cost of anchoring {_pieces(unknown)}, which the code requires, is not given."
 
@@ -224,8 +232,12 @@ def _effect(pieces: list[Piece], chosen: list[Piece], money: str, safety: list[s
     return f"; this {' and '.join(said)}" if said else ""
 
 
-def _pieces(pieces: list[Piece], most: int = MOST_PIECES) -> str:
-    held = [f", now held by “{one.kit}”" if one.kit else "" for one in pieces[:most]]
-    named = [f"“{one.item}” ({floor_name(one.floor)}{kit})" for one, kit in zip(pieces[:most], held, strict=True)]
+def _pieces(pieces: list[Piece], most: int = MOST_PIECES, money: str | None = None) -> str:
+    """Name pieces with their floors, the kits that hold them, and the costs of their lines where `money` is given."""
+    named = []
+    for one in pieces[:most]:
+        kit = f", now held by “{one.kit}”" if one.kit else ""
+        cost = "" if money is None else f", {given_number(one.number * one.cost)}{money}"
+        named.append(f"“{one.item}” ({floor_name(one.floor)}{kit}{cost})")
     more = f" and {len(pieces) - most} more" if len(pieces) > most else ""
     return f"{', '.join(named)}{more}"

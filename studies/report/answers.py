@@ -158,7 +158,9 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
     median = float(one["median"])
     scale, unit = display_unit(axis)
     unit = f" {unit}" if unit else ""
-    if not np.isfinite(median):
+    if median == np.inf:
+        text = f"{verb} in fewer than half of the runs at every level {law}, so there is no median."
+    elif not np.isfinite(median):
         text = f"has no median {law}: {one['status'].item()}."
     else:
         lower, upper = (float(one[f"median_{end}"]) / scale for end in ("lower", "upper"))

@@ -28,14 +28,17 @@ from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
 from ..sensitivity.claims import FAILS, HOLDS
 from ..tables.assessment import pieces_at, span
+from ..tables.gains import gain_sentences
 from ..tables.sensitivity import GREEK, claims_of
-from ..text.block_order import places
+from ..text.block_order import MEDIAN, RATE, places
 from ..text.curve_notes import action_of, reached_of, verb_of
 from ..text.spread import amount_sentence, building_spread, range_text, rates_of_consequences, spread_sentence
 from ..text.words import axis_of, display_unit, floor_name, level_text, quantity_name, reference_law
 from .answers import largest_share
 from .results_file import without_motions
 
+NEVER_HALF = "fewer than half of the runs do so at any level"
+"""Why there is no median where a curve exists (isotonic)."""
 RARE = 0.1
 """Probability of overturning, rare but still relevant to an owner, at whose level the summary also gives counts."""
 YEARS = 50.0
@@ -85,14 +88,19 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     small = without_motions(results).isel(model=at)
     cases = small["median"].transpose("block", ...)
     status = small["status"].transpose(*cases.dims).values.ravel()
-    if not np.isfinite(cases.values).any():
+    # (a curve that never reaches 1/2 has a rate, and an infinite median)
+    curved = not np.isnan(cases.values).all()
+    by = RATE if curved and "rate" in small and np.isfinite(small["rate"].values).any() else MEDIAN
+    if by == MEDIAN and not np.isfinite(cases.values).any():
+        status = np.where(cases.values.ravel() == np.inf, NEVER_HALF, status)
         yield f"The runs do not show how strong the shaking must be: {_missing_curves(status)}."
         return
     always = int((status == ALL).sum())
     if always:
         yield f"{_always_fallen(small, cases, status)} {reached_of(state)} in every run, even in the weakest shaking."
-    order = np.argsort(places(results).values.ravel())
-    at_first = np.unravel_index(order[always], cases.shape)
+    order = np.argsort(places(results, by).values.ravel())
+    # (by rate, blocks that fell in every run come after those that have a rate)
+    at_first = np.unravel_index(order[always if by == MEDIAN else 0], cases.shape)
     first = small.isel({str(dim): int(i) for dim, i in zip(cases.dims, at_first, strict=True)})
     name = f"“{first['block'].item()}”"
     where = f" on {floor_name(first['floor'].item())}" if "floor" in small.dims else ""
@@ -117,6 +125,7 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
             yield f"Each of these rates is the mean over a modelling uncertainty of {beta:g}."
     elif "risk_probability" in first:
         yield _chance_in_years(first, f"{name}{where}", verb, float(results.attrs["years"]), _held(results))
+    yield from gain_sentences(results)
 
 
 def _missing_curves(status: NDArray[np.object_]) -> str:
@@ -144,6 +153,15 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     measure = quantity_name(axis)
     median, low, high = (float(first[f"median{end}"]) / scale for end in ("", "_lower", "_upper"))
     sure = confidence_text(results)
+    if not math.isfinite(median):
+        if "probability" in first and "level" in first["probability"].dims:
+            few, least, most = (round(100.0 * float(first[end][-1])) for end in ("probability", "lower", "upper"))
+            strongest = f"{two_digits(float(results['level'][-1]) / scale)}{unit}"
+            yield (
+                f"Of 100 earthquakes with a {measure} of {strongest}, the strongest shaking that was run, about {few} "
+                f"({least} to {most}) would {action_of(verb, name)}. The range in brackets is a {sure} interval."
+            )
+        return
     if math.isfinite(high) or low > 0.0:
         known = f" ({interval_text(low, high, two_digits)})"
     else:

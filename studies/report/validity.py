@@ -26,10 +26,11 @@ from ...fragility.validity.reasons import (
 )
 from ...fragility.validity.screen import HALF_WIDTH, SQUAT_RATIO
 from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability
-from ...wording import counted, two_digit_percent
+from ...wording import counted, listed_name, two_digit_percent
 from ..buildings.notes import AMOUNTS
 from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import NOTABLE
+from ..text.one_side import FORCED
 
 GOOD, CARE, INVALID, UNKNOWN = "good", "with care", "not valid", "not checked"
 """Words of a check: the first three from best to worst, the last where nothing was checked."""
@@ -123,9 +124,11 @@ def worst_clause(found: list[Check]) -> str:
 
 
 def badge(found: list[Check]) -> str:
-    """Return the worst word of some checks and what is wrong in one clause."""
+    """Return the worst word of some checks, what is wrong in one clause, and how many others are not good."""
     clause = worst_clause(found)
-    return f"{worst_word(found)}{f': {clause}' if clause else ''}"
+    others = sum(one.word != GOOD for one in found) - 1
+    more = f"; {others} other check{' is' if others == 1 else 's are'} not good" if clause and others > 0 else ""
+    return f"{worst_word(found)}{f': {clause}{more}' if clause else ''}"
 
 
 def not_checked() -> list[str]:
@@ -165,6 +168,8 @@ def _numbers(results: xr.Dataset) -> Iterator[Check]:
     yield _inputs(results)
     yield _spectra(results)
     if "median" in results:
+        if FORCED in results.attrs:
+            yield _one_side(results)
         yield _curves(results)
         yield _intervals(results)
     if "outside" in results:
@@ -331,6 +336,19 @@ def _spectra(results: xr.Dataset) -> Check:
     return Check(question, INVALID if rates else CARE, f"{reason} {so}", cure, alike)
 
 
+def _one_side(results: xr.Dataset) -> Check:
+    state = str(results.attrs["state"])
+    clause = f"the {results.attrs['form']} curves rise to 1, as the probability of {state} need not"
+    return Check(
+        "Can the curves follow the probability of a fall to one side?",
+        INVALID,
+        f"{results.attrs[FORCED]} may fall to the other side instead, but {clause}: chances and rates may be wrong by "
+        "a factor.",
+        'Leave fit.form out, or take fit.form = "isotonic".',
+        clause,
+    )
+
+
 def _curves(results: xr.Dataset) -> Check:
     question = "Is every curve based on runs that fell and runs that stood?"
     status = results["status"].values.astype(str)
@@ -363,6 +381,10 @@ def _intervals(results: xr.Dataset) -> Check:
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = results["median_upper"] / results["median_lower"]
     known = ratio.where(np.isfinite(results["median"]))
+    if bool((results["median"] == np.inf).all()):
+        reason = "Fewer than half of the runs reach the state at any level, so there is no median."
+        cure = "Judge by the intervals of the probabilities and rates in the tables."
+        return Check(question, UNKNOWN, reason, cure, "no curve reaches a probability of 50 %")
     if not bool(known.notnull().any()):
         return Check(question, INVALID, "No median has an interval.", cure, "no median has an interval")
     widest, where = _worst(known)
@@ -458,10 +480,12 @@ def _worst(shares: xr.DataArray) -> tuple[float, str]:
     values = shares.values.astype(float)
     filled = np.where(np.isnan(values), -np.inf, values)
     at = np.unravel_index(int(filled.argmax()), values.shape)
-    names = [str(shares[dim].values[i]) for dim, i in zip(shares.dims, at, strict=True) if dim in shares.coords]
+    names = [
+        listed_name(str(shares[dim].values[i])) for dim, i in zip(shares.dims, at, strict=True) if dim in shares.coords
+    ]
     return max(0.0, float(filled[at])), ", ".join(names) or "the only one"
 
 
 def _names_text(names: list[str]) -> str:
     more = len(names) - MOST_NAMES
-    return "; ".join(names[:MOST_NAMES]) + (f"; and {more} more" if more > 0 else "")
+    return "; ".join(map(listed_name, names[:MOST_NAMES])) + (f"; and {more} more" if more > 0 else "")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Sequence
 from itertools import product
 
@@ -30,16 +32,17 @@ from ...wording import (
 from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
 from ..text.curve_notes import reached_of, verb_of
+from ..text.level_advice import other_levels
 from ..text.rows import Rows
-from ..text.words import axis_of, display_unit, floor_name, fractile_text, measure_name
+from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, fractile_text, measure_name
 from .values import Cell, ValueTable, known, with_units
 
 OVERTURNING = state_name(OVERTURNED)
 
 # Advice where there is no curve, by the status of the fit (separated data have a curve, and a note).
 ADVICE = {
-    "no overturning": "nothing {did} at any level: raise ida.levels.to",
-    "all overturned": "everything {did} at every level: lower ida.levels.from",
+    "no overturning": "nothing {did} at any level: {higher}",
+    "all overturned": "everything {did} at every level: {lower}",
     "one level": "one level gives no curve: take more levels",
     "not increasing": "fewer blocks {did} at higher levels: look at the motions",
     "flat": "hardly more blocks {did} at higher levels: take more motions or a wider range of levels",
@@ -52,12 +55,14 @@ def hints(results: xr.Dataset) -> list[str]:
     status = results["status"].values.ravel().astype(str)
     state = str(results.attrs.get("state", OVERTURNING))
     did = "fell" if state == OVERTURNING else reached_of(state)
+    study = json.loads(str(results.attrs["study"]))
+    cures = {"higher": other_levels(study, True), "lower": other_levels(study, False)}
     lines = []
     for one in dict.fromkeys(status.tolist()):
         if one in ADVICE:
             number = int((status == one).sum())
             of = f" ({number:,} of {status.size:,} curves)" if status.size > 1 else ""
-            lines.append(f"{one}{of}: {ADVICE[one].format(did=did)}")
+            lines.append(f"{one}{of}: {ADVICE[one].format(did=did, **cures)}")
     return lines
 
 
@@ -88,7 +93,8 @@ def fragility_table(results: xr.Dataset) -> Table:
                 one = one.isel(floor=k)
             if bool(one["converged"]):
                 median, low, high = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
-                cells: tuple[str, ...] = (three_digits(median), interval_text(low, high), "", "")
+                text = three_digits(median) if median < math.inf else NOT_REACHED
+                cells: tuple[str, ...] = (text, interval_text(low, high), "", "")
                 if "dispersion" in one:
                     beta, narrow, wide = (one[f"dispersion{end}"].item() for end in ("", "_lower", "_upper"))
                     cells = (*cells[:2], three_digits(beta), interval_text(narrow, wide))

@@ -183,17 +183,18 @@ def code_rows(results: xr.Dataset) -> Rows | None:
     return Rows(title, headings, rows)
 
 
-def piece_table(results: xr.Dataset, model: int = 0) -> ValueTable:
+def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> ValueTable:
     """Return the pieces under one law as values, for a spreadsheet.
 
     Levels and money are in the units of the results (SI; the inventory's currency); levels beyond those that were run
-    are None.
+    are None.  For a workbook that people read (`readable`) levels are in the unit of the tables, such as g, and
+    chances, which its cells show in per cent, have no unit in their headings.
     """
-    level = str(results["level"].attrs.get("units", "1"))
+    scale, level = display_unit(results["level"]) if readable else (1.0, str(results["level"].attrs.get("units", "1")))
     money = currency_of(results)
     units = {
         "": "",
-        "1": "1",
+        "1": "" if readable else "1",
         "level": level,
         "money": money,
         "money a year": f"{money}/year" if money else "",
@@ -220,7 +221,12 @@ def piece_table(results: xr.Dataset, model: int = 0) -> ValueTable:
     }
     spread = over_branches(results)
     every = [of_all | _values(one, yearly, spread.get(one.item)) for one in pieces_of(results, model)]
-    return ValueTable(headings, [[known(one[name]) for name in kept] for one in every])
+    rows = [[known(_divided(one[name], scale if COLUMNS[name] == "level" else 1.0)) for name in kept] for one in every]
+    return ValueTable(headings, rows)
+
+
+def _divided(value: str | float | int, scale: float) -> str | float | int:
+    return value / scale if isinstance(value, float) and scale != 1.0 else value
 
 
 def over_branches(results: xr.Dataset) -> dict[str, Range]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import product
 
 import numpy as np
@@ -17,23 +18,25 @@ from ...wording import (
     three_digits,
     years_between,
 )
-from ..buildings.pieces import YEARS, pieces_of
+from ..buildings.pieces import YEARS, Range, pieces_of
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import verb_of
+from ..text.one_side import FORCED
 from ..text.rows import Rows
 from ..text.spread import range_text
-from ..text.words import axis_of, display_unit, floor_name, measure_name, reference_law
+from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, measure_name, reference_law
 from .pieces import code_text, over_branches
 from .pieces import in_years as chances_in
+from .sensitivity import median_rows
 
 MOST = 9
 """Most lines of the table."""
 
 
 def short_rows(results: xr.Dataset) -> Rows | None:
-    """Return the table of a fragility or a performance study under its reference law; None of other kinds."""
-    kind = str(results.attrs["kind"])
-    return _blocks(results) if kind == "fragility" else _pieces(results) if kind == "performance" else None
+    """Return the short table of a study's results, under the reference law; None for an uncertainty study."""
+    made = {"fragility": _blocks, "performance": _pieces, "sensitivity": _statements}.get(str(results.attrs["kind"]))
+    return None if made is None else made(results)
 
 
 def _blocks(results: xr.Dataset) -> Rows:
@@ -51,10 +54,10 @@ def _blocks(results: xr.Dataset) -> Rows:
         own, others = one.isel(model=at), np.delete(one["median"].values / scale, at)
         middle, low, high = (float(own[f"median{end}"]) / scale for end in ("", "_lower", "_upper"))
         beta = three_digits(float(own["dispersion"])) if "dispersion" in own else "–"
-        text = f"{three_digits(middle)} ({interval_text(low, high)})"
+        text = f"{three_digits(middle)} ({interval_text(low, high)})" if middle < np.inf else NOT_REACHED
         found = others[np.isfinite(others)]
         ends = [three_digits(float(end)) for end in (found.min(), found.max())] if found.size else []
-        cells: list[str] = [text, beta] if np.isfinite(middle) else [str(own["status"].item()), "–"]
+        cells: list[str] = [text, beta] if middle > 0.0 else [str(own["status"].item()), "–"]
         cells += [" to ".join(dict.fromkeys(ends)) or "–"] if others.size else []
         if yearly:
             rate, *limits = (float(own[f"rate{end}"]) for end in ("", "_upper", "_lower"))
@@ -71,7 +74,8 @@ def _blocks(results: xr.Dataset) -> Rows:
     headings += ["once in, years"] if yearly else []
     headings += ["over branches (90 %)"] if "epistemic_rate" in here else []
     chosen = f"; {chosen_of(here)}" if chosen_of(here) else ""
-    title = f"What {verb} under {law} ({confidence_text(here)} intervals over motions{chosen})"
+    forced = f"; not reliable: the {here.attrs['form']} curves rise to 1, see validity" if FORCED in here.attrs else ""
+    title = f"What {verb} under {law} ({confidence_text(here)} intervals over motions{chosen}{forced})"
     return Rows(title, tuple(headings), rows)
 
 
@@ -83,8 +87,8 @@ def _pieces(results: xr.Dataset) -> Rows:
     spread = over_branches(results)
     rows: list[tuple[str, ...]] = []
     for one in every[:MOST]:
-        chance = chances_in(one.chance, YEARS).value if yearly else one.chance.value
-        falls = "–" if one.held else about_percent(chance) if chance > 0.0 else "never seen"
+        chance = chances_in(one.chance, YEARS) if yearly else one.chance
+        falls = "–" if one.held else _chance(chance)
         floor = floor_name(one.floor).removeprefix("floor ")
         cells = [one.item, floor, f"{one.number:,}", falls]
         if spread:
@@ -92,6 +96,27 @@ def _pieces(results: xr.Dataset) -> Rows:
             cells.append("–" if high == 0.0 else chances_between(low, high, about_percent))
         rows.append((*cells, one.recommendation))
     first = f"; the first {MOST} of {len(every):,}" if len(every) > MOST else ""
-    falling = f"falls in {YEARS:g} years" if yearly else "falls"
+    falling = f"one falls in {YEARS:g} years" if yearly else "one falls"
     headings = ("piece", "floor", "number", falling, *(["over branches (90 %)"] if spread else []), "recommendation")
-    return Rows(f"Each piece under {results['model'].values[at]} ({code_text(results)}{first})", headings, rows)
+    sure = f"{confidence_text(results)} intervals over motions"
+    return Rows(f"Each piece under {results['model'].values[at]} ({sure}; {code_text(results)}{first})", headings, rows)
+
+
+def _chance(chance: Range) -> str:
+    """Return a chance with its interval, or that no motion made the piece fall."""
+    if not chance.value > 0.0:
+        return "never seen"
+    if math.isnan(chance.lower) or math.isnan(chance.upper):
+        return about_percent(chance.value)
+    ends = chances_between(chance.lower, chance.upper, about_percent)
+    return f"{about_percent(chance.value)} ({ends})".replace("\u00a0%)", ")")
+
+
+def _statements(results: xr.Dataset) -> Rows | None:
+    """Return the medians of the first block over those of the reference, of the first laws."""
+    tables = median_rows(results)
+    if not tables:
+        return None
+    first = f"; the first {MOST} of {len(tables[0].rows)}" if len(tables[0].rows) > MOST else ""
+    others = f"; {len(tables) - 1} more in the report" if len(tables) > 1 else ""
+    return Rows(f"{tables[0].title}{first}{others}", tables[0].headings, tables[0].rows[:MOST])

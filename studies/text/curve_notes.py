@@ -7,7 +7,7 @@ extrapolated.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,10 +15,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...aliases import Array, Flags
-from ...fragility.fitting.states import DIRECTIONS, FRONT, SEPARATED, State, state_name
-from ...models import Block
-from ...models.sides import sides, surroundings
-from ...wording import given_percent, whole_percent
+from ...fragility.fitting.states import SEPARATED, state_name
+from ...wording import given_percent, listed_name, whole_percent
 from .words import floor_name, level_text
 
 FEWEST = 5
@@ -35,6 +33,8 @@ ALIKE = 1e-6
 """Relative difference below which sizes are the same."""
 LARGE = 100.0
 """Ratio above which no number is given."""
+MOST_NAMED = 3
+"""Most curves that a note names."""
 REACHED = {
     state_name("overturned"): "overturned",
     state_name("uplifted"): "uplifted",
@@ -374,36 +374,6 @@ def family_notes(curves: xr.Dataset, along: str) -> list[str]:
     ]
 
 
-MOST_NAMED = 3
-FREE_FORMS = ("isotonic",)
-"""Forms of curves that need not rise to 1."""
-
-
-def one_side_notes(blocks: Iterable[Block], state: State, form: str) -> list[str]:
-    """Return a note on curves of falls to one side that rise to 1, of blocks that may fall to the other side, too."""
-    if state not in DIRECTIONS or form in FREE_FORMS:
-        return []
-    both = [block for block in blocks if _falls_both_ways(block, str(state))]
-    if not both:
-        return []
-    return [
-        f"{_first_labels(both)}: it may fall to the other side instead, so the probability of {state_name(state)} need "
-        'not rise to 1 as the fitted curve does: take fit.form = "isotonic", or state = "overturned"'
-    ]
-
-
-def _falls_both_ways(block: Block, state: str) -> bool:
-    front, back = sides(block, "linear")
-    around = surroundings(block, front, back, exact=False)
-    wall = around.back_wall if state == FRONT else around.front_wall
-    return wall is None
-
-
-def _first_labels(blocks: list[Block]) -> str:
-    more = len(blocks) - MOST_NAMED
-    return ", ".join(block.label for block in blocks[:MOST_NAMED]) + (f" and {more:,} more" if more > 0 else "")
-
-
 def _infinitive(state: str) -> str:
     return _without_s(verb_of(state))
 
@@ -436,7 +406,7 @@ def _name(like: xr.DataArray, at: tuple[Any, ...]) -> str:
     """The name of a curve: its block, law and floor, as far as the curves differ in them."""
     labels = {str(dim): str(like[dim].values[i]) for dim, i in zip(like.dims, at, strict=True) if dim in like.coords}
     alone = [dim for dim in labels if dim != "block" and like.sizes[dim] == 1]
-    text = labels.get("block", "the block")
+    text = listed_name(labels.get("block", "the block"))
     if "model" in labels and "model" not in alone:
         text += f" under {labels['model']}"
     if "floor" in labels:

@@ -64,6 +64,10 @@ def fractile_text(curve: xr.Dataset, p: float, scale: float) -> str:
     return value_text(value, low, high)
 
 
+NOT_REACHED = "not reached"
+"""In place of a median where fewer than half of the runs reach the state at any level (isotonic curves)."""
+
+
 def axis_of(results: xr.Dataset) -> xr.DataArray:
     """The measure on the axis of the curves: the levels, or for a cloud the intensity of each motion."""
     return results["level"] if "level" in results.coords else results["intensity"]

@@ -28,6 +28,7 @@ YEAR = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "m/s"\n'
 STUDIES = {
     "stripes": ("stripes", "", ""),
     "cloud": ("cloud", "", ""),
+    "bookcase": ("bookcase", "", FIT),
     "risk": ("risk", EVERY_OUTPUT, FIT + "[screen]\nfriction = 0.4\nfriction_dispersion = 0.2\n"),
     "tower": ("tower", "", FIT),
     "branches": ("branches", "", ""),

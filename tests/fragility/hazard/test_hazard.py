@@ -300,7 +300,7 @@ class TestFiles:
             ),
             (OPENQUAKE.format(kind="mean", imt="MMI"), {"site": 0}, "im of a hazard curve must be one of"),
             (OPENQUAKE.format(kind="std", imt="PGA"), {"site": 0}, "holds standard deviations"),
-            (OPENQUAKE.format(kind="mean", imt="PGA"), {"site": 0, "im": "pgv"}, "is of pga, and pgv is wanted"),
+            (OPENQUAKE.format(kind="mean", imt="PGA"), {"site": 0, "im": "pgv"}, "gives pga, but pgv is needed"),
             (OPENQUAKE.format(kind="mean", imt="PGA"), {"site": 0, "years": 1.0}, "states its time"),
             (
                 OPENQUAKE.replace("imt=", "im=").format(kind="mean", imt="PGA"),

@@ -167,3 +167,11 @@ def test_records_take_the_place_of_the_generator(written, tmp_path):
     assert n == 1
     (folder / "study.toml").write_text(text, encoding="utf-8")
     assert main(["run", str(folder / "study.toml"), "--dry-run"]) == 0
+
+
+@pytest.mark.parametrize("kind", ["inventory", "scenario"])
+def test_the_comment_on_a_second_law_says_what_changes(kind, tmp_path):
+    assert main(["new", kind, str(tmp_path / "one")]) == 0
+    text = (tmp_path / "one/study.toml").read_text(encoding="utf-8").replace("\n# ", " ")
+    assert "then given for Housner's model" in text
+    assert "--model" in text

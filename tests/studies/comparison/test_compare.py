@@ -244,6 +244,8 @@ class TestPieces:
         assert "e: shelf 0.9 in A, 0.92 in B" in said
         assert "pieces only in A, not compared: vase" in said
         assert "pieces only in B, not compared: clock" in said
+        tail = "\n".join(compare(folder / "free", folder / "held", tmp_path).tail)
+        assert "1 piece is anchored in B and cannot fall there; the other one is higher in B" in tail
 
 
 class TestCommand:
@@ -253,7 +255,7 @@ class TestCommand:
         assert "A: Free (" in text
         assert "Chance that a piece falls in 50 years with 95 % intervals over motions" in text
         assert "Pieces expected to fall (in 1,000 years)" in text
-        assert "falls in 50 years: higher in B, by more than the choice of motions explains" in text
+        assert "the other one is higher in B, by more than the choice of motions explains" in text
         rows = list(csv.DictReader((tmp_path / "out/comparison.csv").open(encoding="utf-8")))
         row = next(one for one in rows if one["name"] == "shelf")
         assert float(row["ratio"]) == pytest.approx(float(row["b"]) / float(row["a"]))
@@ -276,6 +278,20 @@ class TestCommand:
         for file in ("comparison.csv", "comparison.html"):
             one, two = ((tmp_path / name / file).read_bytes() for name in ("one", "two"))
             assert one == two
+
+    def test_equal_titles_are_told_apart(self, folder, tmp_path):
+        """Titles that are equal have the names of their folders; two laws of one study, the laws."""
+        text = (folder / "motions.toml").read_text(encoding="utf-8").replace("Other motions", "Base")
+        (folder / "twin.toml").write_text(text, encoding="utf-8")
+        tp.Study.from_toml(folder / "twin.toml").run(folder / "twin")
+        compare(folder / "base", folder / "twin", tmp_path)
+        page = (tmp_path / "comparison.html").read_text(encoding="utf-8")
+        for name, said in (("A", "Base (base)"), ("B", "Base (twin)")):
+            assert f"<dt>{name}</dt><dd>{said}</dd>" in page
+            assert f"{name}: {said}" in page
+        compare(folder / "base", folder / "base", tmp_path, ("housner", "discrete"))
+        page = (tmp_path / "comparison.html").read_text(encoding="utf-8")
+        assert "<dt>A</dt><dd>Base (housner)</dd>" in page
 
     def test_files_of_an_earlier_comparison_are_removed(self, folder, tmp_path):
         """Chances of pieces have no curves; what is not ours stays."""

@@ -66,3 +66,18 @@ def test_uncertain_blocks(folder):
     medians = results["median"].isel(block=0).values
     assert line.ratio.value == pytest.approx(medians[1] / medians[0], rel=1e-12)
     assert line.ratio.lower < line.ratio.value < line.ratio.upper
+
+
+def test_a_hazard_file_that_has_changed(folder, tmp_path):
+    """Results hold a digest of the curve, so that a comparison knows whether the file has changed."""
+    for name, factor in (("again", 1.0), ("doubled", 2.0)):
+        (tmp_path / name).mkdir()
+        rows = "".join(f"{x},{factor * 2e-3 * x**-2.5:.9e}\n" for x in (0.5, 1.0, 2.0, 4.0, 8.0, 16.0))
+        (tmp_path / name / "hazard.csv").write_text(f"pga (m/s2),rate (1/yr)\n{rows}", encoding="utf-8")
+        text = (folder / "file.toml").read_text(encoding="utf-8")
+        (tmp_path / name / "file.toml").write_text(text.replace("number = 12", "number = 11"), encoding="utf-8")
+        tp.Study.from_toml(tmp_path / name / "file.toml").run(tmp_path / name)
+    same = compare(folder / "file", tmp_path / "again", tmp_path / "one").head
+    assert not any(line.startswith("  hazard") for line in same)
+    other = compare(folder / "file", tmp_path / "doubled", tmp_path / "two").head
+    assert "  hazard: the curve in hazard.csv has changed between A and B" in other

@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from toppling.studies.comparison.ratios import ratio_of, verdict_of
+from toppling.studies.comparison.answers import answer, reading
+from toppling.studies.comparison.ratios import ANCHORED_IN, NONE, Line, Quantity
+from toppling.studies.plan.ratios import LOWER, OPEN, SAME, UNKNOWN, ratio_of, verdict_of
 
 
 @pytest.mark.parametrize(("motions", "verdict"), [(1, ""), (2, ""), (3, ""), (8, "higher")])
@@ -18,3 +20,45 @@ def test_a_few_motions_decide_nothing(motions, verdict):
     assert ratio.value == pytest.approx(1.1)
     assert verdict_of(ratio) == verdict
     assert math.isnan(ratio.lower) == (verdict == "")
+
+
+def line(name, verdict, law="housner"):
+    return Line("chance", name, "", (law, law), NONE, NONE, NONE, verdict)
+
+
+CHANCE = Quantity("chance", "Chance that a piece falls in 50 years", "", 1.0, "1", chance=True)
+KEPT = ANCHORED_IN["B"]
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "said"),
+    [
+        ([KEPT] * 6 + [SAME] * 2, "6 pieces are anchored in B and cannot fall there; the other 2 are unchanged"),
+        ([KEPT, LOWER], "1 piece is anchored in B and cannot fall there; the other one is lower in B, by more than"),
+        ([KEPT] * 3, "3 pieces are anchored in B and cannot fall there"),
+        ([KEPT, ANCHORED_IN["A"], ANCHORED_IN["both"], UNKNOWN], "in both and cannot fall; for the other 1, no"),
+        ([LOWER, SAME, UNKNOWN], "1 of 3 differ by more than the choice of motions explains (1 lower in B); 1"),
+    ],
+)
+def test_anchored_pieces_are_no_open_question(verdicts, said):
+    lines = [line(str(i), verdict) for i, verdict in enumerate(verdicts)]
+    text = answer(lines, CHANCE)
+    assert said in text
+    assert "too few motions" not in text
+
+
+def test_laws_are_named():
+    """Two laws of one piece are not two pieces."""
+    both = [line("rack", verdict, law) for law, verdict in (("housner", LOWER), ("discrete", LOWER))]
+    assert "under each of the 2 laws: lower in B" in answer(both, CHANCE)
+    apart = [line("rack", verdict, law) for law, verdict in (("housner", LOWER), ("discrete", OPEN))]
+    text = answer(apart, CHANCE)
+    assert "under housner, lower in B" in text
+    assert "under discrete, not resolved" in text
+
+
+def test_the_legend_explains_what_occurs():
+    said = reading([line("rack", KEPT), line("shelf", SAME)])
+    assert "the piece is taken as one that cannot fall" in said
+    assert "too few motions" not in said
+    assert "too few motions" in reading([line("rack", UNKNOWN)])

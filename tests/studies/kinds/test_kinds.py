@@ -270,6 +270,18 @@ class TestPerformance:
         (sentence,) = (one for one in next_steps(found, []) if one.startswith("With a budget of 100 EUR"))
         assert "anchor “cabinet” (floor 2), at a cost of 10 EUR; this saves " in sentence
 
+    def test_a_piece_that_does_not_fit_is_named(self, tmp_path):
+        """The code requires the rack; the museum case would pay, and the rest of the budget is not enough for it."""
+        columns = "item,width_m,height_m,floor,count,value,currency,consequence,code_class,mass_kg,anchoring_cost\n"
+        rack = "rack,0.3,2.0,0,1,300,EUR,injury,storage,100,90\n"
+        case = "museum case,0.3,1.9,0,1,90000,EUR,,,80,350\n"
+        (tmp_path / "things.csv").write_text(columns + rack + case, encoding="utf-8")
+        code = 'code = { standard = "ec8", ag_g = 0.25, soil_factor = 1.2, component_period_s = 0 }\nbudget = 100\n'
+        found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + code, HAZARD)
+        assert found["budget_chosen"].values[0].tolist() == [True, False]
+        (sentence,) = (one for one in next_steps(found, []) if "fit" in one)
+        assert sentence.startswith("“museum case” (ground, 350 EUR) does not fit: 10 EUR remain after what the code")
+
     def test_given_a_level_and_as_a_scenario(self, tmp_path, capsys):
         found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + 'objective = "number"\nat_level = 4.0\n')
         assert found.attrs["basis"] == "intensity"

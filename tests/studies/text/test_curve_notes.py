@@ -13,7 +13,8 @@ from toppling.studies import StudyError
 from toppling.studies.buildings.assessment import covering
 from toppling.studies.command.cli import main
 from toppling.studies.tables.fragility import fragility_table, hints, measure_rows, risk_table, size_table
-from toppling.studies.text.curve_notes import crossing_notes, curve_notes, one_side_notes, rate_notes
+from toppling.studies.text.curve_notes import crossing_notes, curve_notes, rate_notes
+from toppling.studies.text.one_side import one_side_notes
 from toppling.wording import three_digits, two_digits
 
 MODELS = """

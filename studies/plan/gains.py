@@ -1,0 +1,110 @@
+"""What walls and restraints change: chances of blocks against those of blocks that differ in these alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.hazard.rates import probability_in
+from ...models import Block
+from ...units import DIMENSIONLESS
+from .ratios import ratio_of
+from .risk import Risk
+
+GAIN = "chance_ratio"
+"""Variable with the chance of a block over that of another, and beginning of the names of its interval."""
+OTHER = "compared_with"
+OTHER_TEXT = {"units": DIMENSIONLESS, "long_name": "block whose chance the ratio is of"}
+MOST = 100
+"""Most blocks that are compared with another."""
+
+
+def comparable(blocks: Sequence[Block]) -> dict[int, int]:
+    """Return the positions of blocks, each with that of the block it is compared with.
+
+    A block with a restraint is compared with the block that differs from it in the restraint alone, where there is one;
+    any other with the first block, if it differs from that in walls and restraints alone.  Masses may differ, because
+    only restraints use them.
+
+    Examples
+    --------
+    >>> from toppling import Restraint, Wall
+    >>> strap = Restraint.strap(1.75, 267.0)
+    >>> shelf, wide = Block(0.3, 1.8, name="shelf"), Block(0.4, 1.8, name="wide")
+    >>> wall = Block(0.3, 1.8, name="at a wall", wall=Wall(0.02))
+    >>> kit = Block(0.3, 1.8, name="with a kit", wall=Wall(0.02), mass=100.0, restraint=strap)
+    >>> comparable([shelf, wall, wide, kit])
+    {1: 0, 3: 1}
+    """
+    bare = [replace(one, wall=None, restraint=None, mass=None, name=None) for one in blocks]
+    # (backwards, so that the first of several that are alike is kept)
+    free = {(bare[i], blocks[i].wall): i for i in reversed(range(len(blocks))) if blocks[i].restraint is None}
+    found: dict[int, int] = {}
+    for i, block in enumerate(blocks):
+        without = None if block.restraint is None else free.get((bare[i], block.wall))
+        same = bare[i] == bare[0] and (block.wall, block.restraint) != (blocks[0].wall, blocks[0].restraint)
+        if without is not None:
+            found[i] = without
+        elif i and same:
+            found[i] = 0
+    return found if len(found) <= MOST else {}
+
+
+def gains(curves: xr.Dataset, risk: Risk, blocks: Sequence[Block], confidence: float) -> xr.Dataset | None:
+    """Return the chances of blocks in the years of a study over that of the first, with intervals over motions.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        Curves of all blocks with replicates, in which the same motions are drawn for every block.
+    risk : Risk
+        The hazard curve and the years.
+    blocks : sequence of Block
+        The blocks of the curves.
+    confidence : float
+        Of the intervals.
+
+    Returns
+    -------
+    xarray.Dataset or None
+        ``chance_ratio`` with its interval on the dimensions of the rates, NaN for blocks that are compared with none,
+        and on block the coordinate ``compared_with``, the other block, or ''; None where no block can be compared.
+
+    Notes
+    -----
+    A replicate draws the same motions for both blocks, so that scatter that both have in common cancels in the ratio.
+    The hazard curve is the mean one where it has realisations: the interval is over motions only.
+    """
+    pairs = comparable(blocks)
+    if not pairs:
+        return None
+    those = sorted({*pairs, *pairs.values()})
+    mean = replace(risk, hazard=replace(risk.hazard, realisations=None, weights=None))
+    rates = mean.rates(curves.isel(block=those), confidence)
+    dims = tuple(str(dim) for dim in rates["rate"].dims)
+    chance = probability_in(rates["rate"].values, risk.years)
+    if "rate_sample" not in rates:
+        return None
+    samples = probability_in(rates["rate_sample"].values, risk.years).reshape(*chance.shape, -1)
+    at = dims.index("block")
+    chance, samples = np.moveaxis(chance, at, 0), np.moveaxis(samples, at, 0)
+    found = np.full((3, len(blocks), *chance.shape[1:]), np.nan)
+    for block, other in pairs.items():
+        for where in np.ndindex(*chance.shape[1:]):
+            pair = [(float(chance[(k, *where)]), samples[(k, *where)]) for k in map(those.index, (other, block))]
+            (a, of_a), (b, of_b) = pair
+            found[(slice(None), block, *where)] = ratio_of(a, b, of_a, of_b, confidence)
+    text = f"chance in {risk.years:g} years over that of the block compared with, under the same motions"
+    values = np.moveaxis(found, 1, 1 + at)
+    return xr.Dataset(
+        {
+            f"{GAIN}{end}": (dims, one, {"units": DIMENSIONLESS, "long_name": f"{name}{text}"})
+            for end, name, one in zip(
+                ("", "_lower", "_upper"), ("", "lower end of the ", "upper end of the "), values, strict=True
+            )
+        },
+        {OTHER: ("block", [blocks[pairs[i]].label if i in pairs else "" for i in range(len(blocks))], OTHER_TEXT)},
+    )

@@ -1,0 +1,66 @@
+"""The ratio of two numbers of the same motions, with its interval over motions, and what it says of them."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...aliases import Array
+from ...fragility.fitting.bootstrap import percentile_interval
+
+HIGHER, LOWER, SAME, OPEN, UNKNOWN = "higher", "lower", "the same", "not resolved", ""
+"""B against A: the interval of the ratio lies above 1, or below; both are equal; it holds 1; there is no interval."""
+
+
+class Ratio(NamedTuple):
+    """A ratio with its interval, NaN where it is not known."""
+
+    value: float
+    lower: float
+    upper: float
+
+
+def ratio_of(a: float, b: float, of_a: Array | None, of_b: Array | None, confidence: float) -> Ratio:
+    """Return b/a with the percentile interval of the ratio of replicates, replicate by replicate.
+
+    Parameters
+    ----------
+    a, b : float
+        The two numbers, 0 or more; NaN where there is none.
+    of_a, of_b : ndarray (replicate,) or None
+        Their bootstrap replicates, of the same motions where replicates are paired; None: no interval.
+    confidence : float
+        Confidence of the interval, between 0 and 1.
+    """
+    if not (a > 0.0 and math.isfinite(a) and math.isfinite(b)):
+        return Ratio(math.nan, math.nan, math.nan)
+    # (nothing that was never seen to fall has a range of chances in its replicates)
+    if of_a is None or of_b is None or b == 0.0:
+        return Ratio(b / a, math.nan, math.nan)
+    # (a few motions decide: in many resamples nothing falls, and the rest would look more alike than they are)
+    empty = float(np.mean(~((np.asarray(of_a) > 0.0) & (np.asarray(of_b) > 0.0))))
+    if empty > 0.5 * (1.0 - confidence):
+        return Ratio(b / a, math.nan, math.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        samples = np.log(of_b) - np.log(of_a)
+    lower, upper, _ = percentile_interval(samples[None], confidence)
+    with np.errstate(over="ignore"):
+        return Ratio(b / a, float(np.exp(lower[0])), float(np.exp(upper[0])))
+
+
+def verdict_of(ratio: tuple[float, float, float]) -> str:
+    """Return in words what a ratio with its interval says of the second number against the first.
+
+    Examples
+    --------
+    >>> verdict_of((1.2, 1.1, 1.3)), verdict_of((1.2, 0.9, 1.4)), verdict_of((1.0, 1.0, 1.0))
+    ('higher', 'not resolved', 'the same')
+    """
+    value, lower, upper = ratio
+    if math.isnan(lower) or math.isnan(upper):
+        return UNKNOWN
+    if lower == upper == value == 1.0:
+        return SAME
+    return HIGHER if lower > 1.0 else LOWER if upper < 1.0 else OPEN

@@ -1,0 +1,105 @@
+"""What walls and restraints change: chances of blocks beside those without them, as a table and in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...wording import about_percent, confidence_text, counted, interval_text, two_digits
+from ..plan.gains import GAIN, OTHER
+from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, Ratio, verdict_of
+from ..text.rows import Rows
+from ..text.words import floor_name, reference_law
+
+MOST_SAID = 3
+"""Most blocks that have a sentence; the table has all of them."""
+
+
+class Gain(NamedTuple):
+    """The chance of a block, that of another in the same place under the same law, and their ratio."""
+
+    block: str
+    other: str
+    floor: str
+    law: str
+    chance: float
+    of_other: float
+    ratio: Ratio
+
+
+def gains_of(results: xr.Dataset, laws: list[int]) -> Iterator[Gain]:
+    """Yield the comparisons of blocks under some laws, block by block; none where there are none."""
+    if GAIN not in results:
+        return
+    floors = results["floor"].values.tolist() if "floor" in results[GAIN].dims else [None]
+    labels = [str(one) for one in results["block"].values]
+    for i, (k, floor), j in product(range(len(labels)), enumerate(floors), laws):
+        at = {"model": j} | ({} if floor is None else {"floor": k})
+        ratio = Ratio(*(float(results[f"{GAIN}{end}"].isel(block=i, **at)) for end in ("", "_lower", "_upper")))
+        other = str(results[OTHER].values[i])
+        if other not in labels or np.isnan(ratio.value):
+            continue
+        chance, of_other = (
+            float(results["risk_probability"].isel(block=one, **at)) for one in (i, labels.index(other))
+        )
+        law, where = str(results["model"].values[j]), "" if floor is None else floor_name(floor)
+        yield Gain(labels[i], other, where, law, chance, of_other, ratio)
+
+
+def gain_rows(results: xr.Dataset) -> Rows | None:
+    """Return the table of what walls and restraints change, under every law; None where nothing can be compared."""
+    found = list(gains_of(results, list(range(results.sizes["model"]))))
+    if not found:
+        return None
+    years = float(results.attrs["years"])
+    headings = ("", "law", f"in {years:g} years", "compared with", f"in {years:g} years", "ratio", "")
+    rows = []
+    for one in found:
+        name = f"{one.block}, {one.floor}" if one.floor else one.block
+        ratio = two_digits(one.ratio.value)
+        if not np.isnan(one.ratio.lower):
+            ratio += f" ({interval_text(one.ratio.lower, one.ratio.upper, two_digits)})"
+        chances = about_percent(one.chance), one.other, about_percent(one.of_other)
+        rows.append((name, one.law, *chances, ratio, verdict_of(one.ratio) or "–"))
+    title = (
+        f"What walls and restraints change ({confidence_text(results)} intervals of the ratio over the motions, which "
+        "are the same for both)"
+    )
+    return Rows(title, headings, rows)
+
+
+def gain_sentences(results: xr.Dataset) -> list[str]:
+    """Return what walls and restraints change under the reference law, a sentence for each of the first blocks."""
+    at, _ = reference_law(results)
+    found = list(gains_of(results, [at]))
+    years = f"{float(results.attrs['years']):g} years" if found else ""
+    motions = counted(results.sizes["motion"], "motion")
+    said = []
+    for one in found[:MOST_SAID]:
+        where = f" on {one.floor}" if one.floor else ""
+        text = f"“{one.block}”{where}: {about_percent(one.chance)} in {years} instead of {about_percent(one.of_other)}"
+        said.append(f"{text} for “{one.other}”; {_verdict(one.ratio, motions)}.")
+    more = len(found) - MOST_SAID
+    return [*said, *([f"The table has {counted(more, 'more comparison')}."] if more > 0 else [])]
+
+
+def _verdict(ratio: Ratio, motions: str) -> str:
+    """Say whether a ratio of chances helps, and by what factor."""
+    word = verdict_of(ratio)
+    ends = sorted((ratio.lower, ratio.upper))
+    if word == LOWER:
+        low, high = (1.0 / end for end in reversed(ends))
+        return f"it helps by a factor of {two_digits(1.0 / ratio.value)} ({interval_text(low, high, two_digits)})"
+    if word == HIGHER:
+        return f"it does harm, by a factor of {two_digits(ratio.value)} ({interval_text(ends[0], ends[1], two_digits)})"
+    if word == OPEN:
+        return f"the {motions} cannot tell whether it helps"
+    if word == SAME:
+        return "it changes nothing"
+    if ratio.value == 0.0:
+        return f"it falls under none of the {motions}"
+    return "too few motions bring either down to tell whether it helps"

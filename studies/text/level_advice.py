@@ -1,0 +1,34 @@
+"""Advice on the levels of a study that are too low or too high, by the keys that its study file has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+
+def other_levels(study: Mapping[str, Any], higher: bool) -> str:
+    """Return what to change in a study file so that the shaking reaches higher, or begins lower.
+
+    Parameters
+    ----------
+    study : mapping
+        The study file as plain values.
+    higher : bool
+        Whether higher levels are wanted, else lower ones.
+
+    Examples
+    --------
+    >>> other_levels({"ida": {"levels": {"from": 0.1, "to": 1.0, "number": 5}}}, True)
+    'raise ida.levels.to'
+    >>> other_levels({"ida": {"levels": {"values": [0.1, 0.2]}}}, True)
+    'add higher levels to ida.levels.values'
+    >>> other_levels({"stripes": {}}, False)
+    'add a stripe below the lowest'
+    """
+    if "ida" in study:
+        if study["ida"]["levels"].get("values") is not None:
+            return f"add {'higher' if higher else 'lower'} levels to ida.levels.values"
+        return "raise ida.levels.to" if higher else "lower ida.levels.from"
+    if "stripes" in study:
+        return f"add a stripe {'above the highest' if higher else 'below the lowest'}"
+    return f"take {'stronger' if higher else 'weaker'} motions"

@@ -1,0 +1,132 @@
+"""What a study leaves on a terminal below its short table, and what it says of runs that were there already."""
+
+import openpyxl
+import pytest
+import xarray as xr
+from study_texts import HAZARD, IDA, motions
+
+from toppling.studies import StudyError
+from toppling.studies.command.cli import main
+from toppling.studies.kinds.study import Study
+from toppling.studies.report.validity import CARE, GOOD, INVALID, Check, badge
+
+BUILDING = (
+    'title = "Office"\n[[models]]\nlaw = "housner"\n'
+    + motions(20)
+    + '[performance]\ninventory = "things.csv"\nim = "pga"\nreplicates = 200\nbudget = 100\n'
+    + 'levels = { from = 1.0, to = 12.0, number = 7, spacing = "log", unit = "m/s2" }\n'
+    + HAZARD.replace('m/s"', 'm/s2"')
+)
+THINGS = (
+    "item,width_m,height_m,floor,count,value,currency,anchoring_cost\n"
+    "shelf,0.35,1.7,0,4,300,EUR,1\nrack,0.5,2.0,0,2,9000,EUR,200\n"
+)
+KIT = '[[blocks]]\nname = "{}"\nwidth_m = 0.3\nheight_m = 1.8\nwall_gap_mm = 20\n'
+
+
+@pytest.fixture
+def building(tmp_path):
+    (tmp_path / "things.csv").write_text(THINGS, encoding="utf-8")
+    (tmp_path / "study.toml").write_text(BUILDING, encoding="utf-8")
+    return tmp_path / "study.toml"
+
+
+def printed(capsys, study, *more):
+    assert main(["run", str(study), "--out", str(study.parent / "out"), *more]) == 0
+    return " ".join(capsys.readouterr().out.split())
+
+
+class TestBuilding:
+    def test_the_answer_and_what_changed_keys_decide(self, building, capsys):
+        text = printed(capsys, building)
+        assert "one falls in 50 years" in text
+        assert "At least one item in this building overturns about once in" in text
+        assert "The expected loss, the value of what falls, is about" in text
+        assert "With a budget of 100 EUR, anchor" in text
+        with xr.open_dataset(building.parent / "out/results.nc") as results:
+            assert results.sizes["item"] == 2
+        assert "results of this study were there already" in printed(capsys, building)
+        building.write_text(BUILDING.replace("budget = 100", "budget = 500"), encoding="utf-8")
+        text = printed(capsys, building)
+        assert "runs kept; what the changed keys decide (recommendations, title) is computed anew" in text
+        assert "were there already" not in text
+        assert "With a budget of 500 EUR, anchor" in text
+
+    def test_a_workbook_is_for_people(self, building, capsys):
+        printed(capsys, building)
+        out = building.parent / "out"
+        assert main(["export", str(out), "--format", "xlsx", "--out", str(out)]) == 0
+        assert main(["export", str(out), "--format", "csv", "--out", str(out)]) == 0
+        (file,) = out.rglob("pieces.xlsx")
+        rows = list(openpyxl.load_workbook(file)["pieces"].iter_rows())
+        headings = [cell.value for cell in rows[0]]
+        assert "level_at_50_percent (g)" in headings
+        assert "chance_in_50_years" in headings
+        at = headings.index("chance_in_50_years")
+        assert rows[1][at].number_format.endswith("%")
+        (table,) = out.rglob("pieces.csv")
+        heads, first = (line.split(",") for line in table.read_text(encoding="utf-8").splitlines()[:2])
+        level = float(first[heads.index("level_at_50_percent (m s-2)")])
+        assert rows[1][headings.index("level_at_50_percent (g)")].value == pytest.approx(level / 9.80665)
+        assert "chance_in_50_years (1)" in heads
+
+
+def test_statements_of_a_sensitivity_study(tmp_path, capsys):
+    text = 'title = "δ"\n[[blocks]]\nwidth_m = 0.4\nheight_m = 1.8\n[[models]]\nlaw = "discrete"\n'
+    more = '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05, 0.1]\nreplicates = 100\n'
+    (tmp_path / "study.toml").write_text(text + motions(12) + IDA + more, encoding="utf-8")
+    said = printed(capsys, tmp_path / "study.toml")
+    assert "Median over that of" in said
+    with xr.open_dataset(tmp_path / "out/results.nc") as results:
+        from toppling.studies.tables.sensitivity import claims_of
+
+        for one in claims_of(results):
+            assert f"{one.verdict}: {' '.join(one.claim.split())}" in said
+
+
+class TestErrors:
+    def test_all_at_once_in_the_words_of_study_files(self, tmp_path):
+        kit = '[restraints.kit]\nkind = "strap"\nheight_m = 1.75\nstrength_n = 267\n'
+        blocks = KIT.format("one") + 'restraint = "kit"\n' + KIT.format("two") + "lean_deg = 12\n"
+        (tmp_path / "a.toml").write_text(
+            'title = "Kit"\n' + blocks + kit + '[[models]]\nlaw = "housner"\n' + motions(4) + IDA, encoding="utf-8"
+        )
+        with pytest.raises(StudyError, match=r"2 errors: \(1\) blocks\[1\]: .*needs its mass.*; \(2\) blocks\[2\]"):
+            Study.from_toml(tmp_path / "a.toml")
+        blocks = "".join(KIT.format(name) + 'mass_kg = 90\nrestraint = "kit"\n' for name in ("one", "two"))
+        (tmp_path / "b.toml").write_text(
+            'title = "Kit"\n' + blocks + kit + '[[models]]\nlaw = "housner"\n' + motions(4) + IDA, encoding="utf-8"
+        )
+        with pytest.raises(StudyError) as error:
+            Study.from_toml(tmp_path / "b.toml")
+        assert "2 errors: (1) blocks: 'one' under housner" in str(error.value)
+        assert 'take the law "housner" (HousnerImpact) with geometry = "linear"' in str(error.value)
+        keys = motions(4).replace("seed", "sead") + IDA.replace("number", "numbr")
+        (tmp_path / "c.toml").write_text(
+            'title = "Kit"\n' + KIT.format("one") + '[[models]]\nlaw = "housner"\n' + keys, encoding="utf-8"
+        )
+        with pytest.raises(StudyError, match=r"2 errors: \(1\) unknown key .*sead.* \(2\) unknown key .*numbr"):
+            Study.from_toml(tmp_path / "c.toml")
+
+    def test_a_curve_of_another_measure(self, tmp_path):
+        (tmp_path / "hazard.csv").write_text("pga (m/s2),rate (1/yr)\n0.5,1e-2\n5.0,1e-4\n", encoding="utf-8")
+        text = 'title = "One"\n' + KIT.format("one") + '[[models]]\nlaw = "housner"\n' + motions(4)
+        ida = IDA.replace('"pga"', '"Sa(0.5)"')
+        (tmp_path / "study.toml").write_text(text + ida + '[hazard]\nfile = "hazard.csv"\n', encoding="utf-8")
+        with pytest.raises(StudyError, match=r"gives pga, but Sa\(0.5\) is needed, the measure of the levels"):
+            Study.from_toml(tmp_path / "study.toml")
+
+
+def test_names_with_commas_are_quoted(tmp_path):
+    text = 'title = "One"\n' + KIT.format("20 mm, with a kit") + KIT.format("free") + '[[models]]\nlaw = "housner"\n'
+    (tmp_path / "study.toml").write_text(text + motions(4) + IDA, encoding="utf-8")
+    notes = Study.from_toml(tmp_path / "study.toml").notes
+    assert any(note.startswith("“20 mm, with a kit”, free: ") for note in notes)
+
+
+def test_the_badge_counts_the_other_checks():
+    good = Check("?", GOOD, "")
+    care, worst = (Check("?", word, "", "", clause) for word, clause in ((CARE, "few motions"), (INVALID, "edited")))
+    assert badge([good, care, worst, care]) == "not valid: edited; 2 other checks are not good"
+    assert badge([care, good]) == "with care: few motions"
+    assert badge([good]) == "good"

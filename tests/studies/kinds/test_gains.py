@@ -1,0 +1,103 @@
+"""What a wall or a kit changes: ratios of chances under the same motions, held to brute force."""
+
+import math
+
+import numpy as np
+import pytest
+from study_texts import IDA, motions
+
+import toppling as tp
+from toppling.fragility.fitting.fit import fit_lognormal
+from toppling.studies.command.verdict import verdict
+from toppling.studies.plan.gains import comparable
+from toppling.studies.report.summary import plain_answer
+from toppling.studies.tables.gains import gain_rows, gain_sentences
+
+SHELF = '[[blocks]]\nname = "{}"\nwidth_m = 0.3\nheight_m = 1.8\n'
+BLOCKS = (
+    SHELF.format("free")
+    + SHELF.format("at the wall")
+    + "wall_gap_mm = 20\n"
+    + SHELF.format("kit")
+    + 'wall_gap_mm = 20\nmass_kg = 100\nrestraint = "kit"\n'
+    + SHELF.format("deeper").replace("0.3", "0.4")
+    + '[restraints.kit]\nkind = "strap"\nheight_m = 1.75\nstrength_n = 267\nslack_mm = 5\n'
+)
+LAW = '[[models]]\nlaw = "housner"\ngeometry = "linear"\n'
+K0, K, YEARS, REPLICATES = 2e-3, 2.5, 50.0, 120
+HAZARD = f'[hazard]\nk0 = {K0}\nk = {K}\nunit = "m/s2"\nyears = {YEARS:g}\n'
+FIT = f"[fit]\nreplicates = {REPLICATES}\n"
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    file = tmp_path_factory.mktemp("gains") / "study.toml"
+    file.write_text('title = "Gains"\n' + BLOCKS + LAW + motions(20) + IDA + HAZARD + FIT, encoding="utf-8")
+    return tp.Study.from_toml(file).run()
+
+
+def chances(flags, levels, weights):
+    """Chances in the years of a lognormal curve under the power law, in closed form, for drawn motions."""
+    found = []
+    for w in weights:
+        curve = fit_lognormal(levels, (flags * w).sum(axis=1), np.full(levels.size, w.sum()), "auto")
+        rate = K0 * curve.median**-K * math.exp(0.5 * (K * curve.dispersion) ** 2)
+        found.append(-math.expm1(-YEARS * rate))
+    return np.array(found)
+
+
+def test_the_ratio_and_its_interval(results):
+    n = results.sizes["motion"]
+    weights = []
+    for r in range(REPLICATES):
+        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(0, spawn_key=(r,))))
+        weights.append(np.bincount(rng.integers(0, n, n), minlength=n))
+    flags = results["overturned"].isel(model=0).transpose("block", "level", "motion").values
+    levels = results["level"].values
+    drawn = [chances(one, levels, weights) for one in flags[:3]]
+    for i, other in ((1, 0), (2, 1)):
+        one = results.isel(block=i, model=0)
+        ratio = float(one["risk_probability"]) / float(results["risk_probability"][other, 0])
+        assert float(one["chance_ratio"]) == pytest.approx(ratio, rel=1e-9)
+        found = np.sort(drawn[i] / drawn[other])
+        at = math.ceil(0.025 * REPLICATES - 1e-9) - 1
+        ends = [float(one[f"chance_ratio_{end}"]) for end in ("lower", "upper")]
+        assert ends == pytest.approx([found[at], found[-1 - at]], rel=5e-4)
+
+
+def test_only_walls_and_restraints(results):
+    """A deeper shelf is another piece of furniture: it has no ratio, nor has the first block."""
+    assert results["compared_with"].values.tolist() == ["", "free", "at the wall", ""]
+    known = np.isfinite(results["chance_ratio"].isel(model=0).values)
+    assert known.tolist() == [False, True, True, False]
+    free = tp.Block(0.3, 1.8, name="free")
+    assert comparable([free, tp.Block(0.3, 1.8, name="twin"), tp.Block(0.3, 1.8, wall=tp.Wall(), cm_offset=0.01)]) == {}
+
+
+def test_what_is_said(results):
+    rows = gain_rows(results)
+    assert [row[0] for row in rows.rows] == ["at the wall", "kit"]
+    first, second = gain_sentences(results)
+    assert second.startswith("“kit”: ")
+    assert " in 50 years instead of " in second
+    assert " for “at the wall”; " in second
+    assert {first, second} <= set(verdict(results, True))
+    assert {first, second} <= set(plain_answer(results))
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ((0.5, 0.4, 0.8), "it helps by a factor of 2.0 (1.2–2.5)"),
+        ((0.9, 0.7, 1.2), "the 20 motions cannot tell whether it helps"),
+        ((2.0, 1.5, 3.0), "it does harm, by a factor of 2.0 (1.5–3.0)"),
+        ((1.0, 1.0, 1.0), "it changes nothing"),
+        ((0.0, np.nan, np.nan), "it falls under none of the 20 motions"),
+        ((0.4, np.nan, np.nan), "too few motions bring either down to tell whether it helps"),
+    ],
+)
+def test_the_verdict(results, values, said):
+    changed = results.copy(deep=True)
+    for end, value in zip(("", "_lower", "_upper"), values, strict=True):
+        changed[f"chance_ratio{end}"][2, 0] = value
+    assert gain_sentences(changed)[1].endswith(f"; {said}.")
