@@ -121,6 +121,12 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
             f"no consequence in the inventory ({', '.join(words)}) is a matter of safety ({', '.join(safety)}): every "
             "piece is judged by money; performance.safety names others"
         )
+    sided = [row.label for row in inventory.rows if row.block.sided and not row.anchored]
+    if sided:
+        found.append(
+            f"{first_names(sided)}: a motion and its reverse differ for what stands at a wall, is held by a kit, is "
+            "loaded off the middle or leans; inventories are run under the motions as recorded only"
+        )
     if coded:
         for column, missing, what in (
             (
