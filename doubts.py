@@ -45,8 +45,13 @@ class ImplausibleInput(UserWarning):
 
 def first_names(names: Sequence[str]) -> str:
     """Return the first of some names, and the number of the others."""
-    more = len(names) - NAMED
-    return ", ".join(map(listed_name, names[:NAMED])) + (f" and {more:,} more" if more > 0 else "")
+    return first_of([*map(listed_name, names[:NAMED]), *names[NAMED:]])
+
+
+def first_of(texts: Sequence[str]) -> str:
+    """Return the first of some texts, and the number of the others."""
+    more = len(texts) - NAMED
+    return ", ".join(texts[:NAMED]) + (f" and {more:,} more" if more > 0 else "")
 
 
 def warn(found: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput) -> None:

@@ -17,7 +17,7 @@ class HeldBy(NamedTuple):
     front, back: moment arms (m), 0 on a side where it does not act; stiffness (N/m), slack (m) and preload (N), 0 of a
     rigid one, which has front_pull and back_pull (N per m/s² of shaking that pushes to that side) and front_hold and
     back_hold (N), what gravity holds of it; strength (N); broken: the greatest force where it broke, its strength, but
-    NaN of a rigid one on one side only, which comes off without reaching it where the block lifts to the other side.
+    NaN of a rigid one that acts on one side only: a lift to the other side takes it off below its strength.
     """
 
     front: Any = 0.0

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import xarray as xr
 
-from ..doubts import Doubt, first_names
+from ..doubts import Doubt, first_names, first_of
 from ..units import STANDARD_GRAVITY
 from ..wording import short_digits, two_digit_percent
 from .arrays import Record
@@ -101,7 +101,7 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
         if names:
             many = f"{len(names):,} of {len(read):,} records {more if len(names) > 1 else one}"
             what = f"the record {one}" if len(read) == 1 else many
-            found.append(Doubt(kind, f"{what} ({first_names(names)}): {remedy}", grave))
+            found.append(Doubt(kind, f"{what} ({first_of(names)}): {remedy}", grave))
 
     level = "baseline_order = 1 (in Python motions.baseline) removes it"
     filtered = "baseline_order = 1 or highpass_hz (in Python motions.baseline, motions.highpass) removes that"

@@ -58,7 +58,8 @@ def ida(
         speed at which the block comes down, before an impact or at the edge of the elastic zone), direction (1 or -1:
         the sign of the rotation in which it fell; 0 if it stands), top_displacement (the way of the upper corner it
         leans to, height x sin(peak_rotation): to be compared with the gap to a wall), restraint_force (N, the greatest
-        force of each part of a restraint: its strength where it broke; NaN without one).
+        force of each part of a restraint: its strength where it broke; NaN without one, and
+        of a rigid one on one side only that broke).
     client : distributed.Client, optional
         The cluster that computes the runs; where not given, what dask is configured to use (a scheduler, or a default
         client), else threads of this process.

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ...aliases import Array
-from ...doubts import Doubt, first_names
+from ...doubts import Doubt, first_of
 from ...models import Block
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 
@@ -43,7 +43,7 @@ def block_doubts(blocks: Iterable[Block]) -> list[Doubt]:
         if named:
             # (a block without a name is called by its sizes)
             own = [f"{one.name}: " if one.name else "" for one in named]
-            sizes = first_names(
+            sizes = first_of(
                 [f"{name}{one.width:g} m × {one.height:g} m" for name, one in zip(own, named, strict=True)]
             )
             have = "has" if len(named) == 1 else "have"

@@ -1,4 +1,4 @@
-"""What regions say of a run: energies, captures, the damping of a zone, and the largest rotation of each side so far.
+"""Energies, captures and damping of regions, and the largest rotation of a run to each side.
 
 The damping of a zone may be set at each inward crossing and held until the next.
 """

@@ -16,7 +16,7 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
-from ...doubts import Doubt, first_names
+from ...doubts import Doubt, first_of
 from ...units import DIMENSIONLESS, METRE, VELOCITY
 from ...wording import two_digit_percent
 from ..arrays import from_array
@@ -204,4 +204,4 @@ def matching_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:
     miss = "misses" if len(missed) == 1 else "miss"
     what = f"{len(missed):,} of {every:,} motions {miss}" if every > 1 else "the motion misses"
     cure = "wider pgv_bound and pgd_bound help, or other motions"
-    return [Doubt("misfit", f"{what} the target spectrum ({first_names(missed)}): {cure}")]
+    return [Doubt("misfit", f"{what} the target spectrum ({first_of(missed)}): {cure}")]

@@ -220,7 +220,7 @@ def assess(
     check_drawn(inventory, realisations)
     warn([*block_doubts([row.block for row in inventory.rows]), *record_doubts(shaking.given)])
     if sides is None:
-        sides = sided(inventory)
+        sides = tells_sides(inventory)
     flags, front = _run(inventory, laws, shaking, run, im, variability, runner, progress, sides)
     places = [BUILDING, *(f"floor {floor}" for floor in floors)]
     members = np.array(
@@ -360,7 +360,7 @@ def _run(
     return flags, front
 
 
-def sided(inventory: Inventory) -> bool:
+def tells_sides(inventory: Inventory) -> bool:
     """Return whether front and back differ for any piece that can fall: a wall, a restraint, an offset or a lean."""
     return any(describe_scene(row.block) for row in inventory.rows if not row.anchored)
 

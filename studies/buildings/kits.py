@@ -13,6 +13,8 @@ from .contents import MAX_VALUE, Contents
 
 SAME_WIDTH = 1e-6
 """Relative difference of widths up to which a kit that is made for one width fits another."""
+POLE_WIDTH = 0.02
+"""That between a piece's width and the distances of a pole from its two edges."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +58,9 @@ class Kit:
     def misfit(self, block: Block, height: float | None = None) -> str:
         """Return why a block cannot have the kit, '' where it can; height: of the anchors on the block, m, if not own.
 
-        A kit must lie within the block: an anchor no higher than its top, a pole or an adhesive above its base; tendons
-        and sloping cables fit only blocks as wide as they are made for.
+        A kit must lie within the block: an anchor no higher than its top, an adhesive above its base, a pole at
+        distances from both edges that make up the width; tendons and sloping cables fit only blocks as wide as they are
+        made for.
         """
         own, sloping = self.restraint, self.width is not None and self.restraint.kind == "cable"
         if own.kind in AT_A_HEIGHT:
@@ -71,6 +74,9 @@ class Kit:
         arms = [arm for arm in (own.front, own.back) if arm is not None]
         if own.kind in ("pole", "adhesive") and max(arms) > block.width:
             return f"acts {max(arms):g} m from an edge, beyond its width of {block.width:g} m"
+        if own.kind == "pole" and not math.isclose(sum(arms), block.width, rel_tol=POLE_WIDTH):
+            both = " and ".join(f"{arm:g}" for arm in arms)
+            return f"stands {both} m from the edges of a piece {block.width:g} m wide"
         return ""
 
     def held(self, block: Block, height: float | None = None) -> Block:

@@ -125,7 +125,8 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
     if sided:
         found.append(
             f"{first_names(sided)}: a motion and its reverse differ for what stands at a wall, is held by a kit, is "
-            "loaded off the middle or leans; inventories are run under the motions as recorded only"
+            "loaded off the middle or leans; inventories are run under the motions as recorded only, which can make "
+            "falls to the front and what kits save too high or too low"
         )
     if coded:
         for column, missing, what in (

@@ -1,4 +1,4 @@
-"""What is compared: a number of A, the same of B, their ratio and the verdict on it."""
+"""Pairs of numbers, of A and of B, with their ratio and the verdict on it."""
 
 from __future__ import annotations
 

@@ -100,8 +100,12 @@ def scenes_of(inventory: Inventory, kits: Sequence[Kit]) -> list[Block]:
 
 
 def kit_notes(inventory: Inventory, kits: Sequence[Kit]) -> list[str]:
-    """Return which kits do not fit which lines: a sentence for each kit."""
-    found = []
+    """Return which kits do not fit which lines, and which have no cost: a sentence for each kit."""
+    found = [
+        f"kit {kit.name!r} has no cost, so that no set of kits holds it"
+        for kit in kits
+        if kit.cost is None and any(other.cost is not None for other in kits)
+    ]
     for kit in kits:
         left = [row for row in inventory.rows if not row.anchored and row.kit != kit.name and not kit.fits(row)]
         if left:

@@ -29,7 +29,7 @@ from ...motions.floors.histories import FloorHistories
 from ...units import DIMENSIONLESS
 from ...wording import counted
 from ..buildings.anchoring import anchoring
-from ..buildings.assessment import assess, check_drawn, described, distinct_runs, refuse_modelling, sided
+from ..buildings.assessment import assess, check_drawn, described, distinct_runs, refuse_modelling, tells_sides
 from ..buildings.branches import InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.code_checks import code_variables
 from ..buildings.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
@@ -262,7 +262,7 @@ class PerformanceStudy(Study):
     @property
     def sides(self) -> bool:
         """Whether falls to the front are told apart."""
-        return bool(self.kits) or sided(self.inventory)
+        return bool(self.kits) or tells_sides(self.inventory)
 
     def _runs_of(self, motions: Motions, inventory: Inventory) -> int:
         return distinct_runs(inventory, self.variability) * len(self.models) * number_of(motions)

@@ -1,4 +1,4 @@
-"""What each kit saves: an inventory run again with every kit on the pieces that it fits, under the same motions."""
+"""Falls with each kit and their savings: the runs of an inventory with every kit, under the same motions."""
 
 from __future__ import annotations
 

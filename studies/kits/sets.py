@@ -34,7 +34,7 @@ class KitSet(NamedTuple):
 
 
 class _Options:
-    """What can be bought under one law: a kit that has a cost, for all pieces of an item that it fits."""
+    """Options under one law: each is a kit that has a cost, for all pieces of an item that it fits."""
 
     def __init__(self, results: xr.Dataset, model: int) -> None:
         self.here = results.isel(model=model)
@@ -44,6 +44,7 @@ class _Options:
         self.count = results["count"].values.astype(float)
         self.costs: Array = cost[self.kit] * self.count[self.item]
         self.names = self.here["kit"].values
+        self.strengths: Array = self.here["kit_strength"].values
 
     def saved(self, name: str) -> Array:
         """Return what each option saves of an amount, of all pieces of its item (option,)."""
@@ -83,10 +84,11 @@ class _Options:
 def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
     """Choose the kits to buy for a sum of money under one law, at most one for the pieces of a line.
 
-    Kits come first for what the code requires to be anchored (as many pieces as the budget allows), then for the most
-    falls saved of pieces that are a matter of safety, then of the others for what they save in 50 years beyond their
-    cost; without a hazard, or where nothing has a value, the loss or the falls of the others that they save.  Of sets
-    that serve all of this equally it is the cheapest.
+    Kits come first for what the code requires to be anchored (as many pieces as the budget allows, with kits that are
+    as strong as the code's demand on the anchor where that is known), then for the most falls saved of pieces that are
+    a matter of safety, then of pieces that the code requires to be anchored, then of the others for what they save in
+    50 years beyond their cost; without a hazard, or where nothing has a value, the loss or the falls of the others that
+    they save.  Of sets that serve all of this equally it is the cheapest.
 
     Parameters
     ----------
@@ -117,9 +119,12 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
         gain = np.maximum(options.saved(LOSS), 0.0)
         if "item_rate" in results:
             gain = np.maximum(YEARS * gain - options.costs, 0.0)
+    demand = np.array([math.nan if each.code is None else each.code.demand for each in one])
+    strong = ~(options.strengths[options.kit] < demand)  # (a demand that is not known is none)
     goals = [
-        np.where(duty, options.count[options.item], 0.0),
+        np.where(duty & strong, options.count[options.item], 0.0),
         np.where(safe, falls, 0.0),
+        np.where(duty & ~safe, falls, 0.0),
         np.where(safe | duty, 0.0, gain),
     ]
     found = best_set(options.costs, budget, goals, options.item)

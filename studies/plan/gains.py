@@ -1,4 +1,4 @@
-"""What walls and restraints change: chances of blocks against those of blocks that differ in these alone."""
+"""Chances of blocks with walls and restraints over those of blocks that differ in these alone."""
 
 from __future__ import annotations
 
@@ -50,11 +50,11 @@ def comparable(blocks: Sequence[Block]) -> dict[int, int]:
             found[i] = without
         elif i and same:
             found[i] = 0
-    return found if len(found) <= MOST else {}
+    return dict(list(found.items())[:MOST])
 
 
 def gains(curves: xr.Dataset, risk: Risk, blocks: Sequence[Block], confidence: float) -> xr.Dataset | None:
-    """Return the chances of blocks in the years of a study over that of the first, with intervals over motions.
+    """Return ratios of chances in the years of a study, as `comparable` pairs blocks, with intervals over motions.
 
     Parameters
     ----------

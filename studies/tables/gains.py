@@ -1,4 +1,4 @@
-"""What walls and restraints change: chances of blocks beside those without them, as a table and in sentences."""
+"""Chances of blocks with walls and restraints beside those without them, as a table and in sentences."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...fragility.runs.provenance import number_of_motions
 from ...wording import about_percent, confidence_text, counted, interval_text, two_digits
-from ..plan.gains import GAIN, OTHER
+from ..plan.gains import GAIN, MOST, OTHER
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, Ratio, verdict_of
 from ..text.rows import Rows
 from ..text.words import floor_name, reference_law
@@ -65,9 +66,10 @@ def gain_rows(results: xr.Dataset) -> Rows | None:
             ratio += f" ({interval_text(one.ratio.lower, one.ratio.upper, two_digits)})"
         chances = about_percent(one.chance), one.other, about_percent(one.of_other)
         rows.append((name, one.law, *chances, ratio, verdict_of(one.ratio) or "–"))
+    first = f"the first {MOST} blocks; " if len({one.block for one in found}) == MOST else ""
     title = (
-        f"What walls and restraints change ({confidence_text(results)} intervals of the ratio over the motions, which "
-        "are the same for both)"
+        f"What walls and restraints change ({first}{confidence_text(results)} intervals of the ratio over the motions, "
+        "which are the same for both)"
     )
     return Rows(title, headings, rows)
 
@@ -77,7 +79,7 @@ def gain_sentences(results: xr.Dataset) -> list[str]:
     at, _ = reference_law(results)
     found = list(gains_of(results, [at]))
     years = f"{float(results.attrs['years']):g} years" if found else ""
-    motions = counted(results.sizes["motion"], "motion")
+    motions = counted(number_of_motions(results), "motion")
     said = []
     for one in found[:MOST_SAID]:
         where = f" on {one.floor}" if one.floor else ""

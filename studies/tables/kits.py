@@ -181,7 +181,8 @@ def static_rows(results: xr.Dataset) -> Rows | None:
         "half of the weight, N",
     )
     rows = []
-    for one in [one for one in kit_lines(results) if one.kit][:MOST_ROWS]:
+    lines = [one for one in kit_lines(results) if one.kit]
+    for one in lines[:MOST_ROWS]:
         peak = float(results["kit_peak_acceleration"].sel(item=one.piece.item)) / STANDARD_GRAVITY
         floor = floor_name(one.piece.floor).removeprefix("floor ")
         force = _digits(one.force) if one.force != 0.0 else "no uplift"
@@ -190,9 +191,10 @@ def static_rows(results: xr.Dataset) -> Rows | None:
     at = (
         "10 % in 50 years" if "item_rate" in results else level_text(float(results.attrs["at_level"]), results["level"])
     )
+    first = "" if len(lines) <= MOST_ROWS else f"the first {MOST_ROWS} of {len(lines):,}; "
     title = (
-        f"Static checks by hand, of one piece (at {at}; they take a kit as rigid and leave slack, stiffness and the "
-        "length of the shaking out: the chances of the runs may be higher or lower than they suggest)"
+        f"Static checks by hand, of one piece ({first}at {at}; they take a kit as rigid and leave slack, stiffness and "
+        "the length of the shaking out: the chances of the runs may be higher or lower than they suggest)"
     )
     return Rows(title, (*headings, "tips statically at, g"), rows)
 

@@ -280,7 +280,7 @@ class TestPerformance:
         found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + code, HAZARD)
         assert found["budget_chosen"].values[0].tolist() == [True, False]
         (sentence,) = (one for one in next_steps(found, []) if "fit" in one)
-        assert sentence.startswith("“museum case” (ground, 350 EUR) does not fit: 10 EUR remain after what the code")
+        assert sentence.startswith("“museum case” (ground, 350 EUR) does not fit: 10 EUR would be left over after")
 
     def test_given_a_level_and_as_a_scenario(self, tmp_path, capsys):
         found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + 'objective = "number"\nat_level = 4.0\n')

@@ -820,7 +820,7 @@ class TestBrowser:
                 laws = [str(one) for one in results["model"].values[:2]]
             assert main(["compare", str(result), "--laws", *laws, "--out", str(out)]) == 0
             page = (out / "comparison.html").read_text(encoding="utf-8")
-            assert all(f", {law}</dd>" in page for law in laws)
+            assert all(f"({law})</dd>" in page for law in laws)
             for width in WIDTHS:
                 seen = chromium.see(out / "comparison.html", width, OVERFLOW)
                 assert seen.value == [width, width, "complete"], kind
