@@ -387,10 +387,11 @@ class Study(ABC):
 
     def _named(self, results: xr.Dataset) -> dict[str, str]:
         """Return the attributes that title, accepted doubts, cover and `DECISIONS` decide."""
-        settled = self._settled_notes(results)
+        own = self.notes
+        settled = {*self._settled_notes(results), *own}  # (own notes first, in a finished study as in a new one)
         said = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in settled]
         return {
-            "notes": "\n".join([*(note for note in self.notes if note not in said), *said]),
+            "notes": "\n".join([*own, *said]),
             "doubts": json.dumps([[*one[:2], one.kind in self.accepted] for one in self.doubts], ensure_ascii=False),
             "title": self.title,
             "study": json.dumps(self.configuration, ensure_ascii=False, sort_keys=True),

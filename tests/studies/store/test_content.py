@@ -226,3 +226,14 @@ def test_every_kind_of_study(name, tmp_path):
     results = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
     with xr.open_dataset(tmp_path / "out/results.nc") as stored:
         assert content_digest(stored) == content_digest(results) == results.attrs[ATTRIBUTE]
+
+
+def test_a_finished_study_stays_as_it_is(tmp_path):
+    """Run again, it is not written anew: notes on walls, on inputs that look odd and of its runs keep their order."""
+    walls = f"{BLOCKS}wall_gap_mm = 20\n[[blocks]]\nwidth_m = 0.004\nheight_m = 0.02\n"
+    (tmp_path / "study.toml").write_text(STUDY.replace(BLOCKS, walls), encoding="utf-8")
+    first = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+    written = (tmp_path / "out/results.nc").read_bytes()
+    assert len(first.attrs["notes"].splitlines()) > 2
+    tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+    assert (tmp_path / "out/results.nc").read_bytes() == written
