@@ -404,9 +404,12 @@ def report(
     result: Path,
     *,
     format_: Annotated[
-        Literal["html", "pdf", "md"],
-        Parameter(name="--format", help="html (one file that holds everything), pdf (needs Chromium), md (and PNGs)."),
-    ] = "html",
+        Literal["html", "pdf", "md"] | None,
+        Parameter(
+            name="--format",
+            help="html (one file that holds everything), pdf (needs Chromium), md (and PNGs); of the file, else html.",
+        ),
+    ] = None,
     out: Annotated[
         Path | None, Parameter(help="The file, or a folder for it; report.html beside the results where not given.")
     ] = None,
@@ -422,8 +425,10 @@ def report(
     from ..report.page import write_report  # noqa: PLC0415 - jinja2 and matplotlib
 
     console = terminal()
+    ending = "" if out is None else out.suffix
+    chosen = format_ or {".pdf": "pdf", ".md": "md"}.get(ending, "html")
     with console.status("drawing the figures"):
-        written = write_report(_result_file(result), out, format_, verify)
+        written = write_report(_result_file(result), out, chosen, verify)
     say(console, *(f"written: {path}" for path in written))
 
 

@@ -299,8 +299,8 @@ def _consequences(here: xr.Dataset) -> Iterator[str]:
             floors = here["consequence_rate"].isel(consequence=int(k)).drop_sel(place=BUILDING)
             worst = floors.isel(place=int(floors.values.argmax()))
             mainly = floors.sizes["place"] > 1 and float(worst) > 0.5 * float(floors.sum())
-            where = f", mainly on {floor_name(str(worst['place'].item()).removeprefix('floor '))}" if mainly else ""
-            years = f"about once in {about_years(rate)} years ({_range(high, low)}{where})"
+            where = f", mostly on {floor_name(str(worst['place'].item()).removeprefix('floor '))}" if mainly else ""
+            years = f"about once in {about_years(rate)} years ({_range(high, low)}){where}"
             said.append(f"marked “{one['consequence'].item()}” overturns {years}")
     yield f"At least one piece {'; one '.join(said)}."
 

@@ -777,6 +777,8 @@ def test_command(folder, tmp_path, capsys):
     assert (tmp_path / "a" / "b.html").stat().st_size > 10_000
     assert "written:" in capsys.readouterr().out
     assert main(["report", str(folder / "stripes" / "results.nc"), "--format", "md", "--out", str(tmp_path / "m")]) == 0
+    assert main(["report", str(folder / "stripes" / "results.nc"), "--out", str(tmp_path / "a" / "c.md")]) == 0
+    assert (tmp_path / "a" / "c.md").read_text(encoding="utf-8").startswith("# ")  # (the file's ending says the format)
     text = (tmp_path / "m" / "report.md").read_text(encoding="utf-8")
     for name in re.findall(r"\]\(([^)]+)\)", text):
         assert (tmp_path / "m" / name).read_bytes().startswith(b"\x89PNG")
