@@ -16,6 +16,8 @@ NO_INTEGER = ("int_type", "int_from_float", "int_parsing", "int_parsing_size")
 NO_NUMBER = ("float_type", "float_parsing", "finite_number")
 OUTSIDE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 MOST_WRITTEN = 1e9
+DEPTHS = ("depth_m", "depth", "length_m", "length", "thickness_m")
+"""Keys that are tried for the third size of a block."""
 """Bounds from here on are written with a power of ten."""
 HINTS = {
     "title": '; every study has one, as title = "Office contents"',
@@ -84,6 +86,11 @@ def _unknown(key: str, location: tuple[int | str, ...], table: type[Table]) -> s
             "belongs to that table; move it above the first [table]"
         )
     known = _known_keys(table, location[:-1])
+    if name in DEPTHS and "width_m" in known:
+        return (
+            f"unknown key {shown(key, 120)}: width_m is the size in the direction in which the block tips, which of a "
+            "bookcase is its depth from front to back; its length along the wall is not needed"
+        )
     near = nearest(name, known)
     hint = f"; did you mean {near!r}?" if near else f", allowed are {', '.join(known)}"
     return f"unknown key {shown(key, 120)}{hint}"

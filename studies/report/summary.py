@@ -32,6 +32,7 @@ from ..tables.gains import gain_sentences
 from ..tables.sensitivity import GREEK, claims_of
 from ..text.block_order import MEDIAN, RATE, places
 from ..text.curve_notes import action_of, reached_of, verb_of
+from ..text.one_side import falling_both_ways
 from ..text.spread import amount_sentence, building_spread, range_text, rates_of_consequences, spread_sentence
 from ..text.words import axis_of, display_unit, floor_name, level_text, quantity_name, reference_law
 from .answers import largest_share
@@ -167,6 +168,7 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     else:
         known = " (how well that level is known, these motions do not show)"
     at_median = f"{two_digits(median)}{unit}{known}"
+    either = str(first["block"].item()) in falling_both_ways(results)
     rare = _rare(first, results["level"].values, median * scale) if {"probability", "lower"} <= {*first} else None
     if rare is None:
         yield (
@@ -176,6 +178,13 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
         return
     few, least, most = (round(100.0 * float(first[end][rare])) for end in ("probability", "lower", "upper"))
     weak = f"{two_digits(float(results['level'][rare]) / scale)}{unit}"
+    if either:
+        yield (
+            f"Of 100 earthquakes with a {measure} of {weak}, about {few} ({least} to {most}) would "
+            f"{action_of(verb, name)}; it may fall to the other side as well, and such falls are not counted. The "
+            f"range in brackets is a {sure} interval."
+        )
+        return
     yield (
         f"Of 100 earthquakes with a {measure} of {weak}, about {few} ({least} to {most}) would "
         f"{action_of(verb, name)}; at {at_median} about half of them would. Ranges in brackets are {sure} intervals."

@@ -20,6 +20,7 @@ from ...wording import (
 )
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import NOTABLE, action_of, verb_of
+from ..text.one_side import falling_both_ways
 from ..text.rows import Rows
 from ..text.spread import OUTER, range_text
 from ..text.words import axis_of, display_unit, floor_name, measure_name, quantity_name, reference_law
@@ -48,12 +49,13 @@ def _blocks(results: xr.Dataset) -> Rows:
     floors = here["floor"].values.tolist() if "floor" in here["median"].dims else [None]
     rows: list[tuple[str, ...]] = []
     starred = False
+    either = falling_both_ways(here)
     for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
         every = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
         one = every.isel(model=at)
         cells = [str(here["block"].values[i])]
         cells += [] if floor is None else [floor_name(floor).removeprefix("floor ")]
-        cells.append(_median(one, scale))
+        cells.append("–" if str(here["block"].values[i]) in either else _median(one, scale))
         if yearly:
             known = np.isfinite(float(one["rate"])) and "rate_share_above" in one
             far = bool(known and float(one["rate_share_above"]) > NOTABLE)
@@ -81,6 +83,8 @@ def _blocks(results: xr.Dataset) -> Rows:
         said.append(
             f"*: more than {least} of the rate comes from beyond the end of the hazard curve, where it is extrapolated"
         )
+    if either:
+        said.append("–: it may fall to the other side as well, so that half of the motions need not reach this")
     title = f"When each block {verb} ({'; '.join(said)})"
     return Rows(title, tuple(headings), rows)
 

@@ -83,25 +83,25 @@ def gain_sentences(results: xr.Dataset) -> list[str]:
     said = []
     for one in found[:MOST_SAID]:
         where = f" on {one.floor}" if one.floor else ""
-        text = f"“{one.block}”{where}: {about_percent(one.chance)} in {years} instead of {about_percent(one.of_other)}"
-        said.append(f"{text} for “{one.other}”; {_verdict(one.ratio, motions)}.")
+        text = f"The chance for “{one.block}”{where} is {about_percent(one.chance)} in {years} instead of"
+        said.append(f"{text} {about_percent(one.of_other)} for “{one.other}”: {_verdict(one.ratio, motions)}.")
     more = len(found) - MOST_SAID
     return [*said, *([f"The table has {counted(more, 'more comparison')}."] if more > 0 else [])]
 
 
 def _verdict(ratio: Ratio, motions: str) -> str:
-    """Say whether a ratio of chances helps, and by what factor."""
+    """Say which of two chances is the lower one, and by what factor."""
     word = verdict_of(ratio)
     ends = sorted((ratio.lower, ratio.upper))
     if word == LOWER:
         low, high = (1.0 / end for end in reversed(ends))
-        return f"it helps by a factor of {two_digits(1.0 / ratio.value)} ({interval_text(low, high, two_digits)})"
+        return f"lower by a factor of {two_digits(1.0 / ratio.value)} ({interval_text(low, high, two_digits)})"
     if word == HIGHER:
-        return f"it does harm, by a factor of {two_digits(ratio.value)} ({interval_text(ends[0], ends[1], two_digits)})"
+        return f"higher by a factor of {two_digits(ratio.value)} ({interval_text(ends[0], ends[1], two_digits)})"
     if word == OPEN:
-        return f"the {motions} cannot tell whether it helps"
+        return f"{motions} are too few to say which is lower"
     if word == SAME:
-        return "it changes nothing"
+        return "no difference"
     if ratio.value == 0.0:
-        return f"it falls under none of the {motions}"
-    return "too few motions bring either down to tell whether it helps"
+        return f"no fall under any of the {motions}"
+    return "too few motions bring either down to compare them"

@@ -1,11 +1,14 @@
-"""Curves of falls to one side whose form rises to 1, although the block may fall to the other side instead."""
+"""Curves of falls to one side, of blocks that may fall to the other side instead."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
+import xarray as xr
+
 from ...fragility.fitting.fit import default_form
 from ...fragility.fitting.states import DIRECTIONS, FRONT, State, state_name
+from ...fragility.runs.provenance import blocks_of
 from ...models import Block
 from ...models.sides import sides, surroundings
 from ...wording import listed_name
@@ -29,18 +32,38 @@ def forced_to_1(blocks: Iterable[Block], state: State, form: str) -> str:
     """
     if state not in DIRECTIONS or form == default_form(state):
         return ""
-    both = [block for block in blocks if _falls_both_ways(block, str(state))]
-    more = len(both) - MOST_NAMED
-    return ", ".join(listed_name(block.label) for block in both[:MOST_NAMED]) + (
-        f" and {more:,} more" if more > 0 else ""
-    )
+    return _listed(block for block in blocks if _falls_both_ways(block, str(state)))
+
+
+def falling_both_ways(results: xr.Dataset) -> set[str]:
+    """Return the names of the blocks of results on falls to one side that may fall to the other side instead."""
+    states = {state_name(one): one for one in DIRECTIONS}
+    state = states.get(str(results.attrs.get("state")))
+    if state is None:
+        return set()
+    return {block.label for block in blocks_of(results) if _falls_both_ways(block, state)}
+
+
+def _listed(blocks: Iterable[Block]) -> str:
+    names = [listed_name(block.label) for block in blocks]
+    more = len(names) - MOST_NAMED
+    return ", ".join(names[:MOST_NAMED]) + (f" and {more:,} more" if more > 0 else "")
 
 
 def one_side_notes(blocks: Iterable[Block], state: State, form: str) -> list[str]:
-    """Return a note on curves of falls to one side that rise to 1, of blocks that may fall to the other side, too."""
+    """Return notes on falls to one side of blocks that may fall to the other side, too."""
+    if state not in DIRECTIONS:
+        return []
+    blocks = list(blocks)
+    either = _listed(block for block in blocks if _falls_both_ways(block, str(state)))
+    if not either:
+        return []
     both = forced_to_1(blocks, state, form)
     if not both:
-        return []
+        return [
+            f"{either}: it may fall to the other side instead, and such falls are not counted here; state = "
+            '"overturned" counts falls to either side'
+        ]
     return [
         f"{both}: it may fall to the other side instead, so the probability of {state_name(state)} need "
         'not rise to 1 as the fitted curve does: take fit.form = "isotonic", or state = "overturned"'

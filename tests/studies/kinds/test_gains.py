@@ -11,7 +11,9 @@ from toppling.fragility.fitting.fit import fit_lognormal
 from toppling.studies.command.verdict import verdict
 from toppling.studies.plan.gains import comparable
 from toppling.studies.report.summary import plain_answer
+from toppling.studies.tables.client import client_rows
 from toppling.studies.tables.gains import gain_rows, gain_sentences
+from toppling.studies.text.one_side import falling_both_ways
 
 SHELF = '[[blocks]]\nname = "{}"\nwidth_m = 0.3\nheight_m = 1.8\n'
 BLOCKS = (
@@ -78,9 +80,9 @@ def test_what_is_said(results):
     rows = gain_rows(results)
     assert [row[0] for row in rows.rows] == ["at the wall", "kit"]
     first, second = gain_sentences(results)
-    assert second.startswith("“kit”: ")
+    assert second.startswith("The chance for “kit” is ")
     assert " in 50 years instead of " in second
-    assert " for “at the wall”; " in second
+    assert " for “at the wall”: " in second
     assert {first, second} <= set(verdict(results, True))
     assert {first, second} <= set(plain_answer(results))
 
@@ -88,16 +90,34 @@ def test_what_is_said(results):
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ((0.5, 0.4, 0.8), "it helps by a factor of 2.0 (1.2–2.5)"),
-        ((0.9, 0.7, 1.2), "the 20 motions cannot tell whether it helps"),
-        ((2.0, 1.5, 3.0), "it does harm, by a factor of 2.0 (1.5–3.0)"),
-        ((1.0, 1.0, 1.0), "it changes nothing"),
-        ((0.0, np.nan, np.nan), "it falls under none of the 20 motions"),
-        ((0.4, np.nan, np.nan), "too few motions bring either down to tell whether it helps"),
+        ((0.5, 0.4, 0.8), "lower by a factor of 2.0 (1.2–2.5)"),
+        ((0.9, 0.7, 1.2), "20 motions are too few to say which is lower"),
+        ((2.0, 1.5, 3.0), "higher by a factor of 2.0 (1.5–3.0)"),
+        ((1.0, 1.0, 1.0), "no difference"),
+        ((0.0, np.nan, np.nan), "no fall under any of the 20 motions"),
+        ((0.4, np.nan, np.nan), "too few motions bring either down to compare them"),
     ],
 )
 def test_the_verdict(results, values, said):
     changed = results.copy(deep=True)
     for end, value in zip(("", "_lower", "_upper"), values, strict=True):
         changed[f"chance_ratio{end}"][2, 0] = value
-    assert gain_sentences(changed)[1].endswith(f"; {said}.")
+    assert gain_sentences(changed)[1].endswith(f": {said}.")
+
+
+def test_a_free_piece_may_fall_to_either_side(tmp_path):
+    """Falls to the front: half of the motions need not bring them, and falls to the back are named as not counted."""
+    file = tmp_path / "study.toml"
+    fit = FIT + 'state = "front"\n'
+    file.write_text('title = "Front"\n' + BLOCKS + LAW + motions(8) + IDA + HAZARD + fit, encoding="utf-8")
+    found = tp.Study.from_toml(file).run()
+    assert falling_both_ways(found) == {"free", "deeper"}
+    assert falling_both_ways(found.assign_attrs(state="overturning")) == set()
+    rows = {row[0]: row[1] for row in client_rows(found).rows}
+    assert rows["free"] == rows["deeper"] == "–"
+    assert rows["at the wall"] != "–"
+    assert any(
+        "free, deeper: it may fall to the other side instead" in one for one in found.attrs["notes"].splitlines()
+    )
+    said = " ".join(plain_answer(found))
+    assert ("such falls are not counted" in said) != ("about half of them" in said)
