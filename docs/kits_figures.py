@@ -67,26 +67,30 @@ def strength_figure(
 
 
 def survey_figure(
-    brackets: np.ndarray, mats: np.ndarray, forces: Sequence[float], held: Share, matted: Share, free: float
-) -> Figure:
-    """Falls over the strength of brackets and of mats (strength, motion), beside the survey's shares."""
-    figure = Figure(figsize=(WIDTH, 5.6), layout="constrained")
+    brackets: np.ndarray, stiffnesses: Sequence[float], mats: np.ndarray, forces: Sequence[float], held: Share,
+    matted: float, free: float,
+) -> Figure:  # fmt: skip
+    """Falls over the strength of brackets (stiffness, strength, motion) and mats, beside the survey's shares."""
+    figure = Figure(figsize=(WIDTH, 5.8), layout="constrained")
     axes = figure.subplots(2, 1, sharex=True)
-    for ax, falls, stated, name, colour in zip(
-        axes, (brackets, mats), (held, matted), ("two L-brackets", "mats, as an adhesive"), COLOURS[:2], strict=True
-    ):
-        ax.axhspan(stated.lower, stated.upper, color="0.88", lw=0.0)
-        ax.axhline(stated.value, color="0.5", lw=1.2)
+    axes[0].axhspan(held.lower, held.upper, color="0.88", lw=0.0)
+    names = [f"{one / 1e3:g} N/mm" for one in stiffnesses]
+    panels = ((brackets, held.value, "two L-brackets", names), (mats[None], matted, "mats, as an adhesive", ["mats"]))
+    for ax, (curves, stated, title, labels) in zip(axes, panels, strict=True):
+        ax.axhline(stated, color="0.5", lw=1.2)
         ax.axhline(free, color="black", lw=1.2, ls=(0, (4, 2)))
-        shares = [share(one) for one in falls]
-        ax.plot(forces, [one.value for one in shares], color=colour, marker="o", ms=4.0, lw=1.5)
-        ax.fill_between(
-            forces, [one.lower for one in shares], [one.upper for one in shares], color=colour, alpha=0.15, lw=0.0
-        )
+        for k, falls in enumerate(curves):
+            shares, colour = [share(one) for one in falls], COLOURS[k]
+            ax.plot(forces, [one.value for one in shares], color=colour, marker=MARKERS[k], ms=4.0, lw=1.5,
+                    label=labels[k])  # fmt: skip
+            ax.fill_between(
+                forces, [one.lower for one in shares], [one.upper for one in shares], color=colour, alpha=0.15, lw=0.0
+            )
         _bare(ax)
         _forces(ax, forces)
         ax.set_ylim(0.0, 0.6)
-        ax.set_title(name, loc="left")
+        ax.set_title(title, loc="left")
+    axes[0].legend(frameon=False, loc="upper right")
     figure.supylabel(FALLS)
     figure.supxlabel("strength of one bracket, or of the mats at one edge (N)")
     handles = [

@@ -9,8 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import beta
+from scipy.stats import binom
 
+from toppling.fragility import binomial_interval
 from toppling.streams import stream
 
 REPLICATES = 4000
@@ -34,28 +35,68 @@ def clustered(flags: np.ndarray) -> np.ndarray:
     return 0.5 * (runs[..., ::2] + runs[..., 1::2])
 
 
-def share(clusters: np.ndarray, confidence: float = 0.95, runs: int = 2) -> Share:
-    """The mean of clusters (motion,) of so many runs each, with its interval.
+def share(clusters: np.ndarray, confidence: float = 0.95) -> Share:
+    """The mean of clusters (motion,), each between 0 and 1, with Wilson's interval that takes a motion as one trial.
 
-    Clopper and Pearson's interval with the effective number of runs p (1 - p)/variance, at most that of all runs; where
-    all clusters are alike, one run per motion (Korn, E. L. and Graubard, B. I. 1998, Confidence intervals for
-    proportions with small expected number of positive counts estimated from survey data, Survey Methodology 24).
+    It is the interval of `toppling.overturning_probability` for motions that are run both ways: at least as wide as
+    that of twice as many independent runs.
     """
-    number, value = clusters.size, float(clusters.mean())
-    effective = float(number)
-    if 0.0 < value < 1.0:
-        variance = float(clusters.var(ddof=1)) / number
-        effective = (
-            min(float(runs * number), value * (1.0 - value) / variance) if variance > 0.0 else float(runs * number)
-        )
-    hits, tail = value * effective, 0.5 * (1.0 - confidence)
-    lower = 0.0 if hits == 0.0 else float(beta.ppf(tail, hits, effective - hits + 1.0))
-    upper = 1.0 if hits == effective else float(beta.ppf(1.0 - tail, hits + 1.0, effective - hits))
-    return Share(value, lower, upper)
+    lower, upper = binomial_interval(clusters.sum(), clusters.size, confidence)
+    return Share(float(clusters.mean()), float(lower), float(upper))
+
+
+def share_of_free(front: np.ndarray, confidence: float = 0.95) -> Share:
+    """Falls of a free symmetric piece into the room (motion,): half of its falls either way, and so is the interval.
+
+    Under a motion and its reversal it falls once into the room and once to the back, or stands twice: clusters are 0 or
+    1/2.  Raises ValueError on others.
+    """
+    if not np.isin(front, (0.0, 0.5)).all():
+        raise ValueError("a free symmetric piece falls into the room under a motion or its reversal, or neither")
+    return Share(*(0.5 * one for one in share(2.0 * front, confidence)))
+
+
+LEAST_DIFFERING = 8
+"""Motions that must differ before the test below can decide at 1 %: 2/2^8 < 0.01 < 2/2^7."""
+
+
+def decided(clusters: np.ndarray, level: float = 0.01) -> np.ndarray:
+    """The sign of mean differences over clusters (..., motion) that are decided, 0 for the others.
+
+    An exact two-sided permutation test: if two set-ups did not differ, the difference of every motion could as well
+    have the other sign.  Differences are whole multiples of 1/2 up to 1, so that the null distribution of their sum is
+    that of two binomial counts.
+    """
+    halves = np.rint(2.0 * clusters).astype(int)
+    if np.abs(halves - 2.0 * clusters).max() > 1e-9 or np.abs(halves).max() > 2:
+        raise ValueError("differences of clusters of two runs are multiples of 1/2 between -1 and 1")
+    sums = halves.sum(-1)
+    ones, twos = (np.abs(halves) == 1).sum(-1), (np.abs(halves) == 2).sum(-1)
+    found = np.zeros(sums.shape, dtype=int)
+    for here in np.ndindex(sums.shape):
+        if _two_sided(int(ones[here]), int(twos[here]), int(abs(sums[here]))) <= level:
+            found[here] = np.sign(sums[here])
+    return found
+
+
+def _two_sided(ones: int, twos: int, observed: int) -> float:
+    """Probability that a sum of so many ±1 and ±2 of either sign with equal chance is at least so far from zero."""
+    first, second = np.arange(ones + 1), np.arange(twos + 1)
+    sums = (2 * first - ones)[:, None] + 2 * (2 * second - twos)
+    chances = binom.pmf(first, ones, 0.5)[:, None] * binom.pmf(second, twos, 0.5)
+    return float(chances[np.abs(sums) >= observed].sum())
+
+
+def decidable(clusters: np.ndarray) -> np.ndarray:
+    """Whether enough motions differ for a decision at 1 % (..., motion)."""
+    return np.asarray((clusters != 0.0).sum(-1) >= LEAST_DIFFERING)
 
 
 def difference(clusters: np.ndarray, confidence: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean difference over clusters (..., motion) and its percentile bootstrap interval, which draws whole motions."""
+    """Mean difference over clusters (..., motion) and its percentile bootstrap interval, which draws whole motions.
+
+    Too narrow where few motions differ: a decision takes `decided`.
+    """
     number = clusters.shape[-1]
     weights = stream(1, 0).multinomial(number, np.full(number, 1.0 / number), REPLICATES) / number
     tail = 0.5 * (1.0 - confidence)
@@ -66,6 +107,8 @@ def difference(clusters: np.ndarray, confidence: float) -> tuple[np.ndarray, np.
 def crossing(excess: np.ndarray, levels: np.ndarray, confidence: float = 0.95) -> tuple[float, float, float]:
     """The level above which a mean excess stays positive, with its percentile bootstrap interval over motions.
 
+    It is the last change of sign: below it the excess may change its sign more than once, and an excess of zero (no
+    falls with or without) counts as a reduction.
     `excess` (level, motion); between two levels the mean is taken as linear in the logarithm of the level.  A replicate
     that is positive, or not, at all levels counts as the lowest, or the highest level.
     """

@@ -17,7 +17,7 @@ import numpy as np
 import walls_figures as figures
 import xarray as xr
 from matplotlib import rc_context
-from polarity import Share, clustered, crossing, difference, share
+from polarity import Share, clustered, crossing, decidable, decided, difference, share, share_of_free
 
 import toppling as tp
 from toppling.motions import Generator, KanaiTajimi, NearFault, SiteBasedScenario
@@ -44,8 +44,6 @@ LEVELS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.3, 1.6, 2.0, 2.6, 3.2)
 NUMBER, DRIFTING, SEED = 100, 30, 1
 PERIOD, PARTS, QUIET = 0.5, 2, 3.0
 """Of the drift: period of the storey, s; steps per sample; seconds after the record."""
-CONFIDENCE = 0.99
-"""Of the map, which has hundreds of cells."""
 MEASURE = "pgv_normalised"
 KINDS: dict[str, Generator] = {
     "broadband": KanaiTajimi(),
@@ -197,8 +195,8 @@ def checks() -> list[Check]:
     found = []
 
     def add(what: str, stated: str, sides: np.ndarray) -> None:
-        recorded = sides[::2].astype(float)
-        found.append(Check(what, stated, share(np.asarray(recorded), runs=1), share(clustered(sides))))
+        both = share_of_free if what.endswith("free") else share
+        found.append(Check(what, stated, share(np.asarray(sides[::2], dtype=float)), both(clustered(sides))))
 
     noise = both_polarities(KINDS["broadband"].sample(CHECKED_NUMBER, seed=SEED))
     blocks = [at_wall(None), *(at_wall(gap) for gap in reversed(GAPS))]
@@ -236,12 +234,12 @@ def main(out: Path = HERE) -> None:
     minutes = (time.perf_counter() - began) / 60.0
     (out / "walls").mkdir(exist_ok=True)
     with rc_context(figures.LOOKS):
-        _, low, high = difference(gaps.excess, CONFIDENCE)
-        decided = (low > 0.0) | (high < 0.0)
         bookcase = PIECES.index("bookcase-5-shelf")
         free = np.array([free_range(gaps, kind) for kind in VARIED])
         drawn = {
-            "map": figures.map_figure(gaps.excess.mean(-1), decided, list(KINDS), PIECES, GAPS, LEVELS),
+            "map": figures.map_figure(
+                gaps.excess.mean(-1), decided(gaps.excess) != 0, list(KINDS), PIECES, GAPS, LEVELS
+            ),
             "curves": figures.curve_figure(gaps.front[:, bookcase], list(KINDS), (None, *GAPS), LEVELS),
             "rebound": figures.varied_figure(
                 rebounds.mean(-1)[:, :, :, [0, 2]], free, VARIED, (GAPS[0], GAPS[2]), PIECES, REBOUNDS,
@@ -271,20 +269,27 @@ def free_range(gaps: Gaps, kind: str) -> list[tuple[float, float]]:
 
 def page(gaps: Gaps, rebounds: np.ndarray, drifts: np.ndarray, checked: list[Check], minutes: float) -> str:
     """The page: the text of walls.md.in with every number from the results."""
-    _, low, high = difference(gaps.excess, CONFIDENCE)
-    _, above, _ = difference(gaps.front[:, :, 1:] - gaps.either[:, :, None], CONFIDENCE)
-    cells = low.size
+    signs = decided(gaps.excess)
+    total = gaps.front[:, :, 1:] - gaps.either[:, :, None]
+    wide = signs[list(KINDS).index("near-fault"), :, -1]
+    strongest = gaps.front[:, :, 1, -1].mean(-1)
     numbers = {
         "motions": NUMBER,
         "slow_motions": DRIFTING,
         "runs": f"{run_number():,}",
         "minutes": f"{minutes:.0f}",
-        "confidence": f"{100 * CONFIDENCE:.0f}",
-        "chance": f"{cells * 0.5 * (1.0 - CONFIDENCE):.0f}",
-        "cells": cells,
-        "fewer": int((high < 0.0).sum()),
-        "more": int((low > 0.0).sum()),
-        "beyond_either": int((above > 0.0).sum()),
+        "cells": signs.size,
+        "decidable": int(decidable(gaps.excess).sum()),
+        "fewer": int((signs < 0).sum()),
+        "more": int((signs > 0).sum()),
+        "beyond_either": int((decided(total) > 0).sum()),
+        "total_decidable": int(decidable(total).sum()),
+        "wide_cells": wide.size,
+        "wide_fewer": int((wide < 0).sum()),
+        "wide_more": int((wide > 0).sum()),
+        "wide_fewer_up_to": f"{max(LEVELS[n] for n in np.nonzero((wide < 0).any(0))[0]):g}",
+        "strongest": per_cent(float(strongest.min()), float(strongest.max())),
+        "top_level": f"{LEVELS[-1]:g}",
         "piece_table": piece_table(),
         "crossing_table": crossing_table(gaps),
         "half_table": gap_table(gaps, often=False),
@@ -296,8 +301,8 @@ def page(gaps: Gaps, rebounds: np.ndarray, drifts: np.ndarray, checked: list[Che
         "slow_runs": 2 * DRIFTING,
         "none_even": none_even(gaps, rebounds),
         "pieces": len(PIECES),
-        "half_drift": f"{100 * changes(drifts)[:, 0].max():.0f}",
-        "small_drift": f"{100 * changes(drifts)[..., 1:-1].max():.0f}",
+        "parts": PARTS,
+        **drift_answers(gaps, drifts),
         "kinds": len(KINDS),
         **answers(gaps),
     }
@@ -371,7 +376,8 @@ def crossing_table(gaps: Gaps) -> str:
 
 def gap_row(gaps: Gaps, k: int, i: int, n: int, piece: str, kind: str, level: float) -> tuple[str, ...]:
     """A row: the velocity, falls of the free piece either way, and into the room free and at every gap, in per cent."""
-    shares = [str(share(gaps.front[k, i, j, n])) for j in range(1 + len(GAPS))]
+    shares = [str(share_of_free(gaps.front[k, i, 0, n]))]
+    shares += [str(share(gaps.front[k, i, 1 + j, n])) for j in range(len(GAPS))]
     return (kind, piece, f"{level * velocity(piece):.2f}", str(share(gaps.either[k, i, n])), *shares)
 
 
@@ -386,15 +392,25 @@ def gap_table(gaps: Gaps, often: bool) -> str:
 
 
 def even(front: np.ndarray, free: np.ndarray) -> str:
-    """The total rebound at which a wall leaves falls into the room as they are (rebound, motion), with its interval."""
+    """The total rebound at which a wall leaves falls into the room as they are (rebound, motion), with its interval.
+
+    Where the sign of the mean is the same at all rebounds: the change at the end of the rebounds that is nearest to
+    another sign, in percentage points.
+    """
     known = ~np.isnan(front[:, 0])
     excess = front[known] - free
     if (excess.mean(-1) < 0.0).all():
-        return f"above {REBOUNDS[known.sum() - 1]:g}"
+        return f"above {REBOUNDS[known.sum() - 1]:g}: {points(excess[-1])}"
     if (excess.mean(-1) > 0.0).all():
-        return "none"
+        return f"none: {points(excess[0])}"
     value, low, high = crossing(excess, 1.0 + np.array(REBOUNDS)[known])
     return f"{value - 1.0:.2f} ({low - 1.0:.2f}–{high - 1.0:.2f})"
+
+
+def points(change: np.ndarray) -> str:
+    """A mean change over motions in percentage points, with its 95 % interval."""
+    value, low, high = (100.0 * float(one[0]) for one in difference(change[None], 0.95))
+    return f"{value:+.0f} ({low:+.0f} to {high:+.0f})".replace("-", "−")
 
 
 def even_table(gaps: Gaps, rebounds: np.ndarray) -> str:
@@ -416,27 +432,46 @@ def drift_table(drifts: np.ndarray) -> str:
         mean = drifts[k, often, :, j].mean(0)
         cells = [str(share(mean[0]))]
         for d in range(1, len(DRIFTS)):
-            value, low, high = difference((mean[d] - mean[0])[None], 0.95)
-            cells.append(f"{100 * value[0]:+.0f} ({100 * low[0]:+.0f} to {100 * high[0]:+.0f})".replace("-", "−"))
+            cells.append(points(mean[d] - mean[0]))
         rows.append((VARIED[k], "nine in ten" if often else "half", figures.gap_name(DRIFTING_GAPS[j]), *cells))
     headings = [f"at {100 * one:g} %" for one in DRIFTS[1:]]
     return table(("motions", "free falls in", "gap", "without drift (%)", *headings), rows)
 
 
 def none_even(gaps: Gaps, rebounds: np.ndarray) -> int:
-    """Pieces whose touching wall increases falls at any rebound: near-fault, where the free piece falls nine in ten."""
+    """Pieces whose touching wall increases falls without any rebound, decided at 1 %: near-fault, free nine in ten."""
     k, kind = VARIED.index("near-fault"), list(KINDS).index("near-fault")
-    found = 0
-    for i, piece in enumerate(PIECES):
-        free = gaps.front[kind, i, 0, gaps.level("near-fault", piece, often=True)]
-        found += even(rebounds[k, 1, i, 0], free) == "none"
-    return found
+    levels = [gaps.level("near-fault", piece, often=True) for piece in PIECES]
+    return sum(
+        int(decided(rebounds[k, 1, i, 0, 0] - gaps.front[kind, i, 0, n])) > 0 for i, n in enumerate(levels)
+    )  # fmt: skip
 
 
-def changes(drifts: np.ndarray) -> np.ndarray:
-    """Change of the share with drift, mean of pieces and motions (kind, half or nine in ten, gap, drift)."""
-    mean = drifts.mean((2, 5))
-    return np.asarray(mean - mean[..., :1])
+def drift_answers(gaps: Gaps, drifts: np.ndarray) -> dict[str, str]:
+    """What the text states of drifts: upper ends of intervals, and the piece whose falls grow most."""
+    mean = drifts.mean(2)  # kind, half or nine in ten, gap, drift, motion
+    _, _, high = difference(mean[..., 1:, :] - mean[..., :1, :], 0.95)
+    change = (drifts[..., -1, :] - drifts[..., 0, :]).mean(-1)
+    k, often, i, j = np.unravel_index(int(np.argmax(change)), change.shape)
+    near = mean[VARIED.index("near-fault"), 1, 0]
+    kind, levels = list(KINDS).index("near-fault"), [gaps.level("near-fault", piece, often=True) for piece in PIECES]
+    free = np.array([gaps.front[kind, place, 0, n] for place, n in enumerate(levels)])
+    broad = mean[VARIED.index("broadband"), 1]
+    return {
+        "half_drift": f"{100 * high[:, 0].max():.0f}",
+        "small_drift": f"{100 * high[..., :-1].max():.0f}",
+        "near_drift": points(near[-1] - near[0]),
+        "near_still": f"{100 * near[0].mean():.0f}",
+        "near_free": f"{100 * free.mean():.0f}",
+        "broad_drift": "; ".join(
+            f"{points(one[-1] - one[0])} {'touching' if gap == 0.0 else 'at ' + figures.gap_name(gap)}"
+            for gap, one in zip(DRIFTING_GAPS, broad, strict=True)
+        ),
+        "worst_piece": PIECES[i],
+        "worst_case": f"{VARIED[k]}, {figures.gap_name(DRIFTING_GAPS[j])}, "
+        f"free falls in {'nine in ten' if often else 'half'}",
+        "worst_change": points(drifts[k, often, i, j, -1] - drifts[k, often, i, j, 0]),
+    }
 
 
 def agreement(gaps: Gaps, drifts: np.ndarray) -> str:

@@ -11,7 +11,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullLocator, PercentFormatter
-from polarity import share
+from polarity import share, share_of_free
 
 from toppling.studies.plots.axes import COLOURS, MARKERS
 
@@ -55,7 +55,7 @@ def map_figure(
         heading = names[i] if k == 0 else ""
         ax.set_title(f"{kinds[k]}\n{heading}" if i == 0 else heading, loc="left", fontsize=9.5)
     bar = figure.colorbar(mesh, ax=axes, location="bottom", shrink=0.8, aspect=30, pad=0.06)
-    bar.set_label("P(falls into the room): before the wall less free")
+    bar.set_label("P(falls into the room): before the wall minus free")
     axes[-1, 1].set_xlabel(NORMALISED)
     return figure
 
@@ -68,7 +68,8 @@ def curve_figure(
     axes = figure.subplots(len(kinds), 1, sharex=True, sharey=True)
     for k, ax in enumerate(axes):
         for j, gap in enumerate(gaps):
-            shares = [share(front[k, j, n]) for n in range(len(levels))]
+            interval = share_of_free if gap is None else share
+            shares = [interval(front[k, j, n]) for n in range(len(levels))]
             colour, line = ("black", (0, (4, 2))) if gap is None else (COLOURS[j - 1], "solid")
             ax.plot(levels, [one.value for one in shares], color=colour, ls=line, lw=1.6, marker=MARKERS[j], ms=4.0,
                     label=gap_name(gap))  # fmt: skip

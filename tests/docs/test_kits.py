@@ -67,11 +67,30 @@ class TestPage:
         falls = found.kit[0, 1, 0, 0, :, -1].mean(-1)
         assert falls[0] > 0.8
         assert falls[kits.STRENGTHS.index(1500.0)] == 0.0
-        row = re.search(r"^\| bookcase-billy \| zone 3 \| 20 mm \| (\d+) /", TEXT, re.M)
+        row = re.search(r"^\| bookcase-billy \| zone 3 \| 20 mm \| above 5 % \| (\d+) /", TEXT, re.M)
         assert 400 < int(row[1]) <= 1500
 
 
+class TestSurvey:
+    def test_no_count_of_the_stated_number_gives_the_share_of_mats(self, kits):
+        assert not any(round(100 * k / 56, 1) == 100 * kits.SURVEY_MATS for k in range(57))
+        assert round(100 * 23 / 58, 1) == pytest.approx(100 * kits.SURVEY_MATS)
+
+    def test_strengths_that_reproduce_a_share(self, kits):
+        """Falls of one half up to 200 N and none from 400 N: a quarter of very many pieces lies half-way, 0.28 kN."""
+        half = np.full((7, 75), 0.5)
+        half[4:] = 0.0
+        assert kits.reproducing(half, 0.25, 10**8) == "0.3 to 0.3"
+        assert kits.reproducing(half, 0.0, 10**8) == "0.4 to 0.4"
+        assert kits.like_none(half) == "200"
+
+
 class TestEnough:
+    def test_what_is_known_without_a_kit(self, kits):
+        assert kits.without(np.zeros(75)) == "below 5 %"
+        assert kits.without(np.r_[np.zeros(73), 1.0, 1.0]) == "undecided"
+        assert kits.without(np.r_[np.zeros(40), np.ones(35)]) == "above 5 %"
+
     def test_the_interval_counts_and_not_the_share(self, kits):
         assert kits.is_enough(np.zeros(75))
         assert not kits.is_enough(np.zeros(60))
@@ -83,6 +102,15 @@ class TestEnough:
         assert kits.least_strength(ladder) == "150"  # (100 N is not enough, whatever 50 N seemed to be)
         assert kits.least_strength(np.array([stands] * 10)) == "≤ 50"
         assert kits.least_strength(np.array([falls] * 10)) == "> 2500"
+
+    def test_from_nine_tenths_to_a_tenth(self, kits):
+        """All fall below 400 N and none from 600 N: eight tenths of that step, in the logarithm of the strength."""
+        stairs = np.zeros((1, 2, 1, 1, len(kits.STRENGTHS), 1, 4))
+        stairs[:, :, :, :, :6] = 1.0
+        wall = np.ones((1, 2, 1, 4))
+        wall[:, 1] = 0.0
+        found = kits.transitions(kits.Kits(stairs, wall, np.zeros((1, 1, 4))))
+        assert found == pytest.approx([(600.0 / 400.0) ** 0.8])
 
     def test_the_static_force_balances_the_moments(self, kits):
         piece = kits.Piece("a", 0.4, 2.05, 100.0, "")

@@ -100,18 +100,43 @@ class TestDriftingWall:
 
 
 class TestIntervals:
-    def test_clusters_of_equal_runs_count_once(self, modules):
-        """Both runs alike: Clopper and Pearson's interval of the motions; all alike: that of none of so many motions"""
-        share = modules[0].share
-        clusters = np.repeat([0.0, 1.0], [70, 30])
-        one = share(clusters)
-        assert (one.lower, one.upper) == pytest.approx((0.2124, 0.3998), abs=2e-3)  # (30 of 100)
-        assert share(np.zeros(100)).upper == pytest.approx(1.0 - 0.025**0.01, rel=1e-9)
-        assert share(np.ones(100)).lower == pytest.approx(0.025**0.01, rel=1e-9)
+    def test_it_is_the_interval_of_the_package(self, modules):
+        """Wilson's of 30.5 of 100 motions; and never narrower with the same share of twice as many runs."""
+        clusters = np.repeat([0.0, 0.5, 1.0], [69, 1, 30])
+        found = tuple(modules[0].share(clusters))
+        assert found == pytest.approx((0.305, *map(float, tp.fragility.binomial_interval(30.5, 100))))
+        for hits in range(201):
+            one = modules[0].share(np.repeat([0.0, 0.5, 1.0], [100 - (hits + 1) // 2, hits % 2, hits // 2]))
+            lower, upper = tp.fragility.binomial_interval(hits, 200)
+            assert one.lower <= lower
+            assert one.upper >= upper
 
-    def test_runs_that_exclude_each_other_count_twice_at_most(self, modules):
-        one = modules[0].share(np.full(100, 0.5))
-        assert (one.lower, one.upper) == pytest.approx((0.4286, 0.5714), abs=1e-3)  # (100 of 200)
+    def test_its_ends_rise_with_the_falls(self, modules):
+        shares = [modules[0].share(np.repeat([0.0, 0.5], [100 - k, k])) for k in range(101)]
+        assert (np.diff([one.lower for one in shares]) >= 0.0).all()
+        assert (np.diff([one.upper for one in shares]) > 0.0).all()
+
+    def test_a_free_piece_has_half_the_interval_of_its_falls(self, modules):
+        one = modules[0].share_of_free(np.repeat([0.0, 0.5], [40, 60]))
+        assert tuple(one) == pytest.approx(
+            (0.3, *(0.5 * float(end) for end in tp.fragility.binomial_interval(60, 100)))
+        )
+        with pytest.raises(ValueError, match="free symmetric piece"):
+            modules[0].share_of_free(np.array([0.0, 1.0]))
+
+    def test_a_decision_is_an_exact_permutation_test(self, modules):
+        """Against all signs of nine differences, enumerated; eight of one sign decide at 1 %, seven do not."""
+        differences = np.array([0.5, 0.5, 1.0, 0.5, 1.0, -0.5, 0.5, 1.0, 0.5, 0.0])
+        signs = np.array(np.meshgrid(*[[-1, 1]] * 9)).reshape(9, -1)
+        chance = np.mean(np.abs(differences[:9] @ signs) >= abs(differences.sum()) - 1e-12)
+        assert modules[0]._two_sided(6, 3, 10) == pytest.approx(chance)
+        assert modules[0].decided(differences, chance * 1.001) == 1
+        assert modules[0].decided(differences, chance * 0.999) == 0
+        few = np.array([np.repeat([-0.5, 0.0], [n, 100 - n]) for n in (7, 8)])
+        assert modules[0].decided(few).tolist() == [0, -1]
+        assert modules[0].decidable(few).tolist() == [False, True]
+        with pytest.raises(ValueError, match="multiples of 1/2"):
+            modules[0].decided(np.array([0.25]))
 
     def test_a_crossing(self, modules):
         levels = np.array([1.0, 2.0, 4.0])
@@ -166,11 +191,22 @@ class TestPage:
         # beyond, the kind of motions decides
         assert all(value(row[5]) < value(row[4]) for row in often if row[0] != "near-fault")
         assert sum(value(row[5]) > value(row[4]) for row in often if row[0] == "near-fault") >= 4
-        rebound = rows('"above": it reduces them')
+        rebound = rows('"above": it is a reduction')
         assert all(row[3].startswith("above") for row in rebound if row[1] == "half")
-        assert "increases falls in 0 of 792 cells" in TEXT
+        assert "no increase of the total was detected: 0 decided increases among 792 cells" in TEXT
 
     def test_first_figures_stand(self):
         """Without drift every first figure lies within five points of ours, as it is generated."""
         for what, stated, ours, _ in rows("## First figures"):
             assert "drift" in what or abs(float(stated) - float(ours.split()[0])) <= 5.0, what
+
+    def test_first_figures_with_drift(self):
+        """Those of small drifts are all above ours, that of a touching wall at 0.5 % beyond the intervals."""
+        found = {row[0].split(", ", 2)[2]: row[1:] for row in rows("## First figures") if "drift" in row[0]}
+        assert len(found) == 6
+        for what, (stated, *ours) in found.items():
+            ends = [re.search(r"(\d+) \((\d+)–(\d+)\)", one).groups() for one in ours]
+            if "drift 1 %" not in what:
+                assert all(float(stated) > float(one[0]) for one in ends)
+            beyond = all(float(stated) > float(one[2]) for one in ends)
+            assert beyond == (what == "touching, drift 0.5 %")
