@@ -259,14 +259,19 @@ class Block:
         words = [f"{self.width:.4g} m × {self.height:.4g} m"]
         if not math.isclose(self.cm_height, 0.5 * self.height, rel_tol=1e-9):
             words.append(f"mass at {self.cm_height:.4g} m")
+        return ", ".join([*words, *self.scene_words])
+
+    @property
+    def scene_words(self) -> list[str]:
+        """What makes it other than symmetric and freestanding, in a few words each; empty where nothing does."""
+        words = []
         if self.cm_offset != 0.0:
             side = "front" if self.cm_offset > 0.0 else "back"
             words.append(f"mass {1000.0 * abs(self.cm_offset):.4g} mm to the {side}")
         if self.lean != 0.0:
             side = "front" if self.lean > 0.0 else "back"
             words.append(f"leans {math.degrees(abs(self.lean)):.3g}° to the {side}")
-        words += [part.label for part in (self.wall, self.restraint) if part is not None]
-        return ", ".join(words)
+        return words + [part.label for part in (self.wall, self.restraint) if part is not None]
 
 
 def describe_block(block: Block) -> dict[str, Any]:

@@ -425,10 +425,11 @@ def report(
     from ..report.page import write_report  # noqa: PLC0415 - jinja2 and matplotlib
 
     console = terminal()
-    ending = "" if out is None else out.suffix
-    chosen = format_ or {".pdf": "pdf", ".md": "md"}.get(ending, "html")
+    endings: dict[str, Literal["html", "pdf", "md"]] = {".pdf": "pdf", ".md": "md"}
+    if format_ is None:
+        format_ = endings.get("" if out is None else out.suffix, "html")
     with console.status("drawing the figures"):
-        written = write_report(_result_file(result), out, chosen, verify)
+        written = write_report(_result_file(result), out, format_, verify)
     say(console, *(f"written: {path}" for path in written))
 
 

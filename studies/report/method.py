@@ -10,8 +10,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...fragility.runs.provenance import SCENE, blocks_of
+from ...models import Block
 from ...motions.arrays import POLARITY
-from ...wording import counted, short_digits
+from ...wording import counted, given_number, short_digits
 from ..text.block_order import chosen_of
 from ..text.names import clean
 from ..text.rows import Rows
@@ -145,13 +147,28 @@ def block_rows(results: xr.Dataset) -> Rows | None:
     ]
     if not columns or dim not in results.dims:
         return None
+    headings = [heading for heading, _ in columns]
     rows = [
         (str(label), *(_cell(column.values[i]) for _, column in columns))
         for i, label in enumerate(np.atleast_1d(results[dim].values))
     ]
+    if SCENE in results.coords:
+        headings.append("stands")
+        blocks = blocks_of(results if dim == "block" else results.rename(item="block"))
+        rows = [(*row, _stands(block)) for row, block in zip(rows, blocks, strict=True)]
     chosen = chosen_of(results)
     title = "Items of the inventory" if dim == "item" else f"Blocks{': ' if chosen else ''}{chosen}"
-    return Rows(title, (dim, *(heading for heading, _ in columns)), rows)
+    return Rows(title, (dim, *headings), rows)
+
+
+def _stands(block: Block) -> str:
+    """Return what stands around a block or holds it, with the numbers of the study file."""
+    words = block.scene_words
+    held = block.restraint
+    if held is not None and block.mass is not None:
+        words += [] if held.rigid else [f"stiffness {given_number(1e-3 * held.stiffness)} N/mm"]
+        words.append(f"{given_number(block.mass)} kg")
+    return ", ".join(words) or "free"
 
 
 def _cell(value: object) -> str:
@@ -174,7 +191,8 @@ def study_file_rows(results: xr.Dataset) -> Rows:
         elif section is not None:
             rows.append((title, _value(section)))
     return Rows(
-        "Keys of the study file (units are part of their names; keys that are not listed have their defaults)",
+        "Keys of the study file, other than of blocks and laws (units are part of their names; keys that are not "
+        "listed have their defaults)",
         ("key", "value"),
         rows,
     )

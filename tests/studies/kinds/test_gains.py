@@ -10,6 +10,7 @@ import toppling as tp
 from toppling.fragility.fitting.fit import fit_lognormal
 from toppling.studies.command.verdict import verdict
 from toppling.studies.plan.gains import comparable
+from toppling.studies.report.method import block_rows
 from toppling.studies.report.summary import plain_answer
 from toppling.studies.tables.client import client_rows
 from toppling.studies.tables.gains import gain_rows, gain_sentences
@@ -121,3 +122,11 @@ def test_a_free_piece_may_fall_to_either_side(tmp_path):
     )
     said = " ".join(plain_answer(found))
     assert ("such falls are not counted" in said) != ("about half of them" in said)
+
+
+def test_the_report_says_how_each_stands(results):
+    rows = block_rows(results)
+    stands = {row[0]: row[-1] for row in rows.rows}
+    assert stands["free"] == stands["deeper"] == "free"
+    assert stands["at the wall"] == "wall at 20 mm"
+    assert stands["kit"] == "wall at 20 mm, strap of 267 N, slack 5 mm, stiffness 20 N/mm, 100 kg"
