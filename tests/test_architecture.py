@@ -31,7 +31,7 @@ ALLOWED = {
 # A new arrow that lifts a room is a decision, made here.
 FLOORS = """
 benchmarks/kernels benchmarks/multiprecision fragility/kernels fragility/numerics models/engine models/scenes
-motions/arrays motions/kernels studies/codes
+motions/arrays motions/kernels studies/budget studies/codes
 
 models/block models/oscillator motions/corrections motions/intensity motions/polarity motions/readers
 

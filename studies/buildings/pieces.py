@@ -11,8 +11,8 @@ import xarray as xr
 
 from ...aliases import Array
 from ...fragility.fitting.isotonic import crossings, isotonic_probabilities
+from ..budget import Choice, best_set
 from ..codes.check import REQUIRED, CodeCheck
-from .budget import Choice, best_set
 from .code_checks import checks_of_items
 from .variables import JOINT
 

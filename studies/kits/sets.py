@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...aliases import Array, Flags
-from ..buildings.budget import SAME, best_set, cheapest_set
+from ..budget import SAME, best_set, cheapest_set
 from ..buildings.pieces import DUTY, YEARS, Piece, pieces_of
 
 FALLS, FRONT_FALLS, INJURIES, LOSS = "falls", "front_falls", "injuries", "loss"
