@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: help study docs validation scenarios drawing gallery film p58 paper sensitivity walls kits scaling examples lint test test-slow test-all \
+.PHONY: help study docs validation validate-experiments scenarios drawing schema gallery film p58 paper sensitivity walls kits directions sliding-map scaling examples lint test test-slow test-all \
         test-exchange environments lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
@@ -34,7 +34,7 @@ $(VENV)/installed-docs: pyproject.toml | $(BIN)/python
 
 # the targets with what each is for: the comment above it
 help:
-	@awk '/^#/ { text = substr($$0, 3); next } /^[a-z][a-z0-9-]*:/ { split($$0, part, ":"); printf "make %-14s %s\n", part[1], text } { text = "" }' Makefile
+	@awk '/^#/ { text = substr($$0, 3); next } /^[a-z][a-z0-9-]*:/ { split($$0, part, ":"); printf "make %-20s %s\n", part[1], text } { text = "" }' Makefile
 
 # install into $(VENV), run the example study and write its report (FRESH=1 computes again)
 study: $(VENV)/installed
@@ -49,6 +49,10 @@ docs: $(VENV)/installed-docs
 validation: $(VENV)/installed
 	$(BIN)/python docs/validation.py
 
+# docs/experiments.md: published tests beside blind predictions; TOPPLING_GRANITE=DIR, TOPPLING_PULSES=FILE name data outside
+validate-experiments: $(VENV)/installed
+	$(BIN)/python docs/experiments.py
+
 # docs/scenarios.md: simulated earthquakes beside a ground-motion model (some minutes)
 scenarios: $(VENV)/installed
 	$(BIN)/python docs/scenarios.py
@@ -56,6 +60,10 @@ scenarios: $(VENV)/installed
 # docs/architecture.md's tables and docs/architecture.svg: rooms from the docstrings, floors from the imports
 drawing: $(VENV)/installed
 	$(BIN)/python docs/drawing.py
+
+# studies/reference/study.schema.json: what `toppling schema` prints
+schema: $(VENV)/installed
+	$(BIN)/python -m toppling.studies.reference.json_schema studies/reference/study.schema.json
 
 # docs/motions.md and its figures
 gallery: $(VENV)/installed
@@ -88,6 +96,14 @@ walls: $(VENV)/installed
 # docs/kits.md and its figures: how strong an anti-tip kit must be (a minute)
 kits: $(VENV)/installed
 	$(BIN)/python docs/kits.py
+
+# docs/directions.md and its figures: what the second direction, the vertical component and friction change (some minutes)
+directions: $(VENV)/installed
+	$(BIN)/python docs/directions.py
+
+# the figure of docs/theory/sliding.md: who slides instead of rocking
+sliding-map: $(VENV)/installed
+	$(BIN)/python docs/sliding_map.py
 
 # docs/decisions.md's figures: every example study
 examples: $(VENV)/installed

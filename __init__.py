@@ -20,13 +20,16 @@ if TYPE_CHECKING:
         stripes,
     )
     from .models import (
+        Bed,
         Block,
         DiscreteDamping,
+        Edge,
         EnergyConsistent,
         GianniniMasiani,
         HousnerImpact,
         MakrisKonstantinidis,
         Restraint,
+        Sliding,
         Vassiliou,
         ViscousDamping,
         Wall,
@@ -40,14 +43,17 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "Bed",
     "Block",
     "DiscreteDamping",
+    "Edge",
     "EnergyConsistent",
     "GianniniMasiani",
     "HazardCurve",
     "HousnerImpact",
     "MakrisKonstantinidis",
     "Restraint",
+    "Sliding",
     "Study",
     "Vassiliou",
     "ViscousDamping",
@@ -70,8 +76,9 @@ __all__ = [
 # Every name is loaded when it is first used: nobody waits for libraries that are not needed, and the command can be
 # interrupted from its first moment.
 _MODELS = (
-    "Block", "DiscreteDamping", "EnergyConsistent", "GianniniMasiani", "HousnerImpact", "MakrisKonstantinidis",
-    "Restraint", "Vassiliou", "ViscousDamping", "Wall", "catalogue", "free_rocking", "simulate",
+    "Bed", "Block", "DiscreteDamping", "Edge", "EnergyConsistent", "GianniniMasiani", "HousnerImpact",
+    "MakrisKonstantinidis", "Restraint", "Sliding", "Vassiliou", "ViscousDamping", "Wall", "catalogue", "free_rocking",
+    "simulate",
 )  # fmt: skip
 _FRAGILITY = (
     "HazardCurve", "annual_rate", "cloud", "fit_fragility", "ida", "overturning_probability", "read_hazard", "stripes",

@@ -56,7 +56,9 @@ def count(name: str, value: Any, *, at_least: int = 0) -> int:
 def choice(name: str, value: Any, allowed: Sequence[str]) -> str:
     """Return `value` if it is one of the allowed words; ValueError otherwise."""
     if not isinstance(value, str) or value not in allowed:
-        raise ValueError(f"{name} must be one of {', '.join(map(repr, allowed))}, got {_shown(value)}")
+        # Many words are told without quotes, so that the sentence stays one to read.
+        words = ", ".join(allowed if len(allowed) > 12 else map(repr, allowed))
+        raise ValueError(f"{name} must be one of {words}, got {_shown(value)}")
     return value
 
 

@@ -24,6 +24,7 @@ KINDS: dict[str, str] = {
     "PGV/PGA": "records whose PGV/PGA lies outside 0.01 to 0.8 s",
     "duration": "records longer than 900 s",
     "ringing": "floor motions that end while the building sways with more than a fifth of its peak acceleration",
+    "slides on": "motions at whose end blocks still slide: they lack their end, or friction is next to nothing",
     "misfit": "matched motions whose mean misfit is above what is allowed, or whose PGV or PGD leave their bounds",
 }
 """Kinds of doubts, by the names under which a study accepts them."""

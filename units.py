@@ -22,6 +22,24 @@ STIFFNESS: Final = "N m-1"
 KILOGRAM: Final = "kg"
 PER_YEAR: Final = "year-1"
 
+UNITS: Final[dict[str, tuple[float, str]]] = {
+    "m s-2": (1.0, "m s-2"),
+    "m/s2": (1.0, "m s-2"),
+    "cm/s2": (0.01, "m s-2"),
+    "gal": (0.01, "m s-2"),
+    "g": (STANDARD_GRAVITY, "m s-2"),
+    "m s-1": (1.0, "m s-1"),
+    "m/s": (1.0, "m s-1"),
+    "cm/s": (0.01, "m s-1"),
+    "m": (1.0, "m"),
+    "cm": (0.01, "m"),
+    "mm": (0.001, "m"),
+    "1": (1.0, "1"),
+    PER_YEAR: (1.0, PER_YEAR),
+    "1/year": (1.0, PER_YEAR),
+}
+"""SI value and SI unit of each unit that a column of a file, or a value on the command line, may have."""
+
 SCHEMA: Final = 1
 """Version number of the layout of datasets and result files; raised when a name, a dimension or a meaning changes."""
 

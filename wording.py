@@ -9,8 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-import xarray as xr
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_DIGITS = 6
+"""Most digits of a ratio whose interval comes close to 1."""
 
 
 def three_digits(value: float) -> str:
@@ -52,10 +57,51 @@ def two_digits(value: float) -> str:
     >>> two_digits(0.3456), two_digits(1234.5), two_digits(9.96)
     ('0.35', '1,200', '10')
     """
+    return _rounded(value, 2)
+
+
+def _rounded(value: float, digits: int) -> str:
+    """A number to so many digits with its closing zeros."""
     if value == 0.0 or not math.isfinite(value):
         return short_digits(value)
-    digits = 1 - math.floor(math.log10(abs(float(f"{value:.1e}"))))
-    return f"{round(value, digits):,.{max(digits, 0)}f}"
+    # (rounded first: 0.996 is 1.0)
+    places = digits - 1 - math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
+    return f"{round(value, places):,.{max(places, 0)}f}"
+
+
+def estimate_text(value: float, low: float, high: float) -> str:
+    """A number with its interval in brackets to two digits, or three where two would give it the same text as an end.
+
+    Examples
+    --------
+    >>> estimate_text(0.345, 0.328, 0.362), estimate_text(1.08, 1.04, 1.12), estimate_text(2.0, 1.6, 2.0)
+    ('0.34 (0.33–0.36)', '1.08 (1.04–1.12)', '2.0 (1.6–2.0)')
+    """
+    write: Callable[[float], str] = two_digits
+    if any(write(value) == write(end) and value != end for end in (low, high)):
+        write = three_digits
+    return f"{write(value)} ({interval_text(low, high, write)})"
+
+
+def ratio_text(value: float, low: float, high: float, digits: int = 2) -> str:
+    """A ratio with its interval in brackets, to as many digits as show that an interval does not hold 1.
+
+    An interval that lies above or below 1 is written with more than `digits` digits, up to six, where fewer would round
+    an end of it to 1; without an interval (NaN) the ratio stands alone.
+
+    Examples
+    --------
+    >>> ratio_text(0.95, 0.88, 1.2), ratio_text(0.946, 0.881, 0.996), ratio_text(1.06, 1.02, 1.11)
+    ('0.95 (0.88–1.2)', '0.946 (0.881–0.996)', '1.06 (1.02–1.11)')
+    >>> ratio_text(0.5, math.nan, math.nan)
+    '0.50'
+    """
+    if math.isnan(low) or math.isnan(high):
+        return _rounded(value, digits)
+    near = high if high < 1.0 else low if low > 1.0 else math.nan
+    while digits < MOST_DIGITS and float(f"{near:.{digits - 1}e}") == 1.0:
+        digits += 1
+    return f"{_rounded(value, digits)} ({interval_text(low, high, lambda end: _rounded(end, digits))})"
 
 
 def given_number(value: float) -> str:
@@ -91,11 +137,13 @@ def interval_text(low: float, high: float, write: Callable[[float], str] = three
     --------
     >>> interval_text(2.1, 3.0), interval_text(2.1, math.inf), interval_text(math.nan, 3.0)
     ('2.10–3.00', 'above 2.10', 'no interval')
+    >>> interval_text(math.inf, math.inf)
+    'no interval'
     """
     if math.isnan(low) or math.isnan(high):
         return "no interval"
     if math.isinf(high):
-        return "not known" if low <= 0.0 else f"above {write(low)}"
+        return "not known" if low <= 0.0 else "no interval" if math.isinf(low) else f"above {write(low)}"
     return f"below {write(high)}" if math.isinf(low) else f"{write(low)}–{write(high)}"
 
 
@@ -133,8 +181,13 @@ def whole_percent(share: float, *, signed: bool = False) -> str:
     --------
     >>> whole_percent(0.256), whole_percent(0.256, signed=True), whole_percent(-0.256, signed=True)
     ('26 %', '+26 %', '−26 %')
+    >>> whole_percent(-0.001, signed=True)
+    '0 %'
     """
-    return f"{100.0 * share:+.0f} %".replace("-", "−") if signed else f"{100.0 * share:.0f} %"
+    text = f"{100.0 * share:.0f}"
+    if text in ("0", "-0"):
+        return "0 %"
+    return f"{100.0 * share:+.0f} %".replace("-", "−") if signed else f"{text} %"
 
 
 def two_digit_percent(share: float) -> str:
@@ -173,7 +226,12 @@ def chances_between(low: float, high: float, write: Callable[[float], str] = cha
     --------
     >>> chances_between(0.0199, 0.0268)
     '1.99–2.68\xa0%'
+    >>> chances_between(1e-8, 2e-7, about_percent), chances_between(1e-8, 0.02, about_percent)
+    ('below 0.0001\xa0%', 'up to 2.0\xa0%')
     """
+    ends = [write(end) for end in (low, high)]
+    if ends[0].startswith("below "):
+        return ends[0] if ends[0] == ends[1] else f"up to {ends[1]}"
     return interval_text(low, high, write).replace("\u00a0%–", "–")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -40,6 +41,33 @@ def whole_file(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def remove_leftovers(path: Path) -> None:
+    """Remove what processes that were killed while they wrote a file left beside it: the new files of `whole_file`.
+
+    The files of processes that run stay, and on systems that do not tell which run (Windows) all of them.
+    """
+    if os.name != "posix":
+        return
+    pattern = re.compile(rf"{re.escape(path.name)}\.([0-9]+)-[0-9]+\.part")
+    with suppress(OSError):
+        for one in path.parent.iterdir():
+            found = pattern.fullmatch(one.name)
+            if found and not _runs(int(found[1])):
+                with suppress(OSError):
+                    one.unlink()
+
+
+def _runs(process: int) -> bool:
+    """Return whether a process of this machine runs."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (PermissionError, OverflowError):
+        return True
+    return True
 
 
 def write_bytes(path: Path, content: bytes | memoryview) -> None:

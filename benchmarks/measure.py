@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from llvmlite.binding import get_host_cpu_features
 
 from ..aliases import Array, Flags
 from ..models import Block, Law
@@ -166,7 +167,7 @@ def in_a_process(code: str, *arguments: Any) -> Row:
 
 
 def machine() -> Row:
-    """Return the processor's model and the versions that affect the figures, without the name of the computer."""
+    """Return the processor's model, its vectors (bits) and the versions that affect the figures, not its name."""
     model = platform.processor() or platform.machine()
     try:
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
@@ -175,5 +176,13 @@ def machine() -> Row:
                 break
     except OSError:
         pass
+    has = get_host_cpu_features()  # (what numba compiles for: the engine works in vectors)
+    vectors = 512 if has.get("avx512f") else 256 if has.get("avx2") else 128
     packages = {name: metadata.version(name) for name in ("toppling", "numpy", "numba", "dask")}
-    return {"processor": model, "system": platform.system(), "python": platform.python_version(), **packages}
+    return {
+        "processor": model,
+        "vectors": vectors,
+        "system": platform.system(),
+        "python": platform.python_version(),
+        **packages,
+    }

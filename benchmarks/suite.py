@@ -12,9 +12,11 @@ from .precision import precision
 from .problems import HARD, LAWS
 from .scale import scale
 from .scenes import scenes
+from .sliding.cost import sliding_cost
+from .sliding.newmark import newmark
 from .speed import exact_over_linear, skipping, speed
 
-PARTS = ("speed", "scenes", "skipping", "scale", "precision", "flags")
+PARTS = ("speed", "scenes", "sliding", "skipping", "scale", "precision", "flags")
 COMMAND = "toppling bench"
 
 
@@ -23,9 +25,14 @@ def _speed(full: bool) -> Row:
     return {"rows": rows, "exact_over_linear": exact_over_linear(rows)}
 
 
+def _sliding(full: bool) -> Row:
+    return {"cost": sliding_cost(repeats=15 if full else 7), "newmark": newmark()}
+
+
 _MEASURES: dict[str, Callable[[bool], Any]] = {
     "speed": _speed,
     "scenes": lambda full: scenes(repeats=15 if full else 7),
+    "sliding": _sliding,
     "skipping": lambda full: skipping(repeats=9 if full else 5),
     "scale": lambda full: scale(),
     "precision": lambda full: precision(full=full),

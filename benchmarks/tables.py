@@ -99,6 +99,35 @@ def scenes_table(rows: Sequence[Row]) -> Table:
     return Table("Cost of a run in a scene, and over that of the free block", headings, lines)
 
 
+def sliding_table(rows: Sequence[Row]) -> Table:
+    """Return the cost of a sample of a sliding run in each case."""
+    headings = ("shaking", "PFA, m/s²", "vertical, m/s²", "slips in 1,000 samples", "ns", "with skips, ns")
+    lines = [
+        (
+            row["case"],
+            f"{row['horizontal']:g}",
+            f"{row['vertical']:g}" if row["vertical"] else "–",
+            f"{row['slips']:.1f}",
+            f"{row['whole']:.2f}",
+            f"{row['skipping']:.2f}",
+        )
+        for row in rows
+    ]
+    return Table("ns per sample and run of sliding blocks", headings, lines)
+
+
+def newmark_table(rows: Sequence[Row]) -> Table:
+    """Return the differences of pyslammer's one-way slips from the engine's."""
+    steps = list(dict.fromkeys(row["steps"] for row in rows))
+    headings = ("k_y/PFA", "median slip, m", *(f"{n}: {one}" for n in steps for one in ("median", "largest")))
+    lines = []
+    for ratio in dict.fromkeys(row["ratio"] for row in rows):
+        here = [row for row in rows if row["ratio"] == ratio]
+        cells = [percent(row[name]) for row in here for name in ("median", "largest")]
+        lines.append((f"{ratio:g}", f"{here[0]['slip']:.2g}", *cells))
+    return Table("pyslammer's slips of Newmark's block: difference by samples for one of the record", headings, lines)
+
+
 def skipping_table(rows: Sequence[Row]) -> Table:
     """Return the speed-up by skipping, and the share of samples that are left out."""
     headings = (

@@ -21,6 +21,7 @@ from polarity import REPLICATES, Share, clustered, decidable, decided, share, sh
 import toppling as tp
 from toppling.motions import KanaiTajimi, NearFault, SpectrumCompatible, TargetSpectrum
 from toppling.motions.arrays import records
+from toppling.motions.intensity.jma import jma_intensity
 from toppling.motions.polarity import both_polarities
 from toppling.streams import stream
 from toppling.units import STANDARD_GRAVITY
@@ -183,22 +184,6 @@ WEDGE = -math.radians(1.0)
 POLE_FORCE, POLE_STIFFNESS = 200.0, 50e3  # N, N/m
 
 
-def intensity(record: np.ndarray, dt: float) -> float:
-    """JMA's instrumental intensity of one component (m/s²): I = 2 log10(a0) + 0.94, a0 in gal exceeded for 0.3 s.
-
-    Japan Meteorological Agency (1996): the filter of the period's effect, a high-cut and a low-cut filter.
-    """
-    size = 2 * record.size
-    frequency = np.fft.rfftfreq(size, dt)
-    f = np.maximum(frequency, 1e-9)
-    y2 = (f / 10.0) ** 2
-    high = 1.0 + y2 * (0.694 + y2 * (0.241 + y2 * (0.0557 + y2 * (0.009664 + y2 * (0.00134 + y2 * 0.000155)))))
-    weight = np.sqrt(1.0 / f) / np.sqrt(high) * np.sqrt(-np.expm1(-((f / 0.5) ** 3)))
-    weight[0] = 0.0
-    filtered = np.sort(np.abs(np.fft.irfft(np.fft.rfft(100.0 * record, size) * weight, size)))[::-1]
-    return float(2.0 * np.log10(filtered[math.ceil(0.3 / dt) - 1]) + 0.94)
-
-
 def tokyo_cases(piece: Piece) -> dict[str, tp.Block]:
     """The set-ups of the shake-table tests that the model can describe."""
     pole = tp.Restraint.pole(POLE_FORCE, 10.0 * POLE_FORCE, POLE_STIFFNESS, piece.width - 0.05, 0.05, count=2)
@@ -217,7 +202,7 @@ def tokyo() -> dict[tuple[str, str, str], np.ndarray]:
     found = {}
     for kind, generator in {"broadband": KanaiTajimi(), "near-fault": NearFault(7.0, 5e3, 400.0)}.items():
         plain = generator.sample(NUMBER, seed=SEED)
-        unit = np.array([10.0 ** (-0.5 * intensity(one.acceleration, one.dt)) for one in records(plain)])
+        unit = np.array([10.0 ** (-0.5 * jma_intensity(one.acceleration, one.dt)) for one in records(plain)])
         shakes = both_polarities((plain * xr.DataArray(unit, dims="motion")).assign_attrs(plain.attrs))
         levels = [10.0 ** (0.5 * one) for one in INTENSITIES.values()]
         for piece in PIECES[:2]:

@@ -22,8 +22,8 @@ LEVELS = (0.1, 0.2, 0.4, 0.8)
 NUMBER = 8
 SUPPORTS = ((1, "x"), (3, "x"), (3, "y"))
 BUILDINGS = {
-    "x": motions.Building.flexural_shear(0.5, damping=0.08, storeys=3),
-    "y": motions.Building.flexural_shear(0.3, damping=0.08, storeys=3),
+    "x": motions.Building.flexural_shear(0.5, damping=0.08, storeys=4),
+    "y": motions.Building.flexural_shear(0.3, damping=0.08, storeys=4),
 }
 DECIMALS = 3
 """Decimals of the histories, m/s²."""

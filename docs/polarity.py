@@ -6,6 +6,7 @@ preferred sign.  Both runs are of one motion: they form a cluster, and the numbe
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -92,15 +93,21 @@ def decidable(clusters: np.ndarray) -> np.ndarray:
     return np.asarray((clusters != 0.0).sum(-1) >= LEAST_DIFFERING)
 
 
+@cache
+def weights(number: int) -> np.ndarray:
+    """Shares of motions in bootstrap draws (replicate, motion): the same draws for all values of as many motions."""
+    found = stream(1, 0).multinomial(number, np.full(number, 1.0 / number), REPLICATES) / number
+    found.setflags(write=False)
+    return found
+
+
 def difference(clusters: np.ndarray, confidence: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mean difference over clusters (..., motion) and its percentile bootstrap interval, which draws whole motions.
 
     Too narrow where few motions differ: a decision takes `decided`.
     """
-    number = clusters.shape[-1]
-    weights = stream(1, 0).multinomial(number, np.full(number, 1.0 / number), REPLICATES) / number
     tail = 0.5 * (1.0 - confidence)
-    low, high = np.quantile(clusters @ weights.T, [tail, 1.0 - tail], axis=-1)
+    low, high = np.quantile(clusters @ weights(clusters.shape[-1]).T, [tail, 1.0 - tail], axis=-1)
     return clusters.mean(-1), low, high
 
 
@@ -112,9 +119,7 @@ def crossing(excess: np.ndarray, levels: np.ndarray, confidence: float = 0.95) -
     `excess` (level, motion); between two levels the mean is taken as linear in the logarithm of the level.  A replicate
     that is positive, or not, at all levels counts as the lowest, or the highest level.
     """
-    number = excess.shape[-1]
-    weights = stream(1, 0).multinomial(number, np.full(number, 1.0 / number), REPLICATES) / number
-    means = np.vstack([excess.mean(-1), (excess @ weights.T).T])
+    means = np.vstack([excess.mean(-1), (excess @ weights(excess.shape[-1]).T).T])
     below = means <= 0.0
     last = levels.size - 1 - np.argmax(below[:, ::-1], axis=1)
     inside = below.any(1) & (last < levels.size - 1)

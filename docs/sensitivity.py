@@ -45,14 +45,14 @@ WHAT = {
         "largest over smallest peak, δ from 0.01 to 0.1; 1: not sensitive"
     ),
     "discrete damping is least sensitive to δ: overturning": "factor on its median for ten times δ; 1: not sensitive",
-    "c_V does not depend on δ at all": "relative range of the coefficient over δ; 0: none",
+    "the coefficient of Vassiliou et al. does not depend on δ": "relative range of the coefficient over δ; 0: none",
     "Giannini–Masiani performs like discrete damping under shaking": (
         "its median over that of discrete damping; 1: the same"
     ),
     "Makris–Konstantinidis underestimates overturning": ABOVE,
     "Makris–Konstantinidis underestimates peaks under shaking": LARGER.replace("larger", "smaller"),
-    "c_V overestimates overturning": ABOVE.replace("above 1: falls too late", "below 1: falls too soon"),
-    "c_V overestimates peaks under shaking": LARGER,
+    "Vassiliou et al. overestimates overturning": ABOVE.replace("above 1: falls too late", "below 1: falls too soon"),
+    "Vassiliou et al. overestimates peaks under shaking": LARGER,
     "defect 1: discrete damping dissipates too little": (
         "its last peak of free rocking over the rigid block's; above 1: too little"
     ),
@@ -142,7 +142,7 @@ def kind(one: Claim) -> str:
 
 def capital(text: str) -> str:
     """The beginning of a sentence, symbols left as they are."""
-    return text if text.startswith("c_V") else text[0].upper() + text[1:]
+    return text if text.startswith("Vassiliou et al.") else text[0].upper() + text[1:]
 
 
 def claim_table(over_delta: list[Claim], over_e: list[Claim]) -> str:

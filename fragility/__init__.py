@@ -1,44 +1,50 @@
 """From runs to probabilities and rates: analyses, estimators, comparisons of measures, uncertain inputs, risk."""
 
-from .analyses.cloud import cloud
-from .analyses.ida import ida
-from .analyses.stripes import stripes
-from .curves.comparison import median_ratio, size_regression
-from .curves.curve import curve_probability
-from .curves.probability import overturning_probability
-from .curves.resurrection import resurrections
-from .efficiency.capacity import overturning_capacity
-from .efficiency.ranking import rank_measures
-from .exchange.curve_csv import read_curve_csv, write_curve_csv
-from .exchange.files import ExchangeError
-from .exchange.nrml.reading import read_nrml
-from .exchange.nrml.writing import write_nrml
-from .exchange.pelicun.reading import read_pelicun
-from .exchange.pelicun.writing import write_pelicun
-from .exchange.rows import Written
-from .fitting.fit import FORMS, fit_fragility, fit_lognormal
-from .fitting.goodness import compare_forms, goodness_of_fit
-from .fitting.states import reached
-from .hazard.curve import HazardCurve
-from .hazard.files import read_hazard
-from .hazard.rates import discrete_rate, probability_in, rate_from_probability
-from .hazard.reading import HazardError
-from .numerics.proportions import binomial_interval, wilson_interval
-from .risk.annual_rate import annual_rate, rate_share_above
-from .risk.epistemic import Branch, epistemic_rates
-from .risk.inversion import Design, design_for_rate, size_for_rate
-from .risk.modelling import with_modelling
-from .risk.slenderness import slenderness_for_rate
-from .runs.plan import Chunk, Work, plan_chunks, run_chunk
-from .uncertainty.distributions import Beta, Categorical, Distribution, Least, Lognormal, Normal, Uniform
-from .uncertainty.ida import uncertain_ida
-from .uncertainty.indices import morris_indices, sobol_indices, tornado
-from .uncertainty.inputs import RandomInputs
-from .uncertainty.response import overturning_response
-from .uncertainty.variance import capacity_variance_shares, variance_shares
-from .validity.notes import block_notes, notes
-from .validity.screen import screen
-from .validity.undecided import undecided_outcomes
+from typing import TYPE_CHECKING
+
+from ..faces import face
+
+if TYPE_CHECKING:
+    from .analyses.cloud import cloud
+    from .analyses.ida import ida
+    from .analyses.sliding import slide_runs
+    from .analyses.stripes import stripes
+    from .curves.comparison import median_ratio, size_regression
+    from .curves.curve import curve_probability
+    from .curves.probability import overturning_probability
+    from .curves.resurrection import resurrections
+    from .efficiency.capacity import overturning_capacity
+    from .efficiency.ranking import rank_measures
+    from .exchange.curve_csv import read_curve_csv, write_curve_csv
+    from .exchange.files import ExchangeError
+    from .exchange.nrml.reading import read_nrml
+    from .exchange.nrml.writing import write_nrml
+    from .exchange.pelicun.reading import read_pelicun
+    from .exchange.pelicun.writing import write_pelicun
+    from .exchange.rows import Written
+    from .fitting.fit import FORMS, fit_fragility, fit_lognormal
+    from .fitting.goodness import compare_forms, goodness_of_fit
+    from .fitting.states import Slip, reached
+    from .hazard.curve import HazardCurve
+    from .hazard.files import read_hazard
+    from .hazard.rates import discrete_rate, probability_in, rate_from_probability
+    from .hazard.reading import HazardError
+    from .numerics.proportions import binomial_interval, wilson_interval
+    from .risk.annual_rate import annual_rate, rate_share_above
+    from .risk.epistemic import Branch, epistemic_rates
+    from .risk.inversion import Design, design_for_rate, size_for_rate
+    from .risk.modelling import with_modelling
+    from .risk.slenderness import slenderness_for_rate
+    from .runs.plan import Chunk, Work, plan_chunks, run_chunk
+    from .uncertainty.distributions import Beta, Categorical, Distribution, Least, Lognormal, Normal, Uniform
+    from .uncertainty.ida import uncertain_ida
+    from .uncertainty.indices import morris_indices, sobol_indices, tornado
+    from .uncertainty.inputs import RandomInputs
+    from .uncertainty.response import overturning_response
+    from .uncertainty.variance import capacity_variance_shares, variance_shares
+    from .validity.notes import block_notes, notes
+    from .validity.screen import screen
+    from .validity.undecided import undecided_outcomes
 
 __all__ = [
     "FORMS",
@@ -55,6 +61,7 @@ __all__ = [
     "Lognormal",
     "Normal",
     "RandomInputs",
+    "Slip",
     "Uniform",
     "Work",
     "Written",
@@ -94,6 +101,7 @@ __all__ = [
     "size_for_rate",
     "size_regression",
     "slenderness_for_rate",
+    "slide_runs",
     "sobol_indices",
     "stripes",
     "tornado",
@@ -106,3 +114,49 @@ __all__ = [
     "write_nrml",
     "write_pelicun",
 ]
+
+__getattr__, __dir__ = face(
+    __name__,
+    {
+        "analyses.cloud": ("cloud",),
+        "analyses.ida": ("ida",),
+        "analyses.sliding": ("slide_runs",),
+        "analyses.stripes": ("stripes",),
+        "curves.comparison": ("median_ratio", "size_regression"),
+        "curves.curve": ("curve_probability",),
+        "curves.probability": ("overturning_probability",),
+        "curves.resurrection": ("resurrections",),
+        "efficiency.capacity": ("overturning_capacity",),
+        "efficiency.ranking": ("rank_measures",),
+        "exchange.curve_csv": ("read_curve_csv", "write_curve_csv"),
+        "exchange.files": ("ExchangeError",),
+        "exchange.nrml.reading": ("read_nrml",),
+        "exchange.nrml.writing": ("write_nrml",),
+        "exchange.pelicun.reading": ("read_pelicun",),
+        "exchange.pelicun.writing": ("write_pelicun",),
+        "exchange.rows": ("Written",),
+        "fitting.fit": ("FORMS", "fit_fragility", "fit_lognormal"),
+        "fitting.goodness": ("compare_forms", "goodness_of_fit"),
+        "fitting.states": ("Slip", "reached"),
+        "hazard.curve": ("HazardCurve",),
+        "hazard.files": ("read_hazard",),
+        "hazard.rates": ("discrete_rate", "probability_in", "rate_from_probability"),
+        "hazard.reading": ("HazardError",),
+        "numerics.proportions": ("binomial_interval", "wilson_interval"),
+        "risk.annual_rate": ("annual_rate", "rate_share_above"),
+        "risk.epistemic": ("Branch", "epistemic_rates"),
+        "risk.inversion": ("Design", "design_for_rate", "size_for_rate"),
+        "risk.modelling": ("with_modelling",),
+        "risk.slenderness": ("slenderness_for_rate",),
+        "runs.plan": ("Chunk", "Work", "plan_chunks", "run_chunk"),
+        "uncertainty.distributions": ("Beta", "Categorical", "Distribution", "Least", "Lognormal", "Normal", "Uniform"),
+        "uncertainty.ida": ("uncertain_ida",),
+        "uncertainty.indices": ("morris_indices", "sobol_indices", "tornado"),
+        "uncertainty.inputs": ("RandomInputs",),
+        "uncertainty.response": ("overturning_response",),
+        "uncertainty.variance": ("capacity_variance_shares", "variance_shares"),
+        "validity.notes": ("block_notes", "notes"),
+        "validity.screen": ("screen",),
+        "validity.undecided": ("undecided_outcomes",),
+    },
+)

@@ -1,40 +1,55 @@
-"""Rocking blocks and their loss of energy: blocks, walls, restraints, damping laws, the engine, single histories."""
+"""Rocking blocks and their loss of energy: blocks, walls, restraints, beds, damping laws, engine, single histories."""
 
-from .block import Block, describe_block
-from .history import free_rocking, simulate
-from .items import Catalogue, Item, catalogue
-from .laws import (
-    LAWS,
-    DiscreteDamping,
-    EnergyConsistent,
-    GianniniMasiani,
-    HousnerImpact,
-    Law,
-    MakrisKonstantinidis,
-    Vassiliou,
-    ViscousDamping,
-    describe_law,
-)
-from .scenes.restraint import Restraint
-from .scenes.wall import Wall
-from .statics import half_weight, required_force, static_capacity
-from .supports import delta_from_frequency, delta_from_settlement
+from typing import TYPE_CHECKING
+
+from ..faces import face
+
+if TYPE_CHECKING:
+    from .block import Block, describe_block
+    from .dissipation import apparent_restitution
+    from .history import free_rocking, simulate
+    from .items import Catalogue, Item, catalogue
+    from .laws import (
+        LAWS,
+        DiscreteDamping,
+        EnergyConsistent,
+        GianniniMasiani,
+        HousnerImpact,
+        Law,
+        MakrisKonstantinidis,
+        Model,
+        Vassiliou,
+        ViscousDamping,
+        describe_law,
+    )
+    from .scenes.bed import Bed
+    from .scenes.edge import Edge
+    from .scenes.restraint import Restraint
+    from .scenes.wall import Wall
+    from .sliding.law import Sliding
+    from .statics import half_weight, required_force, static_capacity
+    from .supports import delta_from_frequency, delta_from_settlement
 
 __all__ = [
     "LAWS",
+    "Bed",
     "Block",
     "Catalogue",
     "DiscreteDamping",
+    "Edge",
     "EnergyConsistent",
     "GianniniMasiani",
     "HousnerImpact",
     "Item",
     "Law",
     "MakrisKonstantinidis",
+    "Model",
     "Restraint",
+    "Sliding",
     "Vassiliou",
     "ViscousDamping",
     "Wall",
+    "apparent_restitution",
     "catalogue",
     "delta_from_frequency",
     "delta_from_settlement",
@@ -46,3 +61,33 @@ __all__ = [
     "simulate",
     "static_capacity",
 ]
+
+__getattr__, __dir__ = face(
+    __name__,
+    {
+        "block": ("Block", "describe_block"),
+        "dissipation": ("apparent_restitution",),
+        "history": ("free_rocking", "simulate"),
+        "items": ("Catalogue", "Item", "catalogue"),
+        "laws": (
+            "LAWS",
+            "DiscreteDamping",
+            "EnergyConsistent",
+            "GianniniMasiani",
+            "HousnerImpact",
+            "Law",
+            "MakrisKonstantinidis",
+            "Model",
+            "Vassiliou",
+            "ViscousDamping",
+            "describe_law",
+        ),
+        "scenes.bed": ("Bed",),
+        "scenes.edge": ("Edge",),
+        "scenes.restraint": ("Restraint",),
+        "scenes.wall": ("Wall",),
+        "sliding.law": ("Sliding",),
+        "statics": ("half_weight", "required_force", "static_capacity"),
+        "supports": ("delta_from_frequency", "delta_from_settlement"),
+    },
+)

@@ -52,12 +52,27 @@ class Spring(NamedTuple):
     strength: float
 
 
+class Chord(NamedTuple):
+    """Straight piece of the moment beyond an elastic zone, up to the next one.
+
+    Seen from its side, y'' = -stiffness y + offset - damping y' + gain F, y >= 0; the last piece goes on to the
+    ground.  `potential`: as that of a `Region`.
+    """
+
+    lower: float
+    stiffness: float
+    offset: float
+    damping: float
+    potential: float
+
+
 class Zone(NamedTuple):
     """Elastic zone of a law, from -back to front: x'' = -stiffness (x - centre) - damping x' + gain F.
 
     `step`: its potential at the centre; gain and inertia as those of a side; front_damping, back_damping: those of the
     falling branches; rule, coefficient: how the engine sets the damping at each entry.  `rigid_rest`: the falling
-    branches go on to 0, where the block rests; else it rests in the zone.
+    branches go on to 0, where the block rests; else it rests in the zone.  `chords`: what follows it on either side
+    instead of a falling branch.
     """
 
     front: float
@@ -73,6 +88,7 @@ class Zone(NamedTuple):
     rule: int
     coefficient: float
     rigid_rest: bool
+    chords: tuple[Chord, ...] = ()
 
 
 class Surroundings(NamedTuple):
@@ -166,6 +182,9 @@ def _sheets(
 
     def branch(name: str, side: Side, sign: float, lower: float, wall: Contact | None, inner: _End) -> None:
         outer, upper = FALLS, engine.FLAT
+        if zone is not None and zone.chords:
+            sheets.update(_chain(name, zone.chords, sign, wall, inner))
+            return
         if wall is not None:
             outer = _End(engine.BOUNCE, factor=wall.factor, rest=name)
             upper = wall.rotation
@@ -214,6 +233,23 @@ def _sheets(
             sheets[f"rigid {name}"] = _Sheet(
                 sign, 0.0, edge, -side.q2, -side.q2 * side.alpha, 0.0, 0.0, impact, _End(engine.CROSS, name)
             )
+    return sheets
+
+
+def _chain(name: str, chords: tuple[Chord, ...], sign: float, wall: Contact | None, inner: _End) -> dict[str, _Sheet]:
+    """Return chords as sheets from the zone outwards, the first one by the name of the branch; a wall ends them."""
+    end = engine.FLAT if wall is None else wall.rotation
+    reached = [chord for chord in chords if chord.lower < end]
+    names = [name, *(f"{name} {k}" for k in range(2, len(reached) + 1))]
+    outer = FALLS if wall is None else _End(engine.BOUNCE, factor=wall.factor, rest=names[-1])
+    sheets: dict[str, _Sheet] = {}
+    for k, chord in enumerate(reached):
+        last = k == len(reached) - 1
+        sheets[names[k]] = _Sheet(
+            sign, chord.lower, end if last else reached[k + 1].lower, chord.stiffness, chord.offset, chord.damping,
+            chord.potential, _End(engine.CROSS, names[k - 1]) if k else inner,
+            outer if last else _End(engine.CROSS, names[k + 1]),
+        )  # fmt: skip
     return sheets
 
 
@@ -294,8 +330,8 @@ class _Table:
         self.modes = (INTACT, BROKEN) if pieces[-1].mode == BROKEN else (INTACT,)
         self.elastic = zone is not None and not zone.rigid_rest and "back" in sheets
         names = [] if self.elastic else [("middle", mode) for mode in self.modes]
-        for name in ("back", "front"):
-            if name in sheets and sheets[name].outer.action == engine.BOUNCE:
+        for name, sheet in sheets.items():
+            if sheet.outer.action == engine.BOUNCE:
                 names += [(name, mode) for mode in self.modes if self._reaches(name, mode)]
         self.rests = {key: k for k, key in enumerate(names)}
 
@@ -371,7 +407,7 @@ class _Table:
         held = (piece.stiffness * at - piece.offset) / (side.gain / self.front.gain)
         if self.exact:
             held = side.q2 * math.cos(side.alpha) * math.tan(side.alpha - at) / (side.gain / self.front.gain)
-        if sheet == "front":
+        if self.sheets[sheet].side == FRONT:
             return Rest(at, math.inf, index, -held, index)
         return Rest(-at, -held, index, math.inf, index)
 

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from .. import checks
 from ..units import STANDARD_GRAVITY
+from .scenes.bed import Bed, balance_on_bed, check_bed, describe_bed
+from .scenes.edge import Edge, describe_edge
 from .scenes.restraint import Restraint, describe_restraint
 from .scenes.wall import Wall, describe_wall
 
@@ -21,7 +23,7 @@ MIN_SIZE, MAX_SIZE, MIN_ANGLE = 1e-6, 1e6, 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Rigid block on a rigid floor, freestanding unless it has a wall or a restraint.
+    """Rigid block on a rigid floor or a soft bed, freestanding unless it has a wall or a restraint.
 
     Parameters
     ----------
@@ -46,12 +48,23 @@ class Block:
         A wall behind the block.
     restraint : Restraint, optional
         A strap, bracket, cable, pole, tendon or adhesive that holds it.
+    bed : Bed, optional
+        A soft bed under its whole width; only for symmetric blocks without a restraint.
+    depth : float, optional
+        Full outer size in the other horizontal direction, m, at least the width; needed only where both horizontal
+        components shake (`across`).
+    round : bool
+        Whether its base is round (a vase, a bottle): the depth is then the width.
+    edge : Edge, optional
+        The edge of a shelf, bench or pedestal, over which it falls if it slides far enough; only for symmetric blocks
+        that stand free on a rigid surface.  Rocking does not depend on it.
 
     Raises
     ------
     ValueError
-        A size that is not finite and positive, a centre of mass outside the block, an inertia factor outside (1, 2],
-        a lean with which the block falls by itself, a restraint without mass.
+        A size that is not finite and positive, a depth below the width, a centre of mass outside the block, an inertia
+        factor outside (1, 2], a lean with which the block falls by itself, a restraint without mass, a bed that is too
+        soft for it.
 
     Notes
     -----
@@ -85,6 +98,10 @@ class Block:
     lean: float = field(default=0.0, kw_only=True)
     wall: Wall | None = field(default=None, kw_only=True)
     restraint: Restraint | None = field(default=None, kw_only=True)
+    bed: Bed | None = field(default=None, kw_only=True)
+    depth: float | None = field(default=None, kw_only=True)
+    round: bool = field(default=False, kw_only=True)
+    edge: Edge | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         width = checks.number("width", self.width, above=0.0, at_most=MAX_SIZE, unit="m")
@@ -113,7 +130,29 @@ class Block:
         object.__setattr__(self, "height", height)
         object.__setattr__(self, "cm_height", cm_height)
         object.__setattr__(self, "inertia_factor", factor)
+        self._check_plan()
         self._check_surroundings()
+        if self.edge is not None:
+            self._check_edge(self.edge)
+
+    def _check_plan(self) -> None:
+        """Check the plan, and set the depth of a round block."""
+        if not isinstance(self.round, bool):
+            raise TypeError(f"round must be True or False, got {self.round!r:.40}")
+        if self.depth is not None:
+            depth = checks.number("depth", self.depth, above=0.0, at_most=MAX_SIZE, unit="m")
+            object.__setattr__(self, "depth", depth)
+            if depth < self.width:
+                raise ValueError(
+                    f"depth must be at least the width, {self.width:g} m: the width is the smaller size in plan, in "
+                    f"whose direction the block tips first, got {depth:g} m"
+                )
+            if self.round and depth != self.width:
+                raise ValueError(
+                    f"a round block has one size in plan, got width {self.width:g} m and depth {depth:g} m"
+                )
+        elif self.round:
+            object.__setattr__(self, "depth", self.width)
 
     def _check_surroundings(self) -> None:
         """Raise for a mass, an offset, a lean, a wall or a restraint that the block cannot have."""
@@ -133,6 +172,8 @@ class Block:
             raise ValueError(
                 f"the wall's height must be at most the block's {self.height:g} m, got {self.wall.height:g}"
             )
+        if self.bed is not None:
+            self._check_bed(self.bed)
         if self.restraint is None:
             return
         if not isinstance(self.restraint, Restraint):
@@ -141,6 +182,27 @@ class Block:
             raise ValueError("a block with a restraint needs its mass (kg)")
         if self.restraint.front is None and self.restraint.back is None:
             raise ValueError(f"the {self.restraint.kind} acts on neither side: give a front or a back arm")
+
+    def _check_edge(self, edge: Edge) -> None:
+        """Raise for what is no edge, and for a block whose slips are not known."""
+        if not isinstance(edge, Edge):
+            raise TypeError(f"edge must be a toppling Edge, got {checks.kind(edge)}")
+        if describe_scene(self):
+            own = [words for words in self.scene_words if words != edge.label]
+            raise ValueError(
+                f"a block near an edge must stand free, with its mass in the middle and upright, got {', '.join(own)}: "
+                "how others slide is not known"
+            )
+
+    def _check_bed(self, bed: Bed) -> None:
+        """Raise for a bed that the block cannot stand on."""
+        if not isinstance(bed, Bed):
+            raise TypeError(f"bed must be a toppling Bed, got {checks.kind(bed)}")
+        if not self.symmetric:
+            raise ValueError("a block on a bed must be symmetric: without cm_offset and lean")
+        if self.restraint is not None:
+            raise ValueError("a block on a bed has no restraint: what would press it onto the bed is not modelled")
+        check_bed(bed, self.b, self.alpha)
 
     @classmethod
     def from_slenderness(
@@ -227,6 +289,47 @@ class Block:
         return (front, math.atan2(front, self.h) - self.lean), (back, math.atan2(back, self.h) + self.lean)
 
     @property
+    def balances(self) -> tuple[float, float]:
+        """Rotations to front and back beyond which it falls by itself, rad: the angles of `corners`, less on a bed."""
+        (_, front), (_, back) = self.corners
+        if self.bed is None:
+            return front, back
+        balance = self.alpha * balance_on_bed(self.bed.settlement / (self.b * self.alpha))
+        return balance, balance
+
+    @property
+    def across(self) -> Block:
+        """The block as it rocks in the direction of its depth; its front and back are then the ends of its depth.
+
+        A wall, a restraint, an offset of the mass and a lean act in the direction of the width: along its depth the
+        block stands free.  What the friction of a wall or a restraint holds there is left out, on the safe side.
+
+        Raises
+        ------
+        ValueError
+            A block without a depth; one on a soft bed; an inertia factor that no body of these sizes has.
+
+        Notes
+        -----
+        The inertia factor of a uniform block is 4/3 in every direction.  Otherwise the mass is taken as spread in plan
+        as in a uniform block and in height as the given factor says: rho'² = rho² + (depth² - width²)/12.
+        """
+        if self.depth is None:
+            raise ValueError(f"{self.label!r} needs its depth (m), its size in the other horizontal direction")
+        if self.bed is not None:
+            raise ValueError(f"{self.label!r} must not lie on a soft bed where it rocks in both directions")
+        factor = self.inertia
+        middle = math.isclose(self.h, 0.5 * self.height, rel_tol=1e-9)
+        if self.depth != self.width and not (middle and factor == UNIFORM_INERTIA_FACTOR):
+            square = self.gyration**2 + (self.depth**2 - self.width**2) / 12.0
+            factor = 1.0 + square / (0.25 * self.depth**2 + self.h**2)
+        try:
+            free: dict[str, Any] = {"wall": None, "restraint": None, "edge": None, "cm_offset": 0.0, "lean": 0.0}
+            return replace(self, width=self.depth, inertia_factor=factor, name=self.label, **free)
+        except ValueError as error:
+            raise ValueError(f"{self.label!r} in the direction of its depth: {error}") from None
+
+    @property
     def p(self) -> float:
         """Rocking frequency parameter sqrt(g/(lambda R)), rad/s."""
         return math.sqrt(STANDARD_GRAVITY / (self.inertia * self.R))
@@ -259,11 +362,15 @@ class Block:
         words = [f"{self.width:.4g} m × {self.height:.4g} m"]
         if not math.isclose(self.cm_height, 0.5 * self.height, rel_tol=1e-9):
             words.append(f"mass at {self.cm_height:.4g} m")
+        if self.round:
+            words.append("round")
+        elif self.depth is not None:
+            words.append(f"{self.depth:.4g} m deep")
         return ", ".join([*words, *self.scene_words])
 
     @property
     def scene_words(self) -> list[str]:
-        """What makes it other than symmetric and freestanding, in a few words each; empty where nothing does."""
+        """What is special about where and how it stands, in a few words each; empty where nothing is."""
         words = []
         if self.cm_offset != 0.0:
             side = "front" if self.cm_offset > 0.0 else "back"
@@ -271,7 +378,7 @@ class Block:
         if self.lean != 0.0:
             side = "front" if self.lean > 0.0 else "back"
             words.append(f"leans {math.degrees(abs(self.lean)):.3g}° to the {side}")
-        return words + [part.label for part in (self.wall, self.restraint) if part is not None]
+        return words + [part.label for part in (self.wall, self.restraint, self.bed, self.edge) if part is not None]
 
 
 def describe_block(block: Block) -> dict[str, Any]:
@@ -282,8 +389,17 @@ def describe_block(block: Block) -> dict[str, Any]:
         "height": block.height,
         "cm_height": block.cm_height,
         "inertia_factor": block.inertia_factor,
+        **describe_plan(block),
         **describe_scene(block),
+        **({} if block.edge is None else {"edge": describe_edge(block.edge)}),
     }
+
+
+def describe_plan(block: Block) -> dict[str, Any]:
+    """Return the depth of a block (m) and whether it is round, as plain values; empty where the depth is not known."""
+    if block.depth is None:
+        return {}
+    return {"depth": block.depth, **({"round": True} if block.round else {})}
 
 
 def describe_scene(block: Block) -> dict[str, Any]:
@@ -298,6 +414,8 @@ def describe_scene(block: Block) -> dict[str, Any]:
         found["wall"] = describe_wall(block.wall)
     if block.restraint is not None:
         found |= {"mass": block.mass, "restraint": describe_restraint(block.restraint)}
+    if block.bed is not None:
+        found["bed"] = describe_bed(block.bed)
     return found
 
 
@@ -308,4 +426,8 @@ def block_from(described: Mapping[str, Any]) -> Block:
         values["wall"] = Wall(**values["wall"])
     if "restraint" in values:
         values["restraint"] = Restraint(**values["restraint"])
+    if "bed" in values:
+        values["bed"] = Bed(**values["bed"])
+    if values.get("edge") is not None:
+        values["edge"] = Edge(**values["edge"])
     return Block(**values)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import asdict, dataclass
 from numbers import Real
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -131,6 +131,10 @@ class Friction(ABC):
     def below(self, need: ArrayLike) -> Array:
         """Return the probability that the coefficient is below `need` (>= 0); NaN where `need` is NaN."""
 
+    @abstractmethod
+    def quantile(self, probability: Array) -> Array:
+        """Return the coefficients at probabilities between 0 and 1, in the same shape."""
+
     @property
     def description(self) -> dict[str, Any]:
         """The distribution and its parameters, as plain values."""
@@ -150,6 +154,9 @@ class FixedFriction(Friction):
     def below(self, need: ArrayLike) -> Array:
         wanted = np.asarray(need, dtype=float)
         return np.where(np.isnan(wanted), np.nan, self.value < wanted)
+
+    def quantile(self, probability: Array) -> Array:
+        return np.full(np.shape(probability), self.value)
 
 
 @dataclass(frozen=True)
@@ -173,6 +180,9 @@ class LognormalFriction(Friction):
     def below(self, need: ArrayLike) -> Array:
         return Lognormal(self.median, self.dispersion).below(need)
 
+    def quantile(self, probability: Array) -> Array:
+        return Lognormal(self.median, self.dispersion).quantile(probability)
+
 
 @dataclass(frozen=True)
 class NormalFriction(Friction):
@@ -189,6 +199,9 @@ class NormalFriction(Friction):
     def below(self, need: ArrayLike) -> Array:
         return Normal(self.mean, self.standard_deviation, lower=0.0).below(need)
 
+    def quantile(self, probability: Array) -> Array:
+        return Normal(self.mean, self.standard_deviation, lower=0.0).quantile(probability)
+
 
 @dataclass(frozen=True)
 class UniformFriction(Friction):
@@ -204,6 +217,48 @@ class UniformFriction(Friction):
 
     def below(self, need: ArrayLike) -> Array:
         return Uniform(self.lower, self.upper).below(need)
+
+    def quantile(self, probability: Array) -> Array:
+        return Uniform(self.lower, self.upper).quantile(probability)
+
+
+class Contact(NamedTuple):
+    """What a piece stands on, and with what: its friction, and kinetic over static friction."""
+
+    friction: LognormalFriction
+    kinetic_ratio: float
+    text: str
+
+
+CONTACTS: dict[str, Contact] = {
+    "vinyl": Contact(
+        LognormalFriction(0.35, 0.30),
+        0.85,
+        "smooth feet of plastic or metal on vinyl, linoleum, tiles, laminate or a bench top",
+    ),
+    "rubber feet": Contact(LognormalFriction(0.75, 0.25), 0.9, "rubber feet on the same floors"),
+    "carpet": Contact(LognormalFriction(0.55, 0.30), 0.9, "carpet"),
+    "concrete": Contact(LognormalFriction(0.50, 0.25), 0.9, "steel on concrete"),
+}
+"""Contacts by name.  The values are judgement: tests span 0.2 to 0.8, and no medians were found."""
+ROLLING, LOCKED = "castors", "castors locked"
+"""What has no friction that keeps it in place; and what has the friction of its brakes, which is not listed."""
+UNLOCKED = "castors unlocked"
+"""The same as `ROLLING`."""
+
+
+def contact_named(name: str) -> Contact:
+    """Return a contact; ValueError for an unknown one, and for castors, which roll or have the friction of brakes."""
+    if name in (ROLLING, UNLOCKED):
+        raise ValueError("a piece on castors rolls, which is not modelled: lock or block them and name that contact")
+    if name == LOCKED:
+        raise ValueError("the friction of locked castors is not listed: give it as a number")
+    return CONTACTS[checks.choice("contact", name, tuple(CONTACTS))]
+
+
+def friction_from(static: float, dispersion: float | None) -> Friction:
+    """Return a known coefficient, or a lognormal one with the median `static` where there is a dispersion."""
+    return FixedFriction(static) if dispersion is None else LognormalFriction(static, dispersion)
 
 
 def friction_of(value: Any) -> Friction:

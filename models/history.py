@@ -10,20 +10,31 @@ import xarray as xr
 
 from .. import checks
 from ..aliases import Array
-from ..units import ANGULAR_ACCELERATION, ANGULAR_VELOCITY, DIMENSIONLESS, NEWTON, RADIAN, SECOND, provenance
+from ..units import (
+    ANGULAR_ACCELERATION,
+    ANGULAR_VELOCITY,
+    DIMENSIONLESS,
+    NEWTON,
+    RADIAN,
+    SECOND,
+    STANDARD_GRAVITY,
+    provenance,
+)
 from .block import Block, describe_block
 from .engine import tables as engine
-from .laws import Law, describe_law, oscillator_of
+from .laws import Law, Model, describe_law, oscillator_of
 from .oscillator import Oscillator, exact_lever
 from .restraint_force import held_by, largest_force
-from .runs import Trace, trace
+from .runs import Trace, leaves_floor, trace
+from .sliding.history import slide_history
+from .sliding.law import Sliding
 
 MAX_FREE_SAMPLES = 10_000_000
 
 
 def simulate(
     block: Block,
-    model: Law,
+    model: Model,
     motion: xr.DataArray,
     theta0: float = 0.0,
     omega0: float = 0.0,
@@ -34,9 +45,10 @@ def simulate(
     ----------
     block : Block
     model : law
-        Any damping law, e.g. ``DiscreteDamping()``.
+        Any damping law, e.g. ``DiscreteDamping()``, or `Sliding`.
     motion : xarray.DataArray
-        Exactly one motion, ``acceleration`` in m s-2 with a uniform ``time`` (s), as `toppling.motions` makes it.
+        Exactly one motion, ``acceleration`` in m s-2 with a uniform ``time`` (s), as `toppling.motions` makes it; of
+        joined components (`motions.as_recorded`) the one that shakes, with the vertical one where that shakes, too.
     theta0, omega0 : float
         Rotation (rad, |theta0| < pi/2) and angular velocity (rad/s) at the first sample.
 
@@ -53,16 +65,21 @@ def simulate(
         final_state (0 stands; 1 and -1 held beyond its balance at the front and the back; 2 and -2 fell); of one with a
         restraint restraint_force (N): the greatest force of each of its parts, its strength if it broke.
 
+        Of `Sliding`: slip (m) and slip_velocity (m/s) on ``time``; slide_peak, slide_forward, slide_backward,
+        slide_residual, slide_path, slide_after (m), slide_velocity (m/s), slips, first_slip_time (s) and mode.
+
     Raises
     ------
     TypeError, ValueError
         An argument that is no Block, law or labelled motion; more than one motion; values that are not finite or out of
-        range.
+        range.  Vertical shaking under a law that is not in exact geometry, or of more than g downward, under which the
+        block leaves the floor.
 
     Notes
     -----
     theta'' + damping_moment + restoring_moment = -gain u''(t), solved in closed form between events (see
-    `toppling.models`).  At rest, the restoring moment of a rigid block balances the shaking.
+    `toppling.models`).  Under vertical shaking the restoring moment is that of the weight m (g + a_v).  At rest, the
+    restoring moment of a rigid block balances the shaking.
 
     Examples
     --------
@@ -72,13 +89,22 @@ def simulate(
     >>> bool(run.uplifted), bool(run.overturned)
     (True, False)
     """
+    acceleration, vertical, dt, label, start = _single_motion(motion)
+    if isinstance(model, Sliding) and isinstance(block, Block):
+        if theta0 != 0.0 or omega0 != 0.0:
+            raise ValueError(f"a sliding block does not rotate: theta0 and omega0 must be 0, got {theta0} and {omega0}")
+        time = start + np.arange(acceleration.size, dtype=np.float64) * dt
+        return slide_history(block, model, acceleration, vertical, time, dt).assign_attrs(motion=label)
+    if not isinstance(model, Law):
+        raise TypeError(f"model must be a damping law such as DiscreteDamping(), or Sliding, got {checks.kind(model)}")
     oscillator = oscillator_of(block, model)
-    acceleration, dt, label, start = _single_motion(motion)
+    if vertical is not None:
+        _check_vertical(vertical, dt, start, label, model, oscillator)
     theta = checks.number("theta0", theta0, above=-0.5 * math.pi, below=0.5 * math.pi, unit="rad")
     omega = checks.number("omega0", omega0, unit="rad/s")
-    run = trace(oscillator, acceleration, dt, theta, omega)
+    run = trace(oscillator, acceleration, dt, theta, omega, vertical=vertical)
     time = start + np.arange(acceleration.size, dtype=np.float64) * dt
-    dataset = _histories(block, model, oscillator, run, acceleration, time)
+    dataset = _histories(block, model, oscillator, run, acceleration, time, vertical)
     return dataset.assign_attrs(motion=label)
 
 
@@ -156,22 +182,40 @@ def _free_peaks(
         room *= 4
     times, rotations = run.turning_points
     keep = times <= duration
-    delta = getattr(model, "delta", None)
-    if delta is not None:
-        inside = np.abs(rotations) < delta * block.alpha
-        if inside.any():
-            keep &= np.arange(rotations.size) < int(inside.argmax())
+    inside = np.abs(rotations) < model.zone_edge(block)
+    if inside.any():
+        keep &= np.arange(rotations.size) < int(inside.argmax())
     impacts = int(run.results[engine.OUT_IMPACTS])
     return np.append(0.0, times[keep]), np.append(abs(theta), np.abs(rotations[keep])), impacts
 
 
-def _single_motion(motion: Any) -> tuple[Array, float, str, float]:
-    """Return acceleration, step, label and start of exactly one labelled motion.
+def _check_vertical(vertical: Array, dt: float, start: float, label: str, model: Law, oscillator: Oscillator) -> None:
+    """Raise ValueError for vertical shaking that the law does not take, or under which the block leaves the floor."""
+    if not oscillator.exact:
+        raise ValueError(
+            f"vertical shaking needs exact geometry, and {model.label!r} is linear in the rotation; take "
+            'HousnerImpact() (the law "housner")'
+        )
+    left = np.flatnonzero(leaves_floor(1.0, -vertical))
+    if left.size:
+        raise ValueError(
+            f"motion {label!r} must not fall faster than g, under which the block leaves the floor: its vertical "
+            f"acceleration is {vertical[left[0]]:.4g} m/s² at {start + left[0] * dt:.4g} s"
+        )
 
-    The models do not import `toppling.motions`; the labelled array is read by its dims, units and dt alone.
+
+def _single_motion(motion: Any) -> tuple[Array, Array | None, float, str, float]:
+    """Return acceleration, vertical acceleration (or None), step, label and start of exactly one labelled motion.
+
+    The models do not import `toppling.motions`; the labelled array is read by its dims, coordinates and units alone.
     """
     if not isinstance(motion, xr.DataArray):
         raise TypeError(f"motion must be a labelled array as toppling.motions makes it, got {type(motion).__name__}")
+    vertical = None
+    if "component" in motion.dims and "shakes" in motion.coords:
+        if bool(motion.coords.get("lifts", False)):
+            vertical = motion.sel(component="v", drop=True)
+        motion = motion.sel(component=str(motion.coords["shakes"].values), drop=True)
     extra = [d for d in motion.dims if d != "time"]
     if "time" not in motion.dims or any(motion.sizes[d] != 1 for d in extra):
         raise ValueError(f"motion must be exactly one motion over time, got sizes {dict(motion.sizes)}; select one")
@@ -183,7 +227,10 @@ def _single_motion(motion: Any) -> tuple[Array, float, str, float]:
         raise ValueError(f"motion must have at least 2 samples, got {values.size}")
     time = one["time"].values if "time" in one.coords else None
     dt = checks.time_step("motion", time, float(one["dt"].item()) if "dt" in one.coords else None)
-    return values, dt, label, 0.0 if time is None else float(time[0])
+    upward = None
+    if vertical is not None:
+        upward = checks.acceleration("motion", vertical.isel(dict.fromkeys(extra, 0)).values)
+    return values, upward, dt, label, 0.0 if time is None else float(time[0])
 
 
 def _histories(
@@ -193,6 +240,7 @@ def _histories(
     run: Trace,
     acceleration: Array,
     time: Array,
+    vertical: Array | None = None,
 ) -> xr.Dataset:
     theta = run.history[engine.HISTORY_THETA]
     omega = run.history[engine.HISTORY_OMEGA]
@@ -207,7 +255,8 @@ def _histories(
         forcing[here] *= part.gain
         if oscillator.exact:
             tilt = part.offset / part.stiffness
-            restoring[here] = -part.stiffness * np.sin(tilt - theta[here])
+            weight = 1.0 if vertical is None else 1.0 + vertical[here] / STANDARD_GRAVITY
+            restoring[here] = -part.stiffness * weight * np.sin(tilt - theta[here])
             forcing[here] *= np.cos(tilt - theta[here]) * exact_lever(oscillator)
         else:
             restoring[here] = part.stiffness * theta[here] - part.offset
@@ -219,12 +268,13 @@ def _histories(
     def scalar(value: Any, units: str, long_name: str) -> tuple[tuple[()], Any, Any]:
         return (), value, {"units": units, "long_name": long_name}
 
+    lifted = "vertical acceleration of the floor, upward"
     sides = {}
     if oscillator.sided:
         results = run.results
         sides = {
-            "peak_front": scalar(results[engine.OUT_FRONT], RADIAN, "peak rotation to the front"),
-            "peak_back": scalar(results[engine.OUT_BACK], RADIAN, "peak rotation to the back"),
+            "peak_front": scalar(results[engine.OUT_FRONT], RADIAN, "peak forward rotation"),
+            "peak_back": scalar(results[engine.OUT_BACK], RADIAN, "peak backward rotation"),
             "wall_impacts": scalar(int(results[engine.OUT_WALL_IMPACTS]), DIMENSIONLESS, "impacts at walls"),
             "wall_impact_velocity": scalar(
                 results[engine.OUT_WALL_STRIKE], ANGULAR_VELOCITY, "greatest angular speed of an impact at a wall"
@@ -259,6 +309,7 @@ def _histories(
             "damping_moment": on_time(damping, ANGULAR_ACCELERATION, "damping moment per unit moment of inertia"),
             "restoring_moment": on_time(restoring, ANGULAR_ACCELERATION, "restoring moment per unit moment of inertia"),
             "floor_acceleration": on_time(acceleration, "m s-2", "floor acceleration"),
+            **({} if vertical is None else {"vertical_acceleration": on_time(vertical, "m s-2", lifted)}),
             "peak_rotation": scalar(run.results[engine.OUT_PEAK], RADIAN, "peak absolute rotation"),
             "overturned": scalar(overturned, DIMENSIONLESS, "whether the block overturned"),
             "uplifted": scalar(bool(run.results[engine.OUT_UPLIFTED]), DIMENSIONLESS, "whether the block uplifted"),

@@ -22,10 +22,10 @@ QUALITIES = {
 class Item:
     """Catalogue entry: the block, which tips in the direction of its smaller plan size, and the source of its sizes.
 
-    `breadth` is the other plan size, m, if known; `fema_p58` is the FEMA P-58 fragility id, if there is one;
-    `wall_gap` is the clear distance to a wall behind the item as it is usually placed, m, None where it stands free in
-    the direction in which it tips, and `placement` says why, with a source or as a judgement; `quality` (of the sizes)
-    is a letter of `QUALITIES`.
+    `breadth` is the other plan size, m, if known (the block's depth); `fema_p58` is the FEMA P-58 fragility id, if
+    there is one; `wall_gap` is the clear distance to a wall behind the item as it is usually placed, m, None where it
+    stands free in the direction in which it tips, and `placement` says why, with a source or as a judgement; `quality`
+    (of the sizes) is a letter of `QUALITIES`.
     """
 
     block: Block
@@ -100,7 +100,12 @@ def _load() -> Catalogue:
     text = resources.files(__package__).joinpath("catalogue.csv").read_text(encoding="utf-8")
     for row in csv.DictReader(text.splitlines()):
         items[row["name"]] = Item(
-            block=Block(float(row["width_m"]), float(row["height_m"]), name=row["name"]),
+            block=Block(
+                float(row["width_m"]),
+                float(row["height_m"]),
+                name=row["name"],
+                depth=float(row["breadth_m"]) if row["breadth_m"] else None,
+            ),
             title=row["title"],
             category=row["category"],
             breadth=float(row["breadth_m"]) if row["breadth_m"] else None,

@@ -23,7 +23,7 @@ from .assembly import Zone, assemble
 from .block import Block
 from .engine import tables as engine
 from .oscillator import Oscillator
-from .sides import check_zone, sides, surroundings, zone_of
+from .sides import check_zone, sides, surroundings, with_bed_damping, zone_of
 from .supports import MOST_DELTA
 
 LEVERS = ("h", "R")
@@ -35,14 +35,38 @@ MAX_DAMPING = 100.0
 """Largest damping ratio (and coefficient of Vassiliou's law): beyond any physical value, where the zone gets stiff."""
 
 
-class Law(ABC):
-    """Damping law: the way in which a rocking block dissipates energy.
+class Model(ABC):
+    """What a block does while its floor moves, as a frozen dataclass of options: a damping law of rocking, or sliding.
 
-    The engine only calls `oscillator(block)`.  `law` is the short name in labels and study files.  A new law that uses
-    an existing rule of the engine is one dataclass.
+    `law` is the short name in labels and study files.
     """
 
     law: ClassVar[str]
+
+    def restitution(self, block: Block) -> float | None:
+        """Return the coefficient of restitution used for `block`, or None if the model has none.
+
+        It is the model's own e or, if e is not given, Housner's e_R of the block times `restitution_factor`.  The value
+        is never clipped: a value above 1 is an error.
+        """
+        return None
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """All options by name."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
+
+    @property
+    @abstractmethod
+    def label(self) -> str:
+        """Short name and options as people read them, different for different options."""
+
+
+class Law(Model):
+    """Damping law: the way in which a rocking block dissipates energy.
+
+    The engine only calls `oscillator(block)`.  A new law that uses an existing rule of the engine is one dataclass.
+    """
 
     def __post_init__(self) -> None:
         """Validate the options that laws share, once, when the law is made."""
@@ -71,18 +95,14 @@ class Law(ABC):
     def oscillator(self, block: Block) -> Oscillator:
         """Return the oscillator of `block` under this law; ValueError if the block needs an explicit e."""
 
-    def restitution(self, block: Block) -> float | None:
-        """Return the coefficient of restitution used for `block`, or None if the law has none.
+    def zone_edge(self, block: Block) -> float:
+        """Return the rotation up to which `block` is in an elastic zone, rad: delta alpha, or that at which a bed ends.
 
-        It is the law's own e or, if e is not given, Housner's e_R of the block times `restitution_factor`.  The value
-        is never clipped: a value above 1 is an error.
+        0 of a law without an elastic zone.
         """
-        return None
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """All options by name."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
+        if "delta" not in self.options:
+            return 0.0
+        return self.options["delta"] * block.alpha if block.bed is None else block.bed.settlement / block.b
 
     @property
     def label(self) -> str:
@@ -122,16 +142,29 @@ class _ImpactLaw(Law):
 
 
 def viscous(block: Block, law: Law, delta: float, lever: str, ratio: float) -> Oscillator:
-    """Return the oscillator with the damping moment 2 ratio sqrt(I_O k0) theta', the same at every rotation."""
+    """Return the oscillator with the damping moment 2 ratio sqrt(I_O k0) theta', the same at every rotation.
+
+    On a bed, k0 is its stiffness in full contact, and the moment falls with the width in contact.
+    """
     zone = zone_of(block, delta, lever, rigid_rest=False)
     damping = 2.0 * ratio * math.sqrt(zone.stiffness)
     front, back = sides(block, "bilinear", lever)
+    if block.bed is not None:
+        return _bilinear(block, law, lever, with_bed_damping(zone, damping))
     zone = zone._replace(
         damping=damping,
         front_damping=damping * (zone.inertia / front.inertia),
         back_damping=damping * (zone.inertia / back.inertia),
     )
     return _bilinear(block, law, lever, zone)
+
+
+def _refuse_bed(block: Block, law: Law, why: str) -> None:
+    if block.bed is not None:
+        raise ValueError(
+            f"law {law.law!r} cannot have {block.label!r}, which stands on a bed: {why}; take viscous with a measured "
+            "zeta, or discrete or energy-consistent with rest='soft'"
+        )
 
 
 def _bilinear(block: Block, law: Law, lever: str, zone: Zone, e: float = 1.0) -> Oscillator:
@@ -156,7 +189,9 @@ class _HeldZoneLaw(_ImpactLaw):
         coefficient = 0.0
         if self.rule == engine.RULE_ENTRY_SPEED:
             coefficient = (1.0 - e) / (zone.front + zone.back)
-        elif block.symmetric:  # the potential at the zone's edge
+        elif block.bed is not None:  # the potential at the zone's edge
+            coefficient = 0.5 * zone.stiffness * zone.front**2
+        elif block.symmetric:
             front, _ = sides(block, "bilinear", self.lever)
             coefficient = front.q2 * zone.front * (front.alpha - 0.5 * zone.front)
         return _bilinear(block, self, self.lever, zone._replace(rule=self.rule, coefficient=coefficient), e)
@@ -184,6 +219,12 @@ class DiscreteDamping(_HeldZoneLaw):
         static threshold is exceeded (derived).  "soft": as "elastic", on a soft support whose settlement or frequency
         was measured and gives delta (`delta_from_settlement`, `delta_from_frequency`; at most 0.3): the elastic mode is
         then that of the support and no artefact of delta, and notes say so.
+
+    Notes
+    -----
+    A block on a bed (`Bed`) has the bed's zone, up to its uplift, whatever delta is; "rigid" is refused.  The rule is
+    the same: each inward crossing of the bed in full contact takes about the share 1 - e of the velocity, and the bed
+    is undamped before the first one.  e is nominal then: `apparent_restitution` gives what a half-cycle keeps.
     """
 
     law: ClassVar[str] = "discrete"
@@ -204,6 +245,9 @@ class EnergyConsistent(_HeldZoneLaw):
     then has Housner's peaks for every delta.  Where v_o² <= 0, ``rest="rigid"`` keeps the block on the rigid branch,
     and ``rest="elastic"`` takes the c that just stops the block at the far edge.  The options are those of
     `DiscreteDamping`.
+
+    On a bed (`Bed`) each crossing of full contact leaves e² of the energy above that of the block at rest (derived):
+    there is no rigid block whose impact could be matched, because the bed gives way at every rotation.
     """
 
     law: ClassVar[str] = "energy-consistent"
@@ -230,6 +274,7 @@ class _RestitutionViscous(_ImpactLaw):
         """Return the damping ratio zeta for the coefficient of restitution e."""
 
     def oscillator(self, block: Block) -> Oscillator:
+        _refuse_bed(block, self, "its damping ratio is that of impacts on a rigid floor")
         return viscous(block, self, self.delta, self.lever, self.damping_ratio(self.restitution(block)))
 
 
@@ -290,6 +335,7 @@ class Vassiliou(Law):
     lever: str = "h"
 
     def oscillator(self, block: Block) -> Oscillator:
+        _refuse_bed(block, self, "its damping is that of rocking on a rigid floor")
         zone = zone_of(block, self.delta, self.lever, rigid_rest=False)
         front, back = (
             self.coefficient * (alpha / 0.1) ** 2 * math.sqrt(STANDARD_GRAVITY) * math.hypot(half, block.h) ** 1.5
@@ -306,7 +352,12 @@ class Vassiliou(Law):
 
 @dataclass(frozen=True)
 class ViscousDamping(Law):
-    """Continuous viscous damping c = 2 zeta sqrt(I_O k0), with any ratio `zeta` >= 0 of the initial stiffness."""
+    """Continuous viscous damping c = 2 zeta sqrt(I_O k0), with any ratio `zeta` >= 0 of the initial stiffness.
+
+    On a bed (`Bed`) zeta is the damping ratio of rocking before uplift, k0 the stiffness of full contact, and delta is
+    not used: the damping is that of the bed's material, c (theta_u/theta)^(3/2) beyond the rotation theta_u at uplift,
+    because the contact narrows (derived), and constant over each straight piece of its moment.
+    """
 
     law: ClassVar[str] = "viscous"
     zeta: float
@@ -355,6 +406,7 @@ class HousnerImpact(_ImpactLaw):
             raise ValueError(f"lever={self.lever!r} needs geometry='bilinear', got geometry={self.geometry!r}")
 
     def oscillator(self, block: Block) -> Oscillator:
+        _refuse_bed(block, self, "its impacts are those on a rigid floor")
         front, back = sides(block, self.geometry, self.lever)
         exact = self.geometry == "exact"
         around = surroundings(block, front, back, exact)
@@ -390,6 +442,6 @@ def oscillator_of(block: Any, model: Any) -> Oscillator:
     return model.oscillator(block)
 
 
-def describe_law(model: Law) -> dict[str, Any]:
-    """Return the law's short name and all options, as plain values."""
+def describe_law(model: Model) -> dict[str, Any]:
+    """Return the model's short name and all options, as plain values."""
     return {"law": model.law, **model.options}

@@ -1,4 +1,7 @@
-"""Runs as plain arrays: oscillators and scale factors in, results out.  No labels; calls the compiled engine."""
+"""Runs as plain arrays: oscillators and scale factors in, results out.  No labels; calls the compiled engine.
+
+Sliding blocks go to the engine of their own (`sliding.runs`), by the same way.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +10,24 @@ from collections.abc import Sequence
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from ..aliases import Array, Index
+from ..units import STANDARD_GRAVITY
 from .engine import tables
 from .engine.exact_runs import run_exact
 from .engine.linear_runs import run_lanes
+from .engine.regions import AT_REST
 from .engine.starts import begin_runs
 from .oscillator import Oscillator, Stack, stack
+from .sliding.law import Slider
+from .sliding.runs import OF_OBSTACLES, SLIDES, friction_table, run_sliders
+from .slip.lanes import slide
+
+Specimen = Oscillator | Slider
+"""A block under a law in numbers."""
 
 OUTPUTS: dict[str, int] = {
     "overturned": tables.OUT_OVERTURNED,
@@ -33,18 +44,28 @@ OUTPUTS: dict[str, int] = {
     "ruptured": tables.OUT_BROKEN,
     "rupture_time": tables.OUT_BREAK_TIME,
     "final_state": tables.OUT_WELL,
+    "airborne": tables.OUT_AIRBORNE,
 }
-"""Results of a run by name, and their column."""
+"""Results of a run of a rocking block by name, and their column."""
+
+COLUMNS = {**OUTPUTS, **SLIDES, **OF_OBSTACLES}
+"""Results of a run by name, and their column among those of its kind."""
 
 TALLY: tuple[str, ...] = tables.TALLY
 """The engine's counts: samples of all runs, samples left out by reason, and events solved."""
 
 _NO_START = np.empty(0)
+_NO_LIFTING = np.empty(0)
 _NO_TURNS = np.empty((2, 0))
 _NO_HISTORY = np.empty((tables.HISTORY_ROWS, 0))
 
 # Accelerations and states below this are zero: products of denormal numbers have no sign left to decide an event.
 _NOTHING = 1e-200
+
+
+def leaves_floor(factors: Any, downward: Any) -> Any:
+    """Return True where the floor falls faster than g: `factors` times the downward acceleration, m/s² (any arrays)."""
+    return 1.0 - factors * (downward / STANDARD_GRAVITY) <= tables.LEAST_WEIGHT
 
 
 def _writable(values: Array) -> Array:
@@ -65,14 +86,40 @@ def run_many(
     skip: bool = True,
     flags_only: bool = False,
     tally: Index | None = None,
+    vertical: Array | None = None,
 ) -> Array:
-    """Results (o, m, 7) of every oscillator under factors (o, m) times one record (n,), m/s², all starting at rest.
+    """Results (o, m, 15) of every oscillator under factors (o, m) times one record (n,), m/s², all starting at rest.
 
     `skip` leaves out what is known before the first uplift; flags do not change, peaks only by rounding.  With
     `flags_only` it also ends a run once the rest of the record cannot overturn the block: then only the overturned flag
-    is right.  `tally` (see `TALLY`) is added to.
+    is right.  `tally` (see `TALLY`) is added to.  `vertical` (n,), m/s² upward, is scaled as the record: oscillators in
+    exact geometry only.  Where it takes the weight from a block at any time, the run is airborne: all else is NaN.
     """
-    return run_stacked(stack(oscillators), factors, acceleration, dt, skip, flags_only, tally)
+    return run_stacked(stack(oscillators), factors, acceleration, dt, skip, flags_only, tally, vertical)
+
+
+def stacked(specimens: Sequence[Specimen]) -> Stack | Array:
+    """Return oscillators, or sliding blocks alone, as the arrays that their engine reads."""
+    sliders = [one for one in specimens if isinstance(one, Slider)]
+    if len(sliders) == len(specimens):
+        return friction_table(sliders)
+    return stack([one for one in specimens if isinstance(one, Oscillator)])
+
+
+def run_specimens(
+    tables: Stack | Array,
+    factors: Array,
+    acceleration: Array,
+    vertical: Array | None,
+    dt: float,
+    skip: bool,
+    flags_only: bool,
+    tally: Index,
+) -> Array:
+    """Run specimens that are `stacked` already under factors (o, m) times one record; results (o, m, `COLUMNS`)."""
+    if isinstance(tables, Stack):
+        return run_stacked(tables, factors, acceleration, dt, skip, flags_only, tally, vertical=vertical)
+    return run_sliders(tables, factors, acceleration, vertical, dt, skip, tally)
 
 
 def run_stacked(
@@ -83,6 +130,7 @@ def run_stacked(
     skip: bool = True,
     flags_only: bool = False,
     tally: Index | None = None,
+    vertical: Array | None = None,
 ) -> Array:
     """Run oscillators that are stacked already, as `run_many` does.
 
@@ -91,10 +139,10 @@ def run_stacked(
     """
     counts = np.zeros(len(TALLY), np.int64) if tally is None else tally
     which = np.repeat(np.arange(factors.shape[0]), factors.shape[1])
-    batch = _batch(_flushed(acceleration), dt, stacked, which, factors.ravel(), counts)
+    batch = _batch(_flushed(acceleration), dt, stacked, which, factors.ravel(), counts, vertical=vertical)
     run_batch(batch, _NO_START, skip, flags_only)
     if flags_only:
-        batch.out[:, 1:] = np.nan
+        batch.out[:, 1 : tables.OUT_AIRBORNE] = np.nan
     return cast("Array", batch.out).reshape(*factors.shape, tables.OUT_COLUMNS)
 
 
@@ -105,12 +153,12 @@ def run_batch(batch: tables.Batch, start: Array, skip: bool, flags_only: bool) -
     more, and then only OUT_OVERTURNED is right.  Returns the number of turning points of the last run.
     """
     if skip and flags_only:
-        batch = batch._replace(shaking_left=np.zeros(batch.record.size))
+        batch = batch._replace(shaking_left=np.zeros(batch.record.size), lifting_left=np.zeros(batch.record.size))
     # Each driver is compiled when it is first called: an analysis without exact geometry never compiles the other one.
     linear, exact = begin_runs(batch, start, skip, flags_only)
     turns = 0
     if exact.size > 0:
-        turns = run_exact(batch, exact)
+        turns = run_exact(batch, exact, AT_REST if batch.lifting.size > 0 else None)
     linear = linear[np.argsort(batch.first[linear], kind="stable")]
     for j in range(0, linear.size, tables.LANES):
         turns = run_lanes(batch, linear[j : j + tables.LANES])
@@ -126,9 +174,15 @@ def _batch(
     tally: Index,
     turns: Array = _NO_TURNS,
     history: Array = _NO_HISTORY,
+    vertical: Array | None = None,
 ) -> tables.Batch:
     """Runs of oscillators which[j] under factors[j] * record, with room for their results (see `tables.Batch`)."""
     oscillators, regions, _ = stacked.tables.shape
+    lifting = _NO_LIFTING
+    if vertical is not None and vertical.any():  # (without, the same arithmetic as ever)
+        if not stacked.parameters[:, tables.PAR_EXACT].all():
+            raise ValueError("vertical shaking needs exact geometry, got an oscillator in linear geometry")
+        lifting = _writable(_flushed(vertical / STANDARD_GRAVITY))
     return tables.Batch(
         record=_writable(record),
         dt=dt,
@@ -138,8 +192,10 @@ def _batch(
         factors=_writable(factors),
         first=np.zeros(which.size, np.int64),
         begin=np.zeros((which.size, 4)),
+        lifting=lifting,
         shaking_left=np.empty(0),
-        barriers=np.zeros((oscillators, 6)),
+        lifting_left=np.empty(0),
+        barriers=np.zeros((oscillators, 7)),
         out=np.empty((which.size, tables.OUT_COLUMNS)),
         turns=turns,
         history=history,
@@ -160,14 +216,26 @@ def engine_identity() -> dict[str, str]:
     return {**versions, "engine": source.hexdigest()[:12], "processor": processor()}
 
 
-def prepare(oscillators: Sequence[Oscillator]) -> None:
-    """Load or compile the engine's drivers that these oscillators need (once after installation: half a minute)."""
+def prepare(oscillators: Sequence[Oscillator], sliding: bool = False) -> None:
+    """Load or compile the engine's drivers that these oscillators need (once after installation: half a minute).
+
+    `sliding`: the driver of sliding blocks as well.
+    """
     kinds = {oscillator.exact: oscillator for oscillator in oscillators}
     run_many(list(kinds.values()), np.ones((len(kinds), 1)), np.zeros(2), 0.01, skip=False)
+    if sliding:
+        run_sliders(friction_table([Slider(0.5, 0.5, 0.5, 0.5)]), np.ones((1, 1)), np.zeros(2), None, 0.01, skip=False)
+
+
+def is_compiled(oscillators: Sequence[Oscillator], sliding: bool = False) -> bool:
+    """Return True if the drivers that `prepare` loads are on the disk."""
+    drivers = {run_exact if oscillator.exact else run_lanes for oscillator in oscillators} | {begin_runs}
+    # (with NUMBA_DISABLE_JIT=1 they are plain functions)
+    return all(getattr(driver, "on_disk", True) for driver in drivers | ({slide} if sliding else set()))
 
 
 class Trace(NamedTuple):
-    """One run in full: results (7,), history (4, n) at the samples, turning points (2, t): time and rotation."""
+    """One run in full: results (15,), history (5, n) at the samples, turning points (2, t): time and rotation."""
 
     results: Array
     history: Array
@@ -181,8 +249,9 @@ def trace(
     theta0: float = 0.0,
     omega0: float = 0.0,
     max_turning_points: int = 0,
+    vertical: Array | None = None,
 ) -> Trace:
-    """One run with its history, from (theta0, omega0)."""
+    """One run with its history, from (theta0, omega0); arguments as of `run_many`."""
     stacked = stack([oscillator])
     theta, omega = _flushed(np.array([theta0, omega0]))
     if theta == 0.0 and omega == 0.0:
@@ -197,6 +266,7 @@ def trace(
         np.zeros(len(TALLY), np.int64),
         np.empty((2, max_turning_points)),
         np.empty((tables.HISTORY_ROWS, acceleration.size)),
+        vertical,
     )
     found = run_batch(batch, start, False, False)
     return Trace(batch.out[0], batch.history, batch.turns[:, : min(found, max_turning_points)])

@@ -6,9 +6,10 @@ import math
 from functools import lru_cache
 
 from ..units import STANDARD_GRAVITY
-from .assembly import Contact, Side, Spring, Surroundings, Zone
+from .assembly import SMALLEST, Chord, Contact, Side, Spring, Surroundings, Zone
 from .block import Block
 from .engine import tables as engine
+from .scenes.bed import polygon
 from .scenes.restraint import Restraint
 from .scenes.wall import rebound
 
@@ -59,8 +60,14 @@ def zone_of(block: Block, delta: float, lever: str, rigid_rest: bool) -> Zone:
     theta_z = delta (alpha_F + alpha_B)/2 the edges 1/theta = 1/theta_z ± (k_F - k_B)/(2 (a_F + a_B)) are those for
     which the straight line between the branches does the same work as they do (derived); the block then leans to its
     nearer edge.  The zone's moment of inertia is sqrt(i_F i_B), its lever arm the mean of both.
+
+    A block on a bed has the zone of the bed instead, whatever delta is (see `_bed_zone`).
     """
     front, back = sides(block, "bilinear", lever)
+    if block.bed is not None:
+        if rigid_rest:
+            raise ValueError(f"rest='rigid' is for a rigid floor, {block.label!r} stands on a bed: take rest='soft'")
+        return _bed_zone(front, block.bed.settlement / block.b)
     if block.symmetric:
         edge = delta * front.alpha
         stiffness = (1.0 / delta - 1.0) * front.q2
@@ -86,6 +93,52 @@ def zone_of(block: Block, delta: float, lever: str, rigid_rest: bool) -> Zone:
         at_front, at_back, stiffness / inertia, centre, step / inertia, gain, inertia,
         0.0, 0.0, 0.0, engine.RULE_CONSTANT, 0.0, rigid_rest,
     )  # fmt: skip
+
+
+def _bed_zone(side: Side, uplift: float) -> Zone:
+    """Return the elastic zone of a bed, up to the rotation at uplift, with the straight pieces of its moment beyond.
+
+    The bed's moment (`bed_moment`) takes the place of the rigid floor's m g b; gravity takes m g b theta/alpha from it,
+    as in the bilinear geometry.
+    """
+    of_bed = polygon(uplift / side.alpha)
+    nodes = [ratio * side.alpha for ratio in of_bed.rotations]
+    nodes[0] = uplift
+    moments = [side.q2 * side.alpha * ratio for ratio in of_bed.moments]
+    stiffness = moments[0] / uplift - side.q2
+    potential = 0.5 * stiffness * uplift**2
+    chords = []
+    for k, (lower, moment) in enumerate(zip(nodes, moments, strict=True)):
+        slope = 0.0 if k == len(nodes) - 1 else (moments[k + 1] - moment) / (nodes[k + 1] - lower)
+        total = slope - side.q2
+        if abs(total) < SMALLEST * side.q2:
+            total = -SMALLEST * side.q2
+        offset = total * lower - (moment - side.q2 * lower)
+        level = potential - (0.5 * total * lower - offset) * lower
+        chords.append(Chord(lower, total, offset, 0.0, level))
+        if k < len(nodes) - 1:
+            upper = nodes[k + 1]
+            potential = (0.5 * total * upper - offset) * upper + level
+    return Zone(
+        uplift, uplift, stiffness, 0.0, 0.0, side.gain, side.inertia,
+        0.0, 0.0, 0.0, engine.RULE_CONSTANT, 0.0, False, tuple(chords),
+    )  # fmt: skip
+
+
+def with_bed_damping(zone: Zone, damping: float) -> Zone:
+    """Return the zone of a bed with damping in its material: `damping` in full contact, less where it is narrower.
+
+    Dashpots beside the springs of the bed, under a contact of the length 2 b sqrt(theta_u/theta), take
+    (theta_u/theta)^(3/2) of the damping that they have under the whole width (derived).  A chord has its mean, the last
+    one that up to the rotation at which the block falls by itself.
+    """
+    last = zone.chords[-1]
+    ends = [*(chord.lower for chord in zone.chords[1:]), last.offset / last.stiffness]
+    chords = []
+    for chord, end in zip(zone.chords, ends, strict=True):
+        area = 2.0 * zone.front**1.5 * (chord.lower**-0.5 - end**-0.5)
+        chords.append(chord._replace(damping=damping * area / (end - chord.lower)))
+    return zone._replace(damping=damping, chords=tuple(chords))
 
 
 def surroundings(block: Block, front: Side, back: Side, exact: bool) -> Surroundings:
@@ -140,6 +193,14 @@ def _spring(restraint: Restraint, arm: float | None, inertia: float) -> Spring |
 def check_zone(block: Block, zone: Zone, around: Surroundings, law: str) -> None:
     """Raise ValueError for surroundings that a law with an elastic zone cannot have."""
     touching = around.back_wall is not None and around.back_wall.rotation == 0.0
+    if block.bed is not None:
+        met = [contact.rotation for contact in (around.front_wall, around.back_wall) if contact is not None]
+        if met and min(met) <= zone.front:
+            raise ValueError(
+                f"the wall of {block.label!r} is met at {min(met):.3g} rad, before the block uplifts from its bed at "
+                f"{zone.front:.3g} rad: give a wider gap or a smaller settlement"
+            )
+        return
     if touching and zone.rigid_rest:
         return  # (one-sided rocking: the zone is never crossed)
     instead = 'take the law "housner" (HousnerImpact) with geometry = "bilinear",'

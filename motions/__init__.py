@@ -1,46 +1,51 @@
 """Motions that shake the contents: simulated motions, pulses, records, floor motions, and their intensity measures."""
 
-from .arrays import from_array, records
-from .corrections import bandpass, baseline, highpass, lowpass, pad, resample, taper, trim, trim_husid
-from .floors.building import Building
-from .floors.files import read_floors
-from .floors.p58 import p58_floor_demands
-from .generators import GENERATORS
-from .intensity.dataset import measure_named, measures
-from .intensity.directions import GeometricMean, RotD50, RotD100
-from .intensity.measure import MEASURES, Measure
-from .intensity.parametric_measures import FIV3, AvgSa, Sa, Sd, Sv
-from .intensity.spectra import response_spectrum
-from .matching.ac156 import AC156, ac156_acceptance
-from .matching.adjustment import TargetMissed
-from .matching.match import match
-from .matching.misfit import matching_report
-from .matching.spectrum_compatible import SpectrumCompatible
-from .matching.targets import TargetSpectrum
-from .pairs import as_recorded, join, read_pairs, rotate
-from .readers.at2 import read_at2, write_at2
-from .readers.csv import read_csv
-from .readers.lines import RecordError
-from .readers.read import example_path, read, read_all
-from .scaling import parabolic_baseline, scale_to, scale_to_mean
-from .simulated.envelopes import ENVELOPES, DoubleExponential, Envelope, Gamma, RiseStrongDecay, Stationary
-from .simulated.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
-from .simulated.generator import Generator, ensemble, steps_of
-from .simulated.ground_motion_models import Scenario, expected_motions, over_model, scale_to_model
-from .simulated.kanai_tajimi import CloughPenzien, KanaiTajimi
-from .simulated.near_fault import NearFault
-from .simulated.pulses import (
-    PULSES,
-    HalfSine,
-    MavroeidisPapageorgiou,
-    OneCycleCosine,
-    OneCycleSine,
-    Pulse,
-    RectangularPulse,
-    Ricker,
-)
-from .simulated.seismological import Seismological
-from .simulated.site_based import SiteBased, SiteBasedScenario
+from typing import TYPE_CHECKING
+
+from ..faces import face
+
+if TYPE_CHECKING:
+    from .arrays import from_array, records
+    from .corrections import bandpass, baseline, highpass, lowpass, pad, resample, taper, trim, trim_husid
+    from .floors.building import Building
+    from .floors.files import read_floors
+    from .floors.p58 import p58_floor_demands
+    from .generators import GENERATORS
+    from .intensity.dataset import measure_named, measures
+    from .intensity.directions import GeometricMean, RotD50, RotD100
+    from .intensity.measure import MEASURES, Measure
+    from .intensity.parametric_measures import FIV3, AvgSa, Sa, Sd, Sv
+    from .intensity.spectra import response_spectrum
+    from .matching.ac156 import AC156, ac156_acceptance
+    from .matching.adjustment import TargetMissed
+    from .matching.match import match
+    from .matching.misfit import matching_report
+    from .matching.spectrum_compatible import SpectrumCompatible
+    from .matching.targets import TargetSpectrum
+    from .pairs import as_recorded, both_axes, join, read_pairs, rotate, weak_axis
+    from .readers.at2 import read_at2, write_at2
+    from .readers.csv import read_csv
+    from .readers.lines import RecordError
+    from .readers.read import example_path, read, read_all
+    from .scaling import parabolic_baseline, scale_to, scale_to_mean
+    from .simulated.envelopes import ENVELOPES, DoubleExponential, Envelope, Gamma, RiseStrongDecay, Stationary
+    from .simulated.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
+    from .simulated.generator import Generator, ensemble, steps_of
+    from .simulated.ground_motion_models import Scenario, expected_motions, over_model, scale_to_model
+    from .simulated.kanai_tajimi import CloughPenzien, KanaiTajimi
+    from .simulated.near_fault import NearFault
+    from .simulated.pulses import (
+        PULSES,
+        HalfSine,
+        MavroeidisPapageorgiou,
+        OneCycleCosine,
+        OneCycleSine,
+        Pulse,
+        RectangularPulse,
+        Ricker,
+    )
+    from .simulated.seismological import Seismological
+    from .simulated.site_based import SiteBased, SiteBasedScenario
 
 __all__ = [
     "AC156",
@@ -88,6 +93,7 @@ __all__ = [
     "as_recorded",
     "bandpass",
     "baseline",
+    "both_axes",
     "ensemble",
     "example_path",
     "expected_motions",
@@ -120,5 +126,63 @@ __all__ = [
     "taper",
     "trim",
     "trim_husid",
+    "weak_axis",
     "write_at2",
 ]
+
+__getattr__, __dir__ = face(
+    __name__,
+    {
+        "arrays": ("from_array", "records"),
+        "corrections": (
+            "bandpass",
+            "baseline",
+            "highpass",
+            "lowpass",
+            "pad",
+            "resample",
+            "taper",
+            "trim",
+            "trim_husid",
+        ),
+        "floors.building": ("Building",),
+        "floors.files": ("read_floors",),
+        "floors.p58": ("p58_floor_demands",),
+        "generators": ("GENERATORS",),
+        "intensity.dataset": ("measure_named", "measures"),
+        "intensity.directions": ("GeometricMean", "RotD50", "RotD100"),
+        "intensity.measure": ("MEASURES", "Measure"),
+        "intensity.parametric_measures": ("FIV3", "AvgSa", "Sa", "Sd", "Sv"),
+        "intensity.spectra": ("response_spectrum",),
+        "matching.ac156": ("AC156", "ac156_acceptance"),
+        "matching.adjustment": ("TargetMissed",),
+        "matching.match": ("match",),
+        "matching.misfit": ("matching_report",),
+        "matching.spectrum_compatible": ("SpectrumCompatible",),
+        "matching.targets": ("TargetSpectrum",),
+        "pairs": ("as_recorded", "both_axes", "join", "read_pairs", "rotate", "weak_axis"),
+        "readers.at2": ("read_at2", "write_at2"),
+        "readers.csv": ("read_csv",),
+        "readers.lines": ("RecordError",),
+        "readers.read": ("example_path", "read", "read_all"),
+        "scaling": ("parabolic_baseline", "scale_to", "scale_to_mean"),
+        "simulated.envelopes": ("ENVELOPES", "DoubleExponential", "Envelope", "Gamma", "RiseStrongDecay", "Stationary"),
+        "simulated.evolutionary": ("EvolutionaryCloughPenzien", "EvolutionaryKanaiTajimi"),
+        "simulated.generator": ("Generator", "ensemble", "steps_of"),
+        "simulated.ground_motion_models": ("Scenario", "expected_motions", "over_model", "scale_to_model"),
+        "simulated.kanai_tajimi": ("CloughPenzien", "KanaiTajimi"),
+        "simulated.near_fault": ("NearFault",),
+        "simulated.pulses": (
+            "PULSES",
+            "HalfSine",
+            "MavroeidisPapageorgiou",
+            "OneCycleCosine",
+            "OneCycleSine",
+            "Pulse",
+            "RectangularPulse",
+            "Ricker",
+        ),
+        "simulated.seismological": ("Seismological",),
+        "simulated.site_based": ("SiteBased", "SiteBasedScenario"),
+    },
+)

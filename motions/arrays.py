@@ -8,6 +8,7 @@ resampled or padded.
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
@@ -16,14 +17,16 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .. import checks
-from ..aliases import Array
-from ..units import ACCELERATION, METRE, SECOND
+from ..aliases import Array, Flags
+from ..units import ACCELERATION, METRE, RADIAN, SECOND
 
 RECORDED = {"units": "1", "long_name": "whether the motion was read from a file, and not generated"}
 OWN_AMPLITUDE = {"units": "1", "long_name": "whether the amplitude is the motion's own and no parameter"}
 AS_GIVEN = {"units": "1", "long_name": "motion as given"}
 RECORD, POLARITY = "record", "polarity"
 """Coordinates of runs: the label of the motion as given, and the sign with which it is run."""
+DRAW = "draw"
+"""Coordinate of runs of which several are of one motion: the number of each among them."""
 REVERSE_OF = "reverse_of"
 """Coordinate of motions that are run both ways: the label of the motion that each reverses (`motions.polarity`)."""
 
@@ -34,9 +37,12 @@ class Record(NamedTuple):
     `own_amplitude` is True if the amplitude is a property of the motion, as that of a record or a scenario, so that
     scaling changes its meaning; it is False if the amplitude is a parameter, as in filtered noise, pulses and motions
     of a target spectrum.  `recorded` is True for what was read from a file, which may hold offsets, drifts and slips of
-    units (`toppling.motions.plausibility`).  `companion` (n,) is the other horizontal component, where it is known.
+    units (`toppling.motions.plausibility`).  `companion` (n,) is the other horizontal component, where it is known, and
+    `vertical` (n,) the vertical one (upward), where it shakes, too: one factor scales both.
     `corrected` is True where a baseline was subtracted or a high-pass filter applied.  `reverse_of` is the label of the
-    motion that this one reverses, '' for a motion as given.
+    motion that this one reverses, '' for a motion as given.  `axes` is
+    `BOTH_AXES` where the companion shakes, too, along the depth of the blocks, `WEAK_AXIS` where blocks are asked to be
+    long enough that it need not, '' for one component; `azimuth` is then the direction of the blocks' width, rad.
     """
 
     label: str
@@ -49,6 +55,9 @@ class Record(NamedTuple):
     companion: Array | None = None
     corrected: bool = False
     reverse_of: str = ""
+    vertical: Array | None = None
+    axes: str = ""
+    azimuth: float = math.nan
 
     @property
     def given(self) -> str:
@@ -67,6 +76,8 @@ def digest(record: Record) -> str:
     found.update(np.ascontiguousarray(record.acceleration).tobytes())
     if record.companion is not None:
         found.update(np.ascontiguousarray(record.companion).tobytes())
+    if record.vertical is not None:
+        found.update(b"vertical" + np.ascontiguousarray(record.vertical).tobytes())
     return found.hexdigest()
 
 
@@ -177,6 +188,13 @@ def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
 
 
 HORIZONTAL = ("h1", "h2")
+VERTICAL = "v"
+BOTH_AXES, WEAK_AXIS = "both axes", "weak axis"
+"""Values of the coordinate `shakes` of pairs whose h1 is along the width of the blocks and h2 along their depth."""
+LIFTS = "lifts"
+"""Coordinate of joined components: whether the vertical one shakes, too."""
+DOWNWARD = "downward_acceleration"
+"""Coordinate of runs with vertical shaking: the greatest downward acceleration of each motion."""
 BASELINES = ("baseline(", "highpass(", "bandpass(")
 """Corrections, as the attribute `processing` lists them, that remove offsets and drifts."""
 _RECORD_COORDINATES = ("motion", "source", "dt", "own_amplitude", "recorded", "time", REVERSE_OF)
@@ -221,15 +239,32 @@ def _records_of(array: xr.DataArray) -> list[Record]:
 
 
 def _records_of_pairs(array: xr.DataArray) -> list[Record]:
-    """Return the records of joined components: the one that shakes, with the other horizontal one as companion."""
-    shakes = str(array.coords["shakes"].values) if "shakes" in array.coords else ""
-    if shakes not in HORIZONTAL:
+    """Return the records of joined components: the one that shakes, with the other horizontal one as companion.
+
+    With the vertical one, too, where the coordinate `LIFTS` says so.
+    """
+    shakes = shakes_of(array)
+    if shakes not in (*HORIZONTAL, BOTH_AXES, WEAK_AXIS):
         raise ValueError(
-            "motions with a component dimension must say which component shakes: motions.as_recorded(pair, 'h1'), or "
-            "pair.sel(component='h1') for that one alone"
+            "motions with a component dimension must say which component shakes: motions.as_recorded(pair, 'h1'), "
+            "motions.both_axes(pair), or pair.sel(component='h1') for that one alone"
         )
-    first, second = (_records_of(array.sel(component=name, drop=True)) for name in _shaking_first(shakes))
-    return [one._replace(companion=two.acceleration) for one, two in zip(first, second, strict=True)]
+    ordered = _shaking_first(shakes) if shakes in HORIZONTAL else HORIZONTAL
+    first, second = (_records_of(array.sel(component=name, drop=True)) for name in ordered)
+    found = [one._replace(companion=two.acceleration) for one, two in zip(first, second, strict=True)]
+    if shakes not in HORIZONTAL:
+        azimuths = array["azimuth"].sel(component=HORIZONTAL[0]).values
+        directions = np.repeat(azimuths, len(found) // azimuths.size).tolist()  # (of each floor of a motion)
+        found = [one._replace(axes=shakes, azimuth=own) for one, own in zip(found, directions, strict=True)]
+    if not (LIFTS in array.coords and bool(array.coords[LIFTS])):
+        return found
+    upward = _records_of(array.sel(component=VERTICAL, drop=True))
+    return [one._replace(vertical=own.acceleration) for one, own in zip(found, upward, strict=True)]
+
+
+def shakes_of(array: xr.DataArray) -> str:
+    """Return which of joined components shakes, or how both do; '' where that is not said."""
+    return str(array.coords["shakes"].values) if "shakes" in array.coords else ""
 
 
 def _shaking_first(shakes: str) -> tuple[str, ...]:
@@ -251,7 +286,8 @@ def _values_by_motion(piece: xr.DataArray, name: str, n: int) -> Sequence[Any] |
 def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
     """Return label, step, duration, source, own_amplitude (and floor, if there is one) of records, on ``motion``.
 
-    Where motions are run both ways also ``record``, the label of the motion as given, and ``polarity``, 1 or -1.
+    Where motions are run both ways also ``record``, the label of the motion as given, and ``polarity``, 1 or -1; where
+    vertical components shake also ``downward_acceleration``, the greatest of each (m/s², of the motion as given).
     """
     labels = np.array([record.label for record in plain], dtype=object)
     sources = np.array([record.source for record in plain], dtype=object)
@@ -265,13 +301,24 @@ def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
     if any(record.floor for record in plain):
         floors = np.array([record.floor for record in plain], dtype=object)
         coordinates["floor"] = xr.Variable("motion", floors, {"units": "1", "long_name": "floor"})
+    if any(record.axes for record in plain):
+        text = "azimuth of the blocks' width, clockwise from north"
+        coordinates["azimuth"] = xr.Variable("motion", [r.azimuth for r in plain], {"units": RADIAN, "long_name": text})
     if any(record.reverse_of for record in plain):
         given = np.array([record.given for record in plain], dtype=object)
         coordinates[RECORD] = xr.Variable("motion", given, AS_GIVEN)
-        signs = np.array([-1 if record.reverse_of else 1 for record in plain], dtype=np.int8)
-        text = "1 for a motion as given, -1 for its reverse"
-        coordinates[POLARITY] = xr.Variable("motion", signs, {"units": "1", "long_name": text})
+        coordinates[POLARITY] = polarity_coordinate(np.array([bool(record.reverse_of) for record in plain]))
+    if any(record.vertical is not None for record in plain):
+        down = [0.0 if record.vertical is None else -float(record.vertical.min()) for record in plain]
+        text = "greatest downward acceleration of the vertical component"
+        coordinates[DOWNWARD] = xr.Variable("motion", down, {"units": ACCELERATION, "long_name": text})
     return coordinates
+
+
+def polarity_coordinate(reversed_ones: Flags) -> xr.Variable:
+    """Return the polarity of motions (motion,): 1 as given, -1 for those that are reverses."""
+    signs = np.where(reversed_ones, -1, 1).astype(np.int8)
+    return xr.Variable("motion", signs, {"units": "1", "long_name": "1 for a motion as given, -1 for its reverse"})
 
 
 def floor_coordinates(floors: Sequence[Any], heights: Array | None = None) -> dict[str, xr.Variable]:

@@ -13,12 +13,18 @@ import numpy as np
 import xarray as xr
 
 from .. import checks
-from ..units import RADIAN
-from .arrays import HORIZONTAL, Record, from_array, records
+from ..aliases import Array
+from ..streams import stream
+from ..units import DIMENSIONLESS, RADIAN
+from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, VERTICAL, WEAK_AXIS, Record, from_array, records
 from .readers.lines import RecordError
 from .readers.read import read_all
 
 AZIMUTH = {"units": RADIAN, "long_name": "azimuth of the component, clockwise from north"}
+RANDOM = "random"
+"""Azimuth that is drawn for each motion."""
+ZERO = 1e-15
+"""Cosines below this are those of right angles."""
 PERPENDICULAR = math.radians(2.0)
 """Greatest deviation from a right angle of two horizontal components."""
 _VERTICAL = re.compile(r"(?:u-?d|up|down|dwn|dn|vert(?:ical)?|ver|v|z|u)(?:\s+(?:surface|borehole))?", re.IGNORECASE)
@@ -136,19 +142,118 @@ def rotate(pair: xr.DataArray, azimuth: float) -> xr.DataArray:
     """
     _check_pair(pair)
     angle = checks.number("azimuth", azimuth, unit="rad")
+    return _turned(pair, np.full(pair.sizes["motion"], angle))
+
+
+def _turned(pair: xr.DataArray, azimuths: Array) -> xr.DataArray:
+    """Return joined components turned, each motion to its own azimuth (motion,) of h1, rad."""
     a1, a2 = (pair["azimuth"].sel(component=name).values[:, None] for name in HORIZONTAL)
     h1, h2 = (pair.sel(component=name).transpose("motion", "time").values for name in HORIZONTAL)
     values = pair.transpose("motion", "component", "time").values.copy()
     directions = pair["azimuth"].transpose("motion", "component").values.copy()
     places = [list(pair["component"].values).index(name) for name in HORIZONTAL]
-    for place, direction in zip(places, (angle, angle + 0.5 * math.pi), strict=True):
-        values[:, place] = h1 * np.cos(direction - a1) + h2 * np.cos(direction - a2)
+    for place, direction in zip(places, (azimuths, azimuths + 0.5 * math.pi), strict=True):
+        values[:, place] = h1 * _cosine(direction[:, None] - a1) + h2 * _cosine(direction[:, None] - a2)
         directions[:, place] = direction % (2.0 * math.pi)
     turned = pair.transpose("motion", "component", "time").copy(data=values)
     return turned.assign_coords(azimuth=(("motion", "component"), directions, AZIMUTH))
 
 
-def as_recorded(pair: xr.DataArray, component: str = "h1") -> xr.DataArray:
+def _cosine(angles: Array) -> Array:
+    """Return cosines, those of right angles exactly 0: turned by one, components change places to the last bit."""
+    found = np.cos(angles)
+    return np.asarray(np.where(np.abs(found) < ZERO, 0.0, found))
+
+
+def both_axes(
+    pairs: xr.DataArray | Iterable[xr.DataArray],
+    azimuth: float | str = 0.0,
+    seed: int = 0,
+    *,
+    first: int = 0,
+    vertical: bool = False,
+) -> list[xr.DataArray]:
+    """Return joined components that shake blocks along their width and their depth at the same time.
+
+    An analysis runs each block about both axes under the same factor; it overturns where it does so about one of them.
+
+    Parameters
+    ----------
+    pairs : xarray.DataArray or an iterable of them
+        As `join`, `read_pairs` or `Generator.sample_pairs` return them.
+    azimuth : float or "random"
+        Direction of the blocks' width, rad, clockwise from north (from h1 towards h2 where azimuths are not known), or
+        for each motion another one, uniform over all directions.
+    seed, first : int
+        Seed of random azimuths, and number of the first motion: that of motion number `index` is drawn from
+        ``SeedSequence(seed, spawn_key=(index, 1))``, where numbers go on from one array to the next.
+    vertical : bool
+        Whether the vertical component shakes, too, as for `as_recorded`.
+
+    Returns
+    -------
+    list of xarray.DataArray
+        The pairs turned as by `rotate`, h1 along the width and h2 along the depth, with the coordinate ``shakes``, for
+        `toppling.ida`, `toppling.stripes` and `toppling.cloud`; their levels are of measures of both components, such
+        as ``RotD50(pga)``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `as_recorded`; another azimuth, a negative seed.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> pairs = motions.CloughPenzien(duration=5.0).sample_pairs(3)
+    >>> (turned,) = motions.both_axes(pairs, "random")
+    >>> str(turned["shakes"].values), dict(turned.sizes)
+    ('both axes', {'motion': 3, 'component': 2, 'time': 1001})
+    """
+    return _along_blocks(pairs, azimuth, seed, first, vertical, BOTH_AXES)
+
+
+def weak_axis(
+    pairs: xr.DataArray | Iterable[xr.DataArray],
+    azimuth: float | str = 0.0,
+    seed: int = 0,
+    *,
+    first: int = 0,
+    vertical: bool = False,
+) -> list[xr.DataArray]:
+    """Return joined components of which the one along the width of the blocks shakes them; arguments as `both_axes`.
+
+    The analysis checks that this axis alone is enough: that the depth of every block is at least 1.6 times its width
+    (`toppling.fragility.runs.axes`).
+    """
+    return _along_blocks(pairs, azimuth, seed, first, vertical, WEAK_AXIS)
+
+
+def _along_blocks(
+    pairs: xr.DataArray | Iterable[xr.DataArray],
+    azimuth: float | str,
+    seed: int,
+    first: int,
+    vertical: bool,
+    shakes: str,
+) -> list[xr.DataArray]:
+    angle = None if azimuth == RANDOM else checks.number("azimuth", azimuth, unit="rad")
+    number = checks.count("seed", seed)
+    found, index = [], checks.count("first", first)
+    for pair in [pairs] if isinstance(pairs, xr.DataArray) else list(pairs):
+        shaken = as_recorded(pair, vertical=vertical)
+        n = shaken.sizes["motion"]
+        if angle is None:
+            turns = [stream(number, index + i, 1).uniform(0.0, 2.0 * math.pi) for i in range(n)]
+        else:
+            turns = [angle] * n
+        told = {"units": DIMENSIONLESS, "long_name": "how the components shake"}
+        found.append(_turned(shaken, np.array(turns)).assign_coords(shakes=((), shakes, told)))
+        index += n
+    return found
+
+
+def as_recorded(pair: xr.DataArray, component: str = "h1", vertical: bool = False) -> xr.DataArray:
     """Return joined components of which one shakes the blocks; measures such as ``RotD50(pga)`` are of both.
 
     Parameters
@@ -157,20 +262,29 @@ def as_recorded(pair: xr.DataArray, component: str = "h1") -> xr.DataArray:
         As `join` returns it.
     component : str
         The component that shakes, h1 or h2.
+    vertical : bool
+        Whether the vertical component shakes, too, scaled as the horizontal one.
 
     Returns
     -------
     xarray.DataArray
-        The pair with the coordinate ``shakes``, for every analysis and for `toppling.motions.measures`.
+        The pair with the coordinate ``shakes`` (and ``lifts``, where the vertical component shakes, too), for every
+        analysis and for `toppling.motions.measures`.
 
     Raises
     ------
     TypeError, ValueError
-        An argument that `join` did not make, another component.
+        An argument that `join` did not make, another component, no vertical one where it is to shake.
     """
     _check_pair(pair)
     name = checks.choice("component", component, HORIZONTAL)
-    return pair.assign_coords(shakes=((), name, {"units": "1", "long_name": "component that shakes"}))
+    if not isinstance(vertical, bool):
+        raise TypeError(f"vertical must be True or False, got {vertical!r:.40}")
+    if vertical and VERTICAL not in pair["component"].values:
+        raise ValueError("vertical needs the vertical component of the recording: motions.join(h1, h2, vertical)")
+    one = {"shakes": ((), name, {"units": "1", "long_name": "component that shakes"})}
+    lifts = ((), True, {"units": "1", "long_name": "whether the vertical component shakes, too"})
+    return pair.drop_vars(LIFTS, errors="ignore").assign_coords({**one, **({LIFTS: lifts} if vertical else {})})
 
 
 def read_pairs(paths: Iterable[str | os.PathLike[str]]) -> list[xr.DataArray]:

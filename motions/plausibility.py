@@ -33,11 +33,16 @@ Generated motions that fade leave 0.09 to 0.24 in the median, for periods of 0.3
 
 
 def _components(record: Record) -> list[Record]:
-    """Return a record, and its companion where it has one."""
-    if record.companion is None:
-        return [record]
-    other = record._replace(label=f"{record.label}, other component", acceleration=record.companion)
-    return [record, other]
+    """Return a record, its companion where it has one, and its vertical component where it shakes."""
+    others = {"other component": record.companion, "vertical component": record.vertical}
+    return [
+        record,
+        *(
+            record._replace(label=f"{record.label}, {name}", acceleration=values)
+            for name, values in others.items()
+            if values is not None
+        ),
+    ]
 
 
 def vertical_doubts(labels: Sequence[str]) -> list[Doubt]:

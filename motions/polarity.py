@@ -14,7 +14,7 @@ import xarray as xr
 
 from .. import checks
 from ..units import DIMENSIONLESS
-from .arrays import REVERSE_OF, Record, records
+from .arrays import REVERSE_OF, VERTICAL, Record, records
 
 AS_RECORDED, BOTH = "as recorded", "both"
 POLARITIES = (AS_RECORDED, BOTH)
@@ -52,13 +52,15 @@ def both_polarities(motions: Any) -> Any:
     labels = [f"motion {i + 1}" for i in range(n)]
     if "motion" in array.coords:
         labels = [str(one) for one in np.atleast_1d(array["motion"].values)]
-    signs = np.tile([1.0, -1.0], n).reshape([-1 if dim == "motion" else 1 for dim in array.dims])
+    signs = xr.DataArray(np.tile([1.0, -1.0], n), dims="motion")
+    if "component" in array.dims:  # (the vertical acceleration stays: a block is turned round, and not upside down)
+        signs = signs.where(array["component"] != VERTICAL, 1.0)
     twice = array.isel(motion=np.repeat(np.arange(n), 2))
     of = {"units": DIMENSIONLESS, "long_name": "motion that this one reverses, empty for a motion as given"}
     named = {"units": DIMENSIONLESS, "long_name": "motion"}
     both = [name for label in labels for name in (label, label + REVERSED)]
     reverse_of = [name for label in labels for name in ("", label)]
-    return twice.copy(data=twice.values * signs).assign_coords(
+    return twice.copy(data=(twice * signs).transpose(*twice.dims).values).assign_coords(
         {
             "motion": ("motion", np.array(both, dtype=object), named),
             REVERSE_OF: ("motion", np.array(reverse_of, dtype=object), of),

@@ -1,16 +1,21 @@
 """What a user runs: study files, results, plots, the command line."""
 
-from .buildings.anchoring import anchoring
-from .buildings.assessment import assess
-from .buildings.consequences import Consequence, Injury
-from .buildings.contents import Contents, Inventory
-from .buildings.inventory import read_inventory
-from .file.table import StudyError
-from .kinds.fragility import FragilityStudy
-from .kinds.performance import PerformanceStudy
-from .kinds.sensitivity import SensitivityStudy
-from .kinds.study import Study
-from .kinds.uncertainty import UncertaintyStudy
+from typing import TYPE_CHECKING
+
+from ..faces import face
+
+if TYPE_CHECKING:
+    from .buildings.anchoring import anchoring
+    from .buildings.assessment import assess
+    from .file.table import StudyError
+    from .inventory.consequences import Consequence, Injury
+    from .inventory.contents import Contents, Inventory
+    from .inventory.reading import read_inventory
+    from .kinds.fragility import FragilityStudy
+    from .kinds.performance import PerformanceStudy
+    from .kinds.sensitivity import SensitivityStudy
+    from .kinds.study import Study
+    from .kinds.uncertainty import UncertaintyStudy
 
 __all__ = [
     "Consequence",
@@ -27,3 +32,20 @@ __all__ = [
     "assess",
     "read_inventory",
 ]
+
+__getattr__, __dir__ = face(
+    __name__,
+    {
+        "buildings.anchoring": ("anchoring",),
+        "buildings.assessment": ("assess",),
+        "file.table": ("StudyError",),
+        "inventory.consequences": ("Consequence", "Injury"),
+        "inventory.contents": ("Contents", "Inventory"),
+        "inventory.reading": ("read_inventory",),
+        "kinds.fragility": ("FragilityStudy",),
+        "kinds.performance": ("PerformanceStudy",),
+        "kinds.sensitivity": ("SensitivityStudy",),
+        "kinds.study": ("Study",),
+        "kinds.uncertainty": ("UncertaintyStudy",),
+    },
+)

@@ -1,7 +1,7 @@
 """`toppling.plot`: one function for each kind of panel, which takes matplotlib axes and returns them.
 
-Each function takes a dataset first and then the axes to draw into, so that a figure of several panels is made of
-several calls with ``ax=``.  Without axes the function makes a new figure with a legend
+Each function takes a dataset first (`sliding`: blocks) and then the axes to draw into, so that a figure of several
+panels is made of several calls with ``ax=``.  Without axes the function makes a new figure with a legend
 (``ax.figure.savefig("name.png")``); axes that the caller provides get no legend, but their lines have labels
 (``ax.legend()``).  Options are keywords; ``color`` and ``label`` are matplotlib's.  A block, law or floor is chosen by
 its label, which must be given where there are several.  Nothing here uses pyplot or chooses a backend.
@@ -15,6 +15,7 @@ from .plots.moments import hysteresis, moment
 from .plots.response import history, phase
 from .plots.risk import risk
 from .plots.sensitivity import sensitivity
+from .plots.sliding import sliding
 from .plots.uncertainty import uncertainty
 
 __all__ = [
@@ -28,5 +29,6 @@ __all__ = [
     "phase",
     "risk",
     "sensitivity",
+    "sliding",
     "uncertainty",
 ]

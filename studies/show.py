@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from ..writing import whole_file
+from ..writing import remove_leftovers, whole_file
 from .file.table import StudyError
 from .text.block_order import MOST_DRAWN, RATE, chosen_of, shown
 from .text.names import drawable
@@ -44,12 +44,12 @@ def tables(results: xr.Dataset) -> list[Table]:
 
 def short(results: xr.Dataset) -> list[Table]:
     """Return the tables that a study ends with on a terminal; none where sentences say it."""
-    from .tables.kits import kit_rows  # noqa: PLC0415
+    from .tables.kits import short_kit_rows  # noqa: PLC0415
     from .tables.short import MOST, short_rows  # noqa: PLC0415
     from .text.words import reference_law  # noqa: PLC0415
 
-    kits = kit_rows(results, reference_law(results)[0], MOST)
-    return [plain_table(*rows) for rows in (short_rows(results), kits) if rows is not None]
+    kits = short_kit_rows(results, reference_law(results)[0], MOST)
+    return [plain_table(*rows, wrapped=rows is kits) for rows in (short_rows(results), kits) if rows is not None]
 
 
 def hints(results: xr.Dataset) -> list[str]:
@@ -85,6 +85,7 @@ def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path
     written = []
     for name, figure in named:
         path = folder / f"{name}.png"
+        remove_leftovers(path)
         engine = figure.get_layout_engine()
         if engine is not None:
             # the layout is computed here once: savefig would draw everything twice to compute it
@@ -100,17 +101,20 @@ def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path
 
 
 def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
+    from .tables.axes import axis_rows  # noqa: PLC0415
     from .tables.branches import spread_rows  # noqa: PLC0415
+    from .tables.breaks import break_rows  # noqa: PLC0415
     from .tables.fragility import fragility_table, measure_rows, risk_table, size_table  # noqa: PLC0415
     from .tables.gains import gain_rows  # noqa: PLC0415
+    from .tables.slides import edge_rows, slide_rows  # noqa: PLC0415
 
     first = shown(results)
     yield fragility_table(first)
     if "rate" in results:
         yield risk_table(shown(results, RATE))
-    compared = gain_rows(results)
-    if compared is not None:
-        yield plain_table(*compared)
+    for rows in (gain_rows(results), break_rows(results), edge_rows(results), slide_rows(results), axis_rows(first)):
+        if rows is not None:
+            yield plain_table(*rows)
     spread = spread_rows(shown(results, RATE) if "rate" in results else results)
     if spread is not None:
         yield plain_table(*spread)
@@ -168,17 +172,20 @@ def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
     from .kinds.performance import ranking_of  # noqa: PLC0415
     from .tables.assessment import annual_rows, consequence_rows, level_rows, ranking_rows  # noqa: PLC0415
+    from .tables.axes import axis_rows  # noqa: PLC0415
     from .tables.branches import amount_spread_rows, consequence_spread_rows, spread_rows  # noqa: PLC0415
-    from .tables.kits import kit_rows, static_rows  # noqa: PLC0415
+    from .tables.item_slides import item_slide_rows  # noqa: PLC0415
+    from .tables.kits import kit_rows, level_break_rows, static_rows  # noqa: PLC0415
     from .tables.pieces import code_rows, piece_rows  # noqa: PLC0415
     from .text.spread import rates_of_building  # noqa: PLC0415
+    from .text.words import reference_law  # noqa: PLC0415
 
     for k, model in enumerate(results["model"].values):
         pieces = piece_rows(results, k)
         yield plain_table(f"{pieces.title}: {model}", *pieces[1:])
-        kits = kit_rows(results, k)
-        if kits is not None:
-            yield plain_table(f"{kits.title}: {model}", *kits[1:])
+        for rows in (kit_rows(results, k), item_slide_rows(results, k)):
+            if rows is not None:
+                yield plain_table(f"{rows.title}: {model}", *rows[1:])
         level = None if "annual_number" in results else float(results.attrs["at_level"])
         whole = annual_rows(results, str(model)) if level is None else level_rows(results, level, str(model))
         yield plain_table(f"{whole.title}: {model}", *whole[1:])
@@ -191,7 +198,8 @@ def _performance_tables(results: xr.Dataset) -> Iterator[Table]:
         for rows in (spread, amount_spread_rows(results), consequence_spread_rows(results)):
             if rows is not None and rows.rows:
                 yield plain_table(*rows)
-    for checks in (static_rows(results), code_rows(results)):
+    at, _ = reference_law(results)
+    for checks in (axis_rows(results), static_rows(results), level_break_rows(results, at), code_rows(results)):
         if checks is not None:
             yield plain_table(*checks)
 

@@ -1,7 +1,8 @@
-"""Random examples that do not depend on where a test lies, and interrupts for tests that run in the background."""
+"""Slow tests, random examples that do not depend on where a test lies, interrupts for tests in the background."""
 
 import signal
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -17,3 +18,11 @@ def pytest_runtest_call(item):
     if test is not None:
         test.inner_test._hypothesis_internal_add_digest = item.nodeid.rpartition("/")[2].encode()
     return (yield)
+
+
+def pytest_collection_modifyitems(items):
+    """Mark the tests that slow.txt lists (more than 1.5 s of CPU time) as slow, all their parameters."""
+    slow = set(Path(__file__).with_name("slow.txt").read_text().split())
+    for item in items:
+        if item.nodeid.partition("[")[0] in slow:
+            item.add_marker(pytest.mark.slow)

@@ -31,32 +31,38 @@ ALLOWED = {
 # A new arrow that lifts a room is a decision, made here.
 FLOORS = """
 benchmarks/kernels benchmarks/multiprecision fragility/kernels fragility/numerics models/engine models/scenes
-motions/arrays motions/kernels studies/budget studies/codes
+models/slip motions/arrays motions/kernels studies/budget studies/codes
 
 models/block models/oscillator motions/corrections motions/intensity motions/polarity motions/readers
 
-models/assembly models/friction models/items models/restraint_force models/runs models/statics models/supports
+models/assembly models/friction models/items models/restraint_force models/statics models/supports
 motions/pairs motions/plausibility motions/scaling
 
 models/sides motions/floors motions/simulated
 
 models/laws motions/matching
 
-benchmarks/problems fragility/runs models/history motions/generators
+benchmarks/problems models/sliding motions/generators
 
-benchmarks/exact_motion benchmarks/rivals fragility/fitting fragility/hazard fragility/validity
+benchmarks/exact_motion benchmarks/rivals models/runs
 
-benchmarks/measure benchmarks/solve_ivp benchmarks/taylor benchmarks/truth fragility/analyses fragility/curves
+benchmarks/measure benchmarks/solve_ivp benchmarks/taylor benchmarks/truth fragility/runs models/dissipation
+models/history
+
+benchmarks/peers benchmarks/scenes benchmarks/speed fragility/fitting fragility/hazard fragility/validity
+
+benchmarks/flags benchmarks/precision benchmarks/sliding fragility/analyses fragility/curves
 fragility/efficiency studies/text
 
-benchmarks/peers benchmarks/scale benchmarks/scenes benchmarks/speed fragility/exchange fragility/risk
-fragility/uncertainty
+benchmarks/figures benchmarks/scale benchmarks/tables fragility/exchange fragility/risk fragility/uncertainty
 
-benchmarks/flags benchmarks/precision fragility/exchange/nrml fragility/exchange/pelicun studies/plan
+benchmarks/suite fragility/exchange/nrml fragility/exchange/pelicun studies/plan
 
-benchmarks/figures benchmarks/suite benchmarks/tables studies/file
+benchmarks/page studies/file
 
-benchmarks/page studies/buildings studies/reference studies/sensitivity studies/store
+studies/inventory studies/reference studies/sensitivity studies/store
+
+studies/buildings
 
 studies/kits studies/tables
 
@@ -66,13 +72,13 @@ studies/plots
 
 studies/film studies/plot studies/show
 
-studies/report studies/single
+studies/report studies/single studies/validation
 
 studies/comparison
 
 studies/command
 """
-KERNEL_FOLDERS = {"models/engine", "motions/kernels", "fragility/kernels", "benchmarks/kernels"}
+KERNEL_FOLDERS = {"models/engine", "models/slip", "motions/kernels", "fragility/kernels", "benchmarks/kernels"}
 NUMBA = {"machine_code.py", "benchmarks/peers.py"}
 """Files that import numba: what compiles kernels, and the integrators of others, which take numba's C callbacks."""
 ONE_MODULE = {"benchmarks/kernels": "the rivals are one module, and a kernel folder of their own stamps their cache"}
@@ -171,6 +177,7 @@ class TestImports:
             "compiled",
             "distributions",
             "doubts",
+            "faces",
             "machine_code",
             "streams",
             "units",
@@ -309,7 +316,7 @@ class TestNames:
     def test_rooms_are_of_few_modules(self):
         sizes = {f"{room.package}/{room.name}": len(room.modules) for room in ROOMS if room.modules}
         assert {room for room, size in sizes.items() if size < 2} == set(ONE_MODULE)
-        assert max(sizes.values()) <= 18
+        assert max(sizes.values()) + 1 <= 18  # (with __init__)
         for package in drawing.PACKAGES:
             assert sum(not room.modules for room in ROOMS if room.package == package) <= 18, package
 

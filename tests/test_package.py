@@ -1,5 +1,6 @@
 """The package as others get it: wheel, sdist, documented examples, one-way imports, with and without the compiler."""
 
+import ast
 import doctest
 import importlib
 import importlib.util
@@ -16,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from shared_cases import LAWS, shake
 
 import toppling as tp
@@ -60,6 +62,19 @@ def built(tmp_path_factory):
     return folder, wheel, sdist
 
 
+def test_the_list_of_slow_tests_names_tests():
+    """What is no longer there would hide that its successor is slow."""
+    names = (ROOT / "tests" / "slow.txt").read_text().splitlines()
+    assert names == sorted(set(names))
+    for name in names:
+        file, *within = name.split("::")
+        body = ast.parse((ROOT / "tests" / file).read_text()).body
+        for one in within:
+            found = [node for node in body if getattr(node, "name", None) == one]
+            assert found, name
+            body = getattr(found[0], "body", [])
+
+
 class TestWheel:
     def test_holds_every_module_and_data_file_and_nothing_else(self, built):
         _, wheel, _ = built
@@ -67,7 +82,8 @@ class TestWheel:
         modules = {f"toppling/{path}" for path in SOURCES}
         modules |= {f"toppling/{name}" for name in ROOT_FILES}
         data = {"toppling/models/catalogue.csv", "toppling/motions/example.AT2", "toppling/benchmarks/truth.nc"}
-        data |= {"toppling/fragility/curves/published.csv"}
+        data |= {"toppling/fragility/curves/published.csv", "toppling/studies/plan/piece_classes.csv"}
+        data.add("toppling/studies/reference/study.schema.json")
         data |= {f"toppling/benchmarks/studies/{p.name}" for p in (ROOT / "benchmarks/studies").glob("*.toml")}
         examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.*")}
         templates = {f"toppling/studies/templates/{p.name}" for p in (ROOT / "studies/templates").glob("*.j2")}
@@ -129,16 +145,85 @@ def test_the_lock_file_holds_what_is_declared():
     assert text.count("==") == len(re.findall(r"(?m)^[a-z].*\\\n +--hash=sha256:[0-9a-f]{64}", text))
 
 
+HEAVY = (
+    "numba", "xarray", "pandas", "scipy", "dask", "distributed", "matplotlib", "SALib", "jinja2", "PIL",
+)  # fmt: skip
+"""Libraries that take from 50 ms to a second to load."""
+LOADED = """
+import sys
+{code}
+print(*(name for name in {heavy} if name in sys.modules), file=sys.stderr)
+"""
+
+
+def loaded(code, heavy=HEAVY):
+    """The heavy libraries that a piece of code loads."""
+    command = [sys.executable, "-c", LOADED.format(code=code, heavy=heavy)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    return done.stderr.split()
+
+
 def test_importing_is_light():
-    """No figures, no tables of others, no statistics and filters, until they are asked for."""
-    heavy = [
-        "matplotlib",
-        "SALib",
-        "pydantic",
-        *(f"scipy.{part}" for part in ("signal", "stats", "optimize", "special")),
-    ]
-    code = f"import sys, toppling; print([name for name in {heavy} if name in sys.modules])"
-    assert run([sys.executable, "-c", code], ROOT).strip() == "[]"
+    """No arrays with labels, no compiler, no figures, until they are asked for; nor the faces of the packages."""
+    assert loaded("import toppling", (*HEAVY, "numpy", "pydantic")) == []
+    packages = "import toppling.models, toppling.motions, toppling.fragility, toppling.studies"
+    assert loaded(packages, (*HEAVY, "numpy", "pydantic")) == []
+    assert loaded("import toppling; toppling.plot; toppling.Study") != []  # (the measure can see them)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "further"),
+    [
+        (["--help"], ("numpy", "pydantic", "netCDF4")),
+        (["--version"], ("numpy", "pydantic", "netCDF4")),
+        (["run", "--help"], ("numpy", "pydantic", "netCDF4")),
+        (["schema"], ("netCDF4",)),
+        (["catalogue"], ("pydantic", "netCDF4")),
+        (["status", "RESULTS"], ()),
+    ],
+    ids=" ".join,
+)
+def test_commands_that_compute_nothing_are_light(arguments, further, tmp_path):
+    """Their time is that of the command line, of numpy where there are numbers, and of a file's own library."""
+    tiny = xr.Dataset({"a": ("x", [1.0, 2.0])}, attrs={"title": "Tiny"})
+    tiny.to_netcdf(tmp_path / "results.nc", engine="netcdf4")
+    given = [str(tmp_path) if one == "RESULTS" else one for one in arguments]
+    code = f"from toppling.studies.command.cli import main\nassert main({given}) == 0"
+    assert loaded(code, (*HEAVY, *further)) == []
+
+
+def test_a_simulation_loads_what_it_needs():
+    """What labelled arrays and the compiler load by themselves, and nothing else."""
+    code = (
+        "import toppling as tp\n"
+        "motion = tp.motions.from_array([0.0, 3.0, -3.0, 0.0], dt=0.1)\n"
+        "tp.simulate(tp.catalogue['bookcase-5-shelf'], tp.HousnerImpact(), motion)\n"
+    )
+    # (an array with labels makes xarray look for dask, and numba's compiler loads scipy.linalg)
+    least = "import numba, xarray\nxarray.DataArray([0.0])\nnumba.njit(lambda x: x + 1.0)(1.0)"
+    parts = ["pydantic", "netCDF4", *(f"scipy.{one}" for one in ("signal", "stats", "optimize", "integrate", "linalg"))]
+    assert loaded(code, (*HEAVY, *parts)) == loaded(least, (*HEAVY, *parts))
+
+
+@pytest.mark.parametrize("name", ["KanaiTajimi", "CloughPenzien", "SiteBased", "NearFault"])
+def test_simulated_motions_load_no_signal_processing(name):
+    """`scipy.signal` takes half a second, longer than hundreds of motions."""
+    code = f"import toppling as tp\ntp.motions.{name}().sample(1)"
+    assert loaded(code, ("scipy.signal", "matplotlib")) == []
+
+
+@pytest.mark.parametrize("package", [tp.models, tp.motions, tp.fragility, tp.studies], ids=lambda one: one.__name__)
+def test_the_names_of_a_package(package):
+    """All of them are found where the package says; others are not, and `dir` knows them."""
+    for name in package.__all__:
+        assert getattr(package, name) is not None
+    assert set(package.__all__) <= set(dir(package))
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = package.nothing
+    # what type checkers read beside it is the same
+    tree = ast.parse(Path(package.__file__).read_text(encoding="utf-8"))
+    read = {one.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for one in node.names}
+    assert read - {"TYPE_CHECKING", "face"} == set(package.__all__)
 
 
 @pytest.mark.parametrize("name", MODULES)
@@ -154,7 +239,7 @@ def test_public_names():
         "Block", "catalogue", "DiscreteDamping", "GianniniMasiani", "MakrisKonstantinidis", "Vassiliou",
         "ViscousDamping", "EnergyConsistent", "HousnerImpact", "simulate", "free_rocking", "motions", "ida",
         "stripes", "cloud", "overturning_probability", "fit_fragility", "annual_rate", "HazardCurve", "read_hazard",
-        "Study", "plot", "animate", "Wall", "Restraint",
+        "Study", "plot", "animate", "Wall", "Restraint", "Sliding", "Bed", "Edge",
     }  # fmt: skip
     assert set(tp.__all__) == names
     for name in names:

@@ -1,6 +1,9 @@
 """Whole files: what lies in their place, or under their temporary name, is never written through."""
 
 import os
+import signal
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -11,7 +14,7 @@ from study_texts import crate_study
 import toppling as tp
 from toppling.studies.command.cli import main
 from toppling.studies.store.folder import folder_of_one
-from toppling.writing import whole_file, write_bytes
+from toppling.writing import remove_leftovers, whole_file, write_bytes
 
 
 class TestWholeFile:
@@ -39,6 +42,29 @@ class TestWholeFile:
         assert precious.read_text() == "mine"
         assert (tmp_path / "one.txt").read_bytes() == b"new"
         assert not (tmp_path / "one.txt").is_symlink()
+
+    def test_leftovers_of_killed_processes_go(self, tmp_path):
+        """A writer is killed; its file goes with the next write, and nothing else does."""
+        path = tmp_path / "one.png"
+        code = (
+            "import os, signal, sys; from pathlib import Path; from toppling.writing import whole_file\n"
+            "with whole_file(Path(sys.argv[1])): os.kill(os.getpid(), signal.SIGKILL)"
+        )
+        killed = subprocess.Popen([sys.executable, "-c", code, str(path)])
+        assert killed.wait() == -signal.SIGKILL
+        (left,) = os.listdir(tmp_path)
+        assert left.startswith(f"one.png.{killed.pid}-")
+        others = [
+            f"one.png.{os.getpid()}-7.part",  # of a process that runs
+            "one.png.part",
+            "one.png.7.part",
+            "two.png.999999-7.part",
+            f"{left}.bak",
+        ]
+        for name in others:
+            (tmp_path / name).touch()
+        remove_leftovers(path)
+        assert sorted(os.listdir(tmp_path)) == sorted(others)
 
     def test_a_folder_in_its_place(self, tmp_path):
         (tmp_path / "one.txt").mkdir()

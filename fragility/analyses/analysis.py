@@ -10,23 +10,25 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import dask.array as da
 import xarray as xr
 
 from ...doubts import Doubt, warn
 from ...models import Block, describe_block, describe_law
-from ...models.oscillator import Oscillator
-from ...motions.arrays import Record, motion_coordinates
+from ...models.runs import Specimen
+from ...motions.arrays import BOTH_AXES, Record, motion_coordinates
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import BOTH
 from ...units import provenance
+from ..runs.axes import AXIS, RULES, along_width, axes_of, both_works, check_axes, check_outputs, of_both
 from ..runs.factors import Factors, ScaleFactors
 from ..runs.graph import output_arrays
-from ..runs.labels import block_coordinates, lazy_outputs, model_coordinates, output_variables
+from ..runs.labels import block_coordinates, depth_coordinate, lazy_outputs, model_coordinates, output_variables
 from ..runs.plan import plan_even
-from ..runs.provenance import DESCRIBED, STRIPES
-from ..runs.request import Request, collect, work_of
+from ..runs.provenance import AXES, DESCRIBED, STRIPES
+from ..runs.request import ENDS, USUAL, Request, check_vertical, collect, collect_both, work_of
 from ..validity.lazy_screen import with_lazy_screen
-from ..validity.plausibility import block_doubts, level_doubts
+from ..validity.plausibility import block_doubts, cut_slides, end_doubts, level_doubts
 from ..validity.screen import ScreenInput, with_screen
 from .measuring import MeasuringThread
 
@@ -36,13 +38,15 @@ class Specimens(NamedTuple):
 
     oscillators: block by block, equally many for each of `blocks`; sizes: of the dimensions that the oscillators are
     laid out on, in order; coordinates: on these dimensions; configuration: their description as plain values.
+    across: the oscillators in the direction of the blocks' depths, needed only where they are run about both axes.
     """
 
-    oscillators: Sequence[Oscillator]
+    oscillators: Sequence[Specimen]
     blocks: Sequence[Block]
     sizes: Mapping[str, int]
     coordinates: Mapping[str, Any]
     configuration: Mapping[str, Any]
+    across: Sequence[Specimen] | None = None
 
 
 class Design(NamedTuple):
@@ -77,6 +81,7 @@ def specimens_of(request: Request) -> Specimens:
         {"block": len(blocks), "model": len(models)},
         {**block_coordinates(blocks), **model_coordinates(blocks, models)},
         {"blocks": described, "models": [describe_law(model) for model in models]},
+        request.across,
     )
 
 
@@ -94,23 +99,42 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     specimens have it, so that the order in a result can be chosen.  Where the request is not to compute, the
     variables with a value for every run are dask arrays.
     """
+    check_vertical(request.models, design.motions)
     warn(doubts_of(request.blocks, design))
+    axes = axes_of(design.motions)
+    request = _about(axes, request)
     sizes = {**specimens.sizes, **design.sizes}
     each = math.prod(list(specimens.sizes.values())[1:])
-    work = work_of(specimens.oscillators, design.motions, design.factors, request, each)
+    motions = [along_width(one) for one in design.motions]
+    work = work_of(specimens.oscillators, motions, design.factors, request, each)
+    both = None
+    if axes == BOTH_AXES:
+        assert specimens.across is not None  # (whoever takes such motions makes them)
+        both = both_works(work, specimens.across)
     thread = MeasuringThread(design.motions, request.screen)
     if request.compute:
-        runs = collect(work, request.runner, request.progress)
+        if both is None:
+            runs = collect(work, request.runner, request.progress)
+        else:
+            runs = collect_both(work.outputs, both, request.runner, request.progress)
+        if all(name in runs.results for name in ENDS):
+            labels = [record.label for record in design.motions]
+            peaks, after = (runs.results[name] for name in ENDS)
+            warn(end_doubts(cut_slides(peaks, after), labels))
         outputs = output_variables(request, runs, specimens.blocks, work, sizes)
         known = {"skipped": json.dumps(runs.skipped)}
     else:
-        outputs = lazy_outputs(
-            request, output_arrays(work, plan_even(work), list(sizes.values())), specimens.blocks, work, sizes
-        )
+        x, *rest = (output_arrays(one, plan_even(one), list(sizes.values())) for one in both or (work,))
+        arrays = of_both(work.outputs, x, rest[0], da) if rest else x
+        outputs = lazy_outputs(request, arrays, specimens.blocks, work, sizes)
         known = {}
     measures, characteristics = thread.result()
+    if both is not None:
+        outputs = {name: _told(one, RULES[name]) for name, one in outputs.items()}
+        measures = {name: _told(one, ", of the component along the width") for name, one in measures.items()}
     coordinates = {
         **specimens.coordinates,
+        **(depth_coordinate(specimens.blocks) if axes and "block" in specimens.sizes else {}),
         **motion_coordinates(list(design.motions)),
         **measures,
         **design.coordinates,
@@ -119,6 +143,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
         **specimens.configuration,
         "motions": [record.label for record in design.motions],
         **({"polarity": BOTH} if any(record.reverse_of for record in design.motions) else {}),
+        **({AXES: axes} if axes else {}),
         **design.configuration,
     }
     labelled = xr.Dataset(
@@ -133,7 +158,26 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     )
     if characteristics is None:
         return labelled
+    # (about both axes the screen is that of the width, the axis about which the block overturns more easily)
     given = ScreenInput(sizes, coordinates, design.scale)
     if request.compute:
         return with_screen(labelled, given, characteristics, request.runner.array)
     return with_lazy_screen(labelled, given, characteristics)
+
+
+def _about(axes: str, request: Request) -> Request:
+    """Return a request, with the axis of each fall among the usual outputs where blocks are run about both axes.
+
+    ValueError where its blocks or outputs do not go with the axes.
+    """
+    check_axes(axes, request.blocks, request.models)
+    check_outputs(axes, request.outputs, request.models)
+    named = [name for name in request.outputs if name != "ruptured"]  # (which studies add for what holds blocks)
+    usual = axes == BOTH_AXES and named == list(USUAL[0])
+    return request._replace(outputs=[*request.outputs, AXIS]) if usual else request
+
+
+def _told(variable: xr.Variable, more: str) -> xr.Variable:
+    """Return a variable with more words at the end of its long name."""
+    attributes = {**variable.attrs, "long_name": f"{variable.attrs['long_name']}{more}"}
+    return xr.Variable(variable.dims, variable.data, attributes)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from ...aliases import Progress
-from ...models import Block, Law
+from ...models import Block, Model
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED, records_under
 from ..runs.factors import unscaled
@@ -27,10 +27,10 @@ Motions = xr.DataArray | Iterable[xr.DataArray]
 
 def cloud(
     blocks: Block | Sequence[Block],
-    models: Law | Sequence[Law],
+    models: Model | Sequence[Model],
     motions: Motions,
     im: str | Measure = "pga",
-    outputs: Sequence[str] = ("overturned", "peak_rotation"),
+    outputs: Sequence[str] | None = None,
     client: Client | Runner | None = None,
     skip: bool = True,
     *,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from ...aliases import Progress
-from ...models import Block, Law
+from ...models import Block, Model
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED, records_under
 from ..runs.labels import measured
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 def ida(
     blocks: Block | Sequence[Block],
-    models: Law | Sequence[Law],
+    models: Model | Sequence[Model],
     motions: xr.DataArray | Iterable[xr.DataArray],
     levels: Any,
     im: str | Measure = "pga",
-    outputs: Sequence[str] = ("overturned", "peak_rotation"),
+    outputs: Sequence[str] | None = None,
     client: Client | Runner | None = None,
     skip: bool = True,
     *,
@@ -46,20 +46,29 @@ def ida(
     blocks, models : one or a sequence
         Blocks and damping laws, with unique labels.
     motions : xarray.DataArray or a sequence of them
-        Labelled motions (m s-2), each with its own time step and length; nothing is resampled or padded.
+        Labelled motions (m s-2), each with its own time step and length; nothing is resampled or padded.  Pairs of
+        `toppling.motions.both_axes` shake blocks along their width and their depth: a planar run about each axis under
+        one factor, of which the earlier fall decides (docs/theory/axes.md).
     levels : array_like, shape (level,)
         Levels of the intensity measure, SI, > 0, strictly increasing.
     im : str or Measure
         The measure to which every motion is scaled: a measure that grows with the motion (`motions.MEASURES`), one with
         parameters such as ``motions.Sa(1.0)`` or ``"Sa(1.0)"``, ``pga_normalised`` = PGA/(g tan alpha) or
         ``pgv_normalised`` = p PGV/(g tan alpha), whose factors depend on the block too, or ``scale``: plain factors.
-    outputs : sequence of str
-        Any of overturned, peak_rotation, uplifted, impacts, overturning_time, impact_velocity (the greatest angular
-        speed at which the block comes down, before an impact or at the edge of the elastic zone), direction (1 or -1:
-        the sign of the rotation in which it fell; 0 if it stands), top_displacement (the way of the upper corner it
-        leans to, height x sin(peak_rotation): to be compared with the gap to a wall), restraint_force (N, the greatest
-        force of each part of a restraint: its strength where it broke; NaN without one, and
-        of a rigid one on one side only that broke).
+    outputs : sequence of str, optional
+        By default overturned and peak_rotation, and axis (1 or 2 where the block fell along its width or depth, 0 where
+        it stands) of runs about both axes.  Any of overturned, peak_rotation, uplifted, impacts, overturning_time,
+        impact_velocity (the greatest angular speed at which the block comes down, before an impact or at the edge of
+        the elastic zone), direction (1 or -1: the sign of the rotation in which it fell; 0 if it stands),
+        top_displacement (the way of the upper corner it leans to, height x sin(peak_rotation): to be compared with the
+        gap to a wall), restraint_force (N, the greatest force of each part of a restraint: its strength where it broke;
+        NaN without one, and of a rigid one on one side only that broke), airborne (of motions that shake vertically,
+        too: the floor falls faster than g; such a run is not computed, counts as overturned, and has NaN for a
+        rotation).  Of `Sliding` blocks, which are not screened, by default slide_peak; any of slide_peak,
+        slide_forward, slide_backward, slide_residual, slide_path (m), slide_velocity (m/s), slips, first_slip_time (s),
+        slide_after (m, the way after the end of the motion), mode (0 rests, 1 slides, 2 rocks, -1 loses contact with
+        the floor) and fallen_off (whether the slips to the front and back take the block over its `Edge`; False of
+        blocks near none, True where the block loses contact with the floor).
     client : distributed.Client, optional
         The cluster that computes the runs; where not given, what dask is configured to use (a scheduler, or a default
         client), else threads of this process.
@@ -113,7 +122,7 @@ def ida(
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
     >>> result = ida(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, [1.0, 4.0])
     >>> dict(result.sizes)
-    {'block': 1, 'model': 1, 'level': 2, 'motion': 4, 'reason': 8}
+    {'block': 1, 'model': 1, 'level': 2, 'motion': 4, 'reason': 9}
     """
     request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
     design = incremental(levels, motions, im, request.blocks, ground, polarity)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Progress
-from ...models import Block, Law
+from ...models import Block, Model
 from ...motions.arrays import AS_GIVEN, RECORD, Record
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED, records_under
@@ -32,11 +32,11 @@ Motions = xr.DataArray | Iterable[xr.DataArray]
 
 def stripes(
     blocks: Block | Sequence[Block],
-    models: Law | Sequence[Law],
+    models: Model | Sequence[Model],
     motions: Sequence[Motions],
     levels: Any,
     im: str | Measure = "pga",
-    outputs: Sequence[str] = ("overturned", "peak_rotation"),
+    outputs: Sequence[str] | None = None,
     client: Client | Runner | None = None,
     skip: bool = True,
     *,

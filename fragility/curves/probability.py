@@ -54,7 +54,7 @@ def overturning_probability(
     within = checks.number("confidence", confidence, above=0.0, below=1.0)
     flags = reached(runs, state)
     overturnings, trials = _counts(flags)
-    ways = 1 if number_of_motions(flags) == flags.sizes["motion"] else 2
+    ways = flags.sizes["motion"] // number_of_motions(flags)
     lower, upper = binomial_interval(overturnings.values / ways, trials.values / ways, within, interval)
     kind = f"{given_percent(within)} {METHOD_NAMES[interval]} interval"
     name = state_name(state)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ...aliases import Array, Index
 from ..fitting.states import ALL, DECREASING, FAILED, NONE, OK, SEPARATED
 from ..kernels import censored as engine
+from ..runs.provenance import BED
 from ..runs.runners import shared, thread_count
 from .candidates import Candidate
 from .capacity import OrderedRuns, without_coordinates
@@ -154,4 +155,8 @@ def demand_trends(
 def _elastic_zone_edge(runs: xr.Dataset) -> xr.DataArray:
     """Return the demand at the edge of the elastic zone, below which a block does not rock; 0 for rigid rest."""
     delta = without_coordinates(runs["delta"]).fillna(0.0)
+    if BED in runs.coords:
+        depth = without_coordinates(runs[BED])
+        of_bed = depth / (0.5 * without_coordinates(runs["width"]) * without_coordinates(runs["alpha"]))
+        delta = of_bed.fillna(delta)
     return delta.where(without_coordinates(runs["rest"]) != "rigid", 0.0)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...aliases import Array
 from ...motions.arrays import floor_coordinates
-from ...units import DIMENSIONLESS, provenance
+from ...units import DIMENSIONLESS, UNITS, provenance
 from ..curves.curve import ISOTONIC, UPLIFT
 from ..fitting.links import LOGNORMAL
 from ..fitting.states import ABSENT, OK
@@ -28,7 +28,6 @@ from .rows import (
     LEVEL,
     LIMIT_STATE,
     OVERTURNING,
-    UNITS,
     CurveParameters,
     CurveRow,
     CurveSet,

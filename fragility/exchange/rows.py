@@ -17,7 +17,7 @@ import numpy as np
 from ...aliases import Array
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
-from ...units import DIMENSIONLESS, METRE, PER_YEAR, STANDARD_GRAVITY
+from ...units import DIMENSIONLESS, METRE, PER_YEAR
 from ..curves.curve import ISOTONIC, UPLIFT
 from ..fitting.links import LOGNORMAL
 from ..fitting.states import INCOMPLETE, OK
@@ -33,24 +33,6 @@ OVERTURNING = "overturning"
 MAX_CURVES = 100_000
 MAX_DISPERSION = 20.0
 SMALLEST, LARGEST = 1e-100, 1e100
-
-# SI value of each unit that a column may have, and its SI unit.
-UNITS: dict[str, tuple[float, str]] = {
-    "m s-2": (1.0, "m s-2"),
-    "m/s2": (1.0, "m s-2"),
-    "cm/s2": (0.01, "m s-2"),
-    "gal": (0.01, "m s-2"),
-    "g": (STANDARD_GRAVITY, "m s-2"),
-    "m s-1": (1.0, "m s-1"),
-    "m/s": (1.0, "m s-1"),
-    "cm/s": (0.01, "m s-1"),
-    "m": (1.0, "m"),
-    "cm": (0.01, "m"),
-    "mm": (0.001, "m"),
-    "1": (1.0, "1"),
-    PER_YEAR: (1.0, PER_YEAR),
-    "1/year": (1.0, PER_YEAR),
-}
 
 LEVEL = "level"  # in a table of units: the unit of the measure's levels
 CURVE_NUMBERS: dict[str, tuple[str, str]] = {

@@ -12,6 +12,8 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array, Index
+from ...models.scenes.edge import FALLEN_OFF
+from ...models.sliding.trip import TRIPS
 from ..runs.provenance import carried_attributes
 from ..runs.runners import shared
 from .bootstrap import draw_motions
@@ -113,8 +115,8 @@ def fit_fragility(
     confidence : float
         Of the intervals, between 0 and 1.
     form : str or callable, optional
-        Where not given: ``isotonic`` for falls to one side (`state` front or back), whose probability need not rise
-        to 1, else ``lognormal``.
+        Where not given: ``isotonic`` for falls to one side or over an edge (`state` front, back or fallen_off), whose
+        probability need not rise to 1, else ``lognormal``.
         ``lognormal``, ``log-logistic`` or ``weibull`` (two parameters: median, and the standard deviation of
         ln(capacity) as dispersion); ``uplift-lognormal``, P(uplift) P(overturn | uplift) with certain safety below
         rocking; ``isotonic``, non-decreasing and nothing else.  Or the caller's own fit: a callable of (levels,
@@ -266,8 +268,8 @@ def fit_fragility(
 
 
 def default_form(state: State) -> str:
-    """Return the form of curve for a damage state: one that need not rise to 1 for falls to one side."""
-    return IsotonicForm.name if state in DIRECTIONS else LOGNORMAL
+    """Return the form of curve for a state: one that need not rise to 1 for falls to a side or an edge, and trips."""
+    return IsotonicForm.name if state in (*DIRECTIONS, FALLEN_OFF, TRIPS) else LOGNORMAL
 
 
 def form_named(form: Any) -> Form:

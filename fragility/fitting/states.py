@@ -7,22 +7,55 @@ missing or must not be trusted.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import xarray as xr
 
 from ... import checks
+from ...models.scenes.edge import FALLEN_OFF
+from ...models.sliding.trip import TRIPS
 from ...units import DIMENSIONLESS
+from ..runs.plan import UNKNOWN
+from ..runs.provenance import about_both_axes
 
 OVERTURNED = "overturned"
 UPLIFTED = "uplifted"
 FRONT = "front"
 BACK = "back"
-NAMES = {OVERTURNED: "overturning", UPLIFTED: "uplift", FRONT: "a fall to the front", BACK: "a fall to the back"}
+NAMES = {
+    OVERTURNED: "overturning",
+    UPLIFTED: "uplift",
+    FRONT: "a forward fall",
+    BACK: "a backward fall",
+    FALLEN_OFF: "a fall over an edge",
+    TRIPS: "a trip over an obstacle",
+}
 DIRECTIONS = {FRONT: 1, BACK: -1}
-State = str | float
-"""A damage state: overturning, to either side or to the front or back, uplift, or a peak rotation above x alpha."""
+SIDES = {"either": "slide_peak", FRONT: "slide_forward", BACK: "slide_backward"}
+
+
+@dataclass(frozen=True)
+class Slip:
+    """Damage state of sliding blocks: a slip above a distance (m, > 0), to `side` either, front or back.
+
+    Examples
+    --------
+    >>> state_name(Slip(0.1))
+    'a slip above 0.1 m'
+    """
+
+    distance: float
+    side: str = "either"
+
+    def __post_init__(self) -> None:
+        checks.number("distance", self.distance, above=0.0, unit="m")
+        checks.choice("side", self.side, tuple(SIDES))
+
+
+State = str | float | Slip
+"""A damage state: overturning (to either side or one), uplift, a rotation above x alpha, a slip, a fall, a trip."""
 
 # Statuses of any estimate
 OK: Final = "ok"
@@ -50,6 +83,8 @@ INCOMPLETE: Final = "incomplete"
 
 def state_name(state: State) -> str:
     """Return a damage state in words."""
+    if isinstance(state, Slip):
+        return f"a slip above {state.distance:g} m" + ("" if state.side == "either" else f" to the {state.side}")
     if isinstance(state, str):
         return NAMES[checks.choice("state", state, tuple(NAMES))]
     return f"|theta|/alpha > {checks.number('state', state, above=0.0):g}"
@@ -57,21 +92,30 @@ def state_name(state: State) -> str:
 
 def needed_output(state: State) -> str:
     """Return the output of a run from which a damage state is read."""
+    if isinstance(state, Slip):
+        return SIDES[state.side]
     if not isinstance(state, str):
         return "peak_rotation"
     return "direction" if state in DIRECTIONS else state
 
 
+def of_both_axes(state: State) -> bool:
+    """Return True for a damage state that runs about both axes can reach: others are of one axis."""
+    return state.side == "either" if isinstance(state, Slip) else state in (OVERTURNED, UPLIFTED, FALLEN_OFF)
+
+
 def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
-    """Return flags of the runs that reached a damage state.
+    """Return flags of the runs that reached a damage state; runs that are airborne count as having reached each.
 
     Parameters
     ----------
     runs : xarray.Dataset
         Runs as `toppling.ida`, `toppling.stripes` or `toppling.cloud` return them.
-    state : str or float
+    state : str, float or Slip
         ``overturned``, ``uplifted``, ``front`` or ``back`` (overturned to that side: to the front means away from a
-        wall, into the room), or x > 0: the peak rotation exceeded x alpha (a block that overturned did).
+        wall, into the room), x > 0: the peak rotation exceeded x alpha (a block that overturned did); of sliding blocks
+        a `Slip`, ``fallen_off`` (it slid over an edge) or ``trips`` (it slid into an obstacle, fast enough to turn
+        over it).
 
     Returns
     -------
@@ -101,20 +145,30 @@ def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
     needs = needed_output(state)
     if not isinstance(runs, xr.Dataset) or needs not in runs:
         raise TypeError(f"{name} needs runs with `{needs}` (see outputs), as toppling.ida returns them")
+    if about_both_axes(runs) and not of_both_axes(state):
+        raise ValueError(
+            f"{name} is of one axis: runs about both axes have the states {OVERTURNED}, {UPLIFTED} and {FALLEN_OFF}, "
+            "and slips to either side"
+        )
     values = runs[needs]
     if "motion" not in values.dims:
         raise ValueError(f"{needs} must have a motion dimension, got dims {values.dims}")
     if values.sizes["motion"] == 0:
         raise ValueError(f"{needs} must hold at least one motion, got none")
-    if not isinstance(state, str):
+    if isinstance(state, Slip):
+        if bool(values.isnull().any()):
+            raise ValueError(f"{name} is not known of runs in which the block loses contact with the floor")
+        flags = values > state.distance
+    elif not isinstance(state, str):
         if "alpha" not in runs.coords:
             raise ValueError(
                 f"{name} needs the blocks' alpha as a coordinate of the runs, as toppling.ida returns them"
             )
-        # a block that overturned has passed every rotation, those beyond pi/2 among them
-        flags = (values > state * runs["alpha"]) | (values >= 0.5 * math.pi)
+        # a block that overturned has passed every rotation, those beyond pi/2 among them; one that left the floor
+        # under vertical shaking has none, and counts as overturned
+        flags = (values > state * runs["alpha"]) | (values >= 0.5 * math.pi) | values.isnull()
     elif state in DIRECTIONS:
-        flags = values == DIRECTIONS[state]
+        flags = (values == DIRECTIONS[state]) | (values == UNKNOWN["direction"])
     elif values.dtype == np.bool_:
         flags = values
     else:

@@ -58,8 +58,8 @@ class Sample(NamedTuple):
     levels (level,) increase; cells (cell,): the number of runs in each cell.  A cell is a level and a state
     (level * STATES + state) or, with `by_interval`, the interval of first overturning below each level and above the
     last.  threshold: the level at which rocking starts where it is known, else NaN; uplift_known: True where uplifts
-    are told apart; repeated: True where motions come more than once; patterns: None for counts; ways: 2 where each
-    motion is run both ways at its levels.
+    are told apart; repeated: True where motions come more than once; patterns: None for counts; ways: how
+    many runs of a level are of one motion, such as 2 where each is run both ways.
     """
 
     levels: Array
@@ -138,7 +138,7 @@ class Trials:
 
     @property
     def ways(self) -> int:
-        """How many of the runs of a curve at a level are of one motion: 2 where motions are run both ways."""
+        """How many of the runs of a curve at a level are of one motion, such as 2 where motions are run both ways."""
         return max((sample.ways for sample in self.samples), default=1)
 
     @property
@@ -223,7 +223,7 @@ def _trials_of_runs(data: xr.Dataset, first: bool, state: State, together: Seque
     one = flags.isel(dict.fromkeys(together, 0), drop=True)
     intensities = _intensities(x, one)
     clusters = clusters_of(flags)
-    ways = 1 if number_of_motions(flags) == flags.sizes["motion"] else 2
+    ways = flags.sizes["motion"] // number_of_motions(flags)
     floor, groups = motions_by_floor(flags)
     shape = flags.shape[: len(dims)]
     thresholds = _per_curve(rocking_thresholds(data), flags.isel(dict.fromkeys(rest, 0), drop=True))

@@ -24,8 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import dask
 import numpy as np
 
-from ...models.oscillator import Oscillator
-from ...models.runs import engine_identity
+from ...models.runs import Specimen, engine_identity
 from ...motions.arrays import Record, digest
 from .graph import engine_difference
 from .plan import Chunk, ChunkResult, Work, run_part
@@ -200,9 +199,7 @@ _making = threading.Lock()
 _latest: dict[tuple[bytes, ...], list[Record]] = {}
 
 
-def _run_part(
-    oscillators: Sequence[Oscillator], sources: list[_MadeMotions | tuple[Record, ...]], task: bytes
-) -> bytes:
+def _run_part(oscillators: Sequence[Specimen], sources: list[_MadeMotions | tuple[Record, ...]], task: bytes) -> bytes:
     """Compute a chunk on a worker."""
     places, factors, skip, outputs, engine = pickle.loads(task)
     _check_engine("a worker", engine_identity(), engine)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import dask.array as da
@@ -13,15 +13,20 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...aliases import Array
-from ...models import Block, Law
+from ...models import Block, Model
 from ...models.block import describe_scene
+from ...models.oscillator import Oscillator
 from ...models.restraint_force import HeldBy, held_by, largest_force
+from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF, describe_edge
+from ...models.sliding.mode import MODE, demand, mode_of
+from ...models.sliding.runs import LABELS
 from ...motions.intensity.measure import RESULT_MEASURES
 from ...units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, NEWTON, RADIAN, SECOND
 from ..numerics.slabs import Allocator
+from .axes import AXIS
 from .factors import dense
 from .plan import Chunk, Work
-from .provenance import SCENE
+from .provenance import BED, EDGE, SCENE
 from .request import DERIVED, Request, Runs
 from .scaling import Scaling
 
@@ -33,8 +38,8 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "overturning_time": (SECOND, "time of overturning, NaN if it stands"),
     "impact_velocity": (ANGULAR_VELOCITY, "greatest angular speed at which the block came down"),
     "direction": (DIMENSIONLESS, "sign of the rotation in which the block fell, 0 if it stands"),
-    "peak_front": (RADIAN, "peak rotation to the front, NaN of blocks that are alike on both sides"),
-    "peak_back": (RADIAN, "peak rotation to the back, NaN of blocks that are alike on both sides"),
+    "peak_front": (RADIAN, "peak forward rotation, NaN of blocks that are alike on both sides"),
+    "peak_back": (RADIAN, "peak backward rotation, NaN of blocks that are alike on both sides"),
     "wall_impacts": (DIMENSIONLESS, "impacts at walls during the record"),
     "wall_impact_velocity": (ANGULAR_VELOCITY, "greatest angular speed at which the block struck a wall"),
     "ruptured": (DIMENSIONLESS, "whether the restraint broke"),
@@ -42,10 +47,15 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "final_state": (
         DIMENSIONLESS,
         "where the block ends: 0 stands, 1 and -1 held beyond its balance at the front and at the back (by a wall, "
-        "on a strap), 2 and -2 fell to the front and to the back",
+        "on a strap), 2 and -2 fell forward and backward",
     ),
+    "airborne": (DIMENSIONLESS, "whether the floor falls faster than g: not computed, counted as overturned"),
     "top_displacement": (METRE, "greatest horizontal displacement of the upper corner"),
     "restraint_force": (NEWTON, "greatest force of each part of the restraint, its strength if it broke"),
+    **LABELS,
+    "mode": (MODE["units"], MODE["long_name"]),
+    FALLEN_OFF: (OF_FALLEN_OFF["units"], OF_FALLEN_OFF["long_name"]),
+    AXIS: (DIMENSIONLESS, "axis along which the block fell first: 1 its width, 2 its depth, 0 if it stands"),
 }
 """Units and long name of each output."""
 
@@ -80,7 +90,7 @@ def lazy_outputs(
             heights = np.repeat([block.height for block in blocks], each)
             values = on_runs(heights) * da.sin(arrays["peak_rotation"])
         elif name == "restraint_force":
-            columns = zip(*(held_by(blocks[i // each], one) for i, one in enumerate(work.oscillators)), strict=True)
+            columns = zip(*(held_by(blocks[i // each], one) for i, one in enumerate(_rocking(work))), strict=True)
             to_front, to_back = _pushes(work)
             every = np.arange(len(work.oscillators)) * work.factors.shape[0] // len(work.oscillators)
             factors = dense(work.factors)[every].reshape(*dims, *list(sizes.values())[len(dims) :])
@@ -88,6 +98,15 @@ def lazy_outputs(
             values = largest_force(
                 HeldBy._make(map(on_runs, columns)), *needed, factors * to_front, factors * to_back, da
             )
+        elif name == "mode":
+            modes = _modes(blocks, work, np.empty).reshape(tuple(sizes.values()))
+            values = da.from_array(modes, arrays["slips"].chunks)
+        elif name == FALLEN_OFF:
+            forward, backward = arrays["slide_forward"], arrays["slide_backward"]
+            near = np.repeat([block.edge is not None for block in blocks], each)
+            slips = [(math.inf, math.inf) if one.edge is None else one.edge.slips(one.b) for one in blocks]
+            front, back = (on_runs(np.repeat(column, each)) for column in zip(*slips, strict=True))
+            values = on_runs(near) & ~((forward <= front) & (backward <= back))
         else:
             values = arrays[name]
         variables[name] = _labelled(name, values, sizes)
@@ -110,13 +129,40 @@ def _output(name: str, runs: Runs, blocks: Sequence[Block], work: Work, array: A
         for i, (own, peaks) in enumerate(zip(derived, needed[0], strict=True)):
             np.multiply(blocks[i // each].height, np.sin(peaks, out=own), out=own)
         return derived
+    if name == "mode":
+        return _modes(blocks, work, array)
+    if name == FALLEN_OFF:
+        flags = array(derived.shape, np.dtype(np.bool_))
+        for i, (own, forward, backward) in enumerate(zip(flags, *needed, strict=True)):
+            block = blocks[i // each]
+            own[...] = block.edge is not None and block.edge.fallen_off(forward, backward, block.b)
+        return flags
     to_front, to_back = _pushes(work)
-    for i, (own, oscillator) in enumerate(zip(derived, work.oscillators, strict=True)):
+    for i, (own, oscillator) in enumerate(zip(derived, _rocking(work), strict=True)):
         factors = work.factors_of(Chunk(i, i + 1, 0, len(work.motions)))[0]
         held = held_by(blocks[i // each], oscillator)
         front, back, ruptured = (one[i] for one in needed)
         own[...] = largest_force(held, front, back, ruptured, factors * to_front, factors * to_back, np)
     return derived
+
+
+def _rocking(work: Work) -> Iterator[Oscillator]:
+    """Yield the specimens of work that has none but rocking ones."""
+    for one in work.oscillators:
+        assert isinstance(one, Oscillator)
+        yield one
+
+
+def _modes(blocks: Sequence[Block], work: Work, array: Allocator) -> NDArray[np.int8]:
+    """Return what each sliding block does first (slider, level, motion): see `models.sliding.mode`."""
+    found = array((len(work.oscillators), work.levels, len(work.motions)), np.dtype(np.int8))
+    each = len(found) // len(blocks)
+    for i, (own, slider) in enumerate(zip(found, work.oscillators, strict=True)):
+        factors = work.factors_of(Chunk(i, i + 1, 0, len(work.motions)))[0]
+        for k, motion in enumerate(work.motions):
+            demanded = demand(motion.acceleration, motion.vertical, np.ascontiguousarray(factors[:, k]))
+            own[:, k] = mode_of(blocks[i // each], slider[0], demanded)
+    return found
 
 
 def _pushes(work: Work) -> tuple[Array, Array]:
@@ -154,14 +200,31 @@ def block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
     coordinates = {"block": xr.Variable("block", labels, {"units": DIMENSIONLESS, "long_name": "block"})}
     scenes = [describe_scene(block) for block in blocks]
     if any(scenes):
-        attributes = {"units": DIMENSIONLESS, "long_name": "offset, lean, wall and restraint of the block (JSON, SI)"}
+        attributes = {"units": DIMENSIONLESS, "long_name": "what stands around the block or holds it (JSON, SI)"}
         coordinates[SCENE] = xr.Variable("block", _strings([json.dumps(one) for one in scenes]), attributes)
+    if any(block.edge is not None for block in blocks):
+        edges = [json.dumps(None if block.edge is None else describe_edge(block.edge)) for block in blocks]
+        attributes = {"units": DIMENSIONLESS, "long_name": "edges over which the block may slide (JSON, SI)"}
+        coordinates[EDGE] = xr.Variable("block", _strings(edges), attributes)
+    if any(block.bed is not None for block in blocks):
+        depths = [math.nan if block.bed is None else block.bed.settlement for block in blocks]
+        columns[BED] = (depths, METRE, "settlement of the block's soft bed, NaN on a rigid floor")
     for name, (values, units, long_name) in columns.items():
         coordinates[name] = xr.Variable("block", values, {"units": units, "long_name": long_name})
+    if any(block.round for block in blocks):
+        attributes = {"units": DIMENSIONLESS, "long_name": "whether the base is round"}
+        coordinates["round"] = xr.Variable("block", [block.round for block in blocks], attributes)
     return coordinates
 
 
-def model_coordinates(blocks: Sequence[Block], models: Sequence[Law]) -> dict[str, xr.Variable]:
+def depth_coordinate(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
+    """Return the depth of blocks on ``block``, NaN where it is not known."""
+    attributes = {"units": METRE, "long_name": "full size in the other horizontal direction"}
+    depths = [math.nan if block.depth is None else block.depth for block in blocks]
+    return {"depth": xr.Variable("block", depths, attributes)}
+
+
+def model_coordinates(blocks: Sequence[Block], models: Sequence[Model]) -> dict[str, xr.Variable]:
     """Return `law_coordinates` and the restitution of every block under every law, on (``block``, ``model``)."""
     restitution = [[model.restitution(block) for model in models] for block in blocks]
     e = np.array([[np.nan if value is None else value for value in row] for row in restitution])
@@ -169,7 +232,7 @@ def model_coordinates(blocks: Sequence[Block], models: Sequence[Law]) -> dict[st
     return {**law_coordinates(models), "e": xr.Variable(("block", "model"), e, attributes)}
 
 
-def law_coordinates(models: Sequence[Law]) -> dict[str, xr.Variable]:
+def law_coordinates(models: Sequence[Model]) -> dict[str, xr.Variable]:
     """Return the labels and options of laws, on ``model``."""
     columns: dict[str, tuple[Any, str]] = {
         "model": (_strings([model.label for model in models]), "damping law with its options"),

@@ -6,12 +6,12 @@ import operator
 from collections.abc import Callable, Iterator, Sequence
 from typing import Generic, SupportsIndex, TypeVar, overload
 
-from ...models.oscillator import Oscillator
+from ...models.runs import Specimen
 
 Row = TypeVar("Row")
 
 
-class OscillatorGrid(Sequence[Oscillator], Generic[Row]):
+class OscillatorGrid(Sequence[Specimen], Generic[Row]):
     """Oscillators block by block, made by a function of the block whenever they are read.
 
     Parameters
@@ -26,26 +26,26 @@ class OscillatorGrid(Sequence[Oscillator], Generic[Row]):
     """
 
     def __init__(
-        self, blocks: Sequence[Row], oscillators_of: Callable[[Row], Sequence[Oscillator]], per_block: int
+        self, blocks: Sequence[Row], oscillators_of: Callable[[Row], Sequence[Specimen]], per_block: int
     ) -> None:
         self._blocks, self._oscillators_of, self._per_block = blocks, oscillators_of, per_block
         # chunks of the same oscillators follow each other, one for each part of the motions
-        self._last: tuple[tuple[int, int], tuple[Oscillator, ...]] = ((0, 0), ())
+        self._last: tuple[tuple[int, int], tuple[Specimen, ...]] = ((0, 0), ())
 
     def __len__(self) -> int:
         return len(self._blocks) * self._per_block
 
-    def __iter__(self) -> Iterator[Oscillator]:
+    def __iter__(self) -> Iterator[Specimen]:
         for block in self._blocks:
             yield from self._oscillators_of(block)
 
     @overload
-    def __getitem__(self, at: SupportsIndex) -> Oscillator: ...
+    def __getitem__(self, at: SupportsIndex) -> Specimen: ...
 
     @overload
-    def __getitem__(self, at: slice) -> tuple[Oscillator, ...]: ...
+    def __getitem__(self, at: slice) -> tuple[Specimen, ...]: ...
 
-    def __getitem__(self, at: SupportsIndex | slice) -> Oscillator | tuple[Oscillator, ...]:
+    def __getitem__(self, at: SupportsIndex | slice) -> Specimen | tuple[Specimen, ...]:
         if not isinstance(at, slice):
             row = range(len(self))[operator.index(at)]
             return self._oscillators_of(self._blocks[row // self._per_block])[row % self._per_block]

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...aliases import Array, Index
-from ...models.oscillator import Oscillator, stack
-from ...models.runs import OUTPUTS, TALLY, run_stacked
+from ...models.oscillator import Stack
+from ...models.runs import COLUMNS, OUTPUTS, TALLY, Specimen, run_specimens, stacked
 from ...motions.arrays import Record
 from .factors import BlockFactors, Factors, dense
 from .oscillators import OscillatorGrid
@@ -61,8 +61,29 @@ OUTPUT_TYPES: dict[str, type[np.generic]] = {
     "ruptured": np.bool_,
     "rupture_time": np.float64,
     "final_state": np.int8,
+    "slide_peak": np.float64,
+    "slide_forward": np.float64,
+    "slide_backward": np.float64,
+    "slide_residual": np.float64,
+    "slide_path": np.float64,
+    "slide_velocity": np.float64,
+    "slips": np.float64,
+    "first_slip_time": np.float64,
+    "slide_after": np.float64,
+    "trip_velocity": np.float64,
+    "airborne": np.bool_,
 }
-"""The type in which each output (`models.runs.OUTPUTS`) is kept."""
+"""The type in which each output (`models.runs.COLUMNS`) is kept; slips are NaN where a block loses contact."""
+UNKNOWN: dict[str, int] = {
+    "overturned": 1,
+    "uplifted": 1,
+    "impacts": -1,
+    "direction": 2,
+    "wall_impacts": -1,
+    "ruptured": 1,
+    "final_state": 3,
+}
+"""Values of outputs that know no NaN where the floor leaves the block: it counts as overturned to either side."""
 
 
 class Chunk(NamedTuple):
@@ -82,7 +103,7 @@ class Work(NamedTuple):
     oscillators that chunks keep together, or divide in the same places (the laws of a block).
     """
 
-    oscillators: Sequence[Oscillator]
+    oscillators: Sequence[Specimen]
     motions: tuple[Record, ...]
     factors: Factors
     skip: bool = True
@@ -302,7 +323,7 @@ def run_chunk(work: Work, chunk: Chunk) -> ChunkResult:
 
 
 def run_part(
-    oscillators: Sequence[Oscillator],
+    oscillators: Sequence[Specimen],
     motions: Sequence[Record],
     factors: Array,
     skip: bool,
@@ -317,10 +338,16 @@ def run_part(
     results = tuple(np.empty((n, levels, len(motions)), OUTPUT_TYPES[name]) for name in outputs)
     flags_only = outputs == ("overturned",)
     tally = np.zeros(len(TALLY), np.int64)
-    tables = stack(oscillators)
+    tables = stacked(oscillators)
     for i, motion in enumerate(motions):
         own = np.broadcast_to(factors[:, :, i], (n, levels))
-        runs = run_stacked(tables, own, motion.acceleration, motion.dt, skip, flags_only, tally)
+        runs = run_specimens(tables, own, motion.acceleration, motion.vertical, motion.dt, skip, flags_only, tally)
+        # (of sliding blocks all results are NaN there)
+        rocks = motion.vertical is not None and isinstance(tables, Stack)
+        left = runs[..., COLUMNS["airborne"]] == 1.0 if rocks else None
         for array, name in zip(results, outputs, strict=True):
-            array[:, :, i] = runs[..., OUTPUTS[name]]
+            values = runs[..., COLUMNS[name]]
+            if left is not None and name in UNKNOWN:
+                values = np.where(left, UNKNOWN[name], values)
+            array[:, :, i] = values
     return ChunkResult(results, tally, perf_counter() - started)

@@ -7,6 +7,7 @@ records of them.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from ...aliases import Array, Flags, Index
 from ...models import LAWS, Block, Law
 from ...models.block import block_from
-from ...motions.arrays import POLARITY, RECORD, Record, floor_coordinates
+from ...motions.arrays import BOTH_AXES, DRAW, POLARITY, RECORD, Record, floor_coordinates
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from ...units import provenance
@@ -31,7 +32,13 @@ GROUND = "ground"
 """Value of ``im_at`` where levels are of the ground motion below a floor, and the beginning of that measure's name."""
 SCENE = "scene"
 """Coordinate of blocks that are not symmetric and freestanding: what makes them so, as JSON."""
+BED = "bed_settlement"
+"""Coordinate of blocks on soft beds: the settlement, m."""
+EDGE = "edge"
+"""Coordinate of blocks near edges: where these are, as JSON."""
 
+AXES = "axes"
+"""Entry of a configuration: `BOTH_AXES` or `WEAK_AXIS`, where blocks are run about these."""
 DESCRIBED = 1000
 """Greatest number of blocks that a configuration describes one by one: it is read and written for each slab of runs."""
 
@@ -209,11 +216,13 @@ def clusters_of(runs: xr.Dataset | xr.DataArray) -> Index:
 
 
 def number_of_motions(runs: xr.Dataset | xr.DataArray) -> int:
-    """Return the number of motions, those run both ways once; on several floors each floor's motion is one."""
-    if POLARITY not in runs.coords:
+    """Return the number of motions, those run several times once; on several floors each floor's motion is one."""
+    if POLARITY not in runs.coords and DRAW not in runs.coords:
         return int(runs.sizes["motion"])
     stripe = runs["stripe"].values.tolist() if "stripe" in runs.coords else [0] * runs.sizes["motion"]
-    return len(set(zip(map(str, runs[RECORD].values), stripe, strict=True)))
+    # (the floor histories of a building may be others at each level and place, equally many everywhere)
+    names = runs[RECORD].isel({dim: 0 for dim in runs[RECORD].dims if dim != "motion"})
+    return len(set(zip(map(str, names.values), stripe, strict=True)))
 
 
 def polarity_pairs(runs: xr.Dataset | xr.DataArray) -> Index:
@@ -228,10 +237,23 @@ def as_given(runs: xr.Dataset | xr.DataArray) -> Flags:
     return np.asarray(runs[POLARITY].values > 0)
 
 
+def about_both_axes(data: xr.Dataset | xr.DataArray) -> bool:
+    """Return True for runs of blocks about both axes, and for a result derived from them alone."""
+    told = configuration_of(data)
+    of_runs = told.get("runs")
+    return (of_runs if isinstance(of_runs, dict) else told).get(AXES) == BOTH_AXES
+
+
 def blocks_of(runs: xr.Dataset) -> list[Block]:
     """Return the blocks of labelled runs, from their coordinates."""
     names = ("width", "height", "cm_height", "inertia_factor")
-    columns = {name: runs[name].values.astype(float).tolist() for name in names}
+    columns: dict[str, list[Any]] = {name: runs[name].values.astype(float).tolist() for name in names}
+    if "depth" in runs.coords:
+        columns["depth"] = [None if math.isnan(one) else one for one in runs["depth"].values.tolist()]
+    if "round" in runs.coords:
+        columns["round"] = runs["round"].values.tolist()
+    if EDGE in runs.coords:
+        columns["edge"] = [json.loads(text) for text in runs[EDGE].values]
     labels = runs["block"].values
     scenes = [json.loads(text) for text in runs[SCENE].values] if SCENE in runs.coords else [{}] * len(labels)
     return [

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from ... import checks
 from ...aliases import Index, Progress
-from ...models import Block, Law
+from ...models import Block, Law, Model, Sliding
 from ...models.laws import oscillator_of
-from ...models.oscillator import Oscillator
-from ...models.runs import TALLY
+from ...models.runs import TALLY, Specimen
+from ...models.scenes.edge import FALLEN_OFF
+from ...models.sliding.runs import OF_OBSTACLES, SLIDES
 from ...motions.arrays import Record
+from .axes import AXIS, axes_of, of_both
 from .factors import Factors
 from .oscillators import OscillatorGrid
 from .plan import OUTPUT_TYPES, Work, plan_chunks
@@ -23,22 +25,36 @@ from .runners import ConfiguredScheduler, Runner, default_client
 if TYPE_CHECKING:
     from distributed import Client
 
-Labelled = TypeVar("Labelled", Block, Law)
+Labelled = TypeVar("Labelled", Block, Law, Model)
 
 # Outputs that are derived from the block and outputs of the engine.
 DERIVED = {
     "top_displacement": ("peak_rotation",),
     "restraint_force": ("peak_front", "peak_back", "ruptured"),
+    "mode": ("slips",),
+    FALLEN_OFF: ("slide_forward", "slide_backward"),
 }
-OUTPUTS = (*OUTPUT_TYPES, *DERIVED)
-"""Outputs that a run can have."""
+OUTPUTS = (
+    *(name for name in OUTPUT_TYPES if name not in (*SLIDES, *OF_OBSTACLES)),
+    "top_displacement",
+    "restraint_force",
+)
+"""Outputs that a run of a rocking block can have."""
+OF_ROCKING = (*OUTPUTS, AXIS)
+"""Outputs that it can have about one axis or both."""
+OF_SLIDING = (*SLIDES, "mode", FALLEN_OFF)
+"""Outputs that a run of a sliding block can have."""
+USUAL = ("overturned", "peak_rotation"), ("slide_peak",)
+"""Outputs where none are named: of rocking and of sliding blocks."""
+ENDS = ("slide_peak", "slide_after")
+"""Outputs that tell whether blocks still slide at the end of a motion."""
 
 
 class Request(NamedTuple):
     """The checked arguments of an analysis: blocks, laws, the outputs of a run, and how the runs are computed."""
 
     blocks: list[Block]
-    models: list[Law]
+    models: Sequence[Model]
     outputs: list[str]
     skip: bool
     runner: Runner
@@ -47,10 +63,26 @@ class Request(NamedTuple):
     compute: bool = True
 
     @property
+    def sliding(self) -> bool:
+        """True if the blocks slide."""
+        return any(isinstance(one, Sliding) for one in self.models)
+
+    @property
     def oscillators(self) -> OscillatorGrid[Block]:
         """The oscillators block by block, those of all laws for each block."""
         laws = self.models
-        return OscillatorGrid(self.blocks, lambda block: [oscillator_of(block, law) for law in laws], len(laws))
+        return OscillatorGrid(self.blocks, lambda block: [specimen_of(block, law) for law in laws], len(laws))
+
+    @property
+    def across(self) -> OscillatorGrid[Block]:
+        """The oscillators of the blocks in the direction of their depth, which does not matter where they slide."""
+        laws = self.models
+
+        def made(block: Block) -> list[Specimen]:
+            other = block if self.sliding else block.across
+            return [specimen_of(other, law) for law in laws]
+
+        return OscillatorGrid(self.blocks, made, len(laws))
 
 
 class Runs(NamedTuple):
@@ -75,8 +107,8 @@ class Runs(NamedTuple):
 
 def check_request(
     blocks: Block | Sequence[Block],
-    models: Law | Sequence[Law],
-    outputs: Sequence[str],
+    models: Model | Sequence[Model],
+    outputs: Sequence[str] | None,
     skip: bool,
     client: Client | Runner | None,
     progress: Progress | None,
@@ -84,31 +116,96 @@ def check_request(
     compute: bool = True,
 ) -> Request:
     """Check the arguments that all analyses share; TypeError or ValueError where one is wrong."""
-    names = [outputs] if isinstance(outputs, str) else list(outputs)
-    if not names:
-        raise ValueError(f"outputs must name at least one of {', '.join(OUTPUTS)}, got none")
-    wanted = list(dict.fromkeys(checks.choice("outputs", name, OUTPUTS) for name in names))
+    laws = labelled_sequence("models", models, Model)  # type: ignore[type-abstract]
+    wanted = _outputs(outputs, laws)
     for name, value in (("skip", skip), ("screen", screen), ("compute", compute)):
         if not isinstance(value, bool):
             raise TypeError(f"{name} must be True or False, got {value!r:.40}")
+    checked = labelled_sequence("blocks", blocks, Block)
+    if FALLEN_OFF in wanted and all(block.edge is None for block in checked):
+        raise ValueError(f"outputs: {FALLEN_OFF} needs a block near an edge (Block(…, edge=Edge(…))), got none")
     return Request(
-        labelled_sequence("blocks", blocks, Block),
-        labelled_sequence("models", models, Law),  # type: ignore[type-abstract]
+        checked,
+        laws,
         wanted,
         skip,
         runner_of(client),
         progress,
-        screen,
+        screen and not isinstance(laws[0], Sliding),
         compute,
     )
 
 
+def rocking_laws(models: Sequence[Model]) -> list[Law]:
+    """Return models that are all laws of rocking; TypeError where one is not."""
+    return labelled_sequence("models", models, Law)  # type: ignore[type-abstract]
+
+
+def specimen_of(block: Block, model: Model) -> Specimen:
+    """Return a block under a law in numbers, as its engine takes it."""
+    return model.slider(block) if isinstance(model, Sliding) else oscillator_of(block, model)
+
+
+def _outputs(outputs: Sequence[str] | None, models: Sequence[Model]) -> list[str]:
+    """Return the names of outputs, each once; ValueError where a law has none of them."""
+    sliding = [isinstance(one, Sliding) for one in models]
+    if any(sliding) and not all(sliding):
+        raise ValueError("models must be laws of rocking, or Sliding alone: their outputs differ")
+    allowed, what = (OF_SLIDING, "outputs of sliding blocks") if all(sliding) else (OF_ROCKING, "outputs")
+    names = [outputs] if isinstance(outputs, str) else list(USUAL[all(sliding)] if outputs is None else outputs)
+    if not names:
+        raise ValueError(f"{what} must name at least one of {', '.join(allowed)}, got none")
+    return list(dict.fromkeys(checks.choice(what, name, allowed) for name in names))
+
+
+def check_vertical(models: Iterable[Model], motions: Iterable[Record]) -> None:
+    """Raise ValueError for motions that shake vertically, too, and a law that is not in exact geometry."""
+    lifted = next((one.label for one in motions if one.vertical is not None), None)
+    rocking = [law for law in models if not isinstance(law, Sliding)]
+    other = next((law.label for law in rocking if getattr(law, "geometry", "") != "exact"), None)
+    if lifted is not None and other is not None:
+        raise ValueError(
+            f"vertical shaking needs exact geometry: {lifted!r} shakes vertically, too, and {other!r} is linear in the "
+            'rotation; take HousnerImpact() (the law "housner")'
+        )
+
+
 def work_of(
-    oscillators: Sequence[Oscillator], motions: Sequence[Record], factors: Factors, request: Request, each: int = 1
+    oscillators: Sequence[Specimen], motions: Sequence[Record], factors: Factors, request: Request, each: int = 1
 ) -> Work:
-    """Return the work of a request: every oscillator under factors (block, level, motion; see `Work`) times motions."""
-    names = tuple(dict.fromkeys(own for name in request.outputs for own in DERIVED.get(name, (name,))))
+    """Return the work of a request: every oscillator under factors (block, level, motion; see `Work`) times motions.
+
+    ValueError for motions of both axes, which need blocks and are the affair of `both_works`.
+    """
+    if axes_of(motions):
+        raise ValueError(
+            "motions.both_axes and motions.weak_axis are for ida, stripes, cloud and uncertain_ida: let one component "
+            "shake (motions.as_recorded)"
+        )
+    wanted = [*request.outputs, *(ENDS if request.sliding else ())]
+    names = tuple(dict.fromkeys(own for name in wanted for own in DERIVED.get(name, (name,))))
     return Work(oscillators, tuple(motions), factors, request.skip, names, each)
+
+
+def collect_both(outputs: Sequence[str], works: Sequence[Work], runner: Runner, progress: Progress | None) -> Runs:
+    """Do the work about each axis, and put the outputs of the two together (`axes.of_both`)."""
+    total = sum(work.runs for work in works)
+    each: list[Runs] = []
+    for work in works:
+        before = total // 2 * len(each)
+        told = None if progress is None else lambda done, _, before=before: progress(before + done, total)
+        each.append(collect(work, runner, told))
+    x, y = (one.results for one in each)
+    kinds = {name: OUTPUT_TYPES.get(name, np.int8) for name in outputs}
+    shape = next(iter(x.values())).shape
+    found = {name: runner.array(shape, kind) for name, kind in kinds.items()}
+    for row in range(shape[0]):  # (arrays may lie in files)
+        own = of_both(
+            outputs, {name: one[row] for name, one in x.items()}, {name: one[row] for name, one in y.items()}, np
+        )
+        for name, values in own.items():
+            found[name][row] = values
+    return Runs(found, each[0].tally + each[1].tally)
 
 
 def collect(work: Work, runner: Runner, progress: Progress | None) -> Runs:

@@ -13,10 +13,12 @@ import xarray as xr
 from ... import checks
 from ...aliases import Array
 from ...models import Block
-from ...motions.arrays import Record
+from ...motions.arrays import BOTH_AXES, Record
 from ...motions.intensity.dataset import measure_named, positive_measure
+from ...motions.intensity.directions import PairMeasure
 from ...motions.intensity.measure import MEASURES, Measure
 from ...units import DIMENSIONLESS, STANDARD_GRAVITY
+from .axes import axes_of
 from .factors import BlockFactors, Factors, ScaleFactors, unscaled
 
 GROUND_FLOORS = ("", "0", "ground")
@@ -163,6 +165,11 @@ def increasing(levels: Any) -> Array:
 
 def intensities(one: Measure | BlockMeasure, motions: Sequence[Record], blocks: Sequence[Block] = ()) -> Array:
     """Return a measure of unscaled motions, (motion,), or (block, motion) where it depends on the block; all > 0."""
+    if not isinstance(one, PairMeasure) and axes_of(motions) == BOTH_AXES:
+        raise ValueError(
+            "im must be a measure of both components where both shake, RotD50(…), RotD100(…) or GeometricMean(…), "
+            f"got {one.label!r}"
+        )
     if not isinstance(one, BlockMeasure):
         return positive_measure(one, motions)
     if not blocks:

@@ -16,13 +16,15 @@ from ... import checks
 from ...aliases import Progress
 from ...models import Block, Law, describe_block, describe_law
 from ...models.laws import oscillator_of
+from ...motions.arrays import BOTH_AXES
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED
 from ...units import DIMENSIONLESS
 from ..analyses.analysis import Specimens, analyse
 from ..analyses.ida import incremental
-from ..runs.labels import block_coordinates
-from ..runs.request import check_request
+from ..runs.axes import axes_of, check_axes
+from ..runs.labels import block_coordinates, depth_coordinate
+from ..runs.request import check_request, rocking_laws
 from .inputs import RandomInputs
 from .realisation import LAW
 
@@ -57,7 +59,7 @@ def uncertain_ida(
     inputs : RandomInputs
         The uncertain properties of the block and its law.
     block : Block
-        The nominal block.
+        The nominal block.  The depth of every sample keeps its ratio to the width.
     models : law or a sequence of laws
         The nominal law.  Several laws give a dimension `model`, each under the same samples; where `law` is an input,
         one law must be given and is not used.
@@ -93,7 +95,7 @@ def uncertain_ida(
     if not isinstance(inputs, RandomInputs):
         raise TypeError(f"inputs must be RandomInputs, got {checks.kind(inputs)}")
     request = check_request(block, models, outputs, skip, client, progress, compute=compute)
-    laws = request.models
+    laws = rocking_laws(request.models)
     if len(laws) > 1 and LAW in inputs.names:
         raise ValueError(f"models must be one law where 'law' is an input, got {len(laws)}")
     drawn = samples if isinstance(samples, xr.Dataset) else inputs.sample(samples, seed)
@@ -102,6 +104,9 @@ def uncertain_ida(
     n = drawn.sizes["sample"]
     design = incremental(levels, motions, im, blocks, ground, polarity)
     coordinates = _on_samples(design.coordinates, n)
+    axes = axes_of(design.motions)
+    for one, law in pairs:
+        check_axes(axes, [one], [law])
     design = design._replace(title="Incremental dynamic analysis of an uncertain block", coordinates=coordinates)
     several = None if isinstance(models, Law) else laws
     specimens = Specimens(
@@ -109,7 +114,7 @@ def uncertain_ida(
         blocks,
         {"sample": n} if several is None else {"model": len(laws), "sample": n},
         # (level, design, im and levels come early in these results)
-        {**_sample_coordinates(drawn, pairs, several), "level": coordinates["level"]},
+        {**_sample_coordinates(drawn, pairs, several, bool(axes)), "level": coordinates["level"]},
         {
             "design": design.name,
             "inputs": inputs.description,
@@ -118,6 +123,7 @@ def uncertain_ida(
             "models": [describe_law(law) for law in laws],
             **{name: design.configuration[name] for name in ("im", "levels")},
         },
+        [oscillator_of(one.across, law) for one, law in pairs] if axes == BOTH_AXES else None,
     )
     return analyse(request, specimens, design)
 
@@ -135,12 +141,16 @@ def _attributes(units: str, long_name: str) -> dict[str, str]:
 
 
 def _sample_coordinates(
-    drawn: xr.Dataset, pairs: Sequence[tuple[Block, Law]], models: Sequence[Law] | None
+    drawn: xr.Dataset, pairs: Sequence[tuple[Block, Law]], models: Sequence[Law] | None, deep: bool
 ) -> dict[str, Any]:
-    """Coordinates: the properties of every sample's block and law, the values of the inputs, labels of several laws."""
+    """Coordinates: the properties of every sample's block and law, the values of the inputs, labels of several laws.
+
+    deep: whether the depths of the blocks are among them.
+    """
     n = drawn.sizes["sample"]
     coordinates: dict[str, Any] = {str(name): one.variable for name, one in drawn.data_vars.items()}
-    for name, one in block_coordinates([block for block, _ in pairs[:n]]).items():
+    blocks = [block for block, _ in pairs[:n]]
+    for name, one in {**block_coordinates(blocks), **(depth_coordinate(blocks) if deep else {})}.items():
         if name != "block":
             coordinates[name] = xr.Variable("sample", one.values, one.attrs)
     dims = ("sample",) if models is None else ("model", "sample")

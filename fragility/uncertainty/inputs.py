@@ -227,6 +227,8 @@ class RandomInputs:
         laws = laws_of(self.distributions[LAW]) if LAW in self.names else {"": model}
         taken = taken_by(laws, self.names)
         check_restitution(block, laws.values(), self.distributions)
+        if block.bed is not None and "delta" in self.names:
+            raise ValueError(f"input 'delta' has no effect: {block.label!r} stands on a bed, where delta is not used")
         columns = {name: samples[name].values for name in self.names}
         pairs = []
         for k in range(samples.sizes["sample"]):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,15 +21,40 @@ from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
 from ...motions.arrays import Record
 from ...streams import key_of, stream
-from ..runs.request import Request, collect, runner_of, work_of
+from ..runs.axes import AXIS, both_works
+from ..runs.request import Request, collect, collect_both, runner_of, work_of
 from ..runs.runners import Runner
 from .distributions import Beta, Lognormal
 
 if TYPE_CHECKING:
     from distributed import Client
 
-PIECES = ("independent", "together")
+INDEPENDENT, TOGETHER = "independent", "together"
+PIECES = (INDEPENDENT, TOGETHER)
 MOST_VARIANTS = 1000
+
+
+class PieceDraws(Protocol):
+    """How the pieces of a line are drawn from its equally probable variants; `Variability` explains each of these."""
+
+    @property
+    def pieces(self) -> str: ...
+    @property
+    def variants(self) -> int: ...
+    @property
+    def realisations(self) -> int: ...
+    @property
+    def seed(self) -> int: ...
+
+
+def drawn_pieces(how: PieceDraws, label: str, count: int) -> Index:
+    """Return the number of pieces of a line of each variant (realisation, variant), drawn from its label alone."""
+    generator = stream(how.seed, *key_of(label))
+    if how.pieces == INDEPENDENT:
+        even = np.full(how.variants, 1.0 / how.variants)
+        return generator.multinomial(count, even, size=how.realisations)
+    chosen = generator.integers(how.variants, size=how.realisations)
+    return count * np.eye(how.variants, dtype=np.int64)[chosen]
 
 
 @dataclass(frozen=True)
@@ -100,20 +125,13 @@ class Variability:
             columns.append((generator.permutation(n) + generator.random(n)) / n)
         return np.stack(columns, axis=1)
 
-    def draws(self, label: str, count: int) -> Index:
-        """Return the number of pieces of a line of each variant (realisation, variant), drawn from its label alone."""
-        generator = stream(self.seed, *key_of(label))
-        if self.pieces == "independent":
-            even = np.full(self.variants, 1.0 / self.variants)
-            return generator.multinomial(count, even, size=self.realisations)
-        chosen = generator.integers(self.variants, size=self.realisations)
-        return count * np.eye(self.variants, dtype=np.int64)[chosen]
-
 
 def oscillators_of_pieces(
-    block: Block, model: Law, e: float | None = None, variability: Variability | None = None
+    block: Block, model: Law, e: float | None = None, variability: Variability | None = None, across: bool = False
 ) -> list[Oscillator]:
     """Return the oscillator of a block under a law with its own restitution `e`, or its variants where pieces differ.
+
+    across: in the direction of the depth of each (`Block.across`); that of a variant keeps its ratio to the width.
 
     Raises
     ------
@@ -129,16 +147,16 @@ def oscillators_of_pieces(
     >>> len(found), round(sum(one.e for one in found) / 16, 2)
     (16, 0.9)
     """
-    return [oscillator_of(*pair) for pair in pieces_of(block, model, e, variability)]
+    return [oscillator_of(*pair) for pair in pieces_of(block, model, e, variability, across)]
 
 
 def pieces_of(
-    block: Block, model: Law, e: float | None = None, variability: Variability | None = None
+    block: Block, model: Law, e: float | None = None, variability: Variability | None = None, across: bool = False
 ) -> list[tuple[Block, Law]]:
     """Return the block and the law behind each of `oscillators_of_pieces`, with the same arguments and errors."""
     own = with_restitution(model, e)
     if variability is None:
-        return [(block, own)]
+        return [(block.across if across else block, own)]
     found = []
     for restitution, slenderness in variability.sample():
         angle = block.alpha
@@ -153,7 +171,12 @@ def pieces_of(
         piece = block
         if variability.slenderness_dispersion > 0.0:
             sizes = Block.from_slenderness(angle, block.R, block.inertia)
-            piece = replace(block, width=sizes.width, height=sizes.height, cm_height=None, name=block.label)
+            depth = None if block.depth is None else sizes.width * (block.depth / block.width)
+            piece = replace(
+                block, width=sizes.width, height=sizes.height, cm_height=None, name=block.label, depth=depth
+            )
+        if across:
+            piece = piece.across
         mean = own.restitution(piece)
         law = own
         if mean is not None and variability.restitution_sd > 0.0:
@@ -193,7 +216,7 @@ def overturning_flags(
 
     factors (1, level, motion), the same for all oscillators.  Bit-identical for any chunking and any number of workers.
     """
-    return _outputs("overturned", oscillators, motions, factors, client, progress)
+    return _outputs(["overturned"], oscillators, motions, factors, client, progress)[0]
 
 
 def falling_directions(
@@ -207,17 +230,70 @@ def falling_directions(
 
     Arguments and bits as of `overturning_flags`.
     """
-    return _outputs("direction", oscillators, motions, factors, client, progress)
+    return _outputs(["direction"], oscillators, motions, factors, client, progress)[0]
+
+
+def directions_and_ruptures(
+    oscillators: Sequence[Oscillator],
+    motions: Sequence[Record],
+    factors: Array,
+    client: Client | Runner | None = None,
+    progress: Progress | None = None,
+) -> tuple[NDArray[np.int8], Flags]:
+    """Return what `falling_directions` does, and flags of the runs in which the restraint broke.
+
+    Arguments and bits as of `overturning_flags`.
+    """
+    directions, ruptures = _outputs(["direction", "ruptured"], oscillators, motions, factors, client, progress)
+    return directions, ruptures
+
+
+def falls_of_axes(
+    oscillators: Sequence[Oscillator],
+    across: Sequence[Oscillator],
+    motions: Sequence[Record],
+    factors: Array,
+    client: Client | Runner | None = None,
+    progress: Progress | None = None,
+    held: bool = False,
+) -> tuple[NDArray[np.int8], NDArray[np.int8], Flags | None]:
+    """Return the side to which each run falls, the axis about which it falls first, and whether its restraint broke.
+
+    Parameters
+    ----------
+    oscillators, across : sequences of Oscillator
+        Of the same pieces in the direction of their width and of their depth.
+    motions : sequence of Record
+        Motions along the width, with those along the depth as companions.
+    factors, client, progress
+        As for `overturning_flags`.
+    held : bool
+        Whether flags of ruptures are returned, of restraints that act along the width.
+
+    Returns
+    -------
+    directions, axes, ruptures (oscillator, level, motion)
+        1 to the front of its axis, -1 to its back, 0 where it stands; 1 along the width, 2 along the depth, 0 where it
+        stands, by the rules of `fragility.runs.axes.of_both`; None for ruptures that are not asked for.
+    """
+    runner = runner_of(client)
+    names = ["direction", AXIS, *(["ruptured"] if held else [])]
+    request = Request([], [], names, True, runner, progress, screen=False)
+    both = both_works(work_of(oscillators, motions, factors, request), across)
+    results = collect_both(request.outputs, both, runner, progress).results
+    ruptures = np.asarray(results["ruptured"]) if held else None
+    return np.asarray(results["direction"]), np.asarray(results[AXIS]), ruptures
 
 
 def _outputs(
-    name: str,
+    names: list[str],
     oscillators: Sequence[Oscillator],
     motions: Sequence[Record],
     factors: Array,
     client: Client | Runner | None,
     progress: Progress | None,
-) -> NDArray[Any]:
-    request = Request([], [], [name], True, runner_of(client), progress, screen=False)
+) -> list[NDArray[Any]]:
+    request = Request([], [], names, True, runner_of(client), progress, screen=False)
     work = work_of(oscillators, motions, factors, request)
-    return np.asarray(collect(work, request.runner, progress).results[name])
+    results = collect(work, request.runner, progress).results
+    return [np.asarray(results[name]) for name in names]

@@ -112,7 +112,10 @@ def taken_by(laws: Mapping[str, Law], names: Iterable[str]) -> dict[str, list[st
 
 
 def block_with(block: Block, values: Mapping[str, Any]) -> Block:
-    """Return the nominal block with the given values; the block itself where no value concerns the block."""
+    """Return the nominal block with the given values; the block itself where no value concerns the block.
+
+    A depth keeps its ratio to the width.
+    """
     number = {name: float(values[name]) for name in BLOCK_INPUTS if name in values}
     held = {name.removeprefix(PREFIX): number.pop(name) for name in RESTRAINT if name in number}
     if held:
@@ -130,7 +133,8 @@ def block_with(block: Block, values: Mapping[str, Any]) -> Block:
     else:
         width, height = number.get("width", block.width), number.get("height", block.height)
         cm_height = number.get("cm_height", block.h / block.height * height)
-    return replace(block, width=width, height=height, cm_height=cm_height, inertia_factor=inertia)
+    depth = None if block.depth is None else width * (block.depth / block.width)
+    return replace(block, width=width, height=height, cm_height=cm_height, inertia_factor=inertia, depth=depth)
 
 
 def _restraint_with(block: Block, held: Mapping[str, float]) -> Restraint:

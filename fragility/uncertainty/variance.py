@@ -218,7 +218,7 @@ def capacity_variance_shares(
     if used.size < 2:
         raise ValueError(
             f"capacities must be known for at least 2 motions throughout, got {used.size} of {every.size} "
-            f"({float(known.mean()):.0%} of all capacities lie between two levels): extend the levels"
+            f"({100.0 * float(known.mean()):.0f} % of all capacities lie between two levels): extend the levels"
         )
     some = capacity.isel(motion=used)
     logs = some["capacity"].copy(data=np.log(some["capacity"].values))

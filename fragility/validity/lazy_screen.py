@@ -88,7 +88,7 @@ def with_lazy_screen(runs: xr.Dataset, given: ScreenInput, shaking: Characterist
             found[key] = xr.Variable(one.dims, values, one.attrs)
     found["outside"] = _outside(given, graph, name, chunks["block"], len(motions))
     few, fewest = few_motions(given, bounds)
-    told = json.dumps(settings_of(bounds, fewest, None, motions=True), ensure_ascii=False)
+    told = json.dumps(settings_of(bounds, fewest, None, motions=True, vertical=given.lifted), ensure_ascii=False)
     return runs.assign(in_order({**found, **few})).assign_coords(reason=reason_names()).assign_attrs(screen=told)
 
 

@@ -12,16 +12,37 @@ import xarray as xr
 from ...aliases import Array, Flags
 from ...doubts import NAMED, first_names
 from ...models import Block
+from ...motions.arrays import POLARITY
 from ...wording import counted, listed_name, two_digit_percent, two_digits
 from ..numerics.proportions import runs_for_half_width, wilson_interval
+from ..runs.provenance import BED, about_both_axes
 from .plausibility import block_doubts
-from .reasons import ELASTIC_MODE, SCALED_FAR, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason
-from .scenes import scene_notes
+from .reasons import (
+    AIRBORNE,
+    ELASTIC_MODE,
+    SCALED_FAR,
+    SLIDES_AT_IMPACT,
+    SLIDES_AT_UPLIFT,
+    SLIDES_WHILE_ROCKING,
+    Reason,
+)
+from .scenes import round_note, scene_notes
 from .screen import SQUAT_RATIO
 
 MOST_ALONE = 8  # blocks with a sentence of their own
 _BLOCK, _LAW, _PAIR = ("block",), ("model",), ("block", "model")
-NOT_MODELLED = "vertical shaking, sliding and bouncing are not modelled"
+OF_THE_WIDTH = (
+    "blocks are run about both axes; squatness, sliding and the elastic mode are checked in the direction of the width"
+)
+
+
+def not_modelled(vertical: bool = False, slides: bool = False) -> str:
+    """Return the sentence on the effects that are not modelled.
+
+    vertical: whether motions shake vertically, too; slides: whether sliding is evaluated beside rocking.
+    """
+    effects = "bouncing and sliding while a block rocks" if slides else "sliding and bouncing"
+    return f"{'' if vertical else 'vertical shaking, '}{effects} are not modelled"
 
 
 def block_notes(blocks: Iterable[Block]) -> list[str]:
@@ -36,19 +57,21 @@ def squat_notes(blocks: Iterable[Block]) -> list[str]:
     return _squat([block.label for block in every], np.array([block.h / block.b for block in every]))
 
 
-def notes(screened: xr.Dataset) -> list[str]:
+def notes(screened: xr.Dataset, slides: bool = False) -> list[str]:
     """Return notes that a user should read before trusting a result: a sentence for each reason that holds.
 
     Parameters
     ----------
     screened : xarray.Dataset
         As `screen` or `summary_screen` returns it, or a study's results, which hold the same variables.
+    slides : bool
+        Whether sliding was evaluated beside rocking, so that the last sentence does not say that it was not.
 
     Returns
     -------
     list of str
         Notes on each squat block; friction; the elastic mode; scale factors; the number of motions; undecided flags;
-        and the effects that are never modelled.
+        and the effects that are not modelled.
 
     Raises
     ------
@@ -78,7 +101,11 @@ def notes(screened: xr.Dataset) -> list[str]:
     found += _shaking(screened, settings)
     if "undecided" in screened:
         found.append(_undecided(screened, settings))
-    return [*found, NOT_MODELLED]
+    if "round" in screened.coords and bool(screened["round"].any()):
+        found.append(round_note([label for label, one in zip(labels, screened["round"].values, strict=True) if one]))
+    if about_both_axes(screened):
+        found.append(OF_THE_WIDTH)
+    return [*found, not_modelled(settings.get("vertical", False), slides)]
 
 
 def _squat(labels: list[str], ratios: Array, here: Flags | None = None) -> list[str]:
@@ -144,6 +171,12 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
             f"the elastic mode of rest='soft' ({_range(frequency)} Hz) is that of the soft support whose settlement or "
             "frequency gives δ: it is physical, and a block that resonates with it uplifts as a real one would"
         )
+    if BED in screened.coords:
+        frequency = screened["elastic_frequency"].where(screened[BED].notnull()).values
+        found.append(
+            f"the elastic mode of blocks on a soft bed ({_range(frequency)} Hz) is that of the bed, and not of δ: "
+            "it is physical, and a block that resonates with it uplifts as a real one would"
+        )
     share = float(_shares(screened, SCALED_FAR).mean())
     if share > 0.0:
         lowest, highest = settings["factors"]
@@ -153,6 +186,14 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
             f"{two_digit_percent(share)} of the runs have motions scaled by less than {lowest:g} or more than "
             f"{highest:g} (from {least} to {greatest} in all)"
         )
+    if settings.get("vertical", False):
+        share = float(_shares(screened, AIRBORNE).mean())
+        found.append("the vertical components of the motions shake, too, scaled as the horizontal ones")
+        if share > 0.0:
+            found.append(
+                f"in {two_digit_percent(share)} of the runs the floor falls faster than g, and the block leaves it: "
+                f"these runs are not computed and count as overturned ({_worst(_shares(screened, AIRBORNE), _BLOCK)})"
+            )
     if bool(screened["few_motions"]):
         n, widest = int(settings["fewest_motions"]), float(settings["half_width"])
         half = float(screened["interval_half_width"])
@@ -183,7 +224,10 @@ def _undecided(screened: xr.Dataset, settings: dict[str, Any]) -> str:
     low, high = (float(end) for end in wilson_interval(np.array(flipped), np.array(tested)))
     change = "a change of one millionth in the motion or the restitution"
     of = f"the {counted(tested, 'outcome')} tested, under {int(screened['perturbed'].sum())} of "
-    of += counted(screened["perturbed"].size, "motion")
+    motions = screened["perturbed"].size
+    of += counted(motions, "motion")
+    if POLARITY in screened.coords:
+        of += f" ({motions // 2:,} and their reverses)"
     if not flipped:
         return f"{change} reverses none of {of}: at most {two_digit_percent(high)} of all outcomes are undecided (95 %)"
     worst = f" ({_worst(share, _PAIR)})" if int(share.notnull().sum()) > 1 else ""

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ...aliases import Array
-from ...doubts import Doubt, first_of
+from ...aliases import Array, Flags
+from ...doubts import Doubt, first_names, first_of
 from ...models import Block
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 
 LARGEST, SMALLEST = 20.0, 0.01  # m: sides of contents of buildings
+SLIDES_ON = 0.05
+"""Share of a slip that comes after the end of the motion."""
+LEAST_SLIP = 1e-4  # m
 IMPOSSIBLY_LARGE, IMPOSSIBLY_SMALL = 100.0, 0.001  # m
 HIGHEST: dict[str, tuple[float, float, str]] = {
     ACCELERATION: (5.0 * STANDARD_GRAVITY, 50.0 * STANDARD_GRAVITY, "g written where m/s² is meant?"),
@@ -50,6 +53,27 @@ def block_doubts(blocks: Iterable[Block]) -> list[Doubt]:
             of = f"{len(named):,} of {len(every):,} blocks {have} sides" if len(every) > 1 else "the block has sides"
             found.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))
     return found
+
+
+def cut_slides(peaks: Array, after: Array) -> Flags:
+    """Return True for motions at whose end blocks slide: slips (…, motion) in all and after the end, m."""
+    on = (after > np.maximum(SLIDES_ON * peaks, LEAST_SLIP)).any(axis=tuple(range(after.ndim - 1)))
+    return np.atleast_1d(np.asarray(on))
+
+
+def end_doubts(on: Iterable[bool], motions: Sequence[str]) -> list[Doubt]:
+    """Return the doubt in motions at whose end blocks slide (`cut_slides`)."""
+    named = [name for name, one in zip(motions, on, strict=True) if one]
+    if not named:
+        return []
+    return [
+        Doubt(
+            "slides on",
+            f"{len(named):,} of {len(motions):,} motions end while a block slides, which takes it further by more than "
+            f"{100.0 * SLIDES_ON:g} % of its slip ({first_names(named)}): zeros after the motions, or their missing "
+            "end, change what it does",
+        )
+    ]
 
 
 def level_doubts(levels: Array, units: str) -> list[Doubt]:

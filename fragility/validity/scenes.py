@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from ...models import Block
 from ...models.sides import sides, surroundings
@@ -18,13 +18,15 @@ MOST_NAMED = 3
 
 
 def scene_notes(blocks: Iterable[Block]) -> list[str]:
-    """Return what a user should know of blocks with walls, restraints, a mass off the middle or a lean.
+    """Return what a user should know of blocks with walls, restraints, beds, offsets, a lean or a round base.
 
-    One sentence for each effect, with the blocks that it concerns: feet that slip when a wall is struck, walls that
-    move with the drift of the storey (where `DRIFT` times the height of the contact exceeds a third of the gap), rails
-    too low for a rebound, restraints without a wall, stiff ones, and the check of sliding, which is of free blocks.
+    One sentence for each effect, with the blocks that it concerns: round bases that wobble, feet that slip when a wall
+    is struck, walls that move with the drift of the storey (where `DRIFT` times the height of the contact exceeds a
+    third of the gap), rails too low for a rebound, restraints without a wall, stiff ones, beds, and the check of
+    sliding, which is of free blocks.
     """
     every = list(blocks)
+    rounded = [block for block in every if block.round]
     walled = [block for block in every if block.wall is not None]
     held = [block for block in every if block.restraint is not None]
     found: list[str] = []
@@ -33,36 +35,43 @@ def scene_notes(blocks: Iterable[Block]) -> list[str]:
         if named:
             found.append(f"{_listed(named)}: {sentence}")
 
+    if rounded:
+        found.append(round_note([block.label for block in rounded]))
     say(
         [block for block in walled if block.wall is not None and block.wall.gap > 0.0],
-        "the foot is taken to stay where it is when a wall is struck; a real one slips there, which takes up energy",
+        "the base is assumed not to slip when the wall is struck; a real base slips, which dissipates energy",
     )
     say(
         [block for block in walled if _drifts(block)],
-        f"the wall is taken to move with the floor; at a storey drift of {100.0 * DRIFT:g} % of the height it moves by "
-        "more than a third of the gap, and then pushes the block: falls to the front may be more frequent",
+        f"the wall is assumed to move with the floor; at a storey drift of {100.0 * DRIFT:g} % it moves by more than a "
+        "third of the gap where it meets the block and may push it, so forward falls may be more frequent",
     )
     say(
         [block for block in walled if _low(block)],
-        "the contact with the wall lies so low that the block would pivot on it: the impact is taken to stop the block",
+        "the contact with the wall is so low that the block would pivot on it: the impact is assumed to stop the block",
     )
     say(
         [block for block in held if block.wall is None],
-        "the restraint is fixed to something that the block never touches: give wall_gap_mm if there is a wall",
+        "the restraint is fixed to something that the block never strikes: give wall_gap_mm if there is a wall",
     )
     say(
         [block for block in held if block.restraint is not None and _frequency(block) > STIFF],
         f"the taut restraint has a natural frequency above {STIFF:g} Hz: whether it breaks depends on its stiffness "
-        "and slack more than on its strength, and on shaking that records hold little of",
+        "and slack more than on its strength, and on high frequencies of which records contain little",
     )
     say(
         held,
-        "the restraint is elastic up to its strength, the least of device, wall and furniture fixing, and then gone; "
-        "what it is fixed to is taken as rigid",
+        "the restraint is assumed elastic up to its strength, that of its weakest part (device, wall fixing or "
+        "furniture fixing), and lost beyond it; what it is fixed to is assumed rigid",
+    )
+    say(
+        [block for block in every if block.bed is not None],
+        "the bed is elastic and without tension, and delta of the law is not used; what half a cycle dissipates "
+        "depends on its amplitude, and e is nominal (models.apparent_restitution gives it): take a measured damping",
     )
     say(
         [block for block in every if block.wall is not None or block.restraint is not None or not block.symmetric],
-        "the check of sliding is that of a symmetric, freestanding block",
+        "sliding is checked as if the block were symmetric and freestanding",
     )
     return found
 
@@ -92,7 +101,19 @@ def _frequency(block: Block) -> float:
     return 0.0 if stiffest == math.inf else math.sqrt(stiffest) / (2.0 * math.pi)
 
 
+def round_note(labels: Sequence[str]) -> str:
+    """Return the sentence on blocks with a round base."""
+    return (
+        f"{_named(labels)}: possibly unconservative, wobbling not modelled: on a round base every direction is the "
+        "weak one, and a piece that rolls along its edge may fall where its planar motion does not"
+    )
+
+
 def _listed(blocks: list[Block]) -> str:
-    names = [listed_name(block.label) for block in blocks[:MOST_NAMED]]
-    more = len(blocks) - len(names)
+    return _named([block.label for block in blocks])
+
+
+def _named(labels: Sequence[str]) -> str:
+    names = [listed_name(label) for label in labels[:MOST_NAMED]]
+    more = len(labels) - len(names)
     return ", ".join(names) + (f" and {more:,} more" if more else "")

@@ -1,6 +1,6 @@
 """Validity screen: reasons, for every run, why rocking may not be the right model of it.
 
-Rigid rocking includes no sliding, no bouncing and no vertical shaking.  The screen changes no result: it adds variables
+Rigid rocking includes no sliding and no bouncing.  The screen changes no result: it adds variables
 (such as the friction that a run needs) and reasons, one bit each.  `notes` turns the screen into sentences.
 """
 
@@ -17,16 +17,28 @@ import xarray as xr
 from ... import checks
 from ...aliases import Progress
 from ...models.friction import FixedFriction, Friction
-from ...motions.arrays import POLARITY, RECORD
+from ...models.runs import leaves_floor
+from ...motions.arrays import DOWNWARD, POLARITY, RECORD
 from ...units import HERTZ, STANDARD_GRAVITY
 from ..numerics.proportions import wilson_half_width, wilson_interval
 from ..numerics.slabs import Allocator, Where, put, slabs
 from ..runs.factors import ScaleFactors
-from ..runs.provenance import DESCRIBED, FLOORS, Motions, floor_labels, provenance_from, records_of, scale_factors
+from ..runs.provenance import BED, DESCRIBED, FLOORS, Motions, floor_labels, provenance_from, records_of, scale_factors
 from ..runs.request import runner_of
 from ..runs.runners import Runner
 from .characteristics import Characteristics
-from .reasons import ELASTIC_MODE, SCALED_FAR, SQUAT, UNDECIDED, Reason, Shares, labelled, reason_names, verdict_of
+from .reasons import (
+    AIRBORNE,
+    ELASTIC_MODE,
+    SCALED_FAR,
+    SQUAT,
+    UNDECIDED,
+    Reason,
+    Shares,
+    labelled,
+    reason_names,
+    verdict_of,
+)
 from .sliding import NEEDS, chances_of, compact, friction_by_block, friction_demands, slides_of
 from .undecided import PERTURBATION, FlipCounts, count_flips
 
@@ -125,7 +137,9 @@ def screen(
 
     Notes
     -----
-    Vertical shaking is not modelled and cannot be screened for.
+    Where the motions shake vertically, too, a run in which the floor falls faster than g is ``airborne``: the block
+    leaves the floor, the run is not computed, and it counts as overturned.  Vertical shaking that motions do not have
+    cannot be screened for, nor does it enter the friction that runs need.
 
     The peak of the half-cycle that lifts the block occurs when the block has hardly rotated: in that half-cycle its
     exact motion needs 0.98 to 1 of `friction_uplift_demand`.  The peak of the motion may occur at any time: over whole
@@ -136,7 +150,7 @@ def screen(
 
     The band of a motion holds the middle 90 % of its energy by frequency (`motions.spectra.energy_band`).  A block
     whose elastic mode lies inside the band resonates, and uplifts although it should not; the mode of a soft support
-    (``rest="soft"``) is physical and no reason.
+    (``rest="soft"``) or of a soft bed is physical and no reason.
 
     At n motions the Wilson interval of 1/2 has a half width of z/(2 sqrt(n + z²)).
 
@@ -180,6 +194,10 @@ def screen(
     coordinates = {dim: runs[dim].variable for dim in given.sizes if dim in runs.coords}
     if (given.coordinates["rest"] == "soft").any():  # (for the notes, which tell whose elastic mode is real)
         coordinates["rest"] = given.coordinates["rest"]
+    if BED in given.coordinates:
+        coordinates[BED] = given.coordinates[BED]
+    if "round" in runs.coords:  # (likewise)
+        coordinates["round"] = runs["round"].variable
     return xr.Dataset(
         variables,
         coords=coordinates | {"reason": reason_names()},
@@ -202,6 +220,11 @@ class ScreenInput(NamedTuple):
     coordinates: Mapping[str, xr.Variable]
     factors: ScaleFactors
 
+    @property
+    def lifted(self) -> bool:
+        """True if the motions shake vertically, too."""
+        return DOWNWARD in self.coordinates
+
     def part(self, where: Where) -> ScreenInput:
         """Return the input for the runs of a slab."""
         return ScreenInput(
@@ -213,7 +236,7 @@ class ScreenInput(NamedTuple):
 
 NEEDED = ("width", "cm_height", "alpha", "p", "inertia_factor", "e", "delta", "rest", "pga")
 """Coordinates without which runs cannot be screened."""
-OPTIONAL = (POLARITY, RECORD, "own_amplitude", "stripe", *FLOORS)
+OPTIONAL = (BED, POLARITY, RECORD, "own_amplitude", "stripe", DOWNWARD, *FLOORS)
 """Coordinates that the screen takes into account where runs have them."""
 
 
@@ -280,7 +303,7 @@ def _screened(
     found |= few
     tested = 0 if flips is None else flips.tested
     described = described_friction(friction, available, labels)
-    return in_order(found), settings_of(bounds, fewest, described, shaking is not None, tested)
+    return in_order(found), settings_of(bounds, fewest, described, shaking is not None, tested, given.lifted)
 
 
 class Slab(NamedTuple):
@@ -351,8 +374,13 @@ def few_motions(given: ScreenInput, bounds: Bounds) -> tuple[dict[str, xr.Variab
     }, fewest
 
 
-def settings_of(bounds: Bounds, fewest: int, friction: Any, motions: bool, tested: int = 0) -> dict[str, Any]:
-    """Return the settings of a screen as plain values; `tested`: the runs of a block under a law that were repeated."""
+def settings_of(
+    bounds: Bounds, fewest: int, friction: Any, motions: bool, tested: int = 0, vertical: bool = False
+) -> dict[str, Any]:
+    """Return the settings of a screen as plain values; `tested`: the runs of a block under a law that were repeated.
+
+    vertical: whether the motions shake vertically, too.
+    """
     return {
         "friction": friction,
         "factors": list(bounds.factors),
@@ -362,6 +390,7 @@ def settings_of(bounds: Bounds, fewest: int, friction: Any, motions: bool, teste
         "tested": 0.0,
         "tested_runs": tested,
         "perturbation": PERTURBATION,
+        **({"vertical": True} if vertical else {}),
     }
 
 
@@ -390,10 +419,14 @@ def _screen_slab(
         **{reason: chance > 0.5 for reason, chance in chances.items()},
         SCALED_FAR: far & _own_amplitude(given),
     }
+    if given.lifted:
+        holds[AIRBORNE] = leaves_floor(factor, known[DOWNWARD])
     if shaking is not None:
         variables |= {"band_low": shaking.low, "band_high": shaking.high}
         # (the mode of a soft support is real, and speaks against no run)
         spurious = known["rest"] != "soft"
+        if BED in known:
+            spurious = spurious & known[BED].isnull()
         holds[ELASTIC_MODE] = (frequency >= shaking.low) & (frequency <= shaking.high) & spurious
     return variables, chances, holds
 
@@ -415,10 +448,17 @@ def _dims(runs: xr.Dataset) -> tuple[str, ...]:
 
 
 def _elastic_frequency(known: Mapping[str, xr.Variable]) -> xr.Variable:
-    """Frequency p sqrt((1/delta - 1) sin(alpha)/alpha)/(2 pi), Hz, of laws with an elastic zone at rest; else NaN."""
+    """Frequency p sqrt((1/delta - 1) sin(alpha)/alpha)/(2 pi), Hz, of laws with an elastic zone at rest; else NaN.
+
+    A bed that settles by d0 has the stiffness of delta = 3 d0/(b alpha).
+    """
     alpha = known["alpha"]
     elastic = known["rest"] != "rigid"
-    stiffness = (1.0 / known["delta"] - 1.0) * (alpha.copy(data=np.sin(alpha.values)) / alpha)
+    delta = known["delta"]
+    if BED in known:
+        of_bed = known[BED] / (0.5 * known["width"] * alpha) * 3.0
+        delta = xr.apply_ufunc(np.where, of_bed.isnull(), delta, of_bed)
+    stiffness = (1.0 / delta - 1.0) * (alpha.copy(data=np.sin(alpha.values)) / alpha)
     frequency = known["p"] * stiffness.copy(data=np.sqrt(stiffness.values)) / (2.0 * np.pi)
     found: xr.Variable = xr.apply_ufunc(np.where, elastic, frequency, np.nan)
     return found.transpose("block", "model")

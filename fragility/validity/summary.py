@@ -14,12 +14,13 @@ import xarray as xr
 
 from ...models import Block, Law
 from ...models.friction import Friction
-from ...motions.arrays import OWN_AMPLITUDE, POLARITY, RECORD, Record, motion_coordinates
+from ...motions.arrays import DOWNWARD, OWN_AMPLITUDE, POLARITY, RECORD, Record, motion_coordinates
 from ...units import DIMENSIONLESS
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Where
 from ..runs.factors import ScaleFactors
 from ..runs.labels import block_coordinates
+from ..runs.provenance import BED
 from .characteristics import Characteristics
 from .reasons import Shares, labelled, reason_names
 from .screen import (
@@ -64,6 +65,7 @@ def input_of_pairs(
     def of_laws(values: list[list[object]]) -> xr.Variable:
         return xr.Variable(("block", "model"), np.array(values).reshape(len(pairs), -1))
 
+    kept = (RECORD, POLARITY, DOWNWARD)
     e = [[law.restitution(block) for block, law in row] for row in pairs]
     known = {
         **block_coordinates([row[0][0] for row in pairs]),
@@ -73,7 +75,7 @@ def input_of_pairs(
         "rest": of_laws([[str(getattr(law, "rest", "")) for _, law in row] for row in pairs]),
         "pga": xr.Variable("motion", [float(np.abs(one.acceleration).max()) for one in motions]),
         "own_amplitude": xr.Variable("motion", [one.own_amplitude for one in motions], OWN_AMPLITUDE),
-        **{name: one for name, one in motion_coordinates(list(motions)).items() if name in (RECORD, POLARITY)},
+        **{name: one for name, one in motion_coordinates(list(motions)).items() if name in kept},
     }
     sizes = {
         "block": len(pairs),
@@ -143,12 +145,13 @@ def summary_screen(
     found["outside"] = shares.outside(found.get("undecided"))
     few, fewest = few_motions(given, limits)
     described = described_friction(friction, available, labels)
-    told = settings_of(limits, fewest, described, True, 0 if flips is None else flips.tested)
+    told = settings_of(limits, fewest, described, True, 0 if flips is None else flips.tested, given.lifted)
     return xr.Dataset(
         {**found, **few},
         coords={
             "block": ("block", np.array(labels, dtype=object), {"units": DIMENSIONLESS, "long_name": "block"}),
             "reason": reason_names(),
+            **{name: one for name, one in given.coordinates.items() if name == BED},
         },
         attrs={"screen": json.dumps(told, ensure_ascii=False)},
     )
@@ -183,6 +186,8 @@ def over_samples(screened: xr.Dataset, block: Block) -> xr.Dataset:
         for end, values in zip(("lower", "upper"), ends, strict=True):
             found[f"undecided_{end}"] = found["undecided"].copy(data=values)
     label = {"block": xr.Variable("block", np.array([block.label], dtype=object), screened["block"].attrs)}
+    if BED in screened.coords:
+        label[BED] = screened[BED].variable[:1]
     variables = {}
     for name, one in found.items():
         of_blocks = "block" in screened[name].dims

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -23,10 +23,11 @@ from ...models.oscillator import Oscillator
 from ...motions.arrays import Record
 from ...units import DIMENSIONLESS
 from ..numerics.slabs import Where, slabs
+from ..runs.axes import along_depth
 from ..runs.factors import Factors, either_side
 from ..runs.oscillators import OscillatorGrid
 from ..runs.plan import Work
-from ..runs.provenance import Motions, blocks_of, factors_under, laws_of, records_of
+from ..runs.provenance import Motions, about_both_axes, blocks_of, factors_under, laws_of, records_of
 from ..runs.request import collect, runner_of
 from ..runs.runners import Runner
 
@@ -126,11 +127,20 @@ def count_flips(
     chosen = choose_motions(runs.sizes["motion"], share)
     plain = [one for one, is_in in zip(records_of(runs, motions), chosen, strict=True) if is_in]
     models = laws_of(runs)
+
+    def along_width(block: Block) -> list[tuple[Block, Law]]:
+        return [(block, model) for model in models]
+
+    def across(block: Block) -> list[tuple[Block, Law]]:
+        return [(block.across, model) for model in models]
+
+    axes = [Axis(along_width, plain)]
+    if about_both_axes(runs):
+        axes.append(Axis(across, [along_depth(one) for one in plain]))
     counts = count_flips_of(
         blocks_of(runs),
-        lambda block: [(block, model) for model in models],
+        axes,
         lambda blocks: shaped[blocks].values[..., chosen],
-        plain,
         factors_under(runs, chosen),
         runner,
         progress,
@@ -138,11 +148,21 @@ def count_flips(
     return FlipCounts(chosen, counts)
 
 
+class Axis(NamedTuple, Generic[Row]):
+    """Runs about one axis.
+
+    pairs_of: makes the pairs of a block and a law of a row, as many for each row; pairs at the same position have laws
+    of the same kind (with a restitution or without, and of the same geometry).  motions: under which they are repeated.
+    """
+
+    pairs_of: Callable[[Row], Sequence[tuple[Block, Law]]]
+    motions: Sequence[Record]
+
+
 def count_flips_of(
     rows: Sequence[Row],
-    pairs_of: Callable[[Row], Sequence[tuple[Block, Law]]],
+    axes: Sequence[Axis[Row]],
     flags_of: Callable[[slice], Flags],
-    motions: Sequence[Record],
     factors: Factors,
     runner: Runner,
     progress: Progress | None = None,
@@ -153,13 +173,10 @@ def count_flips_of(
     ----------
     rows : sequence
         Whatever pairs are made of, such as blocks; at least one.
-    pairs_of : callable
-        Makes the pairs of a row, as many for each; pairs at the same position have laws of the same kind (with a
-        restitution or without, and of the same geometry).
+    axes : sequence of Axis
+        The pairs of a row and their motions, about one axis or about both: a run overturns about either.
     flags_of : callable
         Returns the flags (row, pair, level, motion) of a slice of the rows, as they are without a perturbation.
-    motions : sequence of Record
-        The motions under which runs are repeated.
     factors : array or BlockFactors, (row or 1, level, motion)
         Scale factors of these motions.
     runner, progress
@@ -170,33 +187,42 @@ def count_flips_of(
     numpy.ndarray
         Counts (row, pair, level, motion), allocated by the runner.
     """
-    first = pairs_of(rows[0])
+    first = axes[0].pairs_of(rows[0])
     with_e = [j for j, (block, law) in enumerate(first) if law.restitution(block) is not None]
 
-    def struck(row: Row) -> list[Oscillator]:
-        pairs = pairs_of(row)
-        return [one for j in with_e for one in _either_side(*pairs[j])]
+    def shaken(axis: Axis[Row]) -> Work:
+        pairs_of = axis.pairs_of
+        grid = OscillatorGrid(rows, lambda row: [oscillator_of(*pair) for pair in pairs_of(row)], len(first))
+        return Work(grid, tuple(axis.motions), either_side(factors, PERTURBATION), outputs=FLAGS)
+
+    def struck(axis: Axis[Row]) -> Work:
+        pairs_of = axis.pairs_of
+
+        def sides(row: Row) -> list[Oscillator]:
+            pairs = pairs_of(row)
+            return [one for j in with_e for one in _either_side(*pairs[j])]
+
+        return Work(OscillatorGrid(rows, sides, 2 * len(with_e)), tuple(axis.motions), factors, outputs=FLAGS)
 
     _, levels, n = factors.shape
-    shaken = OscillatorGrid(rows, lambda row: [oscillator_of(*pair) for pair in pairs_of(row)], len(first))
-    works: list[tuple[Work, slice | list[int]]] = [
-        (Work(shaken, tuple(motions), either_side(factors, PERTURBATION), outputs=FLAGS), slice(None))
-    ]
+    works: list[tuple[list[Work], slice | list[int]]] = [([shaken(axis) for axis in axes], slice(None))]
     if with_e:
-        again = OscillatorGrid(rows, struck, 2 * len(with_e))
-        works.append((Work(again, tuple(motions), factors, outputs=FLAGS), with_e))
+        works.append(([struck(axis) for axis in axes], with_e))
     counts = runner.array((len(rows), len(first), levels, n), np.int8)
     counts[...] = 0
-    done, total = 0, sum(work.runs for work, _ in works)
-    for work, tested in works:
-        told = None if progress is None else lambda part, _, done=done: progress(done + part, total)
+    done, total = 0, sum(work.runs for each, _ in works for work in each)
+    for each, tested in works:
         # (up and down are factors in the first work, along the levels, and oscillators in the second)
-        flags = collect(work, runner, told).results["overturned"].reshape(len(rows), -1, 2, levels, n)
+        about = []
+        for work in each:
+            told = None if progress is None else lambda part, _, done=done: progress(done + part, total)
+            about.append(collect(work, runner, told).results["overturned"].reshape(len(rows), -1, 2, levels, n))
+            done += work.runs
         for part in slabs(dict(zip(("block", "model", "level", "motion"), counts.shape, strict=True)), ("block",)):
             here = part.get("block", slice(None))
             nominal = flags_of(here)[:, tested]
-            counts[here, tested] += (flags[here] != nominal[:, :, None]).sum(axis=2, dtype=np.int8)
-        done += work.runs
+            flags = np.logical_or.reduce([one[here] for one in about])
+            counts[here, tested] += (flags != nominal[:, :, None]).sum(axis=2, dtype=np.int8)
     return counts
 
 
@@ -209,10 +235,10 @@ def choose_motions(n: int, share: float) -> Flags:
     return chosen
 
 
-def perturbed_runs(blocks: int, models: Sequence[Law], levels: int, motions: int, share: float) -> int:
-    """Return the number of runs that `undecided_outcomes` needs."""
+def perturbed_runs(blocks: int, models: Sequence[Law], levels: int, motions: int, share: float, axes: int = 1) -> int:
+    """Return the number of runs that `undecided_outcomes` needs, about one axis or two."""
     laws = sum(2 if hasattr(model, "e") else 1 for model in models)
-    return 2 * blocks * laws * levels * int(choose_motions(motions, share).sum())
+    return 2 * axes * blocks * laws * levels * int(choose_motions(motions, share).sum())
 
 
 def _flags(runs: xr.Dataset) -> xr.DataArray:

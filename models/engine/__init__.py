@@ -14,8 +14,8 @@ most one zero, the velocity at most two monotone parts, and the signs of velocit
 
 How a batch runs (`models.runs.run_batch` calls three entry points).  `starts.begin_runs` fills in the propagators and
 finds the first sample of each run: what precedes its uplift is known in proportion.  `linear_runs.run_lanes` takes runs
-in linear geometry in lockstep over one record, a lane each; `exact_runs.run_exact` takes those in exact geometry one
-after the other.
+in linear geometry in lockstep over one record, a lane each; `exact_runs.run_exact` takes those in exact geometry, each
+with a clock of its own.
 
 In lockstep, `advance` takes the plain steps of a block of lanes at once, in vectors, and sorts the lanes that it marks:
 a turn is noted down, a lane with another event is parked.  Every few samples `resolve` solves the events that have
@@ -26,4 +26,10 @@ the sample that lifts it.  Nor has a block that bounces low about theta = 0, eve
 blocks gather, and `bounce` follows them together, flight by flight, until they rest or rise.  The results of a run do
 not depend on the other runs of its batch, to the last bit.  After the record, `follow_free` follows each block until
 nothing can change.
+
+In exact geometry each round takes one piece of every lane in vectors, from where its clock stands to the end of the
+sample: its series to degree 12, a bound of what is left out, and signs and bounds that prove what the piece holds: no
+event, one edge, or something else.  Edges are found together, too, and what is left of the sample is the next piece;
+all else goes the general way, piece by piece.  What ends a piece depends on the state and the shaking alone, never on
+peaks or on what is stored, so that every way to ask for a run gives the same bits.
 """

@@ -374,7 +374,7 @@ def bounce(f, n, model, shaking, end, work):
                 highest = v[FLIGHT_HIGHEST * LANES + column]
                 faster = max(1.0, following) * omega
                 settles = comes_to_rest(
-                    model, o, rest, loss, omega, faster, stiffness, force + slope * t, slope, dt - t, highest
+                    model, o, rest, loss, omega, faster, stiffness, force + slope * t, slope, dt - t, highest, None
                 )
                 if not settles and abs(omega) >= v[FLIGHT_LEAST * LANES + column]:
                     column += 1
@@ -390,7 +390,7 @@ def bounce(f, n, model, shaking, end, work):
             elif impacts % 2 == 1:
                 k[NOW] = model.links[o, k[NOW], LINK_HOPS]
             if what != FLIES_ON:
-                solve_sample(x, k, model, o, force, slope, t, dt, i * dt, work, None)
+                solve_sample(x, k, model, o, force, slope, t, dt, i * dt, work, None, None)
                 solved += 1
             i += 1
             b.until[j] = i

@@ -1,16 +1,25 @@
-"""Driver of runs in exact geometry, one after the other, with the cheap step for samples without an event."""
+"""Driver of runs in exact geometry: lanes with a clock each, whose pieces are taken together in vectors."""
+
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...compiled import kernel
 from .free import follow_free, is_safe
 from .lanes import begin_run, store_fallen, store_sample, write_result
-from .pieces import solve_sample
-from .rest import span_maxima, until_uplift
-from .series import first_terms, sine_and_cosine, terms_end
+from .pieces import at_edge, solve_piece, solve_sample
+from .regions import Lifting, captures, later, rate, value, weight_over
+from .rest import has_bounced_out, rest_at, set_at_rest, span_maxima, until_uplift
+from .series import FAR_ANGLE, first_terms, sine_and_cosine, terms_end
 from .tables import (
+    BACK,
+    BARE,
     DEGREE,
+    FRONT,
     FUSED,
+    IMPACTS,
+    INVERSE,
     NOW,
     OMEGA,
     OVERTURNED,
@@ -32,33 +41,111 @@ from .tables import (
     TALLY_SAFE,
     THETA,
     TURNS,
+    WALL_IMPACTS,
     Work,
 )
+from .together import whole
+
+# Runs whose pieces are taken together (not a power of two: a lane's rows would share a set of the cache).
+GLIDERS = 136
+
+# Impacts within a sample from which on what is left of it is solved piece by piece, with its low bounces.
+FEW_HOPS = 3
+
+# Rows of the lanes: the state, its region (edges, p² of the resting weight, tilt, lever), the rotations that are no new
+# peaks, force with its slope and weight with its rate at the start of the piece, the span of the piece; then the state
+# at its end and the terms of the velocity.
+(
+    ROW_THETA,
+    ROW_OMEGA,
+    ROW_LOWER,
+    ROW_UPPER,
+    ROW_SQUARE,
+    ROW_CENTRE,
+    ROW_LEVER,
+    ROW_FRONT,
+    ROW_BACK,
+    ROW_FORCE,
+    ROW_SLOPE,
+    ROW_WEIGHT,
+    ROW_WEIGHT_RATE,
+    ROW_SPAN,
+    ROW_THETA_END,
+    ROW_OMEGA_END,
+    ROW_TERMS,
+) = range(17)
+TERMS = 11
+GLIDER_ROWS = ROW_TERMS + TERMS
+
+# Rows of the crossings that are solved together: the way to the edge, the terms of the displacement, the span, whether
+# the velocity turns before; then the time of the crossing, the velocity there, and whether it is sure.
+CROSS_GAP, CROSS_TERMS, CROSS_SPAN, CROSS_TURNS, CROSS_TIME, CROSS_SPEED, CROSS_SURE = 0, 1, 13, 14, 15, 16, 17
+CROSS_ROWS = 18
+
+# What a piece does: it holds no event that matters, it turns and may have a new peak, it goes straight to an edge, it
+# turns and meets the edge behind it (a new peak or not), or it is solved in the general way.
+GLIDES, TOPS, CROSSES, RETURNS, RETURNS_FROM_TOP, HARD = range(6)
+
+ENDED = -1  # in place of a sample
 
 
-@kernel(**FUSED)
-def glide(x, k, model, o, force, slope, h):
-    """Take a step in exact geometry at degree 12 if it provably holds no event; return whether it was taken.
+class Gliders(NamedTuple):
+    """The arrays of the lanes.
+
+    rows, marks: the vectors' input and output (flat), and what each piece does; x, k: the state of each run, of which
+    rotation and velocity are in the rows; run, oscillator, amplitude, sample: of each lane; impacts: those before its
+    sample; crossings: columns that are solved together, and `crossing` their lanes; unusual, between: lanes whose piece
+    holds another event, and those between two samples.
+    """
+
+    rows: Any
+    marks: Any
+    x: Any
+    k: Any
+    run: Any
+    oscillator: Any
+    amplitude: Any
+    sample: Any
+    impacts: Any
+    crossings: Any
+    crossing: Any
+    unusual: Any
+    between: Any
+
+
+class Room(NamedTuple):
+    """Room for one run at a time: a series and the turning points (and none), sines and cosines, a copy of its state.
+
+    highs, lifting_highs: the largest |record| and |lifting| of each span of samples (see `rest.span_maxima`).
+    """
+
+    work: Any
+    no_turns: Any
+    trig: Any
+    x: Any
+    k: Any
+    highs: Any
+    lifting_highs: Any
+
+
+@kernel(inline="always")
+def _glide(theta, w0, lower, upper, p2, centre, lever, front, back, force, slope, weight, heavy, heavier, h):
+    """Take a piece in exact geometry at degree 12; return what it does, the state at its end and the velocity's terms.
 
     The velocity keeps its sign where the acceleration does and it has the same at both ends, or where it is larger than
-    the acceleration can change it.
+    the acceleration can change it; it changes once where the acceleration keeps its sign.  Otherwise, as far as the
+    block can get in the piece decides.  Peaks have no part in where a piece ends: only in whether it is looked at.
     """
-    region = k[NOW]
-    theta = x[THETA]
-    w0 = x[OMEGA]
-    p2 = -model.tables[o, region, REGION_STIFFNESS]
-    if w0 == 0.0 or 4.0 * p2 * h * h > 1.0:
-        return False
-    sine, cosine = sine_and_cosine(model.tables[o, region, REGION_CENTRE] - theta)
-    lever = model.tables[o, region, REGION_GAIN] * model.parameters[o, PAR_EXACT]
+    p2_most = p2 * max(heavy, heavy + heavier * h)
+    heavier *= p2
+    p2 *= heavy
+    sine, cosine = sine_and_cosine(centre - theta)
     force *= lever
     slope *= lever
     a0 = force * cosine - p2 * sine
-    _, _, _, of_w, of_a = first_terms(sine, cosine, w0, a0, p2, force, slope)
+    _, _, _, of_w, of_a = first_terms(weight, sine, cosine, w0, a0, p2, heavier, force, slope)
     w2, w3, w4, w5, w6, w7, w8, w9, w10, w11 = of_w
     a1, a2, a3, a4, a5, a6, a7, a8, a9, a10 = of_a
-    if not terms_end(w0, a0, a1, a9, a10, h):
-        return False
     # (in pairs: the last terms are the last to be known)
     square = h * h
     sixth = square * square * square
@@ -66,88 +153,551 @@ def glide(x, k, model, o, force, slope, h):
     speed = w0 + (h * (a0 + h * (w2 + h * (w3 + h * (w4 + h * w5)))) + sixth * speed)
     change = abs(a6) + h * (abs(a7) + h * (abs(a8) + h * (abs(a9) + h * abs(a10))))
     change = h * (abs(a1) + h * (abs(a2) + h * (abs(a3) + h * (abs(a4) + h * (abs(a5) + h * change)))))
-    steady = abs(a0) > change and w0 * speed > 0.0
-    if not steady and abs(w0) <= h * (abs(a0) + change):
-        return False
     late = (w6 * (1.0 / 7.0) + h * w7 * (1.0 / 8.0)) + square * (w8 * (1.0 / 9.0) + h * w9 * (1.0 / 10.0))
     late += square * square * (w10 * (1.0 / 11.0) + h * w11 * (1.0 / 12.0))
     moved = w3 * (1.0 / 4.0) + h * (w4 * (1.0 / 5.0) + h * w5 * (1.0 / 6.0))
     moved = h * (w0 + h * (0.5 * a0 + h * (w2 * (1.0 / 3.0) + h * moved)))
-    theta += moved + sixth * h * late
-    if not model.tables[o, region, REGION_LOWER] < theta < model.tables[o, region, REGION_UPPER]:
-        return False
-    x[THETA] = theta
-    x[OMEGA] = speed
-    return True
+    end = theta + (moved + sixth * h * late)
+    known = (
+        (w0 != 0.0)
+        & (abs(centre - theta) <= FAR_ANGLE)
+        & (4.0 * p2_most * square <= 1.0)
+        & terms_end(w0, a0, a1, a9, a10, h)
+    )
+    swing = h * (abs(a0) + change)
+    reach = h * (abs(w0) + swing)
+    steady = abs(a0) > change
+    keeps = w0 * speed > 0.0
+    onward = (abs(w0) > swing) | (steady & keeps)
+    inside = (end > lower) & (end < upper)
+    below = theta + reach < upper
+    above = theta - reach > lower
+    # (with one turn, out and back: only ahead of it can it get further than it ends)
+    ahead = steady & (((w0 > 0.0) & below) | ((w0 < 0.0) & above))
+    contained = (below & above) | ahead
+    flat = (theta + reach <= front) & (reach - theta <= back)
+    behind = ((w0 > 0.0) & (end <= lower)) | ((w0 < 0.0) & (end >= upper))
+    returns = steady & (not keeps) & ahead & behind
+    inner = GLIDES if onward | (contained & flat) else (TOPS if contained else HARD)
+    outer = CROSSES if onward else ((RETURNS if flat else RETURNS_FROM_TOP) if returns else HARD)
+    does = (inner if inside else outer) if known else HARD
+    return does, end, speed, (a0, w2, w3, w4, w5, w6, w7, w8, w9, w10, w11)
 
 
-@kernel(keep=True)
-def run_exact(batch, runs):
-    """Run the runs (r,) of a batch in exact geometry: every sample of a moving block is solved by its own series.
+@kernel(**FUSED)
+def _glide_lanes(s, marks, n, weight):
+    """Take a piece of each of n lanes, which fill whole vectors: a lane's bits must not depend on those beside it."""
+    for lane in range(n):
+        heavy = 1.0
+        heavier = 0.0
+        if weight is not None:
+            heavy = s[ROW_WEIGHT * GLIDERS + lane]
+            heavier = s[ROW_WEIGHT_RATE * GLIDERS + lane]
+        theta = s[ROW_THETA * GLIDERS + lane]
+        omega = s[ROW_OMEGA * GLIDERS + lane]
+        does, end, speed, of_w = _glide(
+            theta,
+            omega,
+            s[ROW_LOWER * GLIDERS + lane],
+            s[ROW_UPPER * GLIDERS + lane],
+            s[ROW_SQUARE * GLIDERS + lane],
+            s[ROW_CENTRE * GLIDERS + lane],
+            s[ROW_LEVER * GLIDERS + lane],
+            s[ROW_FRONT * GLIDERS + lane],
+            s[ROW_BACK * GLIDERS + lane],
+            s[ROW_FORCE * GLIDERS + lane],
+            s[ROW_SLOPE * GLIDERS + lane],
+            weight,
+            heavy,
+            heavier,
+            s[ROW_SPAN * GLIDERS + lane],
+        )
+        marks[lane] = does
+        s[ROW_THETA_END * GLIDERS + lane] = end
+        s[ROW_OMEGA_END * GLIDERS + lane] = speed
+        w1, w2, w3, w4, w5, w6, w7, w8, w9, w10, w11 = of_w
+        s[(ROW_TERMS + 0) * GLIDERS + lane] = w1
+        s[(ROW_TERMS + 1) * GLIDERS + lane] = w2
+        s[(ROW_TERMS + 2) * GLIDERS + lane] = w3
+        s[(ROW_TERMS + 3) * GLIDERS + lane] = w4
+        s[(ROW_TERMS + 4) * GLIDERS + lane] = w5
+        s[(ROW_TERMS + 5) * GLIDERS + lane] = w6
+        s[(ROW_TERMS + 6) * GLIDERS + lane] = w7
+        s[(ROW_TERMS + 7) * GLIDERS + lane] = w8
+        s[(ROW_TERMS + 8) * GLIDERS + lane] = w9
+        s[(ROW_TERMS + 9) * GLIDERS + lane] = w10
+        s[(ROW_TERMS + 10) * GLIDERS + lane] = w11
 
-    Returns the number of turning points of the last one.
-    """
+
+@kernel(inline="always")
+def _way_and_speed(m, t):
+    """Return displacement and velocity at t from the terms 1 … 12 of the displacement."""
+    m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12 = m
+    way = m12 * t + m11
+    speed = m12
+    speed = speed * t + way
+    way = way * t + m10
+    speed = speed * t + way
+    way = way * t + m9
+    speed = speed * t + way
+    way = way * t + m8
+    speed = speed * t + way
+    way = way * t + m7
+    speed = speed * t + way
+    way = way * t + m6
+    speed = speed * t + way
+    way = way * t + m5
+    speed = speed * t + way
+    way = way * t + m4
+    speed = speed * t + way
+    way = way * t + m3
+    speed = speed * t + way
+    way = way * t + m2
+    speed = speed * t + way
+    way = way * t + m1
+    return way * t, speed * t + way
+
+
+@kernel(**FUSED)
+def _solve_crossings(c, n):
+    """Find when n displacements reach their gaps: Newton's method from the root of the cubic's beginning."""
+    for j in range(n):
+        gap = c[CROSS_GAP * GLIDERS + j]
+        m = (
+            c[(CROSS_TERMS + 0) * GLIDERS + j],
+            c[(CROSS_TERMS + 1) * GLIDERS + j],
+            c[(CROSS_TERMS + 2) * GLIDERS + j],
+            c[(CROSS_TERMS + 3) * GLIDERS + j],
+            c[(CROSS_TERMS + 4) * GLIDERS + j],
+            c[(CROSS_TERMS + 5) * GLIDERS + j],
+            c[(CROSS_TERMS + 6) * GLIDERS + j],
+            c[(CROSS_TERMS + 7) * GLIDERS + j],
+            c[(CROSS_TERMS + 8) * GLIDERS + j],
+            c[(CROSS_TERMS + 9) * GLIDERS + j],
+            c[(CROSS_TERMS + 10) * GLIDERS + j],
+            c[(CROSS_TERMS + 11) * GLIDERS + j],
+        )
+        omega = m[0]
+        a = 2.0 * m[1]
+        span = c[CROSS_SPAN * GLIDERS + j]
+        turns = c[CROSS_TURNS * GLIDERS + j]
+        root = math.copysign(math.sqrt(max(omega * omega + 2.0 * a * gap, 0.0)), omega)
+        both = omega + root
+        t = -both / a if turns > 0.0 else 2.0 * gap / both
+        speed = omega + a * t
+        t -= m[2] * t * t * t / speed
+        t = t if (t > 0.0) & (t <= span) else (span if turns > 0.0 else 0.5 * span)
+        way, speed = _way_and_speed(m, t)
+        t -= (way - gap) / speed
+        way, speed = _way_and_speed(m, t)
+        t -= (way - gap) / speed
+        way, speed = _way_and_speed(m, t)
+        t -= (way - gap) / speed
+        way, speed = _way_and_speed(m, t)
+        step = (way - gap) / speed
+        t -= step
+        _, speed = _way_and_speed(m, t)
+        crosses = speed * omega * (1.0 - 2.0 * turns) > 0.0
+        sure = (abs(step) <= 1e-9 * t) & (t > 0.0) & (t <= span * (1.0 + 1e-12)) & crosses
+        c[CROSS_TIME * GLIDERS + j] = min(t, span)
+        c[CROSS_SPEED * GLIDERS + j] = speed
+        c[CROSS_SURE * GLIDERS + j] = 1.0 if sure else 0.0
+
+
+@kernel(inline="always")
+def _load(w, lane, model, listed):
+    """Write the region and the peaks of a moving block into the rows of its lane; listed: all turns are looked at."""
+    s = w.rows
+    o = w.oscillator[lane]
+    region = w.k[lane, NOW]
+    square = math.inf if captures(model, o, region) else -model.tables[o, region, REGION_STIFFNESS]
+    s[ROW_LOWER * GLIDERS + lane] = model.tables[o, region, REGION_LOWER]
+    s[ROW_UPPER * GLIDERS + lane] = model.tables[o, region, REGION_UPPER]
+    s[ROW_SQUARE * GLIDERS + lane] = square  # (where a turn changes the region, all is solved in the general way)
+    s[ROW_CENTRE * GLIDERS + lane] = model.tables[o, region, REGION_CENTRE]
+    s[ROW_LEVER * GLIDERS + lane] = model.tables[o, region, REGION_GAIN] * model.parameters[o, PAR_EXACT]
+    s[ROW_FRONT * GLIDERS + lane] = -math.inf if listed else w.x[lane, FRONT]
+    s[ROW_BACK * GLIDERS + lane] = -math.inf if listed else w.x[lane, BACK]
+    s[ROW_THETA * GLIDERS + lane] = w.x[lane, THETA]
+    s[ROW_OMEGA * GLIDERS + lane] = w.x[lane, OMEGA]
+
+
+@kernel(inline="always")
+def _fetch(w, lane):
+    """Copy the rotation and the velocity of a moving block from the rows of its lane to its state."""
+    w.x[lane, THETA] = w.rows[ROW_THETA * GLIDERS + lane]
+    w.x[lane, OMEGA] = w.rows[ROW_OMEGA * GLIDERS + lane]
+
+
+@kernel(inline="always")
+def _set_piece(s, lane, force, slope, t, dt, weight):
+    """Write what acts on a block from time t of its sample on into the rows of its lane."""
+    s[ROW_FORCE * GLIDERS + lane] = force + slope * t
+    s[ROW_SLOPE * GLIDERS + lane] = slope
+    s[ROW_SPAN * GLIDERS + lane] = dt - t
+    now = later(weight, t)
+    s[ROW_WEIGHT * GLIDERS + lane] = value(now)
+    s[ROW_WEIGHT_RATE * GLIDERS + lane] = rate(now)
+
+
+@kernel(**BARE)
+def _forcing(amplitude, record, i, dt):
+    """Return the forcing at both ends of a sample and its slope, with the same bits wherever it is called."""
+    force = amplitude * record[i]
+    end = amplitude * record[i + 1]
+    return force, end, (end - force) / dt
+
+
+@kernel(inline="always")
+def _pushes(w, lane, batch, at_rest, lifting_highs):
+    """Return the forcing of a lane's block at the beginning of its sample, its slope, and the weight."""
+    i = w.sample[lane]
+    lifting = Lifting(batch.lifting, lifting_highs, batch.factors[w.run[lane]])
+    force, _, slope = _forcing(w.amplitude[lane], batch.record, i, batch.dt)
+    return force, slope, weight_over(at_rest, lifting, i, batch.dt)
+
+
+@kernel(inline="always")
+def _add_crossing(w, lane, j, turns):
+    """Add the piece of a lane to the crossings that are solved together, as column j."""
+    s = w.rows
+    c = w.crossings
+    omega = s[ROW_OMEGA * GLIDERS + lane]
+    edge = ROW_UPPER if (omega > 0.0) != turns else ROW_LOWER
+    c[CROSS_GAP * GLIDERS + j] = s[edge * GLIDERS + lane] - s[ROW_THETA * GLIDERS + lane]
+    c[CROSS_TERMS * GLIDERS + j] = omega
+    for term in range(TERMS):
+        c[(CROSS_TERMS + 1 + term) * GLIDERS + j] = s[(ROW_TERMS + term) * GLIDERS + lane] * INVERSE[term + 2]
+    c[CROSS_SPAN * GLIDERS + j] = s[ROW_SPAN * GLIDERS + lane]
+    c[CROSS_TURNS * GLIDERS + j] = 1.0 if turns else 0.0
+    w.crossing[j] = lane
+
+
+@kernel(**FUSED)
+def _join(w, batch, run, lane, listed):
+    """Give a run a lane, between two samples."""
+    o = batch.which[run]
+    w.run[lane] = run
+    w.oscillator[lane] = o
+    w.amplitude[lane] = -batch.model.parameters[o, PAR_GAIN] * batch.factors[run]
+    w.sample[lane] = batch.first[run]
+    begin_run(w.x[lane], w.k[lane], batch.model, o, batch.begin[run])
+    if w.k[lane, NOW] >= 0:
+        _load(w, lane, batch.model, listed)
+
+
+@kernel(**FUSED)
+def _leave_samples(w, between, batch, at_rest, room):
+    """Bring the lanes between two samples to their next pieces, through rest; return the number of runs that ended."""
     record = batch.record
     dt = batch.dt
     model = batch.model
-    which = batch.which
-    factors = batch.factors
-    first = batch.first
-    begin = batch.begin
     shaking_left = batch.shaking_left
-    barriers = batch.barriers
-    out = batch.out
     history = batch.history
     tally = batch.tally
-    x = np.empty(STATE_FLOATS)
-    k = np.empty(STATE_INTEGERS, np.int64)
-    work = Work(np.empty((3, DEGREE + 1)), batch.turns)
-    after_record = Work(work.poly, np.empty((2, 0)))
-    trig = np.empty((2, DEGREE + 1))
     n = record.shape[0]
     store = history.shape[1] == n
+    listed = room.work.turns.shape[1] > 0
     looking = shaking_left.shape[0] > 0
-    highs = span_maxima(record)
-    found = 0
-    for r in range(runs.shape[0]):
-        j = runs[r]
-        o = which[j]
-        begin_run(x, k, model, o, begin[j])
-        amplitude = -model.parameters[o, PAR_GAIN] * factors[j]
-        i = first[j] - 1
+    ended = np.int64(0)
+    for place in range(between):
+        lane = w.between[place]
+        x = w.x[lane]
+        k = w.k[lane]
+        o = w.oscillator[lane]
+        i = w.sample[lane]
+        factor = batch.factors[w.run[lane]]
+        amplitude = w.amplitude[lane]
+        lifting = Lifting(batch.lifting, room.lifting_highs, factor)
+        over = False
         while True:
-            i += 1
+            if k[OVERTURNED] != 0:
+                tally[TALLY_OVERTURNED] += n - 1 - i
+                if store:
+                    store_fallen(history, i, x)
+                over = True
+                break
+            if k[NOW] >= 0:
+                _fetch(w, lane)
             if store:
                 store_sample(history, i, x, k, model, o)
             if i == n - 1:
+                turns = k[TURNS]
+                after_record = Work(room.work.poly, room.no_turns)
+                follow_free(x, k, model, o, (n - 1) * dt, after_record, room.trig)
+                k[TURNS] = turns  # (the list holds those of the record)
+                over = True
                 break
-            force = amplitude * record[i]
-            end = amplitude * record[i + 1]
-            looks = looking and i % SAFETY_INTERVAL == 0
-            if looks and is_safe(x, k, model, o, abs(amplitude) * shaking_left[i], barriers):
-                k[SAFE] = 1
-                tally[TALLY_SAFE] += n - 1 - i
+            if looking and i % SAFETY_INTERVAL == 0:
+                push = abs(amplitude) * shaking_left[i]
+                if is_safe(x, k, model, o, push, abs(factor) * batch.lifting_left[i], batch.barriers):
+                    k[SAFE] = 1
+                    tally[TALLY_SAFE] += n - 1 - i
+                    over = True
+                    break
+            force, end, slope = _forcing(amplitude, record, i, dt)
+            weight = weight_over(at_rest, lifting, i, dt)
+            if k[NOW] >= 0:
+                tally[TALLY_EVENTS] += 1
+                w.sample[lane] = i
+                w.impacts[lane] = k[IMPACTS] + k[WALL_IMPACTS]
+                _set_piece(w.rows, lane, force, slope, 0.0, dt, weight)
                 break
-            if k[NOW] < 0:
-                right = model.rests[o, -1 - k[NOW], REST_UP]
-                left = -model.rests[o, -1 - k[NOW], REST_DOWN]
-                if max(force, end) <= right and min(force, end) >= left:
-                    lifted = i + 1 if store else until_uplift(record, highs, amplitude, right, left, i)
-                    stop = (i // SAFETY_INTERVAL + 1) * SAFETY_INTERVAL if looking else n - 1
-                    i = max(i, min(lifted, stop, n - 1) - 1)
-                    continue
+            right = model.rests[o, -1 - k[NOW], REST_UP]
+            left = -model.rests[o, -1 - k[NOW], REST_DOWN]
+            heavy = value(weight)
+            heavy_end = value(later(weight, dt))
+            stays_right = force <= right * heavy and end <= right * heavy_end
+            if stays_right and force >= left * heavy and end >= left * heavy_end:
+                lifted = i + 1
+                if not store:
+                    lifted = until_uplift(record, room.highs, amplitude, right, left, i, weight, lifting)
+                stop = (i // SAFETY_INTERVAL + 1) * SAFETY_INTERVAL if looking else n - 1
+                i = max(i + 1, min(lifted, stop, n - 1))
+                continue
             tally[TALLY_EVENTS] += 1
-            slope = (end - force) / dt
-            if k[NOW] < 0 or x[THETA] == 0.0 or not glide(x, k, model, o, force, slope, dt):
-                t = 0.0
-                solve_sample(x, k, model, o, force, slope, t, dt, i * dt, work, trig)
-            if k[OVERTURNED] != 0:
-                tally[TALLY_OVERTURNED] += n - 2 - i
-                if store:
-                    store_fallen(history, i + 1, x)
-                break
-        found = k[TURNS]
-        if k[OVERTURNED] == 0 and k[SAFE] == 0:
-            follow_free(x, k, model, o, (n - 1) * dt, after_record, trig)
-        write_result(out, j, x, k)
-    return found
+            solve_sample(x, k, model, o, force, slope, 0.0, dt, i * dt, room.work, room.trig, weight)
+            if k[NOW] >= 0:
+                _load(w, lane, model, listed)
+            i += 1
+        if over:
+            write_result(batch.out, w.run[lane], x, k)
+            w.sample[lane] = ENDED
+            ended += 1
+    return ended
+
+
+@kernel(**FUSED)
+def _end_pieces(w, active, batch, at_rest, room):
+    """Take the lanes whose pieces hold no event on to their next samples; return how many of the others there are.
+
+    Those between two samples where there is more to do, those that cross edges, and those whose piece is unusual.
+    """
+    s = w.rows
+    n = batch.record.shape[0]
+    store = batch.history.shape[1] == n
+    looking = batch.shaking_left.shape[0] > 0
+    between = np.int64(0)
+    crossings = np.int64(0)
+    unusual = np.int64(0)
+    for lane in range(active):
+        does = w.marks[lane]
+        if does in (CROSSES, RETURNS):
+            _add_crossing(w, lane, crossings, does == RETURNS)
+            crossings += 1
+            continue
+        if does != GLIDES:
+            w.unusual[unusual] = lane
+            unusual += 1
+            continue
+        s[ROW_THETA * GLIDERS + lane] = s[ROW_THETA_END * GLIDERS + lane]
+        s[ROW_OMEGA * GLIDERS + lane] = s[ROW_OMEGA_END * GLIDERS + lane]
+        w.sample[lane] += 1
+        if w.sample[lane] == n - 1 or store or (looking and w.sample[lane] % SAFETY_INTERVAL == 0):
+            w.between[between] = lane
+            between += 1
+            continue
+        w.impacts[lane] = w.k[lane, IMPACTS] + w.k[lane, WALL_IMPACTS]
+        force, slope, weight = _pushes(w, lane, batch, at_rest, room.lifting_highs)
+        _set_piece(s, lane, force, slope, 0.0, batch.dt, weight)
+        batch.tally[TALLY_EVENTS] += 1
+    return between, crossings, unusual
+
+
+@kernel(**FUSED)
+def _note_turns(w, lane, model, force, slope, weight, t, dt, room, first):
+    """Note the turns of a lane's piece from time t of its sample on, the first or all, in its peaks and the list."""
+    x = room.x
+    k = room.k
+    for j in range(STATE_FLOATS):
+        x[j] = w.x[lane, j]
+    for j in range(STATE_INTEGERS):
+        k[j] = w.k[lane, j]
+    x[THETA] = w.rows[ROW_THETA * GLIDERS + lane]
+    x[OMEGA] = w.rows[ROW_OMEGA * GLIDERS + lane]
+    o = w.oscillator[lane]
+    region = k[NOW]
+    before = k[TURNS] + k[IMPACTS] + k[WALL_IMPACTS]
+    while t < dt and not (first and (k[TURNS] + k[IMPACTS] + k[WALL_IMPACTS] > before or k[NOW] != region)):
+        now = later(weight, t)
+        time = w.sample[lane] * dt + t
+        t += solve_piece(x, k, model, o, force + slope * t, slope, dt - t, time, room.work, room.trig, now)
+    w.x[lane, FRONT] = x[FRONT]
+    w.x[lane, BACK] = x[BACK]
+    w.k[lane, TURNS] = k[TURNS]
+
+
+@kernel(**FUSED)
+def _solve_unusual(w, unusual, between, crossings, batch, at_rest, room):
+    """Solve the pieces with a turn that may be a new peak, and the unusual ones up to the end of their samples.
+
+    Returns how many lanes are between two samples, and how many cross an edge.
+    """
+    s = w.rows
+    dt = batch.dt
+    model = batch.model
+    listed = room.work.turns.shape[1] > 0
+    for place in range(unusual):
+        lane = w.unusual[place]
+        does = w.marks[lane]
+        x = w.x[lane]
+        k = w.k[lane]
+        force, slope, weight = _pushes(w, lane, batch, at_rest, room.lifting_highs)
+        t = dt - s[ROW_SPAN * GLIDERS + lane]
+        if does == HARD:
+            _fetch(w, lane)
+            o = w.oscillator[lane]
+            time = w.sample[lane] * dt
+            solve_sample(x, k, model, o, force, slope, t, dt, time, room.work, room.trig, weight)
+            if k[NOW] >= 0:
+                _load(w, lane, model, listed)
+        else:
+            _note_turns(w, lane, model, force, slope, weight, t, dt, room, does == RETURNS_FROM_TOP)
+            s[ROW_FRONT * GLIDERS + lane] = -math.inf if listed else x[FRONT]
+            s[ROW_BACK * GLIDERS + lane] = -math.inf if listed else x[BACK]
+            if does == RETURNS_FROM_TOP:
+                _add_crossing(w, lane, crossings, True)
+                crossings += 1
+                continue
+            s[ROW_THETA * GLIDERS + lane] = s[ROW_THETA_END * GLIDERS + lane]
+            s[ROW_OMEGA * GLIDERS + lane] = s[ROW_OMEGA_END * GLIDERS + lane]
+        w.sample[lane] += 1
+        w.between[between] = lane
+        between += 1
+    return between, crossings
+
+
+@kernel(**FUSED)
+def _cross(w, crossings, between, batch, at_rest, room):
+    """Act where blocks reach the edges of their regions; return how many lanes are between two samples."""
+    s = w.rows
+    c = w.crossings
+    dt = batch.dt
+    model = batch.model
+    listed = room.work.turns.shape[1] > 0
+    for place in range(crossings):
+        lane = w.crossing[place]
+        x = w.x[lane]
+        k = w.k[lane]
+        o = w.oscillator[lane]
+        start = w.sample[lane] * dt
+        force, slope, weight = _pushes(w, lane, batch, at_rest, room.lifting_highs)
+        t = dt - s[ROW_SPAN * GLIDERS + lane]
+        on = False
+        if c[CROSS_SURE * GLIDERS + place] != 0.0:
+            t = min(t + c[CROSS_TIME * GLIDERS + place], dt)
+            x[OMEGA] = c[CROSS_SPEED * GLIDERS + place]
+            upper = x[OMEGA] > 0.0
+            x[THETA] = s[ROW_UPPER * GLIDERS + lane] if upper else s[ROW_LOWER * GLIDERS + lane]
+            now = force + slope * t
+            heavy = later(weight, t)
+            region = k[NOW]
+            at_edge(x, k, model, o, region, upper, now, slope, dt - t, start + t, heavy)
+            if has_bounced_out(x, k, model, o, now, heavy):
+                set_at_rest(x, k, model, o, rest_at(model, o, k[NOW], x[THETA]))
+            on = t < dt and k[NOW] >= 0 and k[IMPACTS] + k[WALL_IMPACTS] - w.impacts[lane] < FEW_HOPS
+        else:
+            _fetch(w, lane)
+        if k[OVERTURNED] == 0:
+            if not on:
+                solve_sample(x, k, model, o, force, slope, t, dt, start, room.work, room.trig, weight)
+            if k[NOW] >= 0:
+                _load(w, lane, model, listed)
+            if on:
+                _set_piece(s, lane, force, slope, t, dt, weight)
+                continue
+        w.sample[lane] += 1
+        w.between[between] = lane
+        between += 1
+    return between
+
+
+@kernel(**FUSED)
+def _move_lane(w, lane, to):
+    """Move a run to another lane."""
+    for row in range(ROW_THETA_END):
+        w.rows[row * GLIDERS + to] = w.rows[row * GLIDERS + lane]
+    for j in range(STATE_FLOATS):
+        w.x[to, j] = w.x[lane, j]
+    for j in range(STATE_INTEGERS):
+        w.k[to, j] = w.k[lane, j]
+    w.run[to] = w.run[lane]
+    w.oscillator[to] = w.oscillator[lane]
+    w.amplitude[to] = w.amplitude[lane]
+    w.sample[to] = w.sample[lane]
+    w.impacts[to] = w.impacts[lane]
+
+
+@kernel(keep=True)
+def run_exact(batch, runs, at_rest):
+    """Run the runs (r,) of a batch in exact geometry, GLIDERS at a time, each with a clock of its own.
+
+    at_rest: `weight.AT_REST`, or None where the batch has no vertical shaking (see `weight`).  Returns the number of
+    turning points of the last run to end.
+
+    Each round brings the lanes that are between two samples to their next piece, takes the pieces of all lanes in
+    vectors, up to the end of a sample each, solves what is unusual in the general way, and all crossings together.
+    """
+    w = Gliders(
+        rows=np.zeros(GLIDER_ROWS * GLIDERS),
+        marks=np.zeros(GLIDERS, np.uint8),
+        x=np.empty((GLIDERS, STATE_FLOATS)),
+        k=np.empty((GLIDERS, STATE_INTEGERS), np.int64),
+        run=np.empty(GLIDERS, np.int64),
+        oscillator=np.empty(GLIDERS, np.int64),
+        amplitude=np.empty(GLIDERS),
+        sample=np.empty(GLIDERS, np.int64),
+        impacts=np.empty(GLIDERS, np.int64),
+        crossings=np.zeros(CROSS_ROWS * GLIDERS),
+        crossing=np.empty(GLIDERS, np.int64),
+        unusual=np.empty(GLIDERS, np.int64),
+        between=np.empty(GLIDERS, np.int64),
+    )
+    for lane in range(GLIDERS):  # (what fills the vectors must be numbers, too)
+        w.rows[ROW_SQUARE * GLIDERS + lane] = 1.0
+        w.rows[ROW_WEIGHT * GLIDERS + lane] = 1.0
+        w.crossings[CROSS_TERMS * GLIDERS + lane] = 1.0
+        w.crossings[CROSS_SPAN * GLIDERS + lane] = 1.0
+    room = Room(
+        work=Work(np.empty((3, DEGREE + 1)), batch.turns),
+        no_turns=np.empty((2, 0)),
+        trig=np.empty((2, DEGREE + 1)),
+        x=np.empty(STATE_FLOATS),
+        k=np.empty(STATE_INTEGERS, np.int64),
+        highs=span_maxima(batch.record),
+        lifting_highs=span_maxima(batch.lifting),
+    )
+    listed = batch.turns.shape[1] > 0
+    found = np.int64(0)
+    active = np.int64(0)
+    joined = np.int64(0)
+    between = np.int64(0)
+    while True:
+        while active < GLIDERS and joined < runs.shape[0]:
+            _join(w, batch, runs[joined], active, listed)
+            w.between[between] = active
+            between += 1
+            joined += 1
+            active += 1
+        ended = _leave_samples(w, between, batch, at_rest, room)
+        between = np.int64(0)
+        lane = active
+        while ended > 0:
+            lane -= 1
+            if w.sample[lane] == ENDED:
+                found = w.k[lane, TURNS]
+                ended -= 1
+                active -= 1
+                if lane < active:
+                    _move_lane(w, active, lane)
+        if active < GLIDERS and joined < runs.shape[0]:
+            continue
+        if active == 0:
+            return found
+        _glide_lanes(w.rows, w.marks, whole(active), at_rest)
+        between, crossings, unusual = _end_pieces(w, active, batch, at_rest, room)
+        if unusual > 0:
+            between, crossings = _solve_unusual(w, unusual, between, crossings, batch, at_rest, room)
+        if crossings > 0:
+            _solve_crossings(w.crossings, whole(crossings))
+            between = _cross(w, crossings, between, batch, at_rest, room)

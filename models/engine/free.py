@@ -80,14 +80,16 @@ def find_barrier(model, o, barriers):
     """Write sqrt(2 (U_saddle - U_lowest)) of the lower saddle, U_lowest, and the shaking's largest lever into a row.
 
     U_lowest between the saddles; in exact geometry the lever of the shaking is largest, 1/cos(alpha), at the saddle.
-    Then the saddles next to 0, right and left: only between them is the energy below the barrier a proof; and sqrt(2E)
-    of the block as it starts.  Energies are over one moment of inertia I, so that a region of inertia J sees sqrt(J/I)
+    Then the saddles next to 0, right and left: only between them is the energy below the barrier a proof; sqrt(2E) of
+    the block as it starts; and the largest moment of the weight between the saddles, p² sin(alpha), which vertical
+    shaking changes.  Energies are over one moment of inertia I, so that a region of inertia J sees sqrt(J/I)
     times the forcing of its own gain.
     """
     lowest = math.inf
     saddle_potential = math.inf
-    exact = model.parameters[o, PAR_EXACT] != 0.0
+    exact = model.parameters[o, PAR_EXACT]
     lever = 1.0
+    moment = 0.0
     right = math.inf
     left = -math.inf
     for r in range(model.tables.shape[1]):
@@ -100,13 +102,14 @@ def find_barrier(model, o, barriers):
         inertia = model.tables[o, r, REGION_INERTIA]
         own = math.sqrt(inertia) * model.tables[o, r, REGION_GAIN]
         lever = max(lever, own)
+        if exact != 0.0:
+            lever = max(lever, own * exact)
+            moment = max(moment, math.sqrt(inertia) * abs(stiffness * math.sin(centre)))
         if stiffness > 0.0:
             lowest = min(lowest, inertia * potential_energy(model, o, r, min(max(centre, lower), upper)))
             continue
         if lower < centre < upper:
             saddle_potential = min(saddle_potential, inertia * potential_energy(model, o, r, centre))
-            if exact:
-                lever = max(lever, own / math.cos(centre))
             if centre > 0.0:
                 right = min(right, centre)
             else:
@@ -128,14 +131,16 @@ def find_barrier(model, o, barriers):
     region = int(model.rests[o, -1 - start, REST_UP_TARGET]) if rests else start
     theta = model.rests[o, -1 - start, REST_THETA] if rests else model.tables[o, region, REGION_CENTRE]
     barriers[o, 5] = math.sqrt(2.0 * max(energy_of(model, o, region, theta, 0.0) - lowest, 0.0))
+    barriers[o, 6] = moment
 
 
 @kernel(**FUSED)
-def is_safe(x, k, model, o, push, barriers):
-    """Return True if the rest of the record cannot overturn the block; push: gain * integral of |u''| over that rest.
+def is_safe(x, k, model, o, push, lift, barriers):
+    """Return True if the rest of the record cannot overturn the block.
 
-    With E the energy above the lowest potential, |omega| <= sqrt(2E), so dE/dt <= |omega| |force| lets sqrt(2E) grow by
-    no more than push.  No law adds energy.
+    push: gain * integral of |u''| over that rest; lift: integral of |a_v|/g.  With E the energy above the lowest
+    potential, |omega| <= sqrt(2E), so dE/dt <= |omega| |force| lets sqrt(2E) grow by no more than push and, from the
+    change of the weight, p² sin(alpha) lift.  No law adds energy.
     """
     if x[THETA] >= barriers[o, 3] or x[THETA] <= barriers[o, 4]:
         return False  # beyond a saddle
@@ -145,7 +150,8 @@ def is_safe(x, k, model, o, push, barriers):
     else:
         into = int(model.rests[o, -1 - k[NOW], REST_UP_TARGET])
         energy = energy_of(model, o, into, x[THETA], 0.0) - barriers[o, 1]
-    return math.sqrt(2.0 * max(energy, 0.0)) + push * barriers[o, 2] < (1.0 - 1e-9) * barriers[o, 0]
+    gained = push * barriers[o, 2] + lift * barriers[o, 6]
+    return math.sqrt(2.0 * max(energy, 0.0)) + gained < (1.0 - 1e-9) * barriers[o, 0]
 
 
 @kernel(**FUSED)
@@ -235,7 +241,7 @@ def follow_free(x, k, model, o, time, work, trig):
     sides = 0
     for _ in range(MAX_FREE_PIECES):
         if k[NOW] < 0:  # (without the shaking that holds it, a block comes off a wall)
-            uplift(model, o, x, k, 0.0, 0.0, FREE_STEP, time)
+            uplift(model, o, x, k, 0.0, 0.0, FREE_STEP, time, None)
         if k[OVERTURNED] != 0 or k[NOW] < 0 or sides == 3 or k[TURNS] - turns >= MAX_FREE_TURNS:
             break
         region = k[NOW]
@@ -254,7 +260,7 @@ def follow_free(x, k, model, o, time, work, trig):
         if x[OMEGA] == 0.0 and x[THETA] == model.tables[o, region, REGION_CENTRE]:
             break
         before = k[TURNS]
-        time += solve_piece(x, k, model, o, 0.0, 0.0, FREE_STEP, time, work, trig)
+        time += solve_piece(x, k, model, o, 0.0, 0.0, FREE_STEP, time, work, trig, None)
         if passed and k[TURNS] != before:
             break  # rounding on the separatrix itself: the proof stands, the time is not known
         if k[TURNS] != before:
@@ -267,7 +273,7 @@ def follow_free(x, k, model, o, time, work, trig):
             passed = _saddle_passed(x, k, model, o)
             if passed:
                 break
-            time += solve_piece(x, k, model, o, 0.0, 0.0, FREE_STEP, time, work, trig)
+            time += solve_piece(x, k, model, o, 0.0, 0.0, FREE_STEP, time, work, trig, None)
             well = _well(x, k, model, o)
         k[WELL] = 0 if well == UNDECIDED else well
     k[IMPACTS] = impacts  # those of the record only
@@ -281,7 +287,8 @@ def follow_free(x, k, model, o, time, work, trig):
 
 
 @kernel(**FUSED)
-def cannot_fall(model, o, factor, shaking_left, barriers):
+def cannot_fall(model, o, factor, shaking_left, lifting_left, barriers):
     """Return True if the whole record cannot overturn a block that is at rest (as `is_safe`)."""
     push = abs(model.parameters[o, PAR_GAIN] * factor) * shaking_left[0]
-    return barriers[o, 5] + push * barriers[o, 2] < (1.0 - 1e-9) * barriers[o, 0]
+    gained = push * barriers[o, 2] + abs(factor) * lifting_left[0] * barriers[o, 6]
+    return barriers[o, 5] + gained < (1.0 - 1e-9) * barriers[o, 0]

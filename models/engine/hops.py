@@ -3,7 +3,7 @@
 import math
 
 from ...compiled import kernel
-from .regions import lesser_peak, near_zero, raise_peak
+from .regions import greatest, later, lesser_peak, near_zero, raise_peak, value, with_rate
 from .rest import comes_to_rest, rest_at
 from .tables import (
     FREE,
@@ -137,7 +137,7 @@ def solve_hops(x, k, model, o, force, slope, t, dt):
         if abs(omega) < settling * (dt - t) or omega == 0.0:
             faster = max(1.0, e_there) * omega
             settles = comes_to_rest(
-                model, o, rest, loss, omega, faster, stiffness, force + slope * t, slope, dt - t, highest
+                model, o, rest, loss, omega, faster, stiffness, force + slope * t, slope, dt - t, highest, None
             )
             if k[FREE] == 0 and settles:
                 omega = 0.0
@@ -159,13 +159,14 @@ def solve_hops(x, k, model, o, force, slope, t, dt):
 
 
 @kernel(**FUSED)
-def solve_low_hops(x, k, model, o, force, slope, t, dt):
+def solve_low_hops(x, k, model, o, force, slope, t, dt, weight):
     """Solve bounces so low that each is a cubic to rounding; a sample may hold 100,000 of them where e is next to 1.
 
     From an impact on, theta = v s + a s²/2 + j s³/6 - K a s⁴/24, where -K is the slope of the moment at zero (in the
     exact geometry, too: what follows is of the order of theta²).  The flight takes s = -2 v z/a with
     z = 1 - r z² - q z³, r = -2 j v/(3 a²), q = -K v²/(3 a²), lands with -v (2 - z + q z³), and rises to
-    v² y (4 - y)/(6 |a|), y = 1 + w y²/2, w = j v/a².  Returns the time reached within the sample.
+    v² y (4 - y)/(6 |a|), y = 1 + w y²/2, w = j v/a².  Under vertical shaking the moment is in proportion to the
+    weight, whose rate adds to j.  Returns the time reached within the sample.
     """
     here = k[NOW]
     there = model.links[o, here, LINK_HOPS]
@@ -174,6 +175,7 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt):
     offset, stiffness, gain, lean = near_zero(model, o, here)
     offset_there, stiffness_there, gain_there, lean_there = near_zero(model, o, there)
     outside = min(model.tables[o, here, REGION_STIFFNESS], model.tables[o, there, REGION_STIFFNESS])
+    steepest = outside * greatest(weight, dt)
     room = min(
         model.tables[o, here, REGION_UPPER] - model.tables[o, here, REGION_LOWER],
         model.tables[o, there, REGION_UPPER] - model.tables[o, there, REGION_LOWER],
@@ -182,6 +184,7 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt):
     e_there, loss_there = landing(model, o, there)
     rest = rest_at(model, o, here, 0.0)
     settling = 0.25 * max(loss, loss_there) * (model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN])
+    settling *= greatest(weight, dt)
     v = x[OMEGA]
     peak = lesser_peak(x)
     strike = x[STRIKE]
@@ -189,15 +192,16 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt):
     most = MANY_IMPACTS - k[IMPACTS]
     while hops < most:
         now = force + slope * t
-        a = offset + gain * now
-        bend = stiffness - lean * now
-        jerk = gain * slope - bend * v
+        heavy = later(weight, t)
+        a = offset * value(heavy) + gain * now
+        bend = stiffness * value(heavy) - lean * now
+        jerk = with_rate(heavy, offset, gain * slope) - bend * v
         over = 1.0 / a
         flight = v * over
         w = jerk * flight * over
         q = -bend * flight * flight * (1.0 / 3.0)
         height = -0.5 * abs(v) * flight
-        small = abs(w) <= 1e-4 and abs(q) <= 1e-10 and -outside * height * height <= 1e-16 * abs(a)
+        small = abs(w) <= 1e-4 and abs(q) <= 1e-10 and -steepest * height * height <= 1e-16 * abs(a)
         if not (small and 0.0 < height <= 0.5 * room):
             break
         r = w * (-2.0 / 3.0)
@@ -219,7 +223,9 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt):
         if (
             abs(v) < settling * (dt - t)
             and k[FREE] == 0
-            and comes_to_rest(model, o, rest, loss, v, faster, outside, force + slope * t, slope, dt - t, highest)
+            and comes_to_rest(
+                model, o, rest, loss, v, faster, outside, force + slope * t, slope, dt - t, highest, later(weight, t)
+            )
         ):
             v = 0.0
             here = -1 - rest

@@ -27,6 +27,7 @@ from .tables import (
     NEED,
     NOW,
     OMEGA,
+    OUT_AIRBORNE,
     OUT_BACK,
     OUT_BREAK_TIME,
     OUT_BROKEN,
@@ -209,6 +210,7 @@ def write_result(out, j, x, k):
     out[j, OUT_BROKEN] = k[BROKEN]
     out[j, OUT_BREAK_TIME] = x[BREAK_TIME]
     out[j, OUT_WELL] = k[WELL] if k[OVERTURNED] == 0 else math.copysign(2.0, x[THETA])
+    out[j, OUT_AIRBORNE] = 0.0
 
 
 @kernel(**FUSED)

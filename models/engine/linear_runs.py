@@ -210,13 +210,13 @@ def run_lanes(batch, runs):
                 if w.k[lane, OVERTURNED] == 0:
                     fetch_lane(w, lane, now)
                     push = abs(w.amplitude[lane]) * shaking_left[i]
-                    if is_safe(w.x[lane], w.k[lane], model, w.oscillator[lane], push, barriers):
+                    if is_safe(w.x[lane], w.k[lane], model, w.oscillator[lane], push, 0.0, barriers):
                         w.k[lane, SAFE] = 1
                         leaving = True
             j = np.int64(0)
             while j < asleep:
                 push = abs(z.amplitude[j]) * shaking_left[i]
-                if not is_safe(z.x[j], z.k[j], model, z.oscillator[j], push, barriers):
+                if not is_safe(z.x[j], z.k[j], model, z.oscillator[j], push, 0.0, barriers):
                     j += 1
                     continue
                 z.k[j, SAFE] = 1

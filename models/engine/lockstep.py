@@ -275,7 +275,7 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
         x[OMEGA] = 0.0
         upper = rest[REST_UP]
         lower = -rest[REST_DOWN]
-        i = until_uplift(record, shaking.highs, amplitude, upper, lower, i)
+        i = until_uplift(record, shaking.highs, amplitude, upper, lower, i, None, None)
         if i >= end:
             w.until[lane] = i
             w.leaving[w.leaving[LANES]] = lane

@@ -5,7 +5,7 @@ import math
 from ...compiled import kernel
 from .events import AT_UPPER, NO_EVENT, TURN, first_event
 from .hops import solve_hops, solve_low_hops
-from .regions import captures, energy_of, held_damping, lesser_peak, potential_energy, raise_peak
+from .regions import captures, energy_of, greatest, held_damping, later, lesser_peak, potential_energy, raise_peak
 from .rest import comes_to_rest, has_bounced_out, may_rest, rest_at, set_at_rest, uplift
 from .series import exact_series, linear_series, rate_bound, series_degree
 from .tables import (
@@ -95,7 +95,7 @@ def _record_turn(x, k, model, o, region, time, turns):
 
 
 @kernel(inline="always")
-def at_edge(x, k, model, o, region, upper, force, slope, left, time):
+def at_edge(x, k, model, o, region, upper, force, slope, left, time, weight):
     """Act where the rotation reaches an edge of its region.
 
     It crosses into another region (by breaking a restraint, too), enters a zone, has an impact into the region beyond
@@ -158,7 +158,7 @@ def at_edge(x, k, model, o, region, upper, force, slope, left, time):
         x[STRIKE] = max(x[STRIKE], speed)
     if action == BOUNCE and x[OMEGA] == 0.0:
         set_at_rest(x, k, model, o, rest)
-    elif k[FREE] == 0 and may_rest(model, o, rest, loss, x[OMEGA], left):
+    elif k[FREE] == 0 and may_rest(model, o, rest, loss, x[OMEGA], left, weight):
         stiffness = model.tables[o, region, REGION_STIFFNESS]
         highest = model.tables[o, region, REGION_UPPER] - model.tables[o, region, REGION_LOWER]
         faster = x[OMEGA]
@@ -168,22 +168,24 @@ def at_edge(x, k, model, o, region, upper, force, slope, left, time):
             highest = min(highest, lesser_peak(x))
             highest = min(highest, model.tables[o, target, REGION_UPPER] - model.tables[o, target, REGION_LOWER])
             faster *= max(1.0, model.tables[o, target, REGION_LOWER_FACTOR if upper else REGION_UPPER_FACTOR])
-        if comes_to_rest(model, o, rest, loss, x[OMEGA], faster, stiffness, force, slope, left, highest):
+        if comes_to_rest(model, o, rest, loss, x[OMEGA], faster, stiffness, force, slope, left, highest, weight):
             set_at_rest(x, k, model, o, rest)
 
 
 @kernel(**FUSED)
-def solve_piece(x, k, model, o, force, slope, left, time, work, trig):
+def solve_piece(x, k, model, o, force, slope, left, time, work, trig, weight):
     """Solve one piece, from the state to its first event or to the end of the step; return the time that it took.
 
     `trig` is the room for sine and cosine in exact geometry, and None in linear geometry: each compiles its own series.
+    `weight` is that of the block at the beginning of the step, None without vertical shaking.
     """
     waited = 0.0
     if k[NOW] < 0:
-        waited, force = uplift(model, o, x, k, force, slope, left, time)
+        waited, force = uplift(model, o, x, k, force, slope, left, time, weight)
         if k[NOW] < 0:
             return left
         left -= waited
+    now_heavy = later(weight, waited)
     region = k[NOW]
     theta = x[THETA]
     omega = x[OMEGA]
@@ -194,8 +196,9 @@ def solve_piece(x, k, model, o, force, slope, left, time, work, trig):
     poly = work.poly
     if trig is not None:
         centre = model.tables[o, region, REGION_CENTRE]
-        h = min(left, 0.5 / math.sqrt(-stiffness))
-        n, h = exact_series(poly, trig, theta, omega, -stiffness, centre, model.parameters[o, PAR_EXACT], push, rise, h)
+        h = min(left, 0.5 / math.sqrt(-stiffness * greatest(now_heavy, left)))
+        lever = model.parameters[o, PAR_EXACT]
+        n, h = exact_series(poly, trig, now_heavy, theta, omega, -stiffness, centre, lever, push, rise, h)
     else:
         offset = model.tables[o, region, REGION_OFFSET]
         c = x[HELD] if model.links[o, region, LINK_HELD] else model.tables[o, region, REGION_DAMPING]
@@ -225,25 +228,25 @@ def solve_piece(x, k, model, o, force, slope, left, time, work, trig):
     upper = kind == AT_UPPER
     x[THETA] = model.tables[o, region, REGION_UPPER] if upper else model.tables[o, region, REGION_LOWER]
     x[OMEGA] = max(velocity, 0.0) if upper else min(velocity, 0.0)
-    at_edge(x, k, model, o, region, upper, force + slope * t, slope, left - t, now)
+    at_edge(x, k, model, o, region, upper, force + slope * t, slope, left - t, now, later(now_heavy, t))
     return waited + t
 
 
 @kernel(**FUSED)
-def solve_sample(x, k, model, o, force, slope, t, dt, time, work, trig):
-    """Solve one sample from its time t on, cut at its events."""
+def solve_sample(x, k, model, o, force, slope, t, dt, time, work, trig, weight):
+    """Solve one sample from its time t on, cut at its events; force and weight are those at its beginning."""
     impacts = k[IMPACTS]
     hops = work.turns.shape[1] == 0
     while t < dt and k[OVERTURNED] == 0:
         if k[NOW] >= 0 and x[THETA] == 0.0:
             if k[IMPACTS] - impacts > MANY_HOPS and k[TURNS] >= work.turns.shape[1]:
-                t = solve_low_hops(x, k, model, o, force, slope, t, dt)
+                t = solve_low_hops(x, k, model, o, force, slope, t, dt, weight)
             if trig is None and hops and k[NOW] >= 0:
                 t = solve_hops(x, k, model, o, force, slope, t, dt)
             if t >= dt:
                 break
-        t += solve_piece(x, k, model, o, force + slope * t, slope, dt - t, time + t, work, trig)
-        if has_bounced_out(x, k, model, o, force + slope * t):
+        t += solve_piece(x, k, model, o, force + slope * t, slope, dt - t, time + t, work, trig, later(weight, t))
+        if has_bounced_out(x, k, model, o, force + slope * t, later(weight, t)):
             set_at_rest(x, k, model, o, rest_at(model, o, k[NOW], x[THETA]))
     if abs(x[OMEGA]) < VANISHED and abs(x[THETA]) < VANISHED and force == 0.0 and slope == 0.0:
         # Subnormal numbers decay no further, and processors take a hundred times as long over them.

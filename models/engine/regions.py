@@ -1,13 +1,19 @@
-"""Energies, captures and damping of regions, and the largest rotation of a run to each side.
+"""Energies, captures and damping of regions, the weight that scales their moments, and the largest rotations of a run.
 
 The damping of a zone may be set at each inward crossing and held until the next.
+
+The weight of a block under vertical shaking, G = g + a_v over g, is linear in time between two samples: its value at an
+instant and its rate, 1/s.  `None` stands for no vertical shaking: each function is compiled for it apart, so that the
+engine then has the arithmetic of one that knows nothing of the weight.
 """
 
 import math
+from typing import Any, NamedTuple
 
 from ...compiled import kernel
 from .tables import (
     BACK,
+    BARE,
     FRONT,
     FUSED,
     LINK_TURN_LEFT,
@@ -30,6 +36,16 @@ from .tables import (
     RULE_ENTRY_SPEED,
     SIDED,
 )
+
+AT_REST = (1.0, 0.0)
+
+
+class Lifting(NamedTuple):
+    """Vertical shaking of a run: that of the unscaled record over g (n,), the largest of each SPAN, and the factor."""
+
+    shaking: Any
+    highs: Any
+    factor: Any
 
 
 @kernel(inline="always")
@@ -262,3 +278,76 @@ def held_damping(model, o, zone, omega):
         zeta = energy_consistent_zeta(speed * unit, 0.0)
         return 2.0 * frequency * (zeta * (1.0 + 1e-13) + 1e-13)
     return model.tables[o, zone, REGION_DAMPING]
+
+
+@kernel(**BARE)
+def weight_over(weight, lifting, i, dt):
+    """Return the weight over sample i, with the same bits wherever it is called."""
+    if weight is None:
+        return weight
+    start = lifting.factor * lifting.shaking[i]
+    return 1.0 + start, (lifting.factor * lifting.shaking[i + 1] - start) / dt
+
+
+@kernel(**FUSED)
+def weight_at(weight, lifting, i):
+    """Return the value of the weight at sample i."""
+    if weight is None:
+        return 1.0
+    return 1.0 + lifting.factor * lifting.shaking[i]
+
+
+@kernel(**FUSED)
+def least_weight(weight, lifting, span):
+    """Return a lower bound of the weight over a span of the record (see `rest.span_maxima`)."""
+    if weight is None:
+        return 1.0
+    return 1.0 - abs(lifting.factor) * lifting.highs[span]
+
+
+@kernel(**FUSED)
+def later(weight, t):
+    """Return the weight a time t later."""
+    if weight is None:
+        return weight
+    return weight[0] + weight[1] * t, weight[1]
+
+
+@kernel(**FUSED)
+def value(weight):
+    """Return the value of the weight."""
+    if weight is None:
+        return 1.0
+    return weight[0]
+
+
+@kernel(**FUSED)
+def rate(weight):
+    """Return the rate of the weight, 1/s."""
+    if weight is None:
+        return 0.0
+    return weight[1]
+
+
+@kernel(**FUSED)
+def greatest(weight, t):
+    """Return the greatest weight until a time t."""
+    if weight is None:
+        return 1.0
+    return max(weight[0], weight[0] + weight[1] * t)
+
+
+@kernel(**FUSED)
+def rounding(weight, force, end):
+    """Return the size of the numbers whose difference decides whether a threshold that changes is exceeded."""
+    if weight is None:
+        return 0.0
+    return abs(force) + abs(end)
+
+
+@kernel(**FUSED)
+def with_rate(weight, offset, push):
+    """Return the rate of a moment `offset`, at rest, that is in proportion to the weight, and of a push together."""
+    if weight is None:
+        return push
+    return offset * weight[1] + push

@@ -119,7 +119,7 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
             if k[NEED] == WAITS:  # (it has bounced to the end of its sample)
                 need = WAITS
             elif region < 0:
-                t, force = uplift(model, o, x, k, force, slope, dt, i * dt)
+                t, force = uplift(model, o, x, k, force, slope, dt, i * dt, None)
                 need = WAITS if k[NOW] < 0 else CROSSES
             elif k[NEED] == CROSSES:
                 if pieces[PIECE_SURE * LANES + read] == 1.0:
@@ -129,7 +129,7 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
                     x[THETA] = model.tables[o, region, REGION_LOWER + k[UPWARD]]
                     x[OMEGA] = max(speed, 0.0) if upper else min(speed, 0.0)
                     force += slope * t
-                    at_edge(x, k, model, o, region, upper, force, slope, dt - t, i * dt + t)
+                    at_edge(x, k, model, o, region, upper, force, slope, dt - t, i * dt + t, None)
                     need = HARD if k[NOW] < 0 else CROSSES
                 read += 1
             if k[OVERTURNED] != 0:
@@ -215,7 +215,7 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
                 slope = amplitude * (record[i + 1] - record[i]) * per_dt
                 force = amplitude * record[i]
                 t = w.parked_time[j]
-                solve_sample(x, k, model, o, force, slope, t, dt, i * dt, work, None)
+                solve_sample(x, k, model, o, force, slope, t, dt, i * dt, work, None, None)
                 if k[OVERTURNED] != 0:
                     fallen = True
             if k[OVERTURNED] != 0:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ...compiled import kernel
+from .regions import greatest, later, least_weight, rate, rounding, value, weight_at
 from .tables import (
     BREAK_TIME,
     BROKEN,
@@ -39,14 +40,14 @@ MARGIN = 32.0 * EPSILON  # of the uplift threshold, within which forcing counts 
 
 
 @kernel(inline="always")
-def may_rest(model, o, rest, loss, omega, left):
+def may_rest(model, o, rest, loss, omega, left, weight):
     """Return a condition that `comes_to_rest` needs, and that rejects most cases: more is never enough."""
-    thresholds = model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN]
+    thresholds = (model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN]) * greatest(weight, left)
     return omega == 0.0 or abs(omega) < 0.25 * loss * thresholds * left
 
 
 @kernel(**FUSED)
-def comes_to_rest(model, o, rest, loss, omega, next_omega, stiffness, force, slope, left, highest):
+def comes_to_rest(model, o, rest, loss, omega, next_omega, stiffness, force, slope, left, highest, weight):
     """Return True if all later bounces provably end before the sample, or before its forcing leaves the threshold.
 
     On either side the deceleration changes one way over a horizon, from a to b say; a bounce under it comes back faster
@@ -58,32 +59,39 @@ def comes_to_rest(model, o, rest, loss, omega, next_omega, stiffness, force, slo
 
     loss: 1 - e where every impact takes the factor e.  Where those of the two sides differ, the velocities that follow
     are omega (1 + f + f g + f² g …), and loss is (1 - f g)/(1 + f); next_omega is the larger one of omega and f omega.
-    Against a wall all bounces are on one side, and the state of rest has one threshold only.
+    Against a wall all bounces are on one side, and the state of rest has one threshold only.  Under vertical shaking
+    thresholds, decelerations and softening are in proportion to the weight, which is linear in time, too.
     """
     if omega == 0.0:
         return True
-    right = model.rests[o, rest, REST_UP]
-    left_side = model.rests[o, rest, REST_DOWN]
-    horizon = min(left, 0.5 / math.sqrt(abs(stiffness)))
+    up = model.rests[o, rest, REST_UP]
+    down = model.rests[o, rest, REST_DOWN]
+    horizon = min(left, 0.5 / math.sqrt(abs(stiffness) * greatest(weight, left)))
     end = force + slope * horizon
+    heavy = value(later(weight, horizon))
     # Where the threshold is exceeded later in this sample, half the time until then is the horizon.
-    if end > right and slope > 0.0:
-        horizon = 0.5 * (right - force) / slope
-    elif end < -left_side and slope < 0.0:
-        horizon = 0.5 * (-left_side - force) / slope
+    if end > up * heavy and slope > up * rate(weight):
+        horizon = 0.5 * (up * value(weight) - force) / (slope - up * rate(weight))
+    elif end < -down * heavy and slope < -down * rate(weight):
+        horizon = 0.5 * (-down * value(weight) - force) / (slope + down * rate(weight))
     end = force + slope * horizon
-    least_right = right - max(force, end)
-    least_left = left_side + min(force, end)
+    heavy = value(later(weight, horizon))
+    right = up * value(weight) - force
+    right_end = up * heavy - end
+    left_side = down * value(weight) + force
+    left_end = down * heavy + end
+    least_right = min(right, right_end)
+    least_left = min(left_side, left_end)
     gain_right = model.tables[o, int(model.rests[o, rest, REST_UP_TARGET]), REGION_GAIN]
     gain_left = model.tables[o, int(model.rests[o, rest, REST_DOWN_TARGET]), REGION_GAIN]
     a_min = 0.9 * min(gain_right * least_right, gain_left * least_left)
     if a_min <= 0.0:
         return False
     r = 1.0
-    if right < math.inf:
-        r = (right - min(force, end)) / least_right
-    if left_side < math.inf:
-        r *= (left_side + max(force, end)) / least_left
+    if up < math.inf:
+        r = max(right, right_end) / least_right
+    if down < math.inf:
+        r *= max(left_side, left_end) / least_left
     time = loss * a_min * horizon
     return 4.0 * omega * omega * r <= time * time and next_omega * next_omega * r <= 2.0 * a_min * highest
 
@@ -99,7 +107,7 @@ def rest_at(model, o, region, theta):
 
 
 @kernel(inline="always")
-def has_bounced_out(x, k, model, o, force):
+def has_bounced_out(x, k, model, o, force, weight):
     """Return True if a block has bounced MANY_IMPACTS times and bounces below NO_HEIGHT: it then counts as at rest."""
     if k[IMPACTS] + k[WALL_IMPACTS] <= MANY_IMPACTS or k[NOW] < 0:
         return False
@@ -107,7 +115,8 @@ def has_bounced_out(x, k, model, o, force):
     if rest < 0:
         return False
     gain = model.tables[o, k[NOW], REGION_GAIN]
-    a_min = gain * min(model.rests[o, rest, REST_UP] - force, model.rests[o, rest, REST_DOWN] + force)
+    heavy = value(weight)
+    a_min = gain * min(model.rests[o, rest, REST_UP] * heavy - force, model.rests[o, rest, REST_DOWN] * heavy + force)
     return x[OMEGA] * x[OMEGA] <= 2.0 * a_min * NO_HEIGHT
 
 
@@ -120,11 +129,12 @@ def set_at_rest(x, k, model, o, rest):
 
 
 @kernel(**FUSED)
-def uplift(model, o, x, k, force, slope, left, time):
+def uplift(model, o, x, k, force, slope, left, time, weight):
     """Return the time until forcing lifts a block at rest (left if it does not), and the forcing at that time.
 
     Forcing that is at the threshold to rounding lifts the block only if it grows: the margin is wider than the one
-    within which a piece takes its acceleration for zero, or a block could be lifted and set down without end.
+    within which a piece takes its acceleration for zero, or a block could be lifted and set down without end.  The
+    thresholds are in proportion to the weight.
     """
     row = model.rests[o, -1 - k[NOW]]
     right = row[REST_UP]
@@ -136,23 +146,27 @@ def uplift(model, o, x, k, force, slope, left, time):
         margin = MARGIN * abs(model.tables[o, target, REGION_STIFFNESS] * row[REST_THETA])
         sure_right += margin
         sure_left -= margin
+    heavy = value(weight)
+    heavy_end = value(later(weight, left))
     end = force + slope * left
     t = 0.0
-    if force > sure_right:
+    wide = MARGIN * rounding(weight, force, end)
+    rises = slope - right * rate(weight)
+    sinks = leftward * rate(weight) - slope
+    if force > sure_right * heavy + wide:
         up = True
-    elif force < sure_left:
+    elif force < sure_left * heavy - wide:
         up = False
-    elif end > sure_right and slope > 0.0:
-        t = max(right - force, 0.0) / slope
-        force = right
+    elif end > sure_right * heavy_end + wide and rises > 0.0:
+        t = min(max(right * heavy - force, 0.0) / rises, left)
+        force = right * value(later(weight, t))
         up = True
-    elif end < sure_left and slope < 0.0:
-        t = min(leftward - force, 0.0) / slope
-        force = leftward
+    elif end < sure_left * heavy_end - wide and sinks > 0.0:
+        t = min(max(force - leftward * heavy, 0.0) / sinks, left)
+        force = leftward * value(later(weight, t))
         up = False
     else:
         return left, force
-    t = min(t, left)
     x[THETA] = row[REST_THETA]
     x[OMEGA] = 0.0
     k[NOW] = int(row[REST_UP_TARGET]) if up else int(row[REST_DOWN_TARGET])
@@ -173,22 +187,26 @@ def span_maxima(record):
 
 
 @kernel(**FUSED)
-def until_uplift(record, highs, amplitude, upper, lower, i):
+def until_uplift(record, highs, amplitude, upper, lower, i, weight, lifting):
     """Return the sample, from i on, in which the forcing exceeds the threshold: the last one if it never does.
 
     By `highs` (see `span_maxima`) most samples are passed over.
     """
     force = amplitude * record[i]
-    if force >= upper or force <= lower:  # (a record may begin there)
+    heavy = weight_at(weight, lifting, i)
+    if force >= upper * heavy or force <= lower * heavy:  # (a record may begin there)
         return i
     enough = min(upper, -lower)
     j = i + 1
     while j < record.shape[0]:
-        if j % SPAN == 0 and abs(amplitude) * highs[j // SPAN] < enough:
-            j += SPAN
-            continue
+        if j % SPAN == 0:
+            least = least_weight(weight, lifting, j // SPAN)
+            if least > 0.0 and abs(amplitude) * highs[j // SPAN] < enough * least:
+                j += SPAN
+                continue
         force = amplitude * record[j]
-        if force >= upper or force <= lower:
+        heavy = weight_at(weight, lifting, j)
+        if force >= upper * heavy or force <= lower * heavy:
             return j - 1
         j += 1
     return record.shape[0] - 1

@@ -3,7 +3,10 @@
 import math
 
 from ...compiled import kernel
+from .regions import rate, value
 from .tables import ACCELERATION, DEGREE, EPSILON, FUSED, INVERSE, MOVED, SPEED
+
+FAR_ANGLE = 1.7  # rad: more than any block gets from its balance before it lies
 
 
 @kernel(**FUSED)
@@ -71,36 +74,55 @@ def linear_series(poly, acceleration, omega, c, stiffness, slope, n):
         poly[ACCELERATION, k + 1] = a
 
 
-@kernel(**FUSED)
+@kernel(inline="always")
 def sine_and_cosine(x):
-    """Return sine and cosine, by their series where the next term is below rounding, which is faster than two calls."""
-    if abs(x) > 0.5:
-        return math.sin(x), math.cos(x)
+    """Return sine and cosine by their series, whose next terms are below rounding for |x| <= FAR_ANGLE."""
     y = x * x
-    s = -1.0 / 39916800.0 + y * (1.0 / 6227020800.0)
-    s = -1.0 / 6.0 + y * (1.0 / 120.0 + y * (-1.0 / 5040.0 + y * (1.0 / 362880.0 + y * s)))
-    c = -1.0 / 3628800.0 + y * (1.0 / 479001600.0 + y * (-1.0 / 87178291200.0))
-    c = -0.5 + y * (1.0 / 24.0 + y * (-1.0 / 720.0 + y * (1.0 / 40320.0 + y * c)))
+    s = 1.0 / 355687428096000.0 + y * (-1.0 / 121645100408832000.0 + y * (1.0 / 51090942171709440000.0))
+    s = 1.0 / 6227020800.0 + y * (-1.0 / 1307674368000.0 + y * s)
+    s = -1.0 / 5040.0 + y * (1.0 / 362880.0 + y * (-1.0 / 39916800.0 + y * s))
+    s = -1.0 / 6.0 + y * (1.0 / 120.0 + y * s)
+    c = 1.0 / 2432902008176640000.0 + y * (-1.0 / 1124000727777607680000.0)
+    c = 1.0 / 20922789888000.0 + y * (-1.0 / 6402373705728000.0 + y * c)
+    c = 1.0 / 479001600.0 + y * (-1.0 / 87178291200.0 + y * c)
+    c = -1.0 / 720.0 + y * (1.0 / 40320.0 + y * (-1.0 / 3628800.0 + y * c))
+    c = -0.5 + y * (1.0 / 24.0 + y * c)
     return x + x * y * s, 1.0 + y * c
 
 
 @kernel(inline="always")
-def first_terms(sine, cosine, w0, a0, p2, force, slope):
+def _by_terms(weight, p2, heavier, force, slope, unit):
+    """Return the factors of f and g in slope c - heavier s (see `first_terms`)."""
+    if weight is None:
+        return slope * force * unit, slope * p2 * unit
+    return (slope * force + heavier * p2) * unit, (slope * p2 - heavier * force) * unit
+
+
+@kernel(inline="always")
+def _rate_of_terms(weight, sine, cosine, heavier, slope):
+    """Return slope c - heavier s."""
+    if weight is None:
+        return slope * cosine
+    return slope * cosine - heavier * sine
+
+
+@kernel(inline="always")
+def first_terms(weight, sine, cosine, w0, a0, p2, heavier, force, slope):
     """Return the terms of `exact_series` to degree 12, and the values from which the next terms follow.
 
     w and a: velocity and acceleration.  With sine s and cosine c of the running angle, f = force c - p² s and
     g = force s + p² c take turns as they do, k f_k = sum w_j g_(k-1-j) and k g_k = -sum w_j f_(k-1-j), and
-    a = f + slope t c: a velocity is in the next but one after one sum and two products.
+    a = f + t (slope c - heavier s), in which c and s are sums of f and g, too: a velocity is in the next but one after
+    one sum and two products.  p2, heavier: p² under the weight, and its rate (which is not used without one).
     """
     f0 = a0
     g0 = force * sine + p2 * cosine
     unit = 1.0 / (force * force + p2 * p2)
-    by_f = slope * force * unit
-    by_g = slope * p2 * unit
+    by_f, by_g = _by_terms(weight, p2, heavier, force, slope, unit)
     w1 = a0
     f1 = w0 * g0
     g1 = -w0 * f0
-    a1 = slope * cosine + f1
+    a1 = _rate_of_terms(weight, sine, cosine, heavier, slope) + f1
     w2 = a1 * (1.0 / 2.0)
     f2 = (w0 * g1 + w1 * g0) * (1.0 / 2.0)
     g2 = -(w0 * f1 + w1 * f0) * (1.0 / 2.0)
@@ -157,9 +179,9 @@ def terms_end(w0, a0, a1, a9, a10, h):
 
 
 @kernel(**FUSED)
-def _few_terms(poly, trig, w0, a0, p2, force, slope, h):
+def _few_terms(poly, trig, weight, w0, a0, p2, heavier, force, slope, h):
     """Write the terms of `exact_series` to degree 12; return the degree, or 0 where more terms are needed."""
-    unit, of_f, of_g, of_w, of_a = first_terms(trig[0, 0], trig[1, 0], w0, a0, p2, force, slope)
+    unit, of_f, of_g, of_w, of_a = first_terms(weight, trig[0, 0], trig[1, 0], w0, a0, p2, heavier, force, slope)
     f1, f2, f3, f4, f5, f6, f7, f8, f9, f10 = of_f
     g1, g2, g3, g4, g5, g6, g7, g8, g9, g10 = of_g
     w2, w3, w4, w5, w6, w7, w8, w9, w10, w11 = of_w
@@ -235,7 +257,7 @@ def _power(h, n):
 
 
 @kernel(**FUSED)
-def _many_terms(poly, trig, omega, p2, scale, force, slope, h):
+def _many_terms(poly, trig, weight, omega, p2, heavier, scale, force, slope, h):
     """Write the terms of `exact_series` beyond degree 12, as many as are needed; return the degree and the step."""
     start = abs(poly[ACCELERATION, 0])
     jerk = abs(poly[ACCELERATION, 1])
@@ -252,6 +274,8 @@ def _many_terms(poly, trig, omega, p2, scale, force, slope, h):
         trig[0, k] = s * INVERSE[k]
         trig[1, k] = c * INVERSE[k]
         a = -p2 * trig[0, k] + (force * trig[1, k] + slope * trig[1, k - 1]) * scale
+        if weight is not None:
+            a -= heavier * trig[0, k - 1]
         poly[ACCELERATION, k] = a
         poly[SPEED, k + 1] = a * INVERSE[k + 1]
         poly[MOVED, k + 2] = poly[SPEED, k + 1] * INVERSE[k + 2]
@@ -272,21 +296,28 @@ def _many_terms(poly, trig, omega, p2, scale, force, slope, h):
 
 
 @kernel(**FUSED)
-def exact_series(poly, trig, theta, omega, p2, tilt, scale, force, slope, h):
+def exact_series(poly, trig, weight, theta, omega, p2, tilt, scale, force, slope, h):
     """Write the Taylor series of x'' = -p² sin(tilt - x) + (force + slope t) cos(tilt - x) scale; return a safe step.
 
-    sin and cos of the running angle by their product recurrences.  The step returned (<= h) keeps the neglected terms
-    below 1e-17 of the largest kept one and holds at most one zero of the acceleration: proved by a bound on the terms
-    of the acceleration, or of the jerk, that follow the first.
+    Under vertical shaking p² is times the weight, which is linear in time.  sin and cos of the running angle by their
+    product recurrences.  The step returned (<= h) keeps the neglected terms below 1e-17 of the largest kept one and
+    holds at most one zero of the acceleration: proved by a bound on the terms of the acceleration, or of the jerk, that
+    follow the first.
     """
-    trig[0, 0], trig[1, 0] = sine_and_cosine(tilt - theta)
+    if abs(tilt - theta) <= FAR_ANGLE:
+        trig[0, 0], trig[1, 0] = sine_and_cosine(tilt - theta)
+    else:
+        trig[0, 0] = math.sin(tilt - theta)
+        trig[1, 0] = math.cos(tilt - theta)
+    heavier = p2 * rate(weight)
+    p2 *= value(weight)
     a = -p2 * trig[0, 0] + force * trig[1, 0] * scale
     level = p2 * (abs(trig[0, 0]) + abs(theta)) + abs(force * trig[1, 0] * scale)
     if omega == 0.0 and abs(a) <= 8.0 * EPSILON * level:
         a = 0.0  # (a block that is just lifted: tilt, lever and threshold are rounded, too)
-    n = _few_terms(poly, trig, omega, a, p2, force * scale, slope * scale, h)
+    n = _few_terms(poly, trig, weight, omega, a, p2, heavier, force * scale, slope * scale, h)
     if n == 0:
-        n, h = _many_terms(poly, trig, omega, p2, scale, force, slope, h)
+        n, h = _many_terms(poly, trig, weight, omega, p2, heavier, scale, force, slope, h)
     start = abs(poly[ACCELERATION, 0])
     jerk = abs(poly[ACCELERATION, 1])
     for _ in range(40):

@@ -16,8 +16,10 @@ from .tables import (
     FLAT,
     FRONT,
     FUSED,
+    LEAST_WEIGHT,
     MANY_STEPS,
     OMEGA,
+    OUT_AIRBORNE,
     OUT_BACK,
     OUT_BREAK_TIME,
     OUT_DIRECTION,
@@ -74,18 +76,31 @@ def _first_rise(running, level):
     return low
 
 
+@kernel(**FUSED)
+def _threshold(model, o, zone):
+    """Return the least acceleration, m/s², that lifts a block that rests rigidly in the state -1 - zone."""
+    rest = model.rests[o, -1 - zone]
+    return min(rest[REST_UP], rest[REST_DOWN]) / model.parameters[o, PAR_GAIN]
+
+
 @kernel()
-def _unit_response(record, dt, model, steps, o, unit):
+def _unit_response(record, dt, model, steps, o, unit, lifting, sign):
     """Write the response of oscillator o to the unscaled record before uplift into unit (3, n); return its peak.
 
     An elastic block: its zone's linear response, as if the zone had no edges; at scale factor f it is f times this. A
-    block that rests rigidly: the running maximum of the record alone, in the row of peaks.
+    block that rests rigidly: the running maximum of the record alone, in the row of peaks; under vertical shaking that
+    of |u''| - sign threshold lifting, since |f u''| exceeds threshold (1 + f lifting) where this exceeds threshold/|f|,
+    with the sign of f.
     """
     zone = int(model.parameters[o, PAR_START])
     if zone < 0:
         high = 0.0
+        lighter = sign * _threshold(model, o, zone)
         for i in range(record.shape[0]):
-            high = max(high, abs(record[i]))
+            here = abs(record[i])
+            if lifting.shape[0] > 0:
+                here -= lighter * lifting[i]
+            high = max(high, here)
             unit[UNIT_PEAK, i] = high
         return 0.0
     x = np.empty(STATE_FLOATS)
@@ -129,7 +144,7 @@ def _unit_response(record, dt, model, steps, o, unit):
                 continue
         x[THETA] = theta
         x[OMEGA] = omega
-        solve_sample(x, k, model, o, push, up / dt, 0.0, dt, i * dt, work, None)
+        solve_sample(x, k, model, o, push, up / dt, 0.0, dt, i * dt, work, None, None)
         theta = x[THETA]
         omega = x[OMEGA]
         high = max(high, x[FRONT])
@@ -161,21 +176,32 @@ def begin_runs(batch, start, skip, flags_only):
     factors = batch.factors
     first = batch.first
     begin = batch.begin
+    lifting = batch.lifting
     shaking_left = batch.shaking_left
+    lifting_left = batch.lifting_left
     barriers = batch.barriers
     out = batch.out
     tally = batch.tally
     n = record.shape[0]
     m = which.shape[0]
+    lifts = lifting.shape[0] > 0
     fill_steps(batch.steps, model, dt)
     unit = np.zeros((UNIT_ROWS, n if skip else 0))
     unit_peak = 0.0
     current = -1
+    sign = 0.0
+    lowest = 0.0
+    highest = 0.0
+    if lifts:
+        lowest = lifting.min()
+        highest = lifting.max()
     tally[TALLY_SAMPLES] += m * (n - 1)
-    # the integral of |u''| from each sample to the end (from above: chords of |u''|), and the barriers
+    # the integrals of |u''| and |lifting| from each sample to the end (from above: chords), and the barriers
     if skip and flags_only:
         for i in range(n - 2, -1, -1):
             shaking_left[i] = shaking_left[i + 1] + 0.5 * dt * (abs(record[i]) + abs(record[i + 1]))
+            if lifts:
+                lifting_left[i] = lifting_left[i + 1] + 0.5 * dt * (abs(lifting[i]) + abs(lifting[i + 1]))
         for o in range(model.tables.shape[0]):
             find_barrier(model, o, barriers)
     linear = np.empty(m, np.int64)
@@ -184,6 +210,10 @@ def begin_runs(batch, start, skip, flags_only):
     exact_runs = 0
     for j in range(m):
         o = which[j]
+        if lifts and 1.0 + min(factors[j] * lowest, factors[j] * highest) <= LEAST_WEIGHT:
+            out[j, :] = math.nan
+            out[j, OUT_AIRBORNE] = 1.0
+            continue
         zone = int(model.parameters[o, PAR_START])
         begin[j, 3] = zone
         if zone >= 0:
@@ -193,20 +223,21 @@ def begin_runs(batch, start, skip, flags_only):
             begin[j, 1] = start[1]
             begin[j, 2] = abs(start[0])
             begin[j, 3] = start[2]
-        elif skip and flags_only and cannot_fall(model, o, factors[j], shaking_left, barriers):
+        elif skip and flags_only and cannot_fall(model, o, factors[j], shaking_left, lifting_left, barriers):
             tally[TALLY_SAFE] += n - 1
             out[j, OUT_OVERTURNED] = 0.0
+            out[j, OUT_AIRBORNE] = 0.0
             continue
         elif skip and (
             zone < 0 or (model.tables[o, zone, REGION_OFFSET] == 0.0 and model.parameters[o, PAR_SIDED] == 0.0)
         ):
             # (a zone with a static offset does not respond in proportion to the factor, nor are peaks of a side known)
-            if o != current:
+            if o != current or (lifts and sign * factors[j] < 0.0):
                 current = o
-                unit_peak = _unit_response(record, dt, model, batch.steps, o, unit)
+                sign = math.copysign(1.0, factors[j])
+                unit_peak = _unit_response(record, dt, model, batch.steps, o, unit, lifting, sign)
             if zone < 0:
-                rest = model.rests[o, -1 - zone]
-                level = min(rest[REST_UP], rest[REST_DOWN]) / model.parameters[o, PAR_GAIN]
+                level = _threshold(model, o, zone)
             else:
                 level = min(model.tables[o, zone, REGION_UPPER], -model.tables[o, zone, REGION_LOWER])
             # A part in 10⁹ early: the rounding of a scaled response must not hide the uplift.

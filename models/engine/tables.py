@@ -119,8 +119,9 @@ STATE_FLOATS, STATE_INTEGERS = 11, 15
     OUT_BROKEN,
     OUT_BREAK_TIME,
     OUT_WELL,
-) = range(14)
-OUT_COLUMNS = 14
+    OUT_AIRBORNE,
+) = range(15)
+OUT_COLUMNS = 15
 
 # What a batch counts: samples of all runs, those left out (before the first uplift, after overturning, once the rest of
 # the record cannot overturn the block), events solved.
@@ -205,6 +206,10 @@ MANY_HOPS = 50  # impacts in one sample beyond which low bounces are solved as c
 MANY_IMPACTS = 4_000_000
 
 
+# Of the weight at rest: a block that is lighter at any time counts as airborne (more than the rounding of a weight).
+LEAST_WEIGHT = 1e-12
+
+
 class Model(NamedTuple):
     """All oscillators of a batch: region tables (o, r, 13), links (o, r, 14), rests (o, s, 6), parameters (o, 7)."""
 
@@ -235,8 +240,9 @@ class Batch(NamedTuple):
 
     record (n,) m/s² with step dt; steps (o, r, 8): the propagator of each oscillator and region; which, factors
     (m,), sorted by oscillator; first (m,) and begin (m, 4): the first sample of each run, and theta, omega,
-    peak and region there; shaking_left (n or 0): the integral of |u''| from each sample to the end, and
-    barriers (o, 6), for runs of which only the flag is asked; out (m, 14); turns (2, t) and history (5, n or 0)
+    peak and region there; lifting (n or 0): the vertical acceleration over g, scaled as the record; shaking_left
+    and lifting_left (n or 0): the integrals of |u''| and |lifting| from each sample to the end, and barriers
+    (o, 7), for runs of which only the flag is asked; out (m, 15); turns (2, t) and history (5, n or 0)
     store a single run's; tally (5,) is added to.
     """
 
@@ -248,7 +254,9 @@ class Batch(NamedTuple):
     factors: Any
     first: Any
     begin: Any
+    lifting: Any
     shaking_left: Any
+    lifting_left: Any
     barriers: Any
     out: Any
     turns: Any

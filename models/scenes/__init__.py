@@ -1,1 +1,1 @@
-"""What stands around a block or holds it: walls and restraints, as frozen dataclasses in SI units."""
+"""What stands around a block, holds it or lies under it: walls, restraints, beds; frozen dataclasses in SI units."""

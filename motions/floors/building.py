@@ -18,7 +18,17 @@ from ... import checks
 from ...aliases import Array
 from ...doubts import warn
 from ...units import ACCELERATION, DIMENSIONLESS, VELOCITY, provenance
-from ..arrays import Record, floor_array, floor_coordinates, motion_coordinates, records
+from ..arrays import (
+    BOTH_AXES,
+    HORIZONTAL,
+    WEAK_AXIS,
+    Record,
+    floor_array,
+    floor_coordinates,
+    motion_coordinates,
+    records,
+    shakes_of,
+)
 from ..kernels import oscillators as engine
 from ..plausibility import record_doubts, ringing_doubts
 from .modes import MOST_BEAM_MODES, beam_modes, storey_modes
@@ -219,6 +229,8 @@ class Building:
         ----------
         motions : xarray.DataArray or a sequence of them
             Ground motions (motion, time), m s-2, from rest.  The response ends with them: add zeros for free vibration.
+            Or pairs of components (motion, component, time), as `motions.both_axes` returns them: h1 is in the
+            direction x of the building and h2 in y.
         floors : sequence of int, optional
             Floors, 0 (ground) to the number of storeys (roof); all if not given.
         parts : int
@@ -231,7 +243,8 @@ class Building:
             One array for each array of ground motions: ``acceleration`` (motion, floor, time), m s-2, with ``height``
             (m) on floor, ready for `toppling.ida` and `toppling.motions.measures`; on motion ``ringing``: the greatest
             acceleration of the highest of the floors relative to the ground in the last fundamental period, over its
-            peak.  Floor motions that end with more than a fifth of it are warned of.
+            peak.  Floor motions that end with more than a fifth of it are warned of.  Of pairs (motion, component,
+            floor, time): the building is the same in x and y, and does not twist.
 
         Raises
         ------
@@ -249,7 +262,7 @@ class Building:
         chosen = self._chosen(floors)
         cut = _up_to("parts", parts, MOST_PARTS)
         arrays = [motions] if isinstance(motions, xr.DataArray) else _several(motions)
-        found = [self._histories(_ground(array), chosen, cut) for array in arrays]
+        found = [self._moved(array, chosen, cut) for array in arrays]
         warn(ringing_doubts(found))
         return found[0] if isinstance(motions, xr.DataArray) else found
 
@@ -304,6 +317,27 @@ class Building:
                 **provenance({"building": self._described(), "parts": cut}),
                 "building": json.dumps(self._described(), ensure_ascii=False),
             },
+        )
+
+    def _moved(self, array: xr.DataArray, floors: list[int], parts: int) -> xr.DataArray:
+        """Return the motions of floors under one array of ground motions, of each component of pairs."""
+        if not isinstance(array, xr.DataArray) or shakes_of(array) not in (BOTH_AXES, WEAK_AXIS):
+            return self._histories(_ground(array), floors, parts)
+        _refuse_vertical(records(array))
+        both = array.sel(component=list(HORIZONTAL))
+        each = [self._histories(_ground(both.sel(component=name, drop=True)), floors, parts) for name in HORIZONTAL]
+        x, y = each
+        ringing = np.maximum(x["ringing"].values, y["ringing"].values)
+        return xr.DataArray(
+            np.stack([x.values, y.values], axis=1),
+            dims=("motion", "component", "floor", "time"),
+            coords={
+                **{name: one.variable for name, one in x.coords.items()},
+                "ringing": ("motion", ringing, x["ringing"].attrs),
+                **{name: both.coords[name].variable for name in ("component", "azimuth", "shakes")},
+            },
+            name=x.name,
+            attrs=x.attrs,
         )
 
     def _chosen(self, floors: Any) -> list[int]:
@@ -376,8 +410,20 @@ def _ground(array: Any) -> list[Record]:
     if isinstance(array, xr.DataArray) and "floor" in array.dims:
         raise ValueError("motions must be ground motions (motion, time), got floor motions")
     found = records(array)
+    if any(record.axes for record in found):
+        raise ValueError("motions must be of one component (motions.as_recorded): peaks are of one direction")
+    _refuse_vertical(found)
     warn(record_doubts(found))
     return found
+
+
+def _refuse_vertical(found: list[Record]) -> None:
+    """Raise a ValueError for motions that shake vertically, too: what floors do to that is not modelled."""
+    if any(record.vertical is not None for record in found):
+        raise ValueError(
+            "a building answers horizontal shaking alone: its floors have no vertical motion "
+            "(motions.as_recorded without vertical, motions.vertical = false in a study)"
+        )
 
 
 def _up_to(name: str, value: Any, most: int) -> int:

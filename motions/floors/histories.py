@@ -16,6 +16,7 @@ import xarray as xr
 
 from ...aliases import Array
 from ..arrays import RECORDED, Record, floor_array
+from ..polarity import REVERSED
 
 DIRECTIONS = ("x", "y")
 """Horizontal directions of a building."""
@@ -56,6 +57,12 @@ class FloorHistories:
         Floors with their directions, in the order of the floors.
     elastic : bool
         True where one set stands for all levels, to which it is scaled as if the building were elastic.
+    polarities : int
+        Runs of each motion: 2 where each is followed by its reverse (`both_ways`), else 1.
+    axes : str
+        How the two directions shake pieces: `toppling.motions.arrays.BOTH_AXES` where each shakes the width of a piece
+        and the other one its depth, `WEAK_AXIS` where pieces are asked to be so long that the other one need not, ''
+        where pieces are shaken along their width.
     """
 
     levels: Array
@@ -65,6 +72,8 @@ class FloorHistories:
     supports: tuple[tuple[str, str], ...]
     histories: dict[tuple[int, str, str, str], History]
     elastic: bool = False
+    polarities: int = 1
+    axes: str = ""
 
     @classmethod
     def of(cls, histories: Iterable[History], unit: str = "") -> Self:
@@ -131,8 +140,15 @@ class FloorHistories:
 
     @property
     def motions(self) -> int:
-        """Number of motions of each level."""
+        """Number of motions of each level, those run both ways twice."""
         return len(self.names[0])
+
+    @property
+    def given(self) -> tuple[tuple[str, ...], ...]:
+        """The motions as given of each level (level, motion): a reverse has the name of the motion that it reverses."""
+        if self.polarities == 1:
+            return self.names
+        return tuple(tuple(name for name in own[::2] for _ in (1, -1)) for own in self.names)
 
     def run_shape(self, levels: int) -> tuple[int, int]:
         """Return the numbers of levels and motions of runs: all histories as motions of one level, or each at all."""
@@ -141,7 +157,10 @@ class FloorHistories:
     @property
     def labels(self) -> tuple[str, ...]:
         """Labels of the motions: their names, or numbers where each level has motions of its own."""
-        return tuple(f"motion {j}" for j in range(1, self.motions + 1)) if self.own_motions else self.names[0]
+        if not self.own_motions:
+            return self.names[0]
+        ends = ("", REVERSED)[: self.polarities]
+        return tuple(f"motion {j}{end}" for j in range(1, self.motions // self.polarities + 1) for end in ends)
 
     @property
     def floors(self) -> tuple[str, ...]:
@@ -156,14 +175,44 @@ class FloorHistories:
         """Return the same histories with their levels in SI."""
         return replace(self, levels=np.asarray(levels, dtype=np.float64))
 
+    @property
+    def both_ways(self) -> Self:
+        """The same histories, with each motion followed by its reverse: all floors and directions change their signs.
+
+        The reverse of the histories stands for those of the reversed ground motion: a building that answers both alike.
+
+        Raises
+        ------
+        ValueError
+            A motion that has the name of a reverse already.
+        """
+        reverses = {}
+        for (i, motion, floor, direction), one in self.histories.items():
+            name = f"{motion}{REVERSED}"
+            if (i, name, floor, direction) in self.histories:
+                raise ValueError(f"motion {name!r} has the name of the reverse of motion {motion!r}")
+            reverses[i, name, floor, direction] = one._replace(motion=name, acceleration=-one.acceleration)
+        names = tuple(tuple(f"{name}{end}" for name in own for end in ("", REVERSED)) for own in self.names)
+        return replace(self, names=names, histories={**self.histories, **reverses}, polarities=2)
+
     def on(self, floor: str, direction: str) -> list[Record]:
-        """Return the motions of a floor, those of the first level first."""
+        """Return the motions of a floor, those of the first level first.
+
+        Where both directions shake, each has the other one as its companion.
+        """
         found = []
-        for i, names in enumerate(self.names):
-            for name in names:
+        others = [one for one in self.directions(floor) if one != direction] if self.axes else []
+        for i, (names, given) in enumerate(zip(self.names, self.given, strict=True)):
+            for name, as_given in zip(names, given, strict=True):
                 one = self.histories[i, name, floor, direction]
-                label = f"{self._label(i, name)} {_support((floor, direction))}"
-                found.append(Record(label, one.acceleration, one.dt, one.source, floor, recorded=True))
+                label, of = (f"{self._label(i, own)} {_support((floor, direction))}" for own in (name, as_given))
+                reverse_of = "" if label == of else of
+                found.append(
+                    Record(label, one.acceleration, one.dt, one.source, floor, recorded=True, reverse_of=reverse_of)
+                )
+                for other in others:
+                    across = self.histories[i, name, floor, other].acceleration
+                    found[-1] = found[-1]._replace(companion=across)
         return found
 
     @cached_property

@@ -7,8 +7,9 @@ which mostly lie between samples.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from functools import lru_cache
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import scipy
@@ -186,11 +187,19 @@ def mean_period(acceleration: Array, dt: float) -> float:
         return math.nan
     frequency = np.arange(first, last + 1) * step
     # the chirp transform computes this band only, whatever the step of the record
-    ends = [frequency[0], frequency[-1]]
-    amplitude = scipy.signal.zoom_fft(acceleration / largest, ends, frequency.size, fs=1.0 / dt, endpoint=True)
+    amplitude = _band_transform(acceleration.size, frequency[0], frequency[-1], frequency.size, dt)(
+        acceleration / largest
+    )
     power = np.abs(amplitude) ** 2
     total = float(power.sum())
     return float((power / frequency).sum()) / total if total > 0.0 else math.nan
+
+
+@lru_cache(maxsize=4)
+def _band_transform(size: int, first: float, last: float, number: int, dt: float) -> Callable[[Array], Array]:
+    """Return the Fourier transform at some frequencies (Hz): it is prepared once for all motions of a length."""
+    transform = scipy.signal.ZoomFFT(size, [first, last], number, fs=1.0 / dt, endpoint=True)
+    return cast("Callable[[Array], Array]", transform)
 
 
 def energy_band(acceleration: Array, dt: float, shares: tuple[float, float] = BAND_SHARES) -> tuple[float, float]:

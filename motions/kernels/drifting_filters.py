@@ -7,20 +7,21 @@ import numpy as np
 
 from ...compiled import kernel
 
-# Sums over pulses may be reassociated, so that they are vectorised; their order depends on the machine only.
-_SUMS: dict[str, Any] = {"fastmath": {"reassoc", "contract", "nsz"}}
+# Products and sums are fused where the processor can; the sums over pulses keep their order.
+_FUSED: dict[str, Any] = {"fastmath": {"contract", "nsz"}}
+_COEFFICIENTS: dict[str, Any] = {"fastmath": {"reassoc", "contract", "nsz"}}
 
 DEAD = 14.0  # a response is dropped once its envelope has fallen by exp(14) = 1e6 (its variance by 1e12)
+SAMPLES = 8
+"""Samples that are computed together: a sum waits for its last term, but the sums of eight samples do not wait for each
+other.  `_add_samples` is written for this number."""
 
 
-@kernel(**_SUMS)
-def _noise(pulses, omega, zeta, dt, out, state, last, growth, decay, end):
-    """Compute one motion of `drifting_noise`; the last five arguments are work arrays (n,)."""
-    n = pulses.size
+@kernel(**_COEFFICIENTS)
+def _start(omega, zeta, dt, state, last, growth, decay, end):
+    """Fill the first two values of each pulse's response, the coefficients of its recursion, and its last sample."""
     root = math.sqrt(1.0 - zeta * zeta)
-    oldest = 0
-    for k in range(1, n):
-        j = k - 1
+    for j in range(omega.size):
         ratio = math.exp(-zeta * omega[j] * dt)
         turn = root * omega[j] * dt
         # h(0) = 0 and h(-dt), from which the recursion starts
@@ -28,18 +29,95 @@ def _noise(pulses, omega, zeta, dt, out, state, last, growth, decay, end):
         last[j] = -omega[j] / root * math.sin(turn) / ratio
         growth[j] = 2.0 * ratio * math.cos(turn)
         decay[j] = ratio * ratio
-        end[j] = k + DEAD / (zeta * omega[j] * dt)
-        while oldest < j and end[oldest] < k:
-            oldest += 1
-        total = 0.0
-        variance = 0.0
-        for i in range(oldest, k):
-            new = growth[i] * state[i] - decay[i] * last[i]
-            last[i] = state[i]
-            state[i] = new
-            total += pulses[i] * new
-            variance += new * new
-        out[k] = total / math.sqrt(variance)
+        end[j] = j + 1 + DEAD / (zeta * omega[j] * dt)
+
+
+@kernel(**_FUSED)
+def _add(i, k, pulses, state, last, growth, decay, total, variance):
+    """Advance the response of pulse i by one sample, and add it to the sums of sample k of those computed together."""
+    new = growth[i] * state[i] - decay[i] * last[i]
+    last[i] = state[i]
+    state[i] = new
+    total[k] += pulses[i] * new
+    variance[k] += new * new
+
+
+@kernel(**_FUSED)
+def _add_samples(pulses, state, last, growth, decay, total, variance):
+    """Advance the responses of all these pulses by `SAMPLES` samples, and add them to the sums."""
+    t0, t1, t2, t3 = total[0], total[1], total[2], total[3]
+    t4, t5, t6, t7 = total[4], total[5], total[6], total[7]
+    v0, v1, v2, v3 = variance[0], variance[1], variance[2], variance[3]
+    v4, v5, v6, v7 = variance[4], variance[5], variance[6], variance[7]
+    for i in range(pulses.size):
+        u = pulses[i]
+        g = growth[i]
+        d = decay[i]
+        z = state[i]
+        a = g * z - d * last[i]
+        t0 += u * a
+        v0 += a * a
+        b = g * a - d * z
+        t1 += u * b
+        v1 += b * b
+        a = g * b - d * a
+        t2 += u * a
+        v2 += a * a
+        b = g * a - d * b
+        t3 += u * b
+        v3 += b * b
+        a = g * b - d * a
+        t4 += u * a
+        v4 += a * a
+        b = g * a - d * b
+        t5 += u * b
+        v5 += b * b
+        a = g * b - d * a
+        t6 += u * a
+        v6 += a * a
+        b = g * a - d * b
+        t7 += u * b
+        v7 += b * b
+        last[i] = a
+        state[i] = b
+    total[0], total[1], total[2], total[3] = t0, t1, t2, t3
+    total[4], total[5], total[6], total[7] = t4, t5, t6, t7
+    variance[0], variance[1], variance[2], variance[3] = v0, v1, v2, v3
+    variance[4], variance[5], variance[6], variance[7] = v4, v5, v6, v7
+
+
+@kernel()
+def _noise(pulses, omega, zeta, dt, out, work, total, variance, first):
+    """Compute one motion of `drifting_noise`; work (5, n), total, variance and first (SAMPLES,) are work arrays."""
+    n = pulses.size
+    state, last, growth, decay, end = work[0], work[1], work[2], work[3], work[4]
+    _start(omega[: n - 1], zeta, dt, state, last, growth, decay, end)
+    oldest = 0
+    for k in range(1, n, SAMPLES):
+        samples = min(SAMPLES, n - k)
+        for s in range(samples):
+            total[s] = 0.0
+            variance[s] = 0.0
+            while oldest < k + s - 1 and end[oldest] < k + s:
+                oldest += 1
+            first[s] = oldest
+        # every sum takes its pulses in their order: those that are dropped on the way, those that live through all of
+        # these samples, and those that begin on the way
+        whole = samples == SAMPLES
+        middle = min(first[samples - 1], k) if whole else k
+        for i in range(first[0], middle):
+            for s in range(samples):
+                if i >= first[s]:
+                    _add(i, s, pulses, state, last, growth, decay, total, variance)
+        if whole:
+            live = slice(middle, k)
+            _add_samples(pulses[live], state[live], last[live], growth[live], decay[live], total, variance)
+        for i in range(k, k + samples - 1):
+            for s in range(i - k + 1, samples):
+                if i >= first[s]:
+                    _add(i, s, pulses, state, last, growth, decay, total, variance)
+        for s in range(samples):
+            out[k + s] = total[s] / math.sqrt(variance[s])
 
 
 @kernel(keep=True)
@@ -53,13 +131,12 @@ def drifting_noise(pulses, omega, zeta, dt, live):
     """
     m, n = pulses.shape
     out = np.zeros((m, n))
-    state = np.empty(n)
-    last = np.empty(n)
-    growth = np.empty(n)
-    decay = np.empty(n)
-    end = np.empty(n)
+    work = np.empty((5, n))
+    total = np.empty(SAMPLES)
+    variance = np.empty(SAMPLES)
+    first = np.empty(SAMPLES, np.int64)
     for i in range(m):
-        _noise(pulses[i, : live[i]], omega[i], zeta[i], dt, out[i], state, last, growth, decay, end)
+        _noise(pulses[i, : live[i]], omega[i], zeta[i], dt, out[i], work, total, variance, first)
     return out
 
 

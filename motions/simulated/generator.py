@@ -5,6 +5,7 @@ Motion `index` of a seed has its own random stream, so that any part of an ensem
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import ClassVar
@@ -17,10 +18,13 @@ from ...aliases import Array
 from ...streams import stream
 from ...units import DIMENSIONLESS, METRE
 from ..arrays import from_array
+from ..pairs import join
 from .ground_motion_models import Scenario
 
 Streams = list[np.random.Generator]
 
+SECOND_COMPONENT = (0, 1)
+"""Key, under a seed, of the seed of second components; motions have keys of one number."""
 LARGEST = 1e6
 MOST_SAMPLES = 500_000_000  # 4 GB
 LEAST_STEPS = 20  # fewer steps hold no motion, and a parabolic baseline would remove most of it
@@ -30,6 +34,8 @@ CHUNK_SAMPLES = 2_000_000  # 16 MB for each temporary array
 class Generator(ABC):
     """Generator of simulated motions: a frozen dataclass of parameters with the method `sample`."""
 
+    along_a_pulse: ClassVar[bool] = False
+    """True if the motions are those in the direction of a pulse."""
     own_amplitude: ClassVar[bool] = True
     """True if the motions have the amplitude of an earthquake; False if a parameter sets their amplitude."""
 
@@ -46,6 +52,46 @@ class Generator(ABC):
     @abstractmethod
     def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
         """Return motions `first` … `first + n - 1` of a seed, as one labelled array (motion, time), m/s²."""
+
+    def sample_pairs(self, n: int, seed: int = 0, first: int = 0, correlation: float = 0.0) -> xr.DataArray:
+        """Return pairs of horizontal components, as `toppling.motions.join` joins those of recordings.
+
+        Parameters
+        ----------
+        n, seed, first : int
+            As for `sample`, which gives the first component.
+        correlation : float
+            Expected correlation of the two components over time, between -1 and 1.
+
+        Returns
+        -------
+        xarray.DataArray
+            ``acceleration`` (motion, component, time), m/s²; h2 lies a right angle from h1.
+
+        Raises
+        ------
+        ValueError
+            As `sample`; a correlation out of range; motions in the direction of a pulse, which have no other component.
+
+        Notes
+        -----
+        With a motion w that is drawn independently of h1, h2 = r h1 + sqrt(1 - r²) w.  Of generators whose motions have
+        an amplitude of their own, w is first scaled to the Arias intensity of h1, because both components are of one
+        earthquake; those of recordings differ in it.
+        """
+        share = checks.number("correlation", correlation, at_least=-1.0, at_most=1.0)
+        if self.along_a_pulse:
+            raise ValueError(f"{type(self).__name__} gives motions in the direction of a pulse, which have no pairs")
+        h1 = self.sample(n, seed, first)
+        words = np.random.SeedSequence(seed, spawn_key=SECOND_COMPONENT).generate_state(2, np.uint64)
+        other = self.sample(n, int(words[0]) << 64 | int(words[1]), first)
+        own, drawn = h1.values, other.values
+        if self.own_amplitude:
+            drawn = drawn * np.sqrt((own**2).sum(axis=1) / (drawn**2).sum(axis=1))[:, None]
+        h2 = h1.copy(data=share * own + math.sqrt(1.0 - share**2) * drawn)
+        sources = [f"{one}, in pairs of correlation {share:g}" for one in h1["source"].values]
+        pair = join(h1, h2)
+        return pair.assign_coords(source=("motion", np.array(sources, dtype=object), h1["source"].attrs))
 
 
 def steps_of(duration: float, dt: float) -> int:

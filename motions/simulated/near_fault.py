@@ -80,6 +80,7 @@ class NearFault(ScenarioGenerator):
     dt: float = 0.005
     duration: float | None = None
     late: ClassVar[float] = TRUNCATION
+    along_a_pulse: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _ = self.equations

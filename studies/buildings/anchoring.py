@@ -79,7 +79,7 @@ def anchoring(
     --------
     >>> import toppling as tp
     >>> from toppling.studies.buildings.assessment import assess
-    >>> from toppling.studies.buildings.inventory import Contents, Inventory
+    >>> from toppling.studies.inventory.reading import Contents, Inventory
     >>> low, tall = (Contents(f"{n} shelves", tp.catalogue[f"bookcase-{n}-shelf"], floor=0) for n in (2, 6))
     >>> shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(6)
     >>> found = assess(Inventory((low, tall)), tp.HousnerImpact(), shaking, [6.0])

@@ -7,28 +7,34 @@ each level is exceeded.  The terms are those of FEMA P-58.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from ... import checks
 from ...aliases import Array, Flags
 from ...doubts import warn
 from ...fragility import HazardCurve
+from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.curves.means import REPLICATES
 from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights
 from ...fragility.risk.modelling import MODELLING, blurred
-from ...fragility.runs.labels import block_coordinates, law_coordinates
-from ...fragility.runs.request import runner_of
+from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates
+from ...fragility.runs.provenance import AXES
+from ...fragility.runs.request import check_vertical, runner_of
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling
 from ...fragility.uncertainty.joint import (
     Variability,
+    directions_and_ruptures,
     falling_directions,
+    falls_of_axes,
     oscillators_of_pieces,
     overturning_flags,
     with_restitution,
@@ -41,17 +47,36 @@ from ...motions import Building
 from ...motions.floors.histories import FloorHistories
 from ...motions.intensity.measure import Measure
 from ...motions.plausibility import record_doubts
+from ...motions.polarity import AS_RECORDED, BOTH
 from ...units import DIMENSIONLESS, provenance
-from .consequences import REALISATIONS, PieceScores
-from .contents import Contents, Inventory
+from ..inventory.consequences import REALISATIONS, PieceScores
+from ..inventory.contents import Contents, Inventory
+from .axes import placed_on_axes
 from .modelling import ShiftedLevels, joined, refuse_own_motions, scored_levels, several_classes
-from .outcomes import DAY, JointFlags, thresholds_up_to, upper_tail
+from .outcomes import DAY, MOST_THRESHOLDS, JointFlags, thresholds_up_to, upper_tail
 from .shaking import Shaking, Support, support_of
-from .variables import JOINT, Modelled, Precision, annual_variables, conditional_variables, front_variables, variable
+from .sliding import SlidingRuns, Slipping, draws_of, faces_an_edge, slide_coordinates, slide_variables, slides
+from .variables import (
+    FALLEN,
+    FORWARD,
+    JOINT,
+    RUPTURE,
+    SIDEWAYS,
+    Modelled,
+    Precision,
+    Variables,
+    annual_variables,
+    conditional_variables,
+    event_variables,
+    is_held,
+    variable,
+)
 
 if TYPE_CHECKING:
     from distributed import Client
 
+ALONG_DEPTH = 2
+"""Axis of a fall along the depth (`fragility.runs.axes`)."""
 BUILDING = "building"
 """The place that includes all floors."""
 
@@ -70,11 +95,13 @@ def assess(
     modelling_dispersion: float = 0.0,
     quantiles: Sequence[float] = (0.1, 0.5, 0.9),
     losses: Any = None,
+    slipping: Slipping | None = None,
     consequence_correlation: float = 1.0,
     confidence: float = 0.95,
     replicates: int = REPLICATES,
     seed: int = 0,
     sides: bool | None = None,
+    polarity: str | None = None,
     client: Client | Runner | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
@@ -88,7 +115,9 @@ def assess(
         Damping laws; an item with its own restitution has that instead of the law's.
     motions : xarray.DataArray, a sequence of them or FloorHistories
         Ground motions (motion, time), or floor motions (motion, floor, time), m s-2, which are scaled with their ground
-        motions; or floor histories with levels of their own (SI), at which they are used as they are.
+        motions; or floor histories with levels of their own (SI), at which they are used as they are.  Pairs of
+        components (`toppling.motions.both_axes`, or histories with `axes`), h1 in the direction x of the building and
+        h2 in y, shake pieces about their width and their depth; levels are then of a measure of both components.
     levels : array_like, shape (level,)
         Levels of the measure of the ground motion, SI, > 0, strictly increasing.
     im : str or Measure
@@ -115,6 +144,8 @@ def assess(
     losses : array_like, optional
         Losses at which exceedance is given, currency, >= 0, increasing; 0 and 60 from a thousandth of all to all where
         not given (of costs that have a spread, all is what one in a thousand pieces exceeds).
+    slipping : Slipping, optional
+        Slips whose chances are wanted, and whether the pieces of a line have their coefficient of friction in common.
     consequence_correlation : float
         Correlation of the normal scores of cost, downtime and injuries of one piece, 0 to 1.  Pieces are independent.
         It changes no mean and no exceedance of one of them, only how they come together.
@@ -122,8 +153,12 @@ def assess(
         Of the intervals: their confidence, the number of resamples of the motions and the seed that decides them, and
         the draws of costs, downtimes and injuries.
     sides : bool, optional
-        Whether falls to the front are told apart; where not given, whether any piece that is not anchored has a wall, a
+        Whether forward falls are told apart; where not given, whether any piece that is not anchored has a wall, a
         restraint, a mass off the middle or a lean.
+    polarity : {"as recorded", "both"}, optional
+        ``both`` runs every ground motion, with all floor motions under it, as given and reversed (ü and -ü), because an
+        earthquake may come from either side; where not given, both if front and back of any piece that is not anchored
+        differ (`Block.sided`), else as recorded.
     client, progress
         As for `toppling.ida`.
 
@@ -147,23 +182,51 @@ def assess(
           loss in a mean, quantiles, exceedance and in a year.  ``item_annual_downtime`` is that of one piece.  Costs,
           downtimes and injuries are drawn: ``loss``, ``downtime`` and ``injuries`` have an axis realisation then.
         - ``front`` (as ``overturned``), ``front_probability`` (model, item, level), ``item_front_rate`` (model, item):
-          falls to the front, away from a wall and into the room, where `sides` are told apart.
+          forward falls, away from a wall and into the room, where `sides` are told apart.
+        - ``sideways`` (as ``overturned``), ``sideways_probability``, ``item_sideways_rate``: the same of falls along
+          the depth, NaN of items that are run about their width alone; ``sideways_share`` (model, item): their share of
+          all falls, in a year or at all levels together; where both horizontal components shake.
+        - ``broken_probability``, ``item_broken_rate``: the same that the restraint of a piece breaks, NaN of pieces
+          without one; where sides are told apart and a restraint holds any piece.
+        - With friction, of lines that stand free (NaN of others): ``slides_instead`` (item), the chance of a friction
+          below b/h, ``slide_probability`` (item, level), ``slip_probability`` (item, slip, level) and
+          ``item_slip_rate`` (item, slip), of greater slips; ``gated_probability`` (model, item, level) and
+          ``item_gated_rate`` (model, item), of overturning where pieces slide instead, which lowers no other value.
+        - Of lines that stand on another: ``support_moves_probability`` (item, level), that the piece below slides or
+          rocks, and ``item_support_moves_rate`` (item).  Outcomes of these runs are not those of a moving pedestal.
+        - With an edge at any line: ``fallen`` (model, item, variant, level, motion), flags of pieces that overturned,
+          as if none could slide, or slid off; all that is said of what overturns is then of these.
+          ``overturning_probability`` and ``item_overturning_rate`` are of overturning alone, ``off_probability`` (item,
+          level) and ``item_off_rate`` (item) of falling off.
         - ``level_weight`` (level): the annual rate that each level stands for; ``level_weight_below`` and ``_above``
           say which parts of the first and the last lie outside the levels, ``annual_number_below`` … what comes of it.
 
-        ``…_lower`` and ``…_upper`` are ends of intervals.
+        ``…_lower`` and ``…_upper`` are ends of intervals.  Where motions are run both ways, each is followed by its
+        reverse along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).
 
     Raises
     ------
     TypeError, ValueError
-        As `toppling.ida`; a floor that the building has not, a measure that depends on the block, a hazard curve of
-        another measure, a restitution for a law that has none.
+        As `toppling.ida` and `Inventory.check_supports`; a floor that the building has not, a measure that depends on
+        the block, a hazard curve of another measure, a restitution for a law that has none, motions that hold reverses
+        already; of pairs, as `studies.buildings.axes.placed_on_axes`, and friction; vertical shaking under a building
+        or a law of linear geometry.
 
     Notes
     -----
     All items are shaken by the same ground motion at the same level, each through its own floor, so pieces that fall in
     the same motion are counted together.  Distributions over motions are of this joint outcome; motions have equal
     weight.
+
+    Both ways, a motion has two equally probable outcomes, one of each polarity, which all pieces, floors and directions
+    see together: the earthquake comes from one side or from the other.  What happens jointly is found for each polarity
+    and then averaged: means, probabilities and rates are the averages of those of two assessments, under +ü and under
+    -ü.  All intervals draw a motion with both its outcomes, as one earthquake: two equal outcomes of a motion count as
+    much as one.  Draws of variants, costs, downtimes and injuries are the same for both polarities.
+
+    Two things are assumed.  The fronts of all pieces face the same way, +x or +y of the building: which way a piece
+    faces changes no value of this piece alone, but which pieces fall together.  And the building is symmetric: the
+    floor motions under the reversed ground motion are the reversed floor motions.
 
     Intervals: of probabilities Wilson's with one trial a motion; of means, and of everything in a year, from resampled
     motions (`fragility.means.mean_interval`), each with all its levels, floors and items; of quantiles from ranks.
@@ -172,7 +235,7 @@ def assess(
 
     Costs, downtimes and injuries given the motion: means of sums are exact (the mean of each distribution times the
     probability of its fall), quantiles and exceedances are of the realisations, and so is the mean of the longest
-    downtime (`studies.buildings.consequences`).
+    downtime (`studies.inventory.consequences`).
 
     In a year: integral of the conditional value over the hazard curve (`fragility.hazard.levels.level_weights`: cubics
     in the logarithm of the level, constant above the last one, to zero within one step below the first).
@@ -186,7 +249,7 @@ def assess(
     Examples
     --------
     >>> import toppling as tp
-    >>> from toppling.studies.buildings.inventory import Contents, Inventory
+    >>> from toppling.studies.inventory.reading import Contents, Inventory
     >>> shelves = Inventory((Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=2, count=3),))
     >>> frame = tp.motions.Building.flexural_shear(0.5, storeys=2)
     >>> shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(6)
@@ -201,10 +264,13 @@ def assess(
         raise TypeError(f"variability must be a Variability or None, got {checks.kind(variability)}")
     if isinstance(im, str) and im in BLOCK_MEASURES:
         raise ValueError(f"im must be a measure of the ground motion alone, so that all items see the same, got {im!r}")
+    inventory.check_supports()
     runner = runner_of(client)
     precision = Precision.checked(quantiles, confidence, replicates, seed)
-    shaking = Shaking.of(building, motions, ground, im == SCALE)
-    inventory = shaking.placed(inventory)
+    ways = polarity_of(inventory) if polarity is None else polarity
+    shaking = Shaking.of(building, motions, ground, im == SCALE, ways)
+    check_vertical(laws, shaking.ground)
+    inventory = placed_on_axes(inventory, shaking, laws)
     floors = shaking.used(inventory)
     scaled = shaking.scaled(levels, im)
     beta = checks.number("modelling_dispersion", modelling_dispersion, at_least=0.0, at_most=5.0)
@@ -215,35 +281,67 @@ def assess(
         run = shaking.scaled(every, im)
     weights = None if hazard is None else _weights(scaled, hazard, beta)
     thresholds = _losses(losses, inventory)
-    realisations = REALISATIONS if variability is None else variability.realisations
+    slipping = Slipping() if slipping is None else slipping
+    draws = draws_of(inventory, variability, slipping, precision.seed)
+    realisations = REALISATIONS if draws is None else draws.realisations
     scores = PieceScores(realisations, consequence_correlation, precision.seed)
     check_drawn(inventory, realisations)
     warn([*block_doubts([row.block for row in inventory.rows]), *record_doubts(shaking.given)])
     if sides is None:
         sides = tells_sides(inventory)
-    flags, front = _run(inventory, laws, shaking, run, im, variability, runner, progress, sides)
+    slips = None
+    if any(slides(row) or row.stands_on for row in inventory.rows):
+        shape = (run.levels.size, shaking.runs)
+        plane = bool(shaking.axes)
+        slips = SlidingRuns(inventory, laws[0], slipping, variability, shape, shaking.polarities, runner, plane)
+    found = _run(inventory, laws, shaking, run, im, variability, runner, progress, sides, slips)
+    alone, front, broken, sideways = found
+    edges = slips is not None and bool(slips.edged)
+    flags = alone
+    if slips is not None and edges:
+        front = None if front is None else slips.fallen_forward(front, alone)
+        flags = slips.fallen(alone)
     places = [BUILDING, *(f"floor {floor}" for floor in floors)]
     members = np.array(
         [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
     )
-    joint = JointFlags(inventory, flags, members, thresholds, variability, runner.array, scores)
-    precision = precision.over(shaking.motions)
+    joint = JointFlags(inventory, flags, members, thresholds, draws, runner.array, scores, shaking.polarities, edges)
+    precision = precision.over(shaking.runs // shaking.polarities)
     modelled, to_front = None, None if front is None else replace(joint, flags=front)
+    to_side = None if sideways is None else replace(joint, flags=sideways)
     if mixture is not None:
         modelled = Modelled(joined(joint, mixture, precision.seed), mixture, np.zeros(0))
-        at = np.searchsorted(run.levels, scaled.levels)
-        flags, front = flags[:, :, :, at], None if front is None else front[:, :, :, at]
     variables = conditional_variables(joint, precision, modelled)
+    if slips is not None:
+        variables |= slide_variables(joint, alone, slips, precision, weights, shaking.own_motions, modelled)
+    if mixture is not None:
+        at = np.searchsorted(run.levels, scaled.levels)
+        front = None if front is None else front[:, :, :, at]
+        alone, flags = alone[:, :, :, at], flags[:, :, :, at]
+        sideways = None if sideways is None else sideways[:, :, :, at]
     if to_front is not None:
-        variables |= front_variables(to_front, precision, weights, shaking.own_motions, modelled)
+        variables |= event_variables(to_front, FORWARD, precision, weights, shaking.own_motions, modelled)
+    if broken is not None:
+        ruptures = replace(joint, flags=broken)
+        variables |= event_variables(ruptures, RUPTURE, precision, weights, shaking.own_motions, modelled)
+    if to_side is not None:
+        variables |= event_variables(to_side, SIDEWAYS, precision, weights, shaking.own_motions, modelled)
     if weights is not None:
         if beta > 0.0 and several_classes(inventory):
             modelled = _in_classes(joint, weights, scaled.levels, hazard, beta)
         variables |= annual_variables(joint, weights, precision, shaking.own_motions, modelled)
-    for name, text, own in (("overturned", "overturned", flags), ("front", "overturned to the front", front)):
+    if sideways is not None:
+        variables[f"{SIDEWAYS.name}_share"] = _share_of_falls(variables, weights is not None)
+    forward = "overturned forward or fell off in front" if edges else "overturned forward"
+    for name, text, own in (
+        ("overturned", "overturned", alone),
+        ("front", forward, front),
+        (SIDEWAYS.name, "overturned along its depth", sideways),
+        (FALLEN, "overturned or fell off", flags if edges else None),
+    ):
         if own is None:
             continue
-        if variability is None:
+        if variability is None and own.shape[2] == 1:
             dims: tuple[str, ...] = ("model", "item", "level", "motion")
             variables[name] = variable(dims, own[:, :, 0], DIMENSIONLESS, f"whether a piece {text}")
         else:
@@ -257,8 +355,11 @@ def assess(
         "im": scaled.name,
         "levels": scaled.levels.tolist(),
         "motions": list(shaking.labels),
+        **({} if shaking.polarity == AS_RECORDED else {"polarity": shaking.polarity}),
+        **({AXES: shaking.axes} if shaking.axes else {}),
         "hazard": None if hazard is None else [one.tolist() for one in hazard_points(hazard)],
         "variability": None if variability is None else variability.plain,
+        **({} if slips is None else {"slipping": asdict(slipping)}),
         "replicates": precision.replicates,
         "seed": precision.seed,
         **({"consequence_correlation": scores.correlation} if any(row.drawn for row in inventory.rows) else {}),
@@ -270,6 +371,8 @@ def assess(
         coords={
             **law_coordinates(laws),
             **_item_coordinates(inventory, laws),
+            **(_depths(inventory) if shaking.axes else {}),
+            **slide_coordinates(inventory, slips),
             "place": _labels("place", places, "place: the building, or a floor of it"),
             "level": xr.Variable(
                 "level", scaled.levels, {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
@@ -284,11 +387,34 @@ def assess(
             "im": scaled.name,
             "currency": inventory.currency,
             "confidence": precision.confidence,
-            "pieces": "alike" if variability is None else variability.pieces,
+            "pieces": "alike" if draws is None else draws.pieces,
             MODELLING: beta,
+            **({SLIDES_ON: slips.doubts[0].sentence} if slips is not None and slips.doubts else {}),
             **provenance(configuration),
         },
     )
+
+
+def _depths(inventory: Inventory) -> dict[str, xr.Variable]:
+    """Return the depths of the items, and whether they are run about it, too."""
+    (name, one), *_ = depth_coordinate([row.block for row in inventory.rows]).items()
+    about = [row.both_axes for row in inventory.rows]
+    return {
+        name: xr.Variable("item", one.values, one.attrs),
+        "both_axes": variable(("item",), np.array(about), DIMENSIONLESS, "whether it is run about its depth, too"),
+    }
+
+
+def _share_of_falls(variables: Variables, yearly: bool) -> xr.Variable:
+    """Return the share of the falls of each item that are along its depth, of a year or over the levels together."""
+    if yearly:
+        deep, every = (variables[name].values for name in (f"item_{SIDEWAYS.name}_rate", "item_rate"))
+        text = "share of its annual falls that are along its depth"
+    else:
+        deep, every = (variables[name].values.sum(-1) for name in (f"{SIDEWAYS.name}_probability", "probability"))
+        text = "share of its falls at all levels together that are along its depth"
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return variable(("model", "item"), np.where(every > 0.0, deep / every, np.nan), DIMENSIONLESS, text)
 
 
 def refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:
@@ -316,59 +442,135 @@ def _run(
     runner: Runner,
     progress: Callable[[int, int], None] | None,
     sides: bool,
-) -> tuple[Flags, Flags | None]:
+    slips: SlidingRuns | None,
+) -> tuple[Flags, Flags | None, Flags | None, Flags | None]:
     """Run floor by floor, each direction by itself, and return flags (model, item, variant, level, motion).
 
-    Alike items of a floor and direction are run once.  With `sides` the flags of falls to the front are returned, too.
+    Alike items of a floor and direction are run once.  With `sides` the flags of forward falls are returned, too, and
+    where a restraint holds any piece those of its rupture; where any piece is run about both axes those of falls along
+    the depth.  `slips` are run on the same motions.  Where motions are run both ways, pieces whose front and back are
+    alike are run as recorded: what falls under a motion falls under its reverse, to the other side.
     """
     variants = 1 if variability is None else variability.variants
-    shape = (scaled.levels.size, shaking.motions)
+    shape = (scaled.levels.size, shaking.runs)
     of_all = (len(laws), len(inventory), variants, *shape)
     flags = runner.array(of_all, np.bool_)
     front = runner.array(of_all, np.bool_) if sides else None
-    for every in (flags, *([] if front is None else [front])):
+    broken = runner.array(of_all, np.bool_) if sides and any(map(is_held, inventory.rows)) else None
+    sideways = runner.array(of_all, np.bool_) if any(row.both_axes for row in inventory.rows) else None
+    for every in (one for one in (flags, front, broken, sideways) if one is not None):
         for own in every.reshape(-1, *every.shape[2:]):
             own[...] = False
-    plans: dict[Support, tuple[list[Oscillator], dict[tuple[Any, ...], int]]] = {}
-    for at in shaking.supports(inventory):
+    plans = {at: _runs_on(at, inventory, laws, shaking, variability) for at in shaking.supports(inventory)}
+    cells = shape[0] * shape[1]
+    total = sum(cells // one.stands_for * one.number for runs in plans.values() for one in runs)
+    done = 0
+    for at, runs in plans.items():
+        shaken = shaking.shaken(at, scaled, im) if runs else None
+        if slips is not None and shaken is not None:
+            slips.run(at, shaken)
+        for one in runs:
+            assert shaken is not None  # (there are runs)
+            report = None if progress is None else _shifted(progress, done, total)
+            motions, factors = shaken.motions[:: one.stands_for], shaken.factors[:, :, :: one.stands_for]
+            of_runs = one.oscillators, motions, factors, runner, report
+            found: NDArray[Any]
+            axes = ruptured = None
+            if one.across is not None:
+                of_axes = one.oscillators, one.across, motions, factors, runner, report
+                found, axes, ruptured = falls_of_axes(*of_axes, held=broken is not None)
+            elif broken is None:
+                found, ruptured = (falling_directions if sides else overturning_flags)(*of_runs), None
+            else:
+                found, ruptured = directions_and_ruptures(*of_runs)
+            for i, start in one.rows.items():
+                rows = slice(start, start + len(laws) * variants)
+                own = found[rows].reshape(len(laws), variants, shape[0], -1, 1)
+                if one.stands_for > 1:
+                    # (of runs that leave the floor no side is known: they have the value 2 both ways)
+                    mirrored = np.where(np.abs(own) == 1, own * np.int8(-1), own) if sides or axes is not None else own
+                    own = np.concatenate([own, mirrored], axis=-1)
+                own = own.reshape(len(laws), variants, *shape)
+                flags[:, i] = own != 0
+                if axes is None:
+                    deep = np.zeros((), np.bool_)
+                else:
+                    along = np.repeat(axes[rows].reshape(len(laws), variants, shape[0], -1), one.stands_for, -1)
+                    deep = along.reshape(own.shape) == ALONG_DEPTH
+                if sideways is not None:
+                    sideways[:, i] = deep
+                if front is not None:
+                    front[:, i] = (own > 0) & ~deep
+                if broken is not None and ruptured is not None:
+                    # (what a reverse breaks is broken under the motion, too)
+                    breaks = np.repeat(ruptured[rows].reshape(len(laws), variants, shape[0], -1), one.stands_for, -1)
+                    broken[:, i] = breaks.reshape(own.shape)
+            done += cells // one.stands_for * one.number
+    return flags, front, broken, sideways
+
+
+class _Runs(NamedTuple):
+    """Oscillators that are run together, and the rows that they are of, with the first oscillator of each.
+
+    stands_for: 2 where a motion is run as recorded and stands for its reverse, too, else 1.  across: the same pieces in
+    the direction of their depth, None where they are run about their width alone.
+    """
+
+    oscillators: Sequence[Oscillator]
+    rows: Mapping[int, int]
+    stands_for: int
+    across: Sequence[Oscillator] | None = None
+
+    @property
+    def number(self) -> int:
+        """Number of planar runs of each motion and level."""
+        return len(self.oscillators) * (1 if self.across is None else 2)
+
+
+def _runs_on(
+    at: Support, inventory: Inventory, laws: Sequence[Law], shaking: Shaking, variability: Variability | None
+) -> list[_Runs]:
+    """Return the runs of the pieces that can fall on a support: those of every motion, and those that are mirrored."""
+    rows = {i: row for i, row in enumerate(inventory.rows) if support_of(row) == at and not row.anchored}
+    found = []
+    for stands_for, both in itertools.product(range(1, shaking.polarities + 1), (False, True)):
         oscillators: list[Oscillator] = []
+        across: list[Oscillator] = []
         first: dict[tuple[Any, ...], int] = {}
-        for row in inventory.rows:
-            if support_of(row) == at and not row.anchored and kind_of(row) not in first:
+        starts: dict[int, int] = {}
+        for i, row in rows.items():
+            if (1 if row.block.sided else shaking.polarities) != stands_for or row.both_axes != both:
+                continue
+            if kind_of(row) not in first:
                 first[kind_of(row)] = len(oscillators)
                 for law in laws:
                     oscillators.extend(_named(row, law, variability))
-        plans[at] = oscillators, first
-    runs = shape[0] * shape[1]
-    total = runs * sum(len(oscillators) for oscillators, _ in plans.values())
-    done = 0
-    for at, (oscillators, first) in plans.items():
-        if not oscillators:
-            continue
-        shaken = shaking.shaken(at, scaled, im)
-        report = None if progress is None else _shifted(progress, done, total)
-        ask = falling_directions if sides else overturning_flags
-        found = ask(oscillators, shaken.motions, shaken.factors, runner, report)
-        for i, row in enumerate(inventory.rows):
-            if support_of(row) == at and not row.anchored:
-                start = first[kind_of(row)]
-                own = found[start : start + len(laws) * variants].reshape(len(laws), variants, *shape)
-                flags[:, i] = own != 0
-                if front is not None:
-                    front[:, i] = own > 0
-        done += runs * len(oscillators)
-    return flags, front
+                    across.extend(_named(row, law, variability, across=True) if both else ())
+            starts[i] = first[kind_of(row)]
+        if starts:
+            found.append(_Runs(oscillators, starts, stands_for, across if both else None))
+    return found
+
+
+def polarity_of(inventory: Inventory) -> str:
+    """Return how motions are run by default: both ways if front and back of any piece that can fall differ."""
+    free = [row.block for row in inventory.rows if not row.anchored]
+    return BOTH if any(block.sided or faces_an_edge(block) for block in free) else AS_RECORDED
 
 
 def tells_sides(inventory: Inventory) -> bool:
     """Return whether front and back differ for any piece that can fall: a wall, a restraint, an offset or a lean."""
-    return any(describe_scene(row.block) for row in inventory.rows if not row.anchored)
+    return any({*describe_scene(row.block)} - {"bed"} for row in inventory.rows if not row.anchored)
 
 
-def distinct_runs(inventory: Inventory, variability: Variability | None = None) -> int:
-    """Return the number of oscillators of an inventory for one law: alike items of a floor are run once."""
-    kinds = {(*support_of(row), *kind_of(row)) for row in inventory.rows if not row.anchored}
-    return len(kinds) * (1 if variability is None else variability.variants)
+def distinct_runs(inventory: Inventory, variability: Variability | None = None, polarity: str = AS_RECORDED) -> int:
+    """Return the number of runs of an inventory for one law, motion and level: alike items of a floor are run once.
+
+    Both ways, pieces whose front and back differ are run twice; about both axes, each piece is.
+    """
+    kinds = {(*support_of(row), *kind_of(row)): row for row in inventory.rows if not row.anchored}
+    twice = sum((polarity == BOTH and row.block.sided) or row.both_axes for row in kinds.values())
+    return (len(kinds) + twice) * (1 if variability is None else variability.variants)
 
 
 def kind_of(row: Contents) -> tuple[Any, ...]:
@@ -376,12 +578,13 @@ def kind_of(row: Contents) -> tuple[Any, ...]:
     block = row.block
     sizes = (block.width, block.height, block.cm_height, block.inertia_factor, block.cm_offset, block.lean)
     held = None if block.restraint is None else block.mass  # (which nothing else depends on)
-    return (*sizes, block.wall, block.restraint, held, row.e)
+    depth = block.depth if row.both_axes else None
+    return (*sizes, block.wall, block.restraint, block.bed, held, row.e, depth)
 
 
-def _named(row: Contents, law: Law, variability: Variability | None) -> list[Oscillator]:
+def _named(row: Contents, law: Law, variability: Variability | None, across: bool = False) -> list[Oscillator]:
     try:
-        return oscillators_of_pieces(row.block, law, row.e, variability)
+        return oscillators_of_pieces(row.block, law, row.e, variability, across)
     except ValueError as error:
         raise ValueError(f"{row.label!r}: {error}") from None
 
@@ -454,7 +657,10 @@ def _losses(losses: Any, inventory: Inventory) -> Array:
     if losses is None:
         rows = inventory.rows
         tails = [row.loss if row.cost is None else upper_tail(row.cost) for row in rows]
-        return thresholds_up_to(math.fsum(row.count * tail for row, tail in zip(rows, tails, strict=True)))
+        found = thresholds_up_to(math.fsum(row.count * tail for row, tail in zip(rows, tails, strict=True)))
+        # (a loss without spread steps at the values of pieces, which a grid misses by up to a tenth)
+        exact = {k * row.loss for row in rows if row.cost is None and not row.anchored for k in range(1, row.count + 1)}
+        return np.union1d(found, list(exact)) if len(exact) <= MOST_THRESHOLDS else found
     values = checks.finite_array("losses", np.atleast_1d(np.asarray(losses)), unit=inventory.currency)
     if values[0] < 0.0 or np.any(np.diff(values) <= 0.0):
         raise ValueError(f"losses must be >= 0 and strictly increasing, got {values.tolist()!r:.60}")
@@ -477,7 +683,7 @@ def _laws(models: Any) -> list[Law]:
 
 _OPTIONAL = (
     *("room", "direction", "piece_class", "code_class", "code_importance"),
-    *("anchor_strength", "anchor_height", "kit"),
+    *("anchor_strength", "anchor_height", "kit", "contact", "stands_on"),
 )
 _DRAWN = ("cost", "downtime", "injury")
 """What is described where it is given."""
@@ -498,6 +704,7 @@ def described(row: Contents) -> dict[str, Any]:
         **({} if row.block.mass is None else {"mass": row.block.mass}),
         **{name: getattr(row, name) for name in _OPTIONAL if getattr(row, name)},
         **{name: asdict(getattr(row, name)) for name in _DRAWN if getattr(row, name) is not None},
+        **({} if row.friction is None else {"friction": row.friction.description, "kinetic_ratio": row.kinetic_ratio}),
     }
 
 

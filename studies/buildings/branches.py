@@ -17,18 +17,18 @@ from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.levels import level_weights, line_weights
 from ...fragility.risk.epistemic import FRACTILES
 from ...fragility.risk.weighing import SOURCES, SampledRates, fractiles_of, shares_of_spread
-from ...fragility.uncertainty.joint import Variability
+from ...fragility.uncertainty.joint import PieceDraws
 from ...streams import key_of, stream
 from ...units import DIMENSIONLESS
+from ..inventory.consequences import REALISATIONS, PieceScores
+from ..inventory.contents import Inventory
 from ..text.curve_notes import SETTLED
 from .assessment import HazardPoints, covering
-from .consequences import REALISATIONS, PieceScores
-from .contents import Inventory
 from .joined_classes import JoinedClasses, JoinedDowntime, JoinedEvent
 from .modelling import ShiftedLevels, classes_of, refuse_own_motions
 from .outcomes import DAY, JointFlags
 from .savings import ItemChances
-from .variables import PER_YEAR, Year, per_year, variable
+from .variables import PER_YEAR, Year, fall_flags, per_year, variable
 
 ITEM_RATE, ANY_RATE, CONSEQUENCE_RATE = "item_rate", "any_rate", "consequence_rate"
 NUMBER, LOSS, DOWNTIME, INJURIES = "annual_number", "annual_loss", "annual_downtime", "annual_injuries"
@@ -60,7 +60,7 @@ class Sampling:
     seed: int
     beta: float = 0.0
     spread: bool = False
-    variability: Variability | None = None
+    variability: PieceDraws | None = None
     correlation: float = 1.0
 
     def scores(self, label: str, number: int) -> Array:
@@ -257,9 +257,10 @@ class _Branch:
         self.at = labels.index(branch.model)
         self.assessment = assessment
         self.chances = ItemChances(assessment, np.arange(len(inventory)))
-        self.motions = assessment.sizes["motion"]
+        self.runs = assessment.sizes["motion"]
         self.every = Year.of(assessment, np.ones(self.levels.size))
-        self.drawn = draw_motions(self.every.strata(self.motions), sampling.replicates, sampling.seed)
+        self.motions = self.runs // self.every.polarities
+        self.drawn = draw_motions(self.every.strata(self.runs), sampling.replicates, sampling.seed)
         self.hazard, self.sampling, self.members = branch.hazard, sampling, members
         self.inventory, self.classes = inventory, np.array(classes_of(inventory), dtype=object)
         self.standing = np.array([not row.anchored for row in inventory.rows])
@@ -273,6 +274,10 @@ class _Branch:
     def _year(self, hazard: HazardCurve, beta: float) -> Year:
         return Year(level_weights(self.levels, covering(hazard, self.levels, beta)).weights)
 
+    def _year_at(self, rates: Array) -> Year:
+        """Return the sums, motion by motion, over points of shaking with annual rates (point,)."""
+        return Year(rates, polarities=self.every.polarities)
+
     def _states(self, hazard: HazardCurve) -> ShiftedLevels:
         beta = self.sampling.beta
         mean = covering(hazard, self.levels, beta)
@@ -283,7 +288,7 @@ class _Branch:
         beta, spread = self.sampling.beta, self.sampling.spread
         given = self.chances.piece(slice(self.at, self.at + 1), rows)[0]
         counts = np.array([row.count for row in self.inventory.rows[rows]])
-        self.number += np.einsum("i,ilm->l", counts, given) / self.motions
+        self.number += np.einsum("i,ilm->l", counts, given) / self.runs
         resampled = self.every.resampled(given, self.drawn)
         mean = self._year(self.hazard, beta).total(given).mean(axis=-1)
         inside = 0.0 if spread else beta
@@ -313,7 +318,7 @@ class _Branch:
                 year = self._year(hazard, dispersion)
                 return year.total(together).mean(axis=-1), year.total(resampled)
             states = self._states(hazard)
-            each = Year(states.rates).total(rows.blurred(states))
+            each = self._year_at(states.rates).total(rows.blurred(states))
             return each.mean(axis=-1), each @ self.drawn.T / self.motions
 
         mean, _ = of(self.hazard, beta)
@@ -334,7 +339,7 @@ class _Branch:
             for s in range(number):
                 shifts = {label: beta * each[s] for label, each in scores.items()}
                 cases, rates = _cases(states, shifts)
-                modelled[:, s, r] = Year(rates).total(rows.at(cases)) @ self.drawn[s] / self.motions
+                modelled[:, s, r] = self._year_at(rates).total(rows.at(cases)) @ self.drawn[s] / self.motions
         return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
 
     def event(self, word: str = "") -> JoinedEvent:
@@ -342,7 +347,7 @@ class _Branch:
         sets = self.members & self.standing
         if word:
             sets = sets & np.array([word in row.consequences for row in self.inventory.rows])
-        shape = (self.members.shape[0], self.levels.size, self.motions)
+        shape = (self.members.shape[0], self.levels.size, self.runs)
         found: dict[str, Array] = {}
         for i in np.flatnonzero(sets.any(axis=0)):
             none = found.setdefault(str(self.classes[i]), np.ones(shape))
@@ -352,15 +357,20 @@ class _Branch:
     @property
     def downtime(self) -> JoinedDowntime:
         """Return the longest downtime in each place."""
-        flags = self.assessment["overturned"]
-        if "variant" not in flags.dims:
-            flags = flags.expand_dims("variant")
-        own = flags.isel(model=[self.at]).transpose("model", "item", "variant", "level", "motion").values
+        own = fall_flags(self.assessment).isel(model=[self.at]).values
         sampling = self.sampling
         realisations = REALISATIONS if sampling.variability is None else sampling.variability.realisations
         scores = PieceScores(realisations, sampling.correlation, sampling.seed)
         nothing = np.zeros(0)  # (no loss is asked for)
-        joint = JointFlags(self.inventory, own, self.members, nothing, sampling.variability, scores=scores)
+        joint = JointFlags(
+            self.inventory,
+            own,
+            self.members,
+            nothing,
+            sampling.variability,
+            scores=scores,
+            polarities=self.every.polarities,
+        )
         return JoinedDowntime(joint, sampling.seed)
 
     @property

@@ -8,7 +8,7 @@ import xarray as xr
 from ...motions import Building
 from ...units import DIMENSIONLESS, NEWTON
 from ..codes.check import Code, CodeCheck, Component
-from .contents import Contents, Inventory
+from ..inventory.contents import Contents, Inventory
 from .variables import variable
 
 TEXTS = {

@@ -19,7 +19,7 @@ from ...aliases import Array, Index
 from ...fragility import HazardCurve
 from ...fragility.hazard.levels import LevelWeights
 from ...streams import key_of, stream
-from .contents import Inventory
+from ..inventory.contents import Inventory
 from .outcomes import ANY, JointFlags, JointOutcomes
 
 DRAWS = 32
@@ -232,7 +232,7 @@ def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
             for i, word in enumerate(part.inventory.consequences):
                 found.happens[event.name][:, :, words.index(word)] *= stays[:, :, i]
         named = {one.name for one in part.quantities}
-        scores = _scores(str(label), motions, seed)
+        scores = _scores(str(label), motions // joint.polarities, seed)
         for one in quantities:
             if one.name not in named:
                 continue
@@ -240,8 +240,9 @@ def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
                 found.expected[one.name] += mixture.of(own.expected[one.name])
             outcomes = own.outcomes[one.name]
             for motion in range(motions):
-                states = mixture.states(scores[motion])
-                fillings = (motion * DRAWS + np.arange(DRAWS)) % outcomes.shape[-1]
+                of_motion = motion // joint.polarities  # (both polarities of a motion have the same draws)
+                states = mixture.states(scores[of_motion])
+                fillings = (of_motion * DRAWS + np.arange(DRAWS)) % outcomes.shape[-1]
                 of_state = np.concatenate([np.zeros_like(outcomes[:, :, :1, motion]), outcomes[:, :, :, motion]], 2)
                 drawn = of_state[:, :, states, fillings]
                 here = found.outcomes[one.name][:, :, :, motion]

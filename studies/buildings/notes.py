@@ -15,16 +15,22 @@ from ...fragility import HazardCurve
 from ...fragility.hazard.levels import line_weights
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.risk.modelling import MODELLING
+from ...fragility.runs.provenance import number_of_motions
+from ...fragility.uncertainty.joint import TOGETHER
+from ...models import Block
+from ...models.friction import LOCKED
 from ...motions.floors.histories import FloorHistories
+from ...motions.polarity import BOTH
 from ...units import DIMENSIONLESS
 from ...wording import counted, listed_name, whole_percent
+from ..inventory.contents import Inventory
 from ..text.curve_notes import NOTABLE, SETTLED, beyond_hazard, branches_beyond_note
 from ..text.spread import branch_names
 from ..text.words import level_text
 from .assessment import BUILDING, HazardPoints, covering
 from .branches import BEYOND
-from .contents import Inventory
-from .variables import variable
+from .sliding import faces_an_edge
+from .variables import FALLEN, fall_flags, levels_have_own_motions, variable
 
 NOTABLE_BELOW = 0.02
 """Share of an annual value from below the levels above which it is worth a sentence."""
@@ -48,22 +54,29 @@ def notes(assessment: xr.Dataset) -> list[str]:
     above = [(one, _share(one, "above")) for one in amounts if not one.settled]
     found += _from(below, NOTABLE_BELOW, "below the first level, where it is a guess: add lower levels")
     found += _from(above, NOTABLE, "above the last level, as if nothing more fell there: add higher levels")
-    if not bool(assessment["overturned"].any()):
+    if not bool(fall_flags(assessment).any()):
         found.append("nothing overturned under any motion: annual values have no intervals")
-    if "record" in assessment.coords and "level_weight" in assessment:
+    if FALLEN in assessment:
+        found.append(
+            "falls count overturning, as if no piece could slide, and sliding off an edge; overturning alone is given "
+            "beside them"
+        )
+    if levels_have_own_motions(assessment) and "level_weight" in assessment:
         found += _untried(assessment)
     if assessment.attrs["pieces"] == "alike" and int(assessment["count"].max()) > 1:
         found.append("pieces of a line are alike and overturn together: means do not depend on it, extremes do")
+    if FALLEN in assessment and assessment.attrs["pieces"] == TOGETHER and int(assessment["count"].max()) > 1:
+        found.append("pieces of a line share their friction and fall together: means do not depend on it, extremes do")
     return found
 
 
 def _untried(assessment: xr.Dataset) -> list[str]:
     """Return a sentence on levels whose own motions made nothing fall: resampling them adds nothing to an interval."""
-    over = [dim for dim in assessment["overturned"].dims if dim != "level"]
-    never = ~assessment["overturned"].any(over).values
+    flags = fall_flags(assessment)
+    never = ~flags.any([dim for dim in flags.dims if dim != "level"]).values
     if not never.any() or never.all():
         return []
-    n = assessment.sizes["motion"]
+    n = number_of_motions(assessment)
     most = float(wilson_interval(np.zeros(1, np.int64), np.array([n]), float(assessment.attrs["confidence"]))[1][0])
     named = ", ".join(level_text(float(one), assessment["level"]) for one in assessment["level"].values[never])
     return [
@@ -77,10 +90,7 @@ def anchored_text(here: xr.Dataset) -> str:
     every = int(here["count"].values.sum())
     number, names = _named(here, here["anchored"].values.astype(bool))
     one = number == 1
-    said = (
-        f"{number:,} of {every:,} pieces {'is' if one else 'are'} anchored and {'counts' if one else 'count'} as not "
-        f"overturning: {names}"
-    )
+    said = f"{number:,} of {every:,} pieces {'is' if one else 'are'} anchored and assumed not to overturn: {names}"
     kits = here["anchored_with"].values if "anchored_with" in here.coords else np.full(here.sizes["item"], "")
     held, of_kits = _named(here, kits != "", kits)
     if not held:
@@ -105,7 +115,7 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
     Examples
     --------
     >>> import toppling as tp
-    >>> from toppling.studies.buildings.contents import Contents
+    >>> from toppling.studies.inventory.contents import Contents
     >>> shelf = Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=0, consequences=("injuries",))
     >>> inventory_notes(Inventory((shelf,)), ("injury", "blocks-exit"), False)[0]
     "the consequence 'injuries' is not among the safety consequences: did you mean 'injury'?"
@@ -121,12 +131,16 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
             f"no consequence in the inventory ({', '.join(words)}) is a matter of safety ({', '.join(safety)}): every "
             "piece is judged by money; performance.safety names others"
         )
-    sided = [row.label for row in inventory.rows if row.block.sided and not row.anchored]
-    if sided:
+    rolling = [row.label for row in inventory.rows if row.rolls and not row.anchored]
+    if rolling:
         found.append(
-            f"{first_names(sided)}: a motion and its reverse differ for what stands at a wall, is held by a kit, is "
-            "loaded off the middle or leans; inventories are run under the motions as recorded only, which can make "
-            "falls to the front and what kits save too high or too low"
+            f"{first_names(rolling)}: on castors that are not locked a piece rolls, which is not modelled: what is "
+            "said of its falls is of the same piece on feet that cannot slide"
+        )
+    locked = [row.label for row in inventory.rows if row.contact == LOCKED and not row.anchored]
+    if locked:
+        found.append(
+            f"{first_names(locked)}: locked castors are taken as feet, which holds only as long as every brake does"
         )
     if coded:
         for column, missing, what in (
@@ -144,6 +158,23 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
             if missing:
                 found.append(f"{column} is not given, so that {what} {first_names(missing)}")
     return found
+
+
+def polarity_notes(blocks: Sequence[Block], polarity: str) -> list[str]:
+    """Notes on how motions are run where front and back of the blocks that can fall differ, or with both polarities."""
+    if polarity == BOTH:
+        return [
+            "every motion is run both ways, as it is and reversed, because an earthquake may come from either side: "
+            "intervals count the two as one earthquake, and the fronts of all pieces are taken to face the same way"
+        ]
+    sided = [block.label for block in blocks if block.sided or faces_an_edge(block)]
+    if not sided:
+        return []
+    return [
+        f"{first_names(sided)}: a motion and its reverse differ for what stands at a wall or an edge, is held by a "
+        "kit, is loaded off the middle or leans; motions are run as recorded only (performance.polarity), which can "
+        "make falls to the front or off an edge and what kits save too high or too low"
+    ]
 
 
 UNDIRECTED = (
@@ -175,7 +206,7 @@ def history_notes(histories: FloorHistories, inventory: Inventory) -> list[str]:
             "each level has motions of its own: levels count as independent of each other in intervals of annual values"
         )
     used = {row.direction for row in inventory.rows if not row.anchored}
-    if used - {""}:
+    if used - {""} and not histories.axes:
         each = [f"{sum(row.direction == one for row in inventory.rows)} in {one}" for one in sorted(used)]
         found.append(
             f"each line is shaken in the direction of its width alone ({', '.join(each)}): shaking across it, and "

@@ -16,10 +16,10 @@ import numpy as np
 from ...aliases import Array, Flags, Index
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
 from ...fragility.numerics.totals import chances, chances_of_any, chances_of_none, expected_totals, totals
-from ...fragility.uncertainty.joint import Variability
+from ...fragility.uncertainty.joint import INDEPENDENT, PieceDraws, drawn_pieces
 from ...units import DIMENSIONLESS
-from .consequences import COLUMNS, Consequence, PieceScores
-from .contents import Inventory
+from ..inventory.consequences import COLUMNS, Consequence, PieceScores
+from ..inventory.contents import Inventory
 
 MOST_THRESHOLDS = 60
 TAIL = 3.090232306167813
@@ -91,16 +91,21 @@ class JointFlags:
     """Flags (model, item, variant, level, motion) of an inventory, and the places of its items.
 
     members (place, item): True where an item belongs to a place; losses: thresholds of the loss, empty where nothing
-    has a value; array: allocates the arrays of every motion; scores: draws of the consequences of pieces.
+    has a value; array: allocates the arrays of every motion; scores: draws of the consequences of pieces; polarities:
+    of each motion, which follow one another along motion and are outcomes of their own with the same draws.
+    variability: how pieces are drawn from variants, None where they are alike.  edges: whether flags are of pieces that
+    fell off an edge, too.
     """
 
     inventory: Inventory
     flags: Flags
     members: Flags
     losses: Array
-    variability: Variability | None
+    variability: PieceDraws | None
     array: Allocator = in_memory
     scores: PieceScores = field(default_factory=PieceScores)
+    polarities: int = 1
+    edges: bool = False
 
     @cached_property
     def counts(self) -> Index:
@@ -112,6 +117,20 @@ class JointFlags:
         """True for items that are not anchored (item,)."""
         return np.array([not row.anchored for row in self.inventory.rows])
 
+    @property
+    def falls(self) -> str:
+        """The verb of what the flags are of, in the present."""
+        return "overturns or falls off" if self.edges else "overturns"
+
+    @property
+    def fell(self) -> str:
+        """The verb of what the flags are of, in the past."""
+        return "overturned or fallen off" if self.edges else "overturned"
+
+    @property
+    def _has_fallen(self) -> str:
+        return "overturned or fell off" if self.edges else "overturned"
+
     @cached_property
     def numbers(self) -> Array:
         """Numbers of pieces at which exceedance is given: every number, or some 60 where there are more."""
@@ -121,17 +140,17 @@ class JointFlags:
     def quantities(self) -> list[Quantity]:
         """The number of pieces and, where lines give them, the loss, the downtime and the injured persons."""
         rows = self.inventory.rows
-        found = [Quantity("number", np.ones(len(rows)), DIMENSIONLESS, "pieces overturned", self.numbers, False)]
+        found = [Quantity("number", np.ones(len(rows)), DIMENSIONLESS, f"pieces {self.fell}", self.numbers, False)]
         if self.losses.size:
             values = np.array([row.loss for row in rows])
             units = self.inventory.currency or DIMENSIONLESS
             spread = any(row.cost is not None for row in rows)
-            text = "cost of what overturned" if spread else "value overturned"
+            text = f"cost of what {self._has_fallen}" if spread else f"value {self.fell}"
             found.append(Quantity("loss", values, units, text, self.losses, True, "cost" if spread else ""))
         days = np.array([0.0 if row.downtime is None else row.downtime.mean for row in rows])
         if days.any():
             thresholds = thresholds_up_to(max(upper_tail(row.downtime) for row in rows))
-            text = "longest downtime of what overturned"
+            text = f"longest downtime of what {self._has_fallen}"
             found.append(Quantity("downtime", days, DAY, text, thresholds, True, "downtime", greatest=True))
         persons = np.array([0.0 if row.injury is None else row.injury.mean for row in rows])
         if persons.any():
@@ -143,12 +162,12 @@ class JointFlags:
     @property
     def events(self) -> list[Event]:
         """The event that anything overturns and, where there are consequences, the event of each."""
-        found = [Event(ANY, self.members, ("place",), "at least one piece overturns")]
+        found = [Event(ANY, self.members, ("place",), f"at least one piece {self.falls}")]
         words = self.inventory.consequences
         if words:
             has = np.array([[word in row.consequences for row in self.inventory.rows] for word in words])
             sets = self.members[:, None, :] & has
-            text = "at least one piece with the consequence overturns"
+            text = f"at least one piece with the consequence {self.falls}"
             found.append(Event("consequence", sets, ("place", "consequence"), text))
         return found
 
@@ -165,7 +184,7 @@ class JointFlags:
     def results(self) -> JointOutcomes:
         """The joint outcomes, given the motion."""
         models, items, _, *shaken = self.flags.shape
-        independent = self.variability is not None and self.variability.pieces == "independent"
+        independent = self.variability is not None and self.variability.pieces == INDEPENDENT
         quantities, events = self.quantities, self.events
         draws = {one.name: self._draws(bool(one.drawn)) for one in quantities}
         of_places = (models, self.members.shape[0], *shaken)
@@ -197,7 +216,7 @@ class JointFlags:
     def _draws(self, drawn: bool) -> list[Index]:
         """Return the number of pieces of every line of each variant (realisation, variant)."""
         if self.variability is not None:
-            return [self.variability.draws(row.label, row.count) for row in self.inventory.rows]
+            return [drawn_pieces(self.variability, row.label, row.count) for row in self.inventory.rows]
         realisations = self.scores.realisations if drawn else 1
         return [np.full((realisations, 1), row.count) for row in self.inventory.rows]
 
@@ -220,7 +239,7 @@ class JointFlags:
         at = np.arange(of_variants.shape[0])
         for motion in np.flatnonzero(flags.any(axis=(0, 1, 2))):
             fallen = np.einsum("rv,kvl->klr", of_variants, flags[..., motion].astype(np.int64))
-            scores = self.scores.of_pieces(row.label, row.count, int(motion))
+            scores = self.scores.of_pieces(row.label, row.count, int(motion) // self.polarities)
             for one in quantities:
                 amounts = one.running(getattr(row, one.drawn).at(scores[..., COLUMNS[one.drawn]]))[fallen, at]
                 for place in places:

@@ -16,7 +16,7 @@ from ..codes.check import REQUIRED, CodeCheck
 from .code_checks import checks_of_items
 from .variables import JOINT
 
-SAFETY = ("injury", "blocks-exit")
+SAFETY = ("injury", "blocks-exit", "release")
 """Consequences that rank before money, where a study names no others."""
 YEARS = 50.0
 """Years in which anchoring has to save its cost, without discounting, to be worth it; and of the chance of falling."""
@@ -25,18 +25,21 @@ MOST = 0.8
 SHARES = (0.1, 0.5)
 """Probabilities of falling at whose levels of shaking a piece is described."""
 
-DUTY, WEAK, REDUCES, SAFER, WORTH, UNRESOLVED, UNPRICED, SMALL, ANCHORED = (
+DUTY, WEAK, REDUCES, SAFER, SAVES, PREVENTS, WORTH, UNRESOLVED, UNPRICED, UNVALUED, SMALL, ANCHORED = (
     "required by code",
     "anchor below code force",
     "reduces risk most",
     "makes people safer",
+    "reduces loss most",
+    "prevents most other falls",
     "worth its cost",
     "not resolved",
-    "cost or value not given",
+    "anchoring cost not given",
+    "value not given",
     "small effect",
     "anchored",
 )
-_ORDER = (DUTY, WEAK, REDUCES, SAFER, WORTH, UNRESOLVED, UNPRICED, SMALL, ANCHORED)
+_ORDER = (DUTY, WEAK, REDUCES, SAFER, SAVES, PREVENTS, WORTH, UNRESOLVED, UNPRICED, UNVALUED, SMALL, ANCHORED)
 HELD = (ANCHORED, WEAK)
 """Recommendations for pieces that are anchored; those without a kit do not fall in any run."""
 SORTS = ("recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item")
@@ -67,7 +70,8 @@ class Piece(NamedTuple):
     study's building code says of it, None where there is none.  chosen: whether it is among the lines to anchor for the
     study's budget, None where there is none.  downtime: expected days a year for which one piece is out of use;
     injuries: expected number of persons a year whom the line injures.  kit: the kit that holds it and can break, ''
-    for none.
+    for none.  carried: value of what stands on the pieces of the line, which is lost where they fall and is part of the
+    saving.
     """
 
     item: str
@@ -88,6 +92,7 @@ class Piece(NamedTuple):
     downtime: Range = UNKNOWN
     injuries: Range = UNKNOWN
     kit: str = ""
+    carried: float = 0.0
 
     @property
     def held(self) -> bool:
@@ -114,13 +119,17 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
     -----
     *Required by code* and *anchor below code force* come before all others, whatever the risk.  Other recommendations,
     for pieces that are not anchored.  Where the falling of a piece is a matter of safety (``safety``,
-    by default the consequences injury and blocks-exit), nothing is said of its cost: *reduces risk most* for those
-    that, taken from the one that contributes most, make up four fifths of the expected falls of all such pieces, *makes
-    people safer* for the others.  For pieces that are no matter of safety: *worth its cost*, if the lower end of what
+    by default the consequences injury, blocks-exit, and release of a hazardous substance), nothing is said of its cost:
+    *reduces risk most* for those that, taken from the one that contributes most, make up four fifths of the expected
+    falls of all such pieces (of the expected injuries, where the inventory gives these for all of them), *makes people
+    safer* for the others.  For pieces that are no matter of safety: *worth its cost*, if the lower end of what
     anchoring saves in 50 years, without discounting, is more than its cost; *small effect*, if the upper end is less;
-    *not resolved* between the two; *cost or value not given* where there is nothing to compare.  Without a hazard, or
-    where no piece has a value, *reduces risk most* are those that make up four fifths of the expected loss (falls,
-    where nothing has a value), and *small effect* the others.  A piece that falls under no motion is *not resolved*.
+    *not resolved* between the two; *anchoring cost not given*, *value not given* where there is nothing to compare.
+    Without a hazard, or
+    where no piece has a value, *reduces loss most* are those that make up four fifths of the expected loss
+    (*prevents most other falls*: of the falls, where nothing has a value), and *small effect* the others; both are
+    *reduces risk most* in an inventory of which nothing that is not anchored is a matter of safety.  A piece that falls
+    under no motion is *not resolved*.
     """
     here = results.isel(model=model)
     yearly = "item_rate" in here
@@ -143,7 +152,9 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
         curve = isotonic_probabilities(levels, observed[i], runs)[None]
         chance = Range(*chances[i].tolist())
         count, value, cost = int(one["count"]), float(one["value"]), float(one["anchoring_cost"])
-        saving = chance.times(count * value) if yearly and value > 0.0 else UNKNOWN
+        carried = _carried(here, str(item))
+        lost = count * value + carried
+        saving = chance.times(lost) if yearly and lost > 0.0 else UNKNOWN
         found.append(
             Piece(
                 item=str(item),
@@ -164,9 +175,21 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
                 downtime=_a_year(here, "downtime", i),
                 injuries=_a_year(here, "injuries", i),
                 kit=str(kits[i]),
+                carried=carried,
             )
         )
     return _sorted(_recommended(found), str(results.attrs.get("sort", SORTS[0])))
+
+
+def _carried(here: xr.Dataset, support: str) -> float:
+    """Return the value of what stands on the pieces of a line, and is lost where these fall, also if it is held there.
+
+    What falls by itself in the same motions is counted in its own line as well.
+    """
+    if "stands_on" not in here.coords:
+        return 0.0
+    above = here.isel(item=np.flatnonzero(here["stands_on"].values == support))
+    return float((above["count"].values * np.nan_to_num(above["value"].values)).sum())
 
 
 def _a_year(here: xr.Dataset, quantity: str, i: int) -> Range:
@@ -181,7 +204,8 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
     """Choose the lines to anchor for a sum of money under one law: `chosen` in the order of the results' items.
 
     What the code requires comes first (as many pieces as the budget allows), then the most falls of pieces that are a
-    matter of safety, then of the others what they save in 50 years beyond their cost: none is chosen that costs more
+    matter of safety (the most injuries, where these are known of all such pieces), then of the others what they save in
+    50 years beyond their cost: none is chosen that costs more
     than it saves.  Without a hazard, or where nothing has a value, the loss or the falls of the others.
 
     Parameters
@@ -208,11 +232,12 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
     valued = any(one.value > 0.0 for one in pieces)
     priced = any(math.isfinite(one.saving.value) for one in pieces)
     goals: list[list[float]] = [[], [], []]
+    harm = _harm(pieces)
     for one in pieces:
         falls = 0.0 if one.held else one.number * one.chance.value
         goals[0].append(float(one.number) if one.recommendation == DUTY else 0.0)
-        goals[1].append(falls if one.safety else 0.0)
-        gain = falls * (one.value if valued else 1.0)
+        goals[1].append(harm(one) if one.safety and not one.held else 0.0)
+        gain = falls * one.value + (0.0 if one.held else one.chance.value * one.carried) if valued else falls
         if priced:
             gain = YEARS * one.saving.value - one.number * one.cost
             gain = gain if math.isfinite(gain) else 0.0
@@ -236,11 +261,15 @@ def _settled(anchored: bool, held: bool, code: CodeCheck | None) -> str:
 def _recommended(pieces: Sequence[Piece]) -> list[Piece]:
     """Return the pieces with their recommendations."""
     free = [one for one in pieces if not one.recommendation and one.chance.value > 0.0]
-    safety = _most([one for one in free if one.safety], lambda one: one.number * one.chance.value)
+    safety = _most([one for one in free if one.safety], _harm(pieces))
     others = [one for one in free if not one.safety]
     known = any(math.isfinite(one.saving.value) and math.isfinite(one.cost) for one in others)
-    valued = any(one.value > 0.0 for one in others)
-    most = _most(others, lambda one: one.number * one.chance.value * (one.value if valued else 1.0))
+    valued = any(one.value > 0.0 or one.carried > 0.0 for one in others)
+    # (money is never called the greatest risk beside a piece that can injure people)
+    first = (SAVES if valued else PREVENTS) if any(one.safety and not one.held for one in pieces) else REDUCES
+    most = _most(
+        others, lambda one: one.chance.value * ((one.number * one.value + one.carried) if valued else one.number)
+    )
 
     def words(one: Piece) -> str:
         if one.chance.value == 0.0:
@@ -249,9 +278,20 @@ def _recommended(pieces: Sequence[Piece]) -> list[Piece]:
             return REDUCES if one.item in safety else SAFER
         if known:
             return _by_cost(one)
-        return REDUCES if one.item in most else SMALL
+        return first if one.item in most else SMALL
 
     return [one if one.recommendation else one._replace(recommendation=words(one)) for one in pieces]
+
+
+def _harm(pieces: Sequence[Piece]) -> Callable[[Piece], float]:
+    """Return how much a piece contributes to the danger to people, the measure by which these are ranked.
+
+    The expected injuries, where they are known of all pieces that are a matter of safety and not held; else the falls.
+    """
+    of = [one for one in pieces if one.safety and not one.held and one.chance.value > 0.0]
+    if of and all(one.injuries.value > 0.0 for one in of):
+        return lambda one: one.injuries.value if one.injuries.value > 0.0 else 0.0
+    return lambda one: one.number * one.chance.value
 
 
 def _most(pieces: Sequence[Piece], contribution: Callable[[Piece], float]) -> set[str]:
@@ -268,7 +308,9 @@ def _most(pieces: Sequence[Piece], contribution: Callable[[Piece], float]) -> se
 
 def _by_cost(one: Piece) -> str:
     cost = one.number * one.cost
-    if math.isnan(cost) or math.isnan(one.saving.value):
+    if math.isnan(one.saving.value):
+        return UNVALUED
+    if math.isnan(cost):
         return UNPRICED
     least, most = (YEARS * end if math.isfinite(end) else math.nan for end in one.saving[1:])
     return WORTH if least >= cost else SMALL if most < cost else UNRESOLVED
@@ -280,12 +322,14 @@ def _sorted(pieces: list[Piece], by: str) -> list[Piece]:
     def last(value: float) -> tuple[bool, float]:
         return math.isnan(value), value
 
+    harm = _harm(pieces)
+
     def falls(one: Piece) -> float:
         return -one.number * one.chance.value
 
     if by == "recommendation":
         pieces = sorted(pieces, key=falls)
-        pieces.sort(key=lambda one: last(-one.saving.value) if not one.safety else (False, falls(one)))
+        pieces.sort(key=lambda one: last(-one.saving.value) if not one.safety else (False, -harm(one)))
         return sorted(
             pieces,
             key=lambda one: (

@@ -16,7 +16,7 @@ import xarray as xr
 from ...aliases import Array, Index
 from ...fragility.numerics.slabs import Allocator, slabs
 from ...fragility.numerics.totals import chances, chances_of_any
-from .variables import Year
+from .variables import Year, fall_flags
 
 
 class AnchoringOrder(NamedTuple):
@@ -62,7 +62,7 @@ class AdditiveItems(FreeItems):
     def __init__(self, chances: ItemChances, amounts: Array, year: Year, array: Allocator) -> None:
         self.array = array
         models, items, _, motions = chances.shape
-        self.alone = array((models, items, motions * year.parts), np.float64)
+        self.alone = array((models, items, year.size(motions)), np.float64)
         for of, rows in chances.of_items():
             self.alone[of, rows] = year.total(chances.piece(of, rows)) * amounts[rows, None]
 
@@ -94,7 +94,7 @@ class EventItems(FreeItems):
         self.levels = np.flatnonzero(year.weights)
         self.year = replace(year, weights=year.weights[self.levels])
         models, items, _, motions = chances.shape
-        self.alone = array((models, items, motions * self.year.parts), np.float64)
+        self.alone = array((models, items, self.year.size(motions)), np.float64)
         for k, part, chance in self._parts():
             self.alone[k, :, self._values(part)] = self.year.total(chance)
 
@@ -135,9 +135,10 @@ class EventItems(FreeItems):
 
     @property
     def _motions(self) -> list[slice]:
-        """Bounds of the parts of the motions that are processed at a time."""
-        _, items, _, motions = self.chances.shape
-        sizes = {"item": items, "variant": self.chances.variants, "level": self.levels.size, "motion": motions}
+        """Bounds of the parts of the motions, each with its polarities, that are processed at a time."""
+        _, items, _, runs = self.chances.shape
+        motions, variants = runs // self.year.polarities, self.chances.variants * self.year.polarities
+        sizes = {"item": items, "variant": variants, "level": self.levels.size, "motion": motions}
         return [where.get("motion", slice(0, motions)) for where in slabs(sizes, ("motion",))]
 
     def _values(self, part: slice) -> slice:
@@ -145,8 +146,9 @@ class EventItems(FreeItems):
         return slice(part.start * self.year.parts, part.stop * self.year.parts)
 
     def _chance(self, k: int, part: slice) -> Array:
-        """P(an item causes the event | motion) (item, level, motion)."""
-        return self.chances.any_piece(k, self.levels, part)
+        """P(an item causes the event | run) (item, level, run) of some motions with their polarities."""
+        runs = slice(part.start * self.year.polarities, part.stop * self.year.polarities)
+        return self.chances.any_piece(k, self.levels, runs)
 
     def _parts(self) -> Iterator[tuple[int, slice, Array]]:
         for k in range(self.alone.shape[0]):
@@ -173,14 +175,11 @@ class EventItems(FreeItems):
 class ItemChances:
     """Probabilities of items given the motion, from the flags of an assessment, read in parts.
 
-    `flags_of`: the variable with the flags, ``overturned`` or ``front``.
+    `flags_of`: the variable with the flags, such as ``front``; '' for those of all falls.
     """
 
-    def __init__(self, assessment: xr.Dataset, chosen: Index, flags_of: str = "overturned") -> None:
-        flags = assessment[flags_of]
-        if "variant" not in flags.dims:
-            flags = flags.expand_dims("variant")
-        self._flags = flags.transpose("model", "item", "variant", "level", "motion").variable
+    def __init__(self, assessment: xr.Dataset, chosen: Index, flags_of: str = "") -> None:
+        self._flags = fall_flags(assessment, flags_of).variable
         self._chosen = chosen
         self._counts = assessment["count"].values[chosen]
         self._independent = assessment.attrs["pieces"] == "independent"

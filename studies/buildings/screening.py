@@ -4,31 +4,34 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array, Flags, Progress
-from ...fragility.runs.provenance import DESCRIBED
+from ...aliases import Array, Flags, Index, Progress
+from ...fragility.runs.axes import along_depth
+from ...fragility.runs.provenance import BED, DESCRIBED
 from ...fragility.runs.runners import Runner
 from ...fragility.uncertainty.joint import Variability, pieces_of, with_restitution
 from ...fragility.validity.characteristics import Characteristics
+from ...fragility.validity.sliding import ANY_FLOOR
 from ...fragility.validity.summary import OF_BLOCKS, input_of_pairs, summary_screen
-from ...fragility.validity.undecided import FlipCounts, choose_motions, count_flips_of, perturbed_runs
-from ...models import Law
+from ...fragility.validity.undecided import Axis, FlipCounts, choose_motions, count_flips_of, perturbed_runs
+from ...models import Block, Law
 from ...models.friction import Friction
 from ...motions.arrays import Record
 from ...motions.intensity.measure import Measure
+from ..inventory.contents import Contents, Inventory
 from .assessment import distinct_runs, kind_of
-from .contents import Contents, Inventory
+from .axes import placed_on_axes
 from .shaking import Shaking, support_of
 
 
 class Screening(NamedTuple):
-    """What is screened: the friction there is, and the share of the motions whose flags are tested."""
+    """What is screened: the share of the motions whose flags are tested."""
 
-    friction: Friction | None = None
     undecided: float = 0.0
 
     def runs(
@@ -63,7 +66,7 @@ def screen_inventory(
     overturned : xarray.DataArray
         The flags of the assessment, on (model, item, level, motion), and variant where pieces differ.
     screening : Screening
-        The friction there is, and how many motions are tested.
+        How many motions are tested.
     runner, progress
         For the runs under perturbations.
 
@@ -78,7 +81,7 @@ def screen_inventory(
     ValueError
         As `assess`.
     """
-    inventory, scaled = shaking.placed(inventory), shaking.scaled(levels, im)
+    inventory, scaled = placed_on_axes(inventory, shaking, models), shaking.scaled(levels, im)
     flags = overturned if "variant" in overturned.dims else overturned.expand_dims("variant")
     values = flags.transpose("item", "model", "variant", "level", "motion").values
     values = values.reshape(*values.shape[:3], *shaking.run_shape(values.shape[3]))
@@ -98,19 +101,26 @@ def screen_inventory(
             shaken.motions,
             shaken.of_runs,
         )
-        stripe = np.arange(len(shaken.motions)) // shaking.motions  # (few motions are few at a level)
+        stripe = np.arange(len(shaken.motions)) // shaking.runs  # (few motions are few at a level)
         given = given._replace(coordinates={**given.coordinates, "stripe": xr.Variable("motion", stripe)})
-        of_floor = summary_screen(given, Characteristics.of(shaken.motions), screening.friction, flips)
+        of_floor = summary_screen(given, Characteristics.of(shaken.motions), _friction_of(inventory, rows), flips)
         parts.append(_by_level(of_floor, shaking).rename(block="item"))
     return _joined(parts, overturned, np.array([not row.anchored for row in inventory.rows]))
 
 
+def _friction_of(inventory: Inventory, rows: Sequence[Contents]) -> dict[str, Friction] | None:
+    """Return the friction of lines by their labels, None where no line of the inventory has any."""
+    if all(row.friction is None for row in inventory.rows):
+        return None
+    return {row.label: ANY_FLOOR if row.friction is None else row.friction for row in rows}
+
+
 def _by_level(screened: xr.Dataset, shaking: Shaking) -> xr.Dataset:
     """Return a screen with `perturbed` on (level, motion) where the motions of all levels follow one another."""
-    if "perturbed" not in screened or screened.sizes["motion"] == shaking.motions:
+    if "perturbed" not in screened or screened.sizes["motion"] == shaking.runs:
         return screened
     one = screened["perturbed"]
-    shaped = xr.Variable(("level", "motion"), one.values.reshape(-1, shaking.motions), one.attrs)
+    shaped = xr.Variable(("level", "motion"), one.values.reshape(-1, shaking.runs), one.attrs)
     return screened.drop_dims("motion").assign(perturbed=shaped)
 
 
@@ -144,44 +154,57 @@ class _Tests:
         flags (line, model, variant, level, motion): of all floors; at: the positions of this floor's lines in them;
         chosen (motion,): True for the motions that are tested.
         """
-        first: dict[tuple[Any, ...], int] = {}
-        for i, row in enumerate(rows):
-            if not row.anchored:
-                first.setdefault(kind_of(row), i)
         _, models, variants, levels, _ = flags.shape
         counts = self.runner.array((len(rows), models, levels, variants, int(chosen.sum())), np.int8)
         counts[...] = 0
-        if first:
-            lines = [rows[i] for i in first.values()]
-            places = np.array(at)[list(first.values())]
-            near = [one for one, is_in in zip(motions, chosen, strict=True) if is_in]
-
-            def flags_of(part: slice) -> Flags:
-                own: Flags = flags[places[part]][..., chosen]
-                return own.reshape(len(own), models * variants, *own.shape[3:])
-
+        near = [one for one, is_in in zip(motions, chosen, strict=True) if is_in]
+        for both in (False, True):
+            first: dict[tuple[Any, ...], int] = {}
+            for i, row in enumerate(rows):
+                if not row.anchored and row.both_axes == both:
+                    first.setdefault(kind_of(row), i)
+            if not first:
+                continue
+            lines, places = [rows[i] for i in first.values()], np.array(at)[list(first.values())]
+            axes = self._axes(near, both)
             found = count_flips_of(
                 lines,
-                lambda row: [
-                    pair for law in self.models for pair in pieces_of(row.block, law, row.e, self.variability)
-                ],
-                flags_of,
-                near,
+                axes,
+                partial(_flags_of, flags, places, chosen),
                 factors[:, :, chosen],
                 self.runner,
                 None if self.progress is None else self._told,
             )
-            self.done += perturbed_runs(len(first) * variants, self.models, levels, len(motions), self.share)
+            run = len(first) * variants
+            self.done += perturbed_runs(run, self.models, levels, len(motions), self.share, len(axes))
             numbers = {kind: k for k, kind in enumerate(first)}
             for i, row in enumerate(rows):
-                if not row.anchored:
+                if not row.anchored and row.both_axes == both:
                     own = found[numbers[kind_of(row)]].reshape(models, variants, levels, -1)
                     counts[i] = np.moveaxis(own, 1, 2)
         return FlipCounts(chosen, counts)
 
+    def _axes(self, motions: Sequence[Record], both: bool) -> list[Axis[Contents]]:
+        """Return the pieces of a line with their laws, about the width and with `both` about the depth, too."""
+
+        def pairs_of(row: Contents, across: bool) -> list[tuple[Block, Law]]:
+            every = (pieces_of(row.block, law, row.e, self.variability, across) for law in self.models)
+            return [pair for each in every for pair in each]
+
+        axes = [Axis(partial(pairs_of, across=False), motions)]
+        if both:
+            axes.append(Axis(partial(pairs_of, across=True), [along_depth(one) for one in motions]))
+        return axes
+
     def _told(self, done: int, _: int) -> None:
         assert self.progress is not None
         self.progress(self.done + done, self.total)
+
+
+def _flags_of(flags: Flags, places: Index, chosen: Flags, part: slice) -> Flags:
+    """Return the flags (line, model and variant, level, chosen motion) of a part of the lines at some places."""
+    own: Flags = flags[places[part]][..., chosen]
+    return own.reshape(len(own), -1, *own.shape[3:])
 
 
 def _joined_friction(parts: Sequence[Any]) -> Any:
@@ -198,6 +221,17 @@ def _joined(parts: Sequence[xr.Dataset], overturned: xr.DataArray, standing: Fla
     """Join the screens of the floors in the order of the inventory; NaN for anchored lines where the motion decides."""
     settings = [json.loads(part.attrs["screen"]) for part in parts]
     friction = _joined_friction([own["friction"] for own in settings])
+    if any("round" in part.coords for part in parts):  # (of floors with a round piece)
+        parts = [
+            part if "round" in part.coords else part.assign_coords(round=("item", np.zeros(part.sizes["item"], bool)))
+            for part in parts
+        ]
+    if any(BED in part.coords for part in parts):  # (of floors with a piece on a soft bed)
+        none = [np.full(part.sizes["item"], np.nan) for part in parts]
+        parts = [
+            part if BED in part.coords else part.assign_coords({BED: ("item", one)})
+            for part, one in zip(parts, none, strict=True)
+        ]
     found = xr.concat(parts, "item", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override")
     found = found.sel(item=overturned["item"].values)
     free = xr.DataArray(standing, dims="item")

@@ -11,14 +11,26 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
+from ...fragility.runs.axes import along_depth, along_width, axes_of
 from ...fragility.runs.factors import ScaleFactors, dense, unscaled
 from ...fragility.runs.scaling import SCALE, Scaling, ground_of, increasing, intensity_measure, of_the_ground, scaling
 from ...motions import Building
-from ...motions.arrays import Record, motion_coordinates, records
-from ...motions.floors.histories import FloorHistories
+from ...motions.arrays import (
+    AS_GIVEN,
+    POLARITY,
+    RECORD,
+    REVERSE_OF,
+    Record,
+    motion_coordinates,
+    polarity_coordinate,
+    records,
+)
+from ...motions.floors.histories import DIRECTIONS, FloorHistories
+from ...motions.intensity.directions import PairMeasure
 from ...motions.intensity.measure import Measure
+from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, records_under
 from ...units import DIMENSIONLESS
-from .contents import Contents, Inventory
+from ..inventory.contents import Contents, Inventory
 
 
 class Support(NamedTuple):
@@ -37,7 +49,8 @@ class Shaken(NamedTuple):
     """The motions of a floor as they are run, with their factors (1, level, motion).
 
     Where each level has histories of its own, the motions of all levels follow one another under a single factor of 1:
-    reshaped to (level, motion), the flags of the runs are as those of motions that are scaled to each level.
+    reshaped to (level, motion), the flags of the runs are as those of motions that are scaled to each level.  Motions
+    that are run both ways are each followed by their reverses.
     """
 
     motions: list[Record]
@@ -50,6 +63,8 @@ class Shaking:
     """Ground motions and the floor motions under them; `known` are the existing floors.
 
     `histories`: floor motions of a user's own building model, of which no ground motions are known (`ground` is empty).
+    `polarity`: how motions are run; with both, each of `ground` and of `histories` is followed by its reverse, while
+    `arrays` are as given.
     """
 
     ground: list[Record]
@@ -57,32 +72,39 @@ class Shaking:
     arrays: list[xr.DataArray]
     building: Building | None
     histories: FloorHistories | None = None
+    polarity: str = AS_RECORDED
 
     @classmethod
-    def of(cls, building: Any, motions: Any, ground: Any, scaled_plainly: bool = False) -> Shaking:
+    def of(
+        cls, building: Any, motions: Any, ground: Any, scaled_plainly: bool = False, polarity: str = AS_RECORDED
+    ) -> Shaking:
         """Make the shaking from arguments of `assess`; plain scale factors (`scaled_plainly`) need no ground motions.
 
         Raises
         ------
         TypeError, ValueError
             As `toppling.motions.records`; floor motions where there is a building, without their ground motions, or
-            beside ground motions.
+            beside ground motions; motions that hold reverses already.
         """
+        checks.choice("polarity", polarity, POLARITIES)
         if building is not None and not isinstance(building, Building):
             raise TypeError(f"building must be a Building or None, got {checks.kind(building)}")
         if isinstance(motions, FloorHistories):
             if building is not None or ground is not None:
                 raise ValueError("floor histories go with neither a building nor ground motions")
-            return cls([], list(motions.floors), motions.arrays, None, motions)
+            run = motions.both_ways if polarity == BOTH else motions
+            return cls([], list(motions.floors), motions.arrays, None, run, polarity)
         several = isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray)
         arrays = list(motions) if several else [motions]
-        plain = records(arrays)
+        if any(isinstance(array, xr.DataArray) and REVERSE_OF in array.coords for array in arrays):
+            raise ValueError("motions must be as given, without their reverses, which polarity 'both' adds")
+        plain = records_under(arrays, polarity)
         on_floors = [array for array in arrays if "floor" in array.dims]
         if not on_floors:
             if ground is not None:
                 raise ValueError("ground must not be given where motions are ground motions already")
             known = ["0"] if building is None else [str(floor) for floor in building.floors]
-            return cls(plain, known, arrays, building)
+            return cls(plain, known, arrays, building, polarity=polarity)
         if building is not None:
             raise ValueError("motions must be ground motions where there is a building, got floor motions")
         if len(on_floors) < len(arrays):
@@ -91,15 +113,15 @@ class Shaking:
         known = [floor for floor in named[0] if all(floor in one for one in named)]
         if not known:
             raise ValueError("motions must hold the same floors, got arrays that have none in common")
-        first = records([array.isel(floor=[one.index(known[0])]) for array, one in zip(arrays, named, strict=True)])
+        lowest = [array.isel(floor=[one.index(known[0])]) for array, one in zip(arrays, named, strict=True)]
+        first = records_under(lowest, polarity)
         if ground is not None:
-            return cls(ground_of(first, records(ground)), known, arrays, None)
+            return cls(ground_of(first, records_under(ground, polarity)), known, arrays, None, polarity=polarity)
         if "0" in known:
             at = [array.isel(floor=one.index("0"), drop=True) for array, one in zip(arrays, named, strict=True)]
-            return cls(records(at), known, arrays, None)
+            return cls(records_under(at, polarity), known, arrays, None, polarity=polarity)
         if scaled_plainly:
-            bare = [one._replace(label=one.label.removesuffix(f" floor {one.floor}"), floor="") for one in first]
-            return cls(bare, known, arrays, None)
+            return cls([_bare(one) for one in first], known, arrays, None, polarity=polarity)
         raise ValueError(
             f"ground must be given with floor motions that do not hold floor 0, the ground (they hold "
             f"{', '.join(known[:12])}): the levels are of its measure"
@@ -123,19 +145,26 @@ class Shaking:
     def placed(self, inventory: Inventory) -> Inventory:
         """Return the inventory with the direction of every line; '' for all where shaking has no directions.
 
+        Under pairs of components lines without a direction have their widths in x.
+
         Raises
         ------
         ValueError
             A floor that is not known, a line without a direction where there are two, a floor without histories in the
-            direction of a line.
+            direction of a line, or in the other one where both shake.
         """
         self.used(inventory)
         return replace(inventory, rows=tuple(replace(row, direction=self._direction(row)) for row in inventory.rows))
 
     def _direction(self, row: Contents) -> str:
         if self.histories is None:
-            return ""
+            return (row.direction or DIRECTIONS[0]) if self.axes else ""
         known = self.histories.directions(str(row.floor))
+        if self.axes and len(known) < len(DIRECTIONS) and not row.anchored:
+            raise ValueError(
+                f"floor {row.floor}, on which {row.label!r} stands, needs histories in x and y where both shake, got "
+                "those of one direction"
+            )
         if row.direction in known:
             return row.direction
         if row.direction and known != ("",):
@@ -148,8 +177,18 @@ class Shaking:
         return known[0]
 
     @property
-    def motions(self) -> int:
-        """Number of motions at each level."""
+    def axes(self) -> str:
+        """How pairs of components shake (`fragility.runs.axes.axes_of`), '' where one component does."""
+        return axes_of(self.ground) if self.histories is None else self.histories.axes
+
+    @property
+    def polarities(self) -> int:
+        """Runs of each motion, which follow one another: 2 where motions are run both ways, else 1."""
+        return 2 if self.polarity == BOTH else 1
+
+    @property
+    def runs(self) -> int:
+        """Number of runs of a piece at each level: of motions, those run both ways twice."""
         return len(self.ground) if self.histories is None else self.histories.motions
 
     @property
@@ -162,7 +201,9 @@ class Shaking:
     @property
     def given(self) -> list[Record]:
         """The ground motions; where they are not known the floor histories, with all that may be odd in them."""
-        return self.ground if self.histories is None else records(self.arrays)
+        if self.histories is None:
+            return [one for one in self.ground if not one.reverse_of]
+        return records(self.arrays)
 
     @property
     def scalable(self) -> bool:
@@ -178,18 +219,25 @@ class Shaking:
     def coordinates(self) -> dict[str, xr.Variable]:
         """The coordinates of the motions; `record` (level, motion) names those that are only at one level."""
         if self.histories is None:
-            return motion_coordinates([record._replace(floor="") for record in self.ground])
+            known = motion_coordinates([record._replace(floor="") for record in self.ground])
+            if self.axes:
+                known["azimuth"].attrs["long_name"] = "azimuth of the building's direction x, clockwise from north"
+            return known
         attributes = {"units": DIMENSIONLESS, "long_name": "motion"}
         found = {"motion": xr.Variable("motion", np.array(self.labels, dtype=object), attributes)}
+        given = np.array(self.histories.given, dtype=object)
         if self.own_motions:
-            names = np.array(self.histories.names, dtype=object)
             attributes = {"units": DIMENSIONLESS, "long_name": "motion of the level"}
-            found["record"] = xr.Variable(("level", "motion"), names, attributes)
+            found[RECORD] = xr.Variable(("level", "motion"), given, attributes)
+        if self.polarities > 1:
+            if not self.own_motions:
+                found[RECORD] = xr.Variable("motion", given[0], AS_GIVEN)
+            found[POLARITY] = polarity_coordinate(np.arange(self.runs) % 2 == 1)
         return found
 
     def run_shape(self, levels: int) -> tuple[int, int]:
         """Return the numbers of levels and motions of the runs of a piece at so many levels."""
-        return (levels, self.motions) if self.histories is None else self.histories.run_shape(levels)
+        return (levels, self.runs) if self.histories is None else self.histories.run_shape(levels)
 
     def scaled(self, levels: Any, im: str | Measure) -> Scaling:
         """Return the levels of the ground motions; those of floor histories cannot be chosen, unless they are elastic.
@@ -200,6 +248,11 @@ class Shaking:
             As `fragility.runs.scaling.scaling`; levels at which there are no histories.
         """
         if self.histories is None:
+            if self.axes and not isinstance(intensity_measure(im), PairMeasure | None):
+                raise ValueError(
+                    "im must be a measure of both components where pieces may stand in either direction, RotD50(…), "
+                    f"RotD100(…) or GeometricMean(…), got {im!r}"
+                )
             return scaling(levels, self.ground, im, (), self.ground)
         values, one = increasing(levels), intensity_measure(im)
         own = self.histories.levels
@@ -207,14 +260,14 @@ class Shaking:
             if own.size != 1 or one is None:
                 raise ValueError("histories that are scaled as of an elastic building must be one set of one level")
             assert isinstance(one, Measure)  # (measures of blocks are refused before)
-            measured = np.broadcast_to(own, self.motions)
+            measured = np.broadcast_to(own, self.runs)
             factors = one.factors(values[:, None] / measured[None, None, :])
             name = of_the_ground(one.long_name)
             return Scaling(values, factors, one.label, one.units, name, measured, True, one)
         if not np.array_equal(values, own):
             shown = ", ".join(f"{level:.6g}" for level in own)
             raise ValueError(f"levels must be those of the floor histories, which are not scaled: {shown}")
-        ones = np.ones((1, 1, own.size * self.motions))
+        ones = np.ones((1, 1, own.size * self.runs))
         if one is None:
             return Scaling(values, ones, SCALE, DIMENSIONLESS, "scale factor")
         return Scaling(values, ones, one.label, one.units, of_the_ground(one.long_name), None, True)
@@ -232,15 +285,33 @@ class Shaking:
         return Shaken(plain, dense(scaled.factors), once)
 
     def on(self, at: Support) -> list[Record]:
-        """Return the motions of one floor, in the order of the ground motions; of histories level after level."""
+        """Return the motions of one floor, in the order of the ground motions; of histories level after level.
+
+        Of pairs of components they are those in the direction of the support, with the others as companions.
+        """
+        found = self._on(at)
+        if not self.axes:
+            return found
+        turned = self.histories is None and at.direction == DIRECTIONS[1]
+        return [along_depth(one) if turned else along_width(one) for one in found]
+
+    def _on(self, at: Support) -> list[Record]:
         floor = at.floor
         if self.histories is not None:
             return self.histories.on(*at)
         if self.building is not None:
-            return records(self.building.floor_motions(self.arrays, [int(floor)]))
+            return records_under(self.building.floor_motions(self.arrays, [int(floor)]), self.polarity)
         if not any("floor" in array.dims for array in self.arrays):
             return self.ground
-        return records([array.isel(floor=[_floors_of(array).index(floor)]) for array in self.arrays])
+        own = [array.isel(floor=[_floors_of(array).index(floor)]) for array in self.arrays]
+        return records_under(own, self.polarity)
+
+
+def _bare(record: Record) -> Record:
+    """Return a motion of a floor with the label of its ground motion, and without the floor."""
+    end = f" floor {record.floor}"
+    label, reverse_of = record.label.removesuffix(end), record.reverse_of.removesuffix(end)
+    return record._replace(label=label, reverse_of=reverse_of, floor="")
 
 
 def _floors_of(array: xr.DataArray) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple, cast
@@ -18,8 +19,10 @@ from ...fragility.hazard.levels import LevelWeights
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.numerics.slabs import slabs
 from ...fragility.numerics.totals import exceedances
+from ...motions.arrays import POLARITY, RECORD
 from ...units import DIMENSIONLESS
 from ...wording import given_percent
+from ..inventory.contents import Contents
 from .modelling import Mixture
 from .outcomes import JointFlags, JointOutcomes, Quantity
 
@@ -28,6 +31,8 @@ Variables = dict[str, xr.Variable]
 PER_YEAR = "year-1"
 JOINT = " | "
 """Separator of the consequences of one item in a coordinate."""
+FALLEN = "fallen"
+"""Flags of pieces that overturned or fell off, where any line has an edge; else those of ``overturned`` are all."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,7 @@ class Precision:
         return draw_motions(self.strata, self.replicates, self.seed)
 
     def of_means(self, values: Array, most: Any = None) -> tuple[Array, Array, Array]:
-        """Return the mean over motions (last axis) and its interval."""
+        """Return the mean over motions (last axis, each once) and its interval."""
         options = self.confidence, self.replicates, self.seed
         found = mean_interval(values, *options, most, self.drawn, self.strata)
         return values.mean(axis=-1), found.lower, found.upper
@@ -89,18 +94,18 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
     levels = levels if modelled is None else modelled.mixture.shares.shape[0]
     falls = _falls(joint, (models, items, levels), precision, modelled)
     dims: tuple[str, ...] = ("model", "item", "level")
-    text = "probability that a piece overturns"
+    text = f"probability that a piece {joint.falls}"
     found = with_interval("probability", dims, falls, DIMENSIONLESS, text, precision)
     for one in joint.quantities:
         # at most everything overturns that is not anchored
         most = (joint.members @ (one.amounts * joint.counts * joint.standing))[None, :, None]
-        means = precision.of_means(results.expected[one.name], most)
+        means = precision.of_means(of_motions(results.expected[one.name], joint.polarities), most)
         dims = ("model", "place", "level")
         found |= with_interval(f"{one.name}_mean", dims, means, one.units, f"mean of {one.text}", precision)
         outcomes = results.outcomes[one.name]
         # (what is drawn has no greatest value, but where nothing can overturn)
         bound = np.where(most > 0.0, np.inf, 0.0) if one.drawn else most
-        at, above = _spread(outcomes, one, bound, precision)
+        at, above = _spread(outcomes, one, bound, precision, joint.polarities)
         dims = ("model", "place", "level", "quantile")
         found |= with_interval(f"{one.name}_quantile", dims, at, one.units, f"quantile of {one.text}", precision)
         dims = ("model", "place", "level", f"{one.name}_threshold")
@@ -114,7 +119,9 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
         found |= with_interval(
             f"{event.name}_probability",
             ("model", *event.dims, "level"),
-            precision.of_probabilities(results.happens[event.name], joint.possible(event)[..., None]),
+            precision.of_probabilities(
+                of_motions(results.happens[event.name], joint.polarities), joint.possible(event)[..., None]
+            ),
             DIMENSIONLESS,
             f"probability that {event.text}",
             precision,
@@ -127,34 +134,57 @@ def _falls(joint: JointFlags, shape: tuple[int, int, int], precision: Precision,
     found = np.empty((3, *shape))
     for of, rows, chance in joint.chances():
         given = chance if modelled is None else modelled.mixture.of(chance)
-        found[:, of, rows] = precision.of_probabilities(given, joint.standing[rows, None])
+        of_each = of_motions(given, joint.polarities)
+        found[:, of, rows] = precision.of_probabilities(of_each, joint.standing[rows, None])
     return found
 
 
-def front_variables(
+def is_held(row: Contents) -> bool:
+    """Return whether a restraint that can break holds the pieces of a line."""
+    return row.block.restraint is not None and not row.anchored
+
+
+class PieceEvent(NamedTuple):
+    """An event of a piece beside any fall: its name in variables, its words, and the lines that can have it (all)."""
+
+    name: str
+    text: str
+    of: Callable[[Contents], bool] | None = None
+
+
+FORWARD = PieceEvent("front", "a piece overturns forward")
+RUPTURE = PieceEvent("broken", "the restraint of a piece breaks", is_held)
+SIDEWAYS = PieceEvent("sideways", "a piece overturns along its depth", lambda row: row.both_axes)
+
+
+def event_variables(
     joint: JointFlags,
+    event: PieceEvent,
     precision: Precision,
     weights: LevelWeights | None,
     own_motions: bool = False,
     modelled: Modelled | None = None,
 ) -> Variables:
-    """Compute the probabilities of falls to the front and, with weights, their annual rates.
+    """Compute the probabilities of an event and, with weights, its annual rates, item by item.
 
-    joint: with the flags of these falls.  Others: as for `conditional_variables` and `annual_variables`.
+    joint: with the flags of the event.  Others: as for `conditional_variables` and `annual_variables`.
     """
     models, items, _, levels, motions = joint.flags.shape
     levels = levels if modelled is None else modelled.mixture.shares.shape[0]
     falls = _falls(joint, (models, items, levels), precision, modelled)
-    text = "probability that a piece overturns to the front"
-    found = with_interval("front_probability", ("model", "item", "level"), falls, DIMENSIONLESS, text, precision)
+    other = np.array([event.of is not None and not event.of(row) for row in joint.inventory.rows])
+    falls[:, :, other] = np.nan
+    name, text = f"{event.name}_probability", f"probability that {event.text}"
+    found = with_interval(name, ("model", "item", "level"), falls, DIMENSIONLESS, text, precision)
     if weights is not None:
-        year = Year(weights.weights, own_motions)
+        year = Year(weights.weights, own_motions, joint.polarities)
         precision = replace(precision, strata=year.strata(motions)) if own_motions else precision
         rates = np.empty((3, models, items))
         for of, rows, chance in joint.chances():
             rates[:, of, rows] = precision.of_means(year.total(chance))
-        text = "annual rate at which a piece overturns to the front"
-        found |= with_interval("item_front_rate", ("model", "item"), rates, PER_YEAR, text, precision)
+        rates[:, :, other] = np.nan
+        text = f"annual rate at which {event.text}"
+        found |= with_interval(f"item_{event.name}_rate", ("model", "item"), rates, PER_YEAR, text, precision)
     return found
 
 
@@ -169,16 +199,21 @@ class Modelled(NamedTuple):
     rates: Array
 
 
-def _spread(outcomes: Array, one: Quantity, most: Array, precision: Precision) -> tuple[Array, Array]:
-    """Return quantiles (value and ends, model, place, level, quantile) and exceedance (…, threshold) of outcomes."""
+def _spread(outcomes: Array, one: Quantity, most: Array, precision: Precision, polarities: int) -> tuple[Array, Array]:
+    """Return quantiles (value and ends, model, place, level, quantile) and exceedance (…, threshold) of outcomes.
+
+    The polarities of a motion are further realisations of it.
+    """
     of_level = outcomes.shape[:3]
     at, above = np.empty((3, *of_level, precision.quantiles.size)), np.empty((*of_level, one.thresholds.size))
     sizes = dict(zip(("model", "place", "level", "motion", "realisation"), outcomes.shape, strict=True))
     for where in slabs(sizes, ("model", "place", "level")):
         here = where.get("model", slice(None)), where.get("place", slice(None)), where.get("level", slice(None))
         bound = most[:, here[1]]
-        at[:, *here] = quantiles(outcomes[here], precision.quantiles, bound, precision.confidence)
-        for i, share in enumerate(exceedances(outcomes[here], one.thresholds, one.strictly)):
+        own = outcomes[here]
+        each = own.reshape(*own.shape[:3], own.shape[3] // polarities, -1)
+        at[:, *here] = quantiles(each, precision.quantiles, bound, precision.confidence)
+        for i, share in enumerate(exceedances(each, one.thresholds, one.strictly)):
             above[*here, i] = share.mean(axis=-1)
     return at, above
 
@@ -196,8 +231,10 @@ def annual_variables(
     all levels have the same motions, the joint outcomes are over the modelling uncertainty of several classes, at
     points whose rates are `Modelled.rates`; sums of means are those of the weights, which hold it.
     """
-    year = Year(weights.weights, own_motions)
-    results, of_points = (joint.results, year) if modelled is None else (modelled.results, Year(modelled.rates))
+    year = of_points = Year(weights.weights, own_motions, joint.polarities)
+    results = joint.results
+    if modelled is not None:
+        results, of_points = modelled.results, Year(modelled.rates, polarities=joint.polarities)
     precision = replace(precision, strata=year.strata(joint.flags.shape[-1])) if own_motions else precision
     found: Variables = {
         "level_weight": variable(("level",), weights.weights, PER_YEAR, "annual rate that the level stands for"),
@@ -205,7 +242,7 @@ def annual_variables(
         "level_weight_above": variable((), weights.above, PER_YEAR, "part of the last one from above the levels"),
     }
     rates, amounts = _of_items(joint, year, precision)
-    text = "annual rate at which a piece overturns"
+    text = f"annual rate at which a piece {joint.falls}"
     found |= with_interval("item_rate", ("model", "item"), rates, PER_YEAR, text, precision)
     for one in joint.quantities:
         units = per_year(one.units)
@@ -218,7 +255,7 @@ def annual_variables(
         means = precision.of_means(of_points.total(results.expected[one.name]) if one.greatest else year.total(given))
         found |= with_interval(name, ("model", "place"), means, units, text, precision)
         for side, weight, at in (("below", weights.below, 0), ("above", weights.above, -1)):
-            values = weight * given[:, :, at].mean(axis=-1)
+            values = weight * of_motions(given[:, :, at], joint.polarities).mean(axis=-1)
             found[f"{name}_{side}"] = variable(("model", "place"), values, units, f"part of it from {side} the levels")
         found |= with_interval(
             f"{one.name}_rate",
@@ -265,16 +302,18 @@ class Year:
 
     `own_motions`: each level has motions of its own, so that a sum has no value for one motion.  Its mean is then over
     the motions of all levels that have a weight, motion by motion with those of one number together; those of a level
-    are a stratum.
+    are a stratum.  `polarities`: runs of each motion, which follow one another; a sum has their mean as its value for
+    the motion, so that whatever is resampled is a motion with both polarities.
     """
 
     weights: Array
     own_motions: bool = False
+    polarities: int = 1
 
     @classmethod
     def of(cls, assessment: xr.Dataset, weights: Array) -> Year:
         """Return the sums over the levels of an assessment."""
-        return cls(weights, "record" in assessment.coords)
+        return cls(weights, levels_have_own_motions(assessment), 2 if POLARITY in assessment.coords else 1)
 
     @cached_property
     def levels(self) -> Index:
@@ -292,15 +331,20 @@ class Year:
         """Number of values for each number of a motion."""
         return self.levels.size if self.own_motions else 1
 
-    def strata(self, motions: int) -> tuple[Index, ...]:
-        """Return the strata of the values of a sum over levels of so many motions."""
-        return alike_strata(motions, self.parts)
+    def strata(self, runs: int) -> tuple[Index, ...]:
+        """Return the strata of the values of a sum over levels of so many runs."""
+        return alike_strata(runs // self.polarities, self.parts)
+
+    def size(self, runs: int) -> int:
+        """Return the number of values of a sum over levels of so many runs."""
+        return runs // self.polarities * self.parts
 
     def total(self, values: Array) -> Array:
-        """Sum values (…, level, motion) over the weighted levels, (…, motion), whose mean is the annual value.
+        """Sum values (…, level, run) over the weighted levels, (…, motion), whose mean is the annual value.
 
         With own motions (…, motion times part): the values of the levels times the number of levels.
         """
+        values = of_motions(values, self.polarities)
         if self.own_motions:
             factors = self.weights[self.levels] * self.parts
             each = np.moveaxis(values[..., self.levels, :], -2, -1) * factors
@@ -312,15 +356,44 @@ class Year:
         return found
 
     def resampled(self, values: Array, drawn: Array) -> Array:
-        """Return means (…, level, replicate) of values (…, level, motion) over motions.
+        """Return means (…, level, replicate) of values (…, level, run) over motions.
 
         They are drawn so often: (replicate, motion), or of all levels with own motions (replicate, motion times part).
         """
+        values = of_motions(values, self.polarities)
         motions = values.shape[-1]
         if self.own_motions:
             of_level = drawn.reshape(-1, motions, values.shape[-2])
             return np.asarray(np.einsum("...lm,sml->...ls", values, of_level) / motions)
         return np.asarray(np.einsum("...lm,sm->...ls", values, drawn) / motions)
+
+
+def of_motions(values: Array, polarities: int) -> Array:
+    """Return the means (…, motion) over the polarities of each motion of values (…, run).
+
+    The runs of a motion follow one another.
+
+    Examples
+    --------
+    >>> of_motions(np.array([1.0, 0.0, 1.0, 1.0]), 2).tolist()
+    [0.5, 1.0]
+    """
+    if polarities == 1:
+        return values
+    return np.asarray(values.reshape(*values.shape[:-1], values.shape[-1] // polarities, polarities).mean(axis=-1))
+
+
+def fall_flags(assessment: xr.Dataset, name: str = "") -> xr.DataArray:
+    """Return the flags of pieces that fell (model, item, variant, level, motion), or those of the variable `name`."""
+    flags = assessment[name or (FALLEN if FALLEN in assessment else "overturned")]
+    if "variant" not in flags.dims:  # (pieces are alike)
+        flags = flags.expand_dims("variant")
+    return flags.transpose("model", "item", "variant", "level", "motion")
+
+
+def levels_have_own_motions(assessment: xr.Dataset) -> bool:
+    """Return whether each level of an assessment has motions of its own."""
+    return RECORD in assessment.coords and "level" in assessment[RECORD].dims
 
 
 def alike_strata(motions: int, number: int) -> tuple[Index, ...]:

@@ -65,7 +65,7 @@ class Eurocode8(Code):
             return Duty(EXEMPT, "3.2.1(5)P: very low seismicity, where the national annex keeps its values")
         if one.safety or (one.importance or self.importance) > 1.0:
             return Duty(REQUIRED, "4.3.5.1(1)P")
-        return Duty(UNCHECKED, "4.3.5.1(1)P: the inventory names no risk to persons")
+        return Duty(UNCHECKED, "4.3.5.1(1)P: the inventory does not say whether it endangers people")
 
     def coefficient(self, one: Component) -> tuple[float, str]:
         if one.at_grade:

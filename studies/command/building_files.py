@@ -16,9 +16,9 @@ from ...fragility.exchange.pelicun.building import FILES, Line, write_building
 from ...fragility.exchange.pelicun.consequences import UNITS, Amount, currency_unit
 from ...fragility.fitting.isotonic import isotonic_probabilities
 from ...wording import counted, currency_of
-from ..buildings.consequences import LOGNORMAL, Consequence, PieceScores
 from ..buildings.variables import JOINT
 from ..file.table import StudyError
+from ..inventory.consequences import LOGNORMAL, Consequence, PieceScores
 from ..report.method import study_of
 from ..report.results_file import read_results
 from ..store.content import check_content

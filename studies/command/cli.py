@@ -2,6 +2,9 @@
 
 0 done, 1 out of memory or a cluster that is gone, 2 wrong input, 130 interrupted, 143 terminated (SIGTERM); one
 sentence on standard error.  Never a traceback for a user's mistake.
+
+Each command imports what it needs by itself: the libraries of a study take two seconds to load, for which nobody who
+asks for help, a version, a list or a status should wait.
 """
 
 from __future__ import annotations
@@ -10,43 +13,26 @@ import logging
 import signal
 import sys
 import warnings
-from json import dumps
+from json import loads
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Group, Parameter
 from cyclopts.exceptions import CycloptsError
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.table import Table
 
-from ...fragility.runs.cluster import ClusterError
-from ...fragility.runs.runners import thread_count
-from ...models import catalogue
-from ...models.items import QUALITIES
-from ...models.runs import prepare
 from ...wording import counted, system_reason
-from ...writing import write_bytes
-from .. import show
-from ..file.table import StudyError
-from ..kinds.study import Study
 from ..single.command import simulate_one
-from ..store.folder import RESULT_NAME
-from ..store.progress import show_progress
-from ..store.watch import Interrupted
 from ..text.encoding import json_text, write_anything
-from ..text.rows import plain_table
 from ..text.terminal import fitted, say, terminal
-from .building_files import write_building_files
-from .export import PERFORMANCE, ExportFormat, guessed_lines, kind_of, missing_lines, read_curves, write_curves
-from .forecast import forecast, status_of
-from .piece_files import write_pieces
-from .starters import REPLACE, Starter, write_starter
+from .choices import ExportFormat, Starter
 
 if TYPE_CHECKING:
     from distributed import Client
+    from rich.console import Console
     from xarray import Dataset
+
+    from ..kinds.study import Study
 
 EXIT_FAILED = 1
 EXIT_INPUT = 2
@@ -65,8 +51,12 @@ COMMANDS = (
     "export",
     "report",
     "compare",
+    "validate",
     "schema",
 )
+
+SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
+"""The schema of study files as `make schema` writes it, for the classes of all tables take a second to load."""
 
 RUN = Group("Run a study", sort_key=1)
 READ = Group("Read its results", sort_key=2)
@@ -112,6 +102,14 @@ def run(
     study
         The study file (TOML).
     """
+    from ...fragility.runs.runners import thread_count
+    from ..file.table import StudyError
+    from ..kinds.study import Study
+    from ..store.folder import RESULT_NAME
+    from ..store.progress import show_progress
+    from .forecast import forecast
+    from .status import status_of
+
     console = terminal()
     folder = out if out is not None else Path("results") / study.stem
     try:
@@ -131,8 +129,10 @@ def run(
         return
     client = None if scheduler is None else _connect(scheduler)
     if client is None:
-        with console.status("loading the engine (compiled once after installation, some 20 s)"):
-            prepare(plan.of_each_law)
+        if not plan.is_compiled:
+            say(console, "compiling the engine for this study: once after installation, some 20 s")
+        with console.status("loading the engine"):
+            plan.prepare()
     before = _stamp(folder)
     try:
         with show_progress(console, "runs", plan.work) as display:
@@ -163,6 +163,8 @@ def run(
 
 def _stamp(folder: Path) -> tuple[int, int] | None:
     """Return what changes where results are written again; None where there are none."""
+    from ..store.folder import RESULT_NAME
+
     try:
         found = (folder / RESULT_NAME).stat()
     except OSError:
@@ -172,19 +174,23 @@ def _stamp(folder: Path) -> tuple[int, int] | None:
 
 def _show(console: Console, plan: Study, results: Dataset, folder: Path, verbose: bool) -> None:
     """Print a study's answer, or all its tables and notes, and write its figures."""
-    from .verdict import verdict  # noqa: PLC0415 - checks and sentences of reports
+    from .. import show
+    from ..store.folder import RESULT_NAME
+    from .verdict import verdict
 
     tables = show.tables(results) if verbose else show.short(results)
     for table in tables:
         for part in fitted(table, console.width):
             console.print(part)
     said_before = plan.notes
-    notes = [note for note in str(results.attrs.get("notes", "")).splitlines() if note not in said_before]
+    noted = str(results.attrs.get("notes", "")).splitlines()
+    notes = [note for note in noted if note not in said_before]
     if verbose:
         say(console, *show.hints(results), *(f"note: {note}" for note in notes))
     else:
         say(console, *show.hints(results), *verdict(results, bool(tables)))
-        more = f" and {counted(len(notes), 'note')}" if notes else ""
+        above = f", {len(noted) - len(notes)} of them above" if len(notes) < len(noted) else ""
+        more = f" and {counted(len(noted), 'note')}{above}" if noted else ""
         say(console, f"all tables{more}: toppling report {folder / RESULT_NAME}, or --verbose here")
     say(console, f"results: {folder / RESULT_NAME}", *(f"figure:  {path}" for path in show.draw(results, folder)))
 
@@ -203,6 +209,8 @@ def status(
     folder
         The folder that `toppling run` was given with --out.
     """
+    from .status import status_of
+
     found = status_of(folder, verify)
     if json:
         sys.stdout.write(json_text(found._asdict()) + "\n")
@@ -217,11 +225,13 @@ def new(kind: Starter, folder: Path, /) -> None:
     Parameters
     ----------
     kind
-        inventory (what stands in a building, with a hazard curve), records (two pieces under records), or scenario
-        (what stands in a building, in one earthquake).
+        bookcase (one piece, with and without an anti-tip kit), inventory (what stands in a building, with a hazard
+        curve), records (two pieces under records), or scenario (what stands in a building, in one earthquake).
     folder
         The folder for it: a new or an empty one, nothing is overwritten.
     """
+    from .starters import REPLACE, write_starter
+
     written = write_starter(kind, folder)
     study, results = quote(str(folder / written[0])), quote(str(folder / "results"))
     say(
@@ -256,8 +266,9 @@ def look_at_motions(
     inputs
         One study file (TOML), or record files: paths or patterns.
     """
-    from ...motions import TargetSpectrum, matching_report  # noqa: PLC0415 - not for every command
-    from ..single import motions as looked_at  # noqa: PLC0415 - matplotlib
+    from ...motions import TargetSpectrum, matching_report
+    from ..file.table import StudyError
+    from ..single import motions as looked_at
 
     shown = looked_at.read_motions(inputs)
     motions = shown.motions
@@ -290,6 +301,12 @@ def look_at_motions(
 @app.command(name="catalogue", group=INPUTS)
 def show_catalogue() -> None:
     """List the catalogue of real contents: sizes, slenderness, usual place, FEMA P-58 id and quality of the source."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    from ...models import catalogue
+    from ...models.items import QUALITIES
+
     placed = (
         "wall: clear distance to a wall behind it as it is usually placed, unfixed (all of them judgement), where it "
         "does not stand free in the direction in which it tips; --placed, placed = true and catalogue.placed(name) "
@@ -321,13 +338,17 @@ def bench(
     *,
     out: Annotated[Path, Parameter(help="Folder for performance.md and its figures.")] = Path("results/bench"),
     parts: Annotated[
-        str, Parameter(help="What to measure, with commas: speed, scenes, skipping, scale, precision, flags.")
-    ] = "speed,scenes,skipping,scale,precision,flags",
+        str, Parameter(help="What to measure, with commas: speed, scenes, sliding, skipping, scale, precision, flags.")
+    ] = "speed,scenes,sliding,skipping,scale,precision,flags",
     full: Annotated[bool, Parameter(negative="", help="The slowest rivals as well.")] = False,
     json: Annotated[bool, Parameter(negative="", help="Print all figures as JSON instead of tables.")] = False,
 ) -> None:
     """Measure the engine beside other integrators, against a 40-digit truth; some 6 minutes (--full: some 25)."""
-    from ...benchmarks import page, suite  # noqa: PLC0415 - compiled rivals and peers load only here
+    from rich.console import Console
+
+    from ...benchmarks import page, suite
+    from ..file.table import StudyError
+    from ..text.rows import plain_table
 
     try:
         chosen = suite.parts_of(parts)
@@ -377,6 +398,11 @@ def export(
     result
         The results (results.nc), or the folder that holds them.
     """
+    from ..file.table import StudyError
+    from .building_files import write_building_files
+    from .export import PERFORMANCE, guessed_lines, kind_of, missing_lines, read_curves, write_curves
+    from .piece_files import write_pieces
+
     result = _result_file(result)
     folder = result.parent / "export" if out is None else out
     console = terminal()
@@ -422,7 +448,7 @@ def report(
     result
         The results (results.nc), or the folder that holds them.
     """
-    from ..report.page import write_report  # noqa: PLC0415 - jinja2 and matplotlib
+    from ..report.page import write_report
 
     console = terminal()
     endings: dict[str, Literal["html", "pdf", "md"]] = {".pdf": "pdf", ".md": "md"}
@@ -460,7 +486,9 @@ def compare(
     b
         The other results; may be left out with --laws.
     """
-    from ..comparison.compare import compare as compared  # noqa: PLC0415 - fits and matplotlib
+    from ..comparison.compare import compare as compared
+    from ..file.table import StudyError
+    from ..text.rows import plain_table
 
     if b is None and laws is None:
         raise StudyError(f"{a}: name a second result to compare it with, or two of its laws with --laws")
@@ -475,25 +503,76 @@ def compare(
 
 
 @app.command(group=TOPPLING)
+def validate(
+    table: Path,
+    /,
+    *,
+    out: Annotated[
+        Path, Parameter(help="Folder for predictions, scores, the table of rows and the calibration figure.")
+    ] = Path("results/validate"),
+    granite: Annotated[
+        Path | None, Parameter(help="Folder of the granite rocks' tests and table motions, replayed run by run.")
+    ] = None,
+    pulses: Annotated[Path | None, Parameter(help="File of the pulse trials, with sizes fitted on half.")] = None,
+    blind: Annotated[Path | None, Parameter(help="predictions.csv of before: its rows are taken as they were.")] = None,
+) -> None:
+    """Predict published tests without their outcomes, then hold the predictions against the outcomes.
+
+    Predictions are kept one by one: after an interruption the same command goes on; docs/experiments.md has the rules.
+
+    Parameters
+    ----------
+    table
+        The table of tests (CSV), such as docs/experiments.csv.
+    """
+    from rich.console import Console
+
+    from ..store.progress import show_progress
+    from ..text.rows import plain_table
+    from ..validation import validate as validation
+
+    console = terminal(least=120)
+    log = Console(stderr=True)
+    try:
+        with show_progress(log, "rows", None) as display:
+            found = validation.validate(table, out, granite, pulses, blind, display.update)
+    except KeyboardInterrupt:
+        kept = out / validation.PREDICTIONS
+        told = f"what is predicted is kept ({kept}): run the same command again to go on" if kept.is_file() else ""
+        raise KeyboardInterrupt(f"interrupted, {told or 'nothing is kept'}") from None
+    for rows in validation.tables(found):
+        for part in fitted(plain_table(*rows), console.width):
+            console.print(part)
+    say(console, *validation.lines(found), *(f"written: {path}" for path in found.written))
+
+
+@app.command(group=TOPPLING)
 def schema(*, out: Annotated[Path | None, Parameter(help="File for it; printed where not given.")] = None) -> None:
     """Print the JSON schema of study files (draft 2020-12): every key with its unit, default and meaning."""
-    from ..reference.json_schema import study_schema  # noqa: PLC0415 - not for every command
+    from ...writing import write_bytes
 
+    stored = SCHEMA.read_bytes()
     if out is None:
-        sys.stdout.write(json_text(study_schema(), indent=2) + "\n")
+        sys.stdout.write(json_text(loads(stored), indent=2) + "\n")
         return
     try:
-        write_bytes(out, (dumps(study_schema(), ensure_ascii=False, indent=2) + "\n").encode())
+        write_bytes(out, stored)
     except OSError as error:
+        from ..file.table import StudyError
+
         raise StudyError(f"{out}: cannot be written ({system_reason(error)})") from None
 
 
 def _result_file(path: Path) -> Path:
+    from ..store.folder import RESULT_NAME
+
     return path / RESULT_NAME if path.is_dir() else path
 
 
 def _connect(address: str) -> Client:
-    from distributed import Client  # noqa: PLC0415 - the cluster code loads only where there is a cluster
+    from distributed import Client
+
+    from ..file.table import StudyError
 
     if "://" not in address:
         raise StudyError(f"--scheduler {address!r}: must be an address such as tcp://10.0.0.1:8786")
@@ -528,19 +607,30 @@ def main(arguments: list[str] | None = None) -> int:
         command = f"toppling {given[0]}" if given and given[0] in COMMANDS else "toppling"
         print(f"toppling: {sentence} (see {command} --help)", file=sys.stderr)
         return EXIT_INPUT
-    except StudyError as error:
-        print(f"toppling: {error}", file=sys.stderr)
-        return EXIT_INPUT
     except OSError as error:
         print(f"toppling: output cannot be written ({system_reason(error)})", file=sys.stderr)
         return EXIT_INPUT
-    except ClusterError as error:
-        print(f"toppling: {error}; what is finished is kept: run the same command again to go on", file=sys.stderr)
-        return EXIT_FAILED
     except MemoryError:
         print("toppling: not enough memory for this study; make it smaller", file=sys.stderr)
         return EXIT_FAILED
     except KeyboardInterrupt as error:
         print(f"toppling: {str(error) or 'interrupted, no results written'}", file=sys.stderr)
-        return EXIT_SIGNAL + (error.number if isinstance(error, Interrupted) else signal.SIGINT)
+        # (`Interrupted` knows the number of its signal)
+        return EXIT_SIGNAL + int(getattr(error, "number", signal.SIGINT))
+    except (ValueError, RuntimeError) as error:
+        return _code_of(error)
     return 0
+
+
+def _code_of(error: ValueError | RuntimeError) -> int:
+    """Print the sentence of an error of ours and return its exit code; another one is a fault here, and raised."""
+    from ...fragility.runs.cluster import ClusterError
+    from ..file.table import StudyError
+
+    if isinstance(error, StudyError):
+        print(f"toppling: {error}", file=sys.stderr)
+        return EXIT_INPUT
+    if isinstance(error, ClusterError):
+        print(f"toppling: {error}; what is finished is kept: run the same command again to go on", file=sys.stderr)
+        return EXIT_FAILED
+    raise error

@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import xarray as xr
@@ -21,9 +20,7 @@ from ..report.results_file import refuse_newer
 from ..store.content import check_content
 from ..store.folder import UNREADABLE, damaged
 from ..store.outputs import own_files
-
-CurveFormat = Literal["pelicun", "nrml", "csv"]
-ExportFormat = Literal["pelicun", "nrml", "csv", "xlsx"]
+from .choices import CurveFormat
 
 PERFORMANCE, UNCERTAINTY = "performance", "uncertainty"
 """Kinds of studies whose results are not curves alone."""

@@ -10,20 +10,20 @@ import io
 import os
 import shutil
 from pathlib import Path
-from typing import Literal
 
 from ...motions import SiteBasedScenario
 from ...motions.readers.at2 import write_at2
 from ...wording import system_reason
-from ..buildings.inventory import KIND, example_path
 from ..file.table import StudyError
+from ..inventory.reading import KIND, example_path
+from .choices import Starter
 from .piece_files import timeless
 
-Starter = Literal["inventory", "records", "scenario"]
 STUDY = "study.toml"
 RECORDS = 40
 """Simulated records: enough for a probability that is known to ±0.15."""
 REPLACE: dict[Starter, str] = {
+    "bookcase": "[[blocks]] (its sizes), [restraints.kit] (the kit), [motions] and [hazard] (the site) in study.toml",
     "inventory": "inventory.xlsx (what stands where), [building] and [motions] in study.toml, hazard.csv (the site)",
     "records": "records/ (files of your own), [[blocks]] in study.toml (what stands there)",
     "scenario": "inventory.xlsx (what stands where), [building] and [motions] in study.toml",
@@ -37,8 +37,9 @@ def write_starter(kind: Starter, folder: Path) -> list[str]:
 
     Parameters
     ----------
-    kind : {"inventory", "records", "scenario"}
-        An inventory in a building with a hazard curve; two pieces under records; an inventory in one earthquake.
+    kind : {"bookcase", "inventory", "records", "scenario"}
+        A bookcase with and without an anti-tip kit; an inventory in a building with a hazard curve; two pieces under
+        records; an inventory in one earthquake.
     folder : Path
         The folder, made where missing.
 
@@ -75,6 +76,8 @@ def write_starter(kind: Starter, folder: Path) -> list[str]:
 def _fill(kind: Starter, folder: Path) -> None:
     """Write the files of a starter into an empty folder."""
     shutil.copyfile(_HERE / f"{kind}.toml", folder / STUDY)
+    if kind == "bookcase":
+        return
     if kind == "records":
         _write_records(folder / "records")
         return

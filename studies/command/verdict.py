@@ -9,8 +9,10 @@ import xarray as xr
 from ..report.actions import budget_steps
 from ..report.summary import plain_answer
 from ..report.validity import badge, checks_of
+from ..tables.breaks import break_sentences
 from ..tables.gains import gain_sentences
 from ..tables.sensitivity import claims_of
+from ..tables.slides import edge_sentences, trip_sentences
 
 MOST_CLAIMS = 6
 """Most statements of a sensitivity study that a terminal shows."""
@@ -33,4 +35,5 @@ def _beside_table(results: xr.Dataset) -> list[str]:
         more = [f"{len(claims) - MOST_CLAIMS} more: see the report"] if len(claims) > MOST_CLAIMS else []
         said = [f"{one.verdict}: {one.claim} ({one.text})" for one in claims[:MOST_CLAIMS]]
         return [*islice(plain_answer(results), 1), *said, *more]
-    return gain_sentences(results)
+    slid = [*edge_sentences(results), *trip_sentences(results)]
+    return [*gain_sentences(results), *break_sentences(results), *slid]

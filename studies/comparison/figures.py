@@ -76,7 +76,7 @@ def _panels(both: CurveComparison, medians: list[Line], titles: tuple[str, str],
     axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
     first = f"; the {len(chosen)} of {len(medians):,} whose medians differ most" if len(chosen) < len(medians) else ""
     title = _title(titles, medians)
-    axes.heading(figure, title, f"bands: {confidence} over motions{first}")
+    axes.heading(figure, title, f"bands: {confidence} intervals{first}")
     return figure
 
 
@@ -146,7 +146,7 @@ def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confid
     ax.set_xlabel(axes.wrapped(f"{quantity.title} (%)", axes.width_of(ax) - name_width))
     axes.legend_below(figure, *ax.get_legend_handles_labels())
     first = f"; the {len(chosen)} of {len(lines):,} that differ most" if len(chosen) < len(lines) else ""
-    axes.heading(figure, _title(titles, lines), f"lines: {confidence} intervals over motions{first}")
+    axes.heading(figure, _title(titles, lines), f"lines: {confidence} intervals{first}")
     return figure
 
 

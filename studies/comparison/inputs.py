@@ -71,14 +71,15 @@ def differences_in_words(a: Side, b: Side, of_names: Matched, of_laws: Matched) 
 def motions_in_words(a: Side, b: Side) -> str:
     """Return whether both sides were shaken by the same motions, and what that means for the intervals."""
     n, m = number_of_motions(a.results), number_of_motions(b.results)
+    twice = [name for name, side in (("A", a), ("B", b)) if POLARITY in side.results.coords]
+    ways = f", run both ways in {' and '.join(twice)}" if twice else ""
     if same_motions(a, b):
         return (
-            f"motions: the same {counted(n, 'motion')} in both, so the intervals of B/A are paired: what one motion "
-            "does to both cancels"
+            f"motions: the same {counted(n, 'motion')} in both{ways}, so the intervals of B/A are paired: what one "
+            "motion does to both cancels"
         )
     number = f"{n:,} in A and {m:,} in B" if n != m else f"{counted(n, 'motion')} each"
-    ways = [name for name, side in (("A", a), ("B", b)) if POLARITY in side.results.coords]
-    number += f", run both ways in {' and '.join(ways)}" if ways else ""
+    number += ways
     same_tables = a.study.get("motions") == b.study.get("motions")
     read_again = same_tables and (corrects(a.study) or not makes_motions(a.study))
     why = "; the records or their corrections have changed" if read_again and a.identity(1) != b.identity(1) else ""

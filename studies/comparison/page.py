@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 QUESTION = "How do the results of B differ from those of A, and does the choice of motions explain the difference?"
 RATIOS = (
     "B/A is the ratio of a number of B to the same number of A. Its interval comes from bootstrap replicates of the "
-    "motions, drawn together for both studies where they have the same motions. It is over motions only: it does not "
-    "say which damping law or hazard curve is right."
+    "motions, drawn together for both studies where they have the same motions. It reflects only the limited number of "
+    "motions: it does not say which damping law or hazard curve is right."
 )
 
 

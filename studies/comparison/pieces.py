@@ -17,7 +17,7 @@ from ...wording import currency_of
 from ..buildings.assessment import BUILDING
 from ..buildings.outcomes import DAY
 from ..buildings.pieces import YEARS, Piece, Range, pieces_of
-from ..buildings.variables import Year, level_index, per_year
+from ..buildings.variables import Year, fall_flags, level_index, per_year
 from ..plan.ratios import ratio_of, verdict_of
 from ..text.words import floor_name, level_text
 from .ratios import ANCHORED_IN, NONE, Found, Line, Quantity
@@ -69,13 +69,10 @@ class Shaken(NamedTuple):
         independent = str(results.attrs["pieces"]) == "independent"
         sizes = results.sizes
         year = year_of(side)
-        chance = np.empty((sizes["item"], sizes["motion"] * year.parts))
+        chance = np.empty((sizes["item"], year.size(sizes["motion"])))
         none = np.ones((sizes["level"], sizes["motion"]))
         for i in range(sizes["item"]):
-            flags = results["overturned"].isel(model=[law], item=[i])
-            if "variant" not in flags.dims:  # (pieces without variability)
-                flags = flags.expand_dims("variant")
-            own = chances(flags.transpose("model", "item", "variant", "level", "motion").values)
+            own = chances(fall_flags(results).isel(model=[law], item=[i]).values)
             none *= 1.0 - chances_of_any(own, counts[[i]], independent)[0, 0]
             chance[i] = year.total(own[0, 0])
         number = (counts[:, None] * chance).sum(axis=0)

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.fitting.states import OVERTURNED, state_name
+from ...fragility.runs.provenance import as_given, number_of_motions
 from ..file.table import StudyError
 from ..report.results_file import read_results
 from ..store.content import check_content
@@ -178,12 +179,16 @@ def _measure_key(side: Side) -> tuple[str, str, str]:
 
 
 def same_motions(a: Side, b: Side) -> bool:
-    """Return True if both sides were shaken by the same motions in one design, so that replicates can be paired."""
-    if a.results.sizes["motion"] != b.results.sizes["motion"] or not a.identity(1):
+    """Return True if both sides were shaken by the same motions in one design, so that replicates can be paired.
+
+    Pieces may be shaken both ways on one side alone: a replicate draws a motion with all its runs.
+    """
+    if number_of_motions(a.results) != number_of_motions(b.results) or not a.identity(1):
         return False
     if a.identity(1) != b.identity(1) or a.results.attrs.get("design") != b.results.attrs.get("design"):
         return False
-    if not np.array_equal(a.results["motion"].values, b.results["motion"].values):
+    first, second = (one.results["motion"].values[as_given(one.results)] for one in (a, b))
+    if not np.array_equal(first, second):
         return False
     # (stripes draw motions level by level)
     return a.results.attrs.get("design") != "stripes" or np.array_equal(

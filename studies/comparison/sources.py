@@ -11,7 +11,7 @@ from ..file.table import StudyError
 from ..kinds.study import Study
 from ..store.differences import makes_motions, same_inputs
 from ..store.folder import RESULT_NAME, UNREADABLE, is_locked
-from ..store.shards import read_manifest
+from ..store.manifest import read_manifest
 
 STUDY_FILE = ".toml"
 

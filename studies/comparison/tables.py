@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...wording import about_percent, chances_between, interval_text, three_digits
+from ...wording import about_percent, chances_between, interval_text, ratio_text, three_digits
 from ..buildings.pieces import Range
 from ..tables.values import ValueTable, known
 from ..text.rows import Rows
@@ -33,7 +33,7 @@ def rows_of(lines: Sequence[Line], quantity: Quantity, confidence: str) -> Rows:
     first = f"; the {MOST_ROWS} of {len(own):,} with the largest changes" if len(kept) < len(own) else ""
     unit = f" ({quantity.unit})" if quantity.unit else ""
     reading = f"; {quantity.reading}" if quantity.reading else ""
-    return Rows(f"{quantity.title}{unit} with {confidence} intervals over motions{reading}{first}", headings, rows)
+    return Rows(f"{quantity.title}{unit} with {confidence} intervals{reading}{first}", headings, rows)
 
 
 def whole_rows(lines: Sequence[Line], quantities: Sequence[Quantity], confidence: str) -> Rows:
@@ -46,7 +46,7 @@ def whole_rows(lines: Sequence[Line], quantities: Sequence[Quantity], confidence
             if line.quantity == quantity.name:
                 rows.append((name, *([law_text(line.laws)] if laws else []), *_cells(line, quantity)))
     headings = ("", *(["law"] if laws else []), *SIDES)
-    return Rows(f"The whole building with {confidence} intervals over motions", headings, rows)
+    return Rows(f"The whole building with {confidence} intervals", headings, rows)
 
 
 def furthest(lines: Sequence[Line], most: int) -> list[Line]:
@@ -56,14 +56,6 @@ def furthest(lines: Sequence[Line], most: int) -> list[Line]:
     far = [abs(math.log(line.ratio.value)) if line.ratio.value > 0.0 else math.inf for line in lines]
     chosen = np.argsort([-x if not math.isnan(x) else 0.0 for x in far], kind="stable")[:most]
     return [lines[i] for i in sorted(chosen)]
-
-
-def ratio_text(ratio: Range) -> str:
-    """Return a ratio with its interval, two digits each."""
-    if math.isnan(ratio.value):
-        return "–"
-    text = three_digits(ratio.value)
-    return text if math.isnan(ratio.lower) else f"{text} ({interval_text(ratio.lower, ratio.upper)})"
 
 
 def value_table(lines: Sequence[Line], quantities: Sequence[Quantity]) -> ValueTable:
@@ -84,7 +76,8 @@ def value_table(lines: Sequence[Line], quantities: Sequence[Quantity]) -> ValueT
 
 def _cells(line: Line, quantity: Quantity) -> tuple[str, str, str, str]:
     a, b = _cell(line.a, line.said_a, quantity), _cell(line.b, line.said_b, quantity)
-    return a, b, ratio_text(line.ratio), line.verdict or "–"
+    ratio = "–" if math.isnan(line.ratio.value) else ratio_text(*line.ratio, digits=3)
+    return a, b, ratio, line.verdict or "–"
 
 
 def _cell(value: Range, said: str, quantity: Quantity) -> str:

@@ -17,13 +17,17 @@ from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import state_name
 from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
 from ...fragility.uncertainty.joint import PIECES, Variability
-from ...models.friction import FixedFriction, Friction, LognormalFriction
+from ...models.friction import CONTACTS, Friction, contact_named, friction_from
+from ...models.scenes.edge import FALLEN_OFF
+from ...models.sliding.trip import TRIPS
 from ...motions.intensity.dataset import as_known
 from ...motions.intensity.directions import PAIR_MEASURES
 from ...motions.intensity.parametric_measures import PARAMETRIC_MEASURES
-from ...motions.polarity import POLARITIES
+from ...motions.polarity import BOTH, POLARITIES
 from ...units import DIMENSIONLESS, STANDARD_GRAVITY
 from ..plan.estimates import Fit
+from ..plan.piece_classes import NAMES, with_class
+from ..plan.slides import DISTANCES, Slides
 from .code import CodeTable
 from .motions import MotionsTable
 from .table import KeyInfo, PartialTable, RelativePath, Table, nearest, one_of, shown
@@ -209,37 +213,89 @@ class CloudTable(Table):
 
 
 class ScreenTable(Table):
-    """Validity screen: the friction there is, and how many flags are tested."""
+    """Validity screen: how many flags are tested."""
 
-    friction: Annotated[
-        float | None,
-        KeyInfo("not known: a need above 1 counts as sliding"),
-        Field(ge=0.05, le=2.0, description="Coefficient of friction between block and floor, or its median."),
-    ] = None
-    friction_dispersion: Annotated[
-        float | None,
-        KeyInfo("the coefficient is known"),
-        Field(gt=0.0, description="Dispersion of a lognormal coefficient of friction."),
-    ] = None
     undecided: Annotated[
         float | None,
         KeyInfo(0.08),
         Field(ge=0.0, le=1.0, description="Share of the motions run again under perturbations of a millionth."),
     ] = None
 
+
+class FrictionTable(Table):
+    """Friction between pieces and floor: for the screen, and for what slides and how far."""
+
+    static: Annotated[
+        float | None,
+        KeyInfo("that of contact"),
+        Field(ge=0.05, le=2.0, description="Static coefficient of friction, or its median."),
+    ] = None
+    dispersion: Annotated[
+        float | None,
+        KeyInfo("taken as known exactly, with a note"),
+        Field(gt=0.0, le=1.0, description="Dispersion of a lognormal coefficient of friction."),
+    ] = None
+    contact: Annotated[
+        str | None,
+        KeyInfo("none: static is given"),
+        Field(description=f"Instead of static: {', '.join(CONTACTS)} (values by judgement)."),
+    ] = None
+    kinetic_ratio: Annotated[
+        float | None,
+        KeyInfo("1, or that of contact"),
+        Field(gt=0.0, le=1.0, description="Kinetic over static friction."),
+    ] = None
+    slips_m: Annotated[
+        list[Annotated[float, Field(gt=0.0, le=10.0)]] | None,
+        KeyInfo("0.05, 0.1, 0.3"),
+        Field(min_length=1, max_length=10, description="Slips whose chances are wanted."),
+    ] = None
+    trip_mm: Annotated[
+        float | None,
+        KeyInfo("no obstacle"),
+        Field(gt=0.0, le=10_000.0, description="Clear distance from the foot to an obstacle on either side, mm."),
+    ] = None
+    shared: Annotated[
+        bool | None,
+        KeyInfo("true"),
+        Field(description="Whether the pieces of a line of an inventory share one coefficient of friction."),
+    ] = None
+
     @model_validator(mode="after")
-    def _median_given(self) -> Self:
-        if self.friction is None and self.friction_dispersion is not None:
-            raise ValueError("friction_dispersion needs friction (the median)")
+    def _one_friction(self) -> Self:
+        if (self.static is None) == (self.contact is None):
+            found = "neither" if self.static is None else "both"
+            raise ValueError(f"friction needs static or contact, got {found}")
+        if self.contact is not None:
+            if self.dispersion is not None:
+                raise ValueError("dispersion goes with static: a contact has its own")
+            contact_named(self.contact)
+        slips = self.slips_m or []
+        refuse_unordered("slips_m", slips, "m")
         return self
 
-    def build(self) -> Friction | None:
-        """Return the coefficient of friction, None where it is not given."""
-        if self.friction is None:
-            return None
-        if self.friction_dispersion is None:
-            return FixedFriction(self.friction)
-        return LognormalFriction(self.friction, self.friction_dispersion)
+    @property
+    def median(self) -> float:
+        """The static coefficient of friction, or its median."""
+        return contact_named(self.contact or "").friction.median if self.static is None else self.static
+
+    def build(self, polarity: str = BOTH) -> Slides:
+        """Return the friction, and the slips whose chances are wanted, of motions in a polarity where sides differ."""
+        friction: Friction
+        ratio = 1.0
+        if self.contact is not None:
+            contact = contact_named(self.contact)
+            friction, ratio = contact.friction, contact.kinetic_ratio
+        else:
+            assert self.static is not None
+            friction = friction_from(self.static, self.dispersion)
+        return Slides(
+            friction,
+            ratio if self.kinetic_ratio is None else self.kinetic_ratio,
+            DISTANCES if self.slips_m is None else tuple(self.slips_m),
+            polarity,
+            trip=None if self.trip_mm is None else 1e-3 * self.trip_mm,
+        )
 
 
 class VariabilityTable(Table):
@@ -274,7 +330,7 @@ class TargetTable(Table):
     front_falls: Annotated[
         float | None,
         KeyInfo("no limit", at_least=0.0),
-        Field(ge=0.0, description="Expected falls to the front, into the room."),
+        Field(ge=0.0, description="Expected forward falls, into the room."),
     ] = None
     injuries: Annotated[
         float | None, KeyInfo("no limit", at_least=0.0), Field(ge=0.0, description="Expected injured persons.")
@@ -311,6 +367,12 @@ class PerformanceTable(Table):
     levels: Annotated[
         LevelsTable | None, KeyInfo("the motions as they are, a scenario"), Field(description="Its levels.")
     ] = None
+    polarity: Annotated[
+        str | None,
+        one_of(POLARITIES),
+        KeyInfo("`both` where front and back of a piece differ, or of one with a kit, else `as recorded`"),
+        Field(description="Whether motions are run both ways (ü and −ü), as two outcomes of one earthquake."),
+    ] = None
     variability: Annotated[
         VariabilityTable | None,
         KeyInfo("alike: they fall together"),
@@ -328,7 +390,7 @@ class PerformanceTable(Table):
     ] = None
     safety: Annotated[
         list[str] | None,
-        KeyInfo("`injury`, `blocks-exit`"),
+        KeyInfo("`injury`, `blocks-exit`, `release`"),
         Field(description="Consequences in the inventory that rank before money."),
     ] = None
     sort: Annotated[
@@ -346,6 +408,12 @@ class PerformanceTable(Table):
     modelling: Annotated[
         Literal["mean", "fractiles"], Field(description="Whether β_m is in the means or in fractiles of the rates.")
     ] = "mean"
+    modelling_class: Annotated[
+        str | None,
+        one_of(NAMES),
+        KeyInfo("none"),
+        Field(description="Class of tested pieces: its β_m holds where none is given, and its tests are told."),
+    ] = None
     consequence_correlation: Annotated[
         float, Field(ge=0.0, le=1.0, description="Correlation of cost, downtime and injuries of one piece.")
     ] = 1.0
@@ -369,6 +437,12 @@ class PerformanceTable(Table):
     ] = None
     replicates: Annotated[int, Field(ge=100, le=1_000_000, description="Resamples of the motions.")] = 1000
     seed: Annotated[int, Field(ge=0, description="Seed of the resamples, and of drawn consequences.")] = 0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _classed(cls, given: Any) -> Any:
+        """Take the modelling uncertainty of the class that is named where none is given."""
+        return with_class(given)
 
 
 class FitTable(Table):
@@ -409,11 +483,18 @@ class FitTable(Table):
     modelling: Annotated[
         Literal["mean", "fractiles"], Field(description="Whether β_m is in the mean rate or in its fractiles.")
     ] = "mean"
+    modelling_class: Annotated[
+        str | None,
+        one_of(NAMES),
+        KeyInfo("none"),
+        Field(description="Class of tested pieces: its β_m holds where none is given, and its tests are told."),
+    ] = None
 
     @model_validator(mode="before")
     @classmethod
     def _shaped(cls, given: Any) -> Any:
-        """Take the form that suits the state where none is given."""
+        """Take the form that suits the state, and the modelling uncertainty of the class, where none is given."""
+        given = with_class(given)
         if not isinstance(given, dict) or "form" in given or not isinstance(given.get("state"), str):
             return given
         return {**given, "form": default_form(given["state"])}
@@ -428,8 +509,13 @@ class FitTable(Table):
         return self
 
     def build(self) -> Fit:
-        """Make the options of the fit; ValueError where there is no such state."""
+        """Make the options of the fit; ValueError where there is no such state of rocking blocks."""
         state_name(self.state)
+        if self.state in (FALLEN_OFF, TRIPS):
+            raise ValueError(
+                f"fit.state must be a state of rocking blocks, got {self.state!r}: with [friction] the chances of "
+                "falls over edges and of trips are among the results"
+            )
         return Fit(**{**self.model_dump(), "fractiles": tuple(self.fractiles or ())})
 
 

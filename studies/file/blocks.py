@@ -11,8 +11,11 @@ from typing import Annotated, Any, NoReturn, Self
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
-from ...models import Block, Restraint, Wall, catalogue
+from ...models import Bed, Block, Edge, Restraint, Wall, catalogue
+from ...models.friction import CONTACTS, Friction, contact_named, friction_from
+from ...models.scenes.edge import CENTRE, FALLS_WHEN
 from ...models.scenes.restraint import KINDS
+from ...wording import listed_name
 from .csv_table import CsvLine, CsvTable, TableKind
 from .refusals import refusal
 from .table import KeyInfo, Table, one_of, shown
@@ -22,7 +25,8 @@ KIND = TableKind(
     "file of blocks",
     (
         *("name", "catalogue", "width_m", "height_m", "cm_height_m", "inertia_factor", "alpha_rad", "R_m"),
-        *("placed", "mass_kg", "cm_offset_mm", "lean_deg", "wall_gap_mm", "restraint"),
+        *("depth_m", "round", "placed", "mass_kg", "cm_offset_mm", "lean_deg", "wall_gap_mm", "bed_settlement_mm"),
+        *("restraint", "edge_distance_mm", "edge_distance_back_mm", "falls_when"),
     ),
     MOST_BLOCKS,
     256 * 2**20,
@@ -145,11 +149,41 @@ class RestraintTable(Table):
         )
 
 
+def stiffness_notes(study: Mapping[str, Any]) -> list[str]:
+    """Return a sentence on the restraints of a study file (as plain values) whose stiffness is not given.
+
+    Examples
+    --------
+    >>> stiffness_notes({"restraints": {"kit": {"kind": "strap", "height_m": 1.7, "strength_n": 600.0}}})[0]
+    'the stiffness of restraint kit (20 N/mm) is not given but a judgement, on which it depends whether a restraint \
+breaks: ask the maker, or try softer and stiffer ones'
+    """
+    tables = dict(study.get("restraints") or {})
+    for block in study.get("blocks") or ():
+        if isinstance(block.get("restraint"), dict):
+            tables[f"of {block.get('name') or block.get('catalogue') or 'a block'}"] = block["restraint"]
+    assumed = [
+        f"{listed_name(name)} ({STIFFNESSES[one['kind']]:g} N/mm)"
+        for name, one in tables.items()
+        if one.get("stiffness_n_per_mm") is None and one["kind"] in STIFFNESSES
+    ]
+    if not assumed:
+        return []
+    several = len(assumed) > 1
+    return [
+        f"the stiffness of restraint{'s' if several else ''} {', '.join(assumed)} is not given but a judgement, on "
+        "which it depends whether a restraint breaks: ask the maker, or try softer and stiffer ones"
+    ]
+
+
 SCENE = {
-    *("placed", "mass_kg", "cm_offset_mm", "lean_deg", "restraint"),
+    *("depth_m", "round"),
+    *("placed", "mass_kg", "cm_offset_mm", "lean_deg", "restraint", "bed_settlement_mm"),
     *("wall_gap_mm", "wall_height_m", "wall_restitution", "front_gap_mm"),
+    *("edge_distance_mm", "edge_distance_back_mm", "falls_when"),
+    *("friction", "friction_dispersion", "contact", "trip_mm"),
 }
-"""Keys of what stands around a block, or holds it."""
+"""Keys of what stands around a block, or holds it, and of its plan."""
 
 
 class BlockTable(Table):
@@ -182,6 +216,12 @@ class BlockTable(Table):
         Field(description="Slenderness, rad, instead of sizes."),
     ] = None
     R_m: Annotated[float | None, KeyInfo(above=0.0), Field(description="Size R, m, instead of sizes.")] = None
+    depth_m: Annotated[
+        float | None,
+        KeyInfo("the catalogue's", above=0.0),
+        Field(description="Full size in the other horizontal direction, at least width_m; needed where both shake."),
+    ] = None
+    round: Annotated[bool, Field(description="Whether its base is round (a vase, a bottle).")] = False
     mass_kg: Annotated[
         float | None, KeyInfo("needed by restraints only", above=0.0), Field(description="Mass, kg.")
     ] = None
@@ -209,10 +249,52 @@ class BlockTable(Table):
         KeyInfo("no wall in front", above=0.0),
         Field(description="Clear distance to a second wall in front (a niche), mm."),
     ] = None
+    bed_settlement_mm: Annotated[
+        float | None,
+        KeyInfo("a rigid floor", above=0.0),
+        Field(description="Settlement of a soft bed (carpet, mat) under its whole width by its weight, mm."),
+    ] = None
     restraint: Annotated[
         str | RestraintTable | None,
         KeyInfo("none"),
         Field(description="Name of a table of `restraints`, or such a table."),
+    ] = None
+    edge_distance_mm: Annotated[
+        float | None,
+        KeyInfo("no edge in front"),
+        Field(ge=0.0, description="Clear distance from the foot to the front edge of its shelf or bench, mm."),
+    ] = None
+    edge_distance_back_mm: Annotated[
+        float | None,
+        KeyInfo("no edge behind"),
+        Field(ge=0.0, description="The same to the edge behind, mm."),
+    ] = None
+    falls_when: Annotated[
+        str | None,
+        one_of(FALLS_WHEN),
+        KeyInfo("centre"),
+        Field(description="It falls off when its centre of mass, or its foot, has slid over the edge."),
+    ] = None
+
+    friction: Annotated[
+        float | None,
+        KeyInfo("that of [friction]"),
+        Field(ge=0.05, le=2.0, description="Its own static coefficient of friction, or its median."),
+    ] = None
+    friction_dispersion: Annotated[
+        float | None,
+        KeyInfo("taken as known exactly, with a note"),
+        Field(gt=0.0, le=1.0, description="Dispersion of its own lognormal coefficient."),
+    ] = None
+    contact: Annotated[
+        str | None,
+        KeyInfo("that of [friction]"),
+        Field(description=f"Instead of friction: {', '.join(CONTACTS)} (values by judgement)."),
+    ] = None
+    trip_mm: Annotated[
+        float | None,
+        KeyInfo("that of [friction]"),
+        Field(gt=0.0, le=10_000.0, description="Its own clear distance from the foot to an obstacle, mm."),
     ] = None
 
     @field_validator("restraint", mode="before")
@@ -251,18 +333,45 @@ class BlockTable(Table):
             for name in ("wall_height_m", "wall_restitution", "front_gap_mm"):
                 if getattr(self, name) is not None:
                     raise ValueError(f"{name} needs wall_gap_mm: there is no wall")
+        if self.falls_when is not None and self.edge_distance_mm is None and self.edge_distance_back_mm is None:
+            raise ValueError("falls_when needs edge_distance_mm or edge_distance_back_mm: there is no edge")
+        self._check_friction()
         return self
+
+    def _check_friction(self) -> None:
+        """Raise a ValueError for friction that is given twice, or a dispersion without it."""
+        if self.friction is not None and self.contact is not None:
+            raise ValueError("a block has friction or contact, got both")
+        if self.friction_dispersion is not None and self.friction is None:
+            raise ValueError("friction_dispersion goes with friction")
+        if self.contact is not None:
+            contact_named(self.contact)
 
     def build(self, restraints: Mapping[str, Restraint] | None = None) -> Block:
         """Make the block; ValueError where its values are out of range, or a name is in no catalogue or table."""
+        sizes = self._sizes()
         return replace(
-            self._sizes(),
+            sizes,
+            depth=sizes.depth if self.depth_m is None else self.depth_m,
+            round=self.round,
             mass=self.mass_kg,
             cm_offset=1e-3 * self.cm_offset_mm,
             lean=math.radians(self.lean_deg),
             wall=self._wall(),
+            bed=None if self.bed_settlement_mm is None else Bed(1e-3 * self.bed_settlement_mm),
             restraint=self._restraint(restraints or {}),
+            edge=edge_at(self.edge_distance_mm, self.edge_distance_back_mm, self.falls_when),
         )
+
+    @property
+    def own_friction(self) -> tuple[Friction, float | None] | None:
+        """Its own coefficient of friction, and kinetic over static friction where a contact tells it; or None."""
+        if self.contact is not None:
+            contact = contact_named(self.contact)
+            return contact.friction, contact.kinetic_ratio
+        if self.friction is None:
+            return None
+        return friction_from(self.friction, self.friction_dispersion), None
 
     def _placed_gap(self) -> float | None:
         """Return the gap (m) behind an item of the catalogue as it is usually placed; None where there is no wall."""
@@ -295,13 +404,29 @@ class BlockTable(Table):
                 raise ValueError(error.args[0]) from None
             listed = catalogue.placed(self.catalogue) if self.placed else block
             name = listed.name if self.name is None else self.name
-            return Block(block.width, block.height, self.cm_height_m, self.inertia_factor, name)
+            # (the depth that is given replaces the catalogue's, and a round piece has none of its own)
+            return Block(
+                block.width,
+                block.height,
+                self.cm_height_m,
+                self.inertia_factor,
+                name,
+                depth=None if self.round else block.depth,
+            )
         if self.alpha_rad is not None and self.R_m is not None:
             factor = 4.0 / 3.0 if self.inertia_factor is None else self.inertia_factor
             return Block.from_slenderness(self.alpha_rad, self.R_m, factor, self.name)
         assert self.width_m is not None  # one of three ways, checked above
         assert self.height_m is not None
         return Block(self.width_m, self.height_m, self.cm_height_m, self.inertia_factor, self.name)
+
+
+def edge_at(front: float | None, back: float | None, falls_when: str | None) -> Edge | None:
+    """Return the edge at distances in mm from the foot; None where there is none. ValueError as of `Edge`."""
+    if front is None and back is None:
+        return None
+    sides = [None if one is None else 1e-3 * one for one in (front, back)]
+    return Edge(sides[0], sides[1], falls_when or CENTRE)
 
 
 def read_blocks(file: Path, restraints: Mapping[str, Restraint] | None = None) -> tuple[Block, ...]:
@@ -326,20 +451,44 @@ def read_blocks(file: Path, restraints: Mapping[str, Restraint] | None = None) -
 
 
 def _surrounded(line: CsvLine, block: Block, restraints: Mapping[str, Restraint]) -> Block:
-    """Return the block of a line with its wall, restraint, offset and lean."""
+    """Return the block of a line with its wall, restraint, offset, lean and edge."""
     named = line.text("restraint")
     if named and named not in restraints:
         known = ", ".join(map(repr, restraints)) or "none"
         line.refuse("restraint", f"must name one of the study's restraints ({known}), got {shown(named)}")
-    placed = placed_of_line(line, block)
+    placed = placed_of_line(line, planned_of_line(line, block))
     try:
-        return replace(placed, restraint=restraints[named] if named else None)
+        held = replace(placed, restraint=restraints[named] if named else None)
     except ValueError as error:
         line.refuse("restraint", str(error))
+    return _near_edge(line, held)
+
+
+def _near_edge(line: CsvLine, block: Block) -> Block:
+    """Return the block of a line with its edge, from the columns of a study's keys."""
+    front, back = (line.number_in(f"edge_distance{side}_mm", at_least=0.0) for side in ("", "_back"))
+    when = line.text("falls_when")
+    if when and front is None and back is None:
+        line.refuse("falls_when", "needs edge_distance_mm or edge_distance_back_mm: there is no edge")
+    if when and when not in FALLS_WHEN:
+        line.refuse("falls_when", f"must be one of {', '.join(FALLS_WHEN)}, got {shown(when)}")
+    try:
+        return replace(block, edge=edge_at(front, back, when or None))
+    except ValueError as error:
+        line.refuse("edge_distance_mm" if front is not None else "edge_distance_back_mm", str(error))
+
+
+def planned_of_line(line: CsvLine, block: Block) -> Block:
+    """Return the block of a line with its depth, where it gives one, and whether it is round."""
+    depth, is_round = line.number_in("depth_m", above=0.0), line.yes_in("round")
+    try:
+        return replace(block, depth=block.depth if depth is None else depth, round=is_round)
+    except ValueError as error:
+        line.refuse("depth_m" if depth is not None else "round", str(error))
 
 
 def placed_of_line(line: CsvLine, block: Block) -> Block:
-    """Return the block of a line with its mass, wall, offset and lean, from the columns of these names."""
+    """Return the block of a line with its mass, wall, bed, offset and lean, from the columns of these names."""
     gap = line.number_in("wall_gap_mm", at_least=0.0)
     wall = None if gap is None else Wall(1e-3 * gap)
     if line.yes_in("placed"):
@@ -352,7 +501,7 @@ def placed_of_line(line: CsvLine, block: Block) -> Block:
         if not line.text("name"):
             block = replace(block, name=listed.name)
     mass, offset = line.number_in("mass_kg", above=0.0), line.number_in("cm_offset_mm")
-    lean = line.number_in("lean_deg")
+    lean, depth = line.number_in("lean_deg"), line.number_in("bed_settlement_mm", above=0.0)
     try:
         return replace(
             block,
@@ -360,9 +509,11 @@ def placed_of_line(line: CsvLine, block: Block) -> Block:
             cm_offset=1e-3 * (offset or 0.0),
             lean=math.radians(lean or 0.0),
             wall=wall,
+            bed=None if depth is None else Bed(1e-3 * depth),
         )
     except ValueError as error:
-        column = {"cm_offset": "cm_offset_mm", "lean": "lean_deg"}.get(str(error).partition(" ")[0], "wall_gap_mm")
+        of_bed = "wall_gap_mm" if depth is None else "bed_settlement_mm"
+        column = {"cm_offset": "cm_offset_mm", "lean": "lean_deg"}.get(str(error).partition(" ")[0], of_bed)
         line.refuse(column, str(error))
 
 
@@ -371,6 +522,7 @@ def block_of_line(line: CsvLine, name: str = "") -> Block:
     listed = line.text("catalogue")
     width, height = line.number_in("width_m", above=0.0), line.number_in("height_m", above=0.0)
     cm_height, factor = line.number_in("cm_height_m", above=0.0), line.number_in("inertia_factor", above=1.0)
+    depth = None
     if listed:
         if width is not None or height is not None:
             column = "width_m" if width is not None else "height_m"
@@ -379,13 +531,14 @@ def block_of_line(line: CsvLine, name: str = "") -> Block:
             near = difflib.get_close_matches(listed, catalogue, n=1, cutoff=0.4)
             hint = f"; did you mean {near[0]!r}?" if near else ", `toppling catalogue` lists them"
             line.refuse("catalogue", f"there is no item {shown(listed)}{hint}")
-        width, height = catalogue[listed].width, catalogue[listed].height
+        item = catalogue[listed]
+        width, height, depth = item.width, item.height, item.depth
     if width is None or height is None:
         column = "width_m" if width is None else "height_m"
         others = ", or alpha_rad and R_m" if "alpha_rad" in line.table.kind.columns else ""
         line.refuse(column, f"is empty: a line needs a catalogue name, or width_m and height_m{others}")
     try:
-        return Block(width, height, cm_height, factor, name or None)
+        return Block(width, height, cm_height, factor, name or None, depth=depth)
     except ValueError as error:
         _refuse(line, error, "catalogue" if listed else "width_m")
 

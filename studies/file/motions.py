@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 import xarray as xr
 from pydantic import Field, model_validator
@@ -14,9 +14,9 @@ from pydantic import Field, model_validator
 from ... import motions as shaking
 from ...doubts import noted
 from ...motions import RecordError
-from ...motions.arrays import HORIZONTAL
+from ...motions.arrays import BOTH_AXES, HORIZONTAL, VERTICAL, WEAK_AXIS
 from ...motions.matching.targets import EDITIONS
-from ...motions.pairs import correct_together, pair_up
+from ...motions.pairs import RANDOM, correct_together, pair_up
 from ...motions.simulated.kanai_tajimi import BASELINES
 from ...motions.simulated.near_fault import WITH_PULSE
 from ...motions.simulated.scenario import FAULTINGS
@@ -137,7 +137,8 @@ class BuildingTable(Table):
         """Compute the motions of the floors; floors of a building with a name carry that name (``tower 10``)."""
         if self.kind == "ground":
             refuse_foreign(self, {"name", "kind"}, "kind 'ground'")
-            return [array.expand_dims(floor=[self.name or "ground"], axis=1) for array in ground]
+            name = self.name or "ground"
+            return [array.expand_dims(floor=[name], axis=array.dims.index("time")) for array in ground]
         moved = self.build().floor_motions(ground, self.floors)
         if self.name is None:
             return moved
@@ -153,6 +154,14 @@ RECORD_UNITS = ("g", "m/s2", "cm/s2", "mm/s2", "gal")
 
 def _read_one(path: Path, dt: float | None, unit: str | float | None) -> list[xr.DataArray]:
     return [shaking.read(path, dt, unit)]
+
+
+PAIR = "pair"
+AXES = {"both": shaking.both_axes, "weak": shaking.weak_axis}
+SHAKES = {"both": BOTH_AXES, "weak": WEAK_AXIS}
+"""How both directions of floor histories shake, by the same words."""
+PAIR_KEYS = ("axes", "azimuth", "correlation")
+"""Keys of components that shake together."""
 
 
 class MotionsTable(Table):
@@ -208,12 +217,32 @@ class MotionsTable(Table):
     ] = None
     component: Annotated[
         str | None,
-        one_of(HORIZONTAL),
+        one_of((*HORIZONTAL, PAIR)),
         KeyInfo("every file is a motion"),
         Field(
             description="Component that shakes, where records are joined to recordings by the names of their files; "
-            "measures such as RotD50(pga) are of both."
+            "measures such as RotD50(pga) are of both. `pair`: both shake, also those of a generator, or both "
+            "directions of floor histories."
         ),
+    ] = None
+    axes: Annotated[
+        str | None,
+        one_of(AXES),
+        KeyInfo("both"),
+        Field(description="Of a pair: whether blocks rock about both axes, or about their weak axis alone."),
+    ] = None
+    azimuth: Annotated[
+        float | Literal["random"] | None,
+        KeyInfo(0.0, unit="°", at_least=-360.0, at_most=360.0),
+        Field(
+            description="Of a pair: direction of the blocks' width, of an inventory that of the building's x, "
+            "clockwise from north, or `random`."
+        ),
+    ] = None
+    correlation: Annotated[
+        float | None,
+        KeyInfo(0.0, at_least=-1.0, at_most=1.0),
+        Field(description="Of a generator's pair: expected correlation of the two components."),
     ] = None
     baseline_order: Annotated[
         int | None,
@@ -289,7 +318,11 @@ class MotionsTable(Table):
         Field(description="Height of attachment over that of the roof."),
     ] = None
     edition: Annotated[str | None, one_of(EDITIONS), KeyInfo("7-16"), Field(description="Edition of ASCE 7.")] = None
-    vertical: Annotated[bool | None, KeyInfo(False), Field(description="The vertical spectrum.")] = None
+    vertical: Annotated[
+        bool | None,
+        KeyInfo(False),
+        Field(description="With `component`: the vertical component shakes, too; of AC156: the vertical spectrum."),
+    ] = None
     lowest_frequency_hz: Annotated[float | None, KeyInfo(0.1), Field(description="Where matching starts, Hz.")] = None
     f_lowest_hz: Annotated[
         float | None,
@@ -440,7 +473,25 @@ class MotionsTable(Table):
         if self.generator is not None and self.number is None:
             raise ValueError("motions from a generator need number (how many)")
         if self.floors_index is not None:
-            refuse_foreign(self, {"floors_index", "elastic", "dt_s", "unit"}, "motions from a floors_index")
+            apart = {"floors_index", "elastic", "dt_s", "unit", "component", "axes"}
+            refuse_foreign(self, apart, "motions from a floors_index")
+            if self.component not in (None, PAIR):
+                raise ValueError(
+                    "motions.component of a floors_index is 'pair', where both directions shake, or left out: which "
+                    "direction shakes a piece is in the inventory"
+                )
+        if self.component != PAIR:
+            for name in PAIR_KEYS:
+                if getattr(self, name) is not None:
+                    raise ValueError(f"motions.{name} needs component = 'pair'")
+        elif not isinstance(self.azimuth, str) and not abs(self.azimuth or 0.0) <= 360.0:
+            raise ValueError(f"motions.azimuth must be between -360 and 360 (in °), or 'random', got {self.azimuth:g}")
+        elif self.generator is None and self.records is None and self.floors_index is None:
+            raise ValueError("motions.component 'pair' needs records, a generator or a floors_index")
+        elif self.generator is not None and self.match_gmm:
+            raise ValueError("match_gmm is for one component, not for component = 'pair'")
+        elif self.records is not None and self.correlation is not None:
+            raise ValueError("motions.correlation is of simulated pairs: those of records have their own")
         return self
 
     def samples(self, folder: Path) -> float:
@@ -464,6 +515,9 @@ class MotionsTable(Table):
             refuse_samples(self.samples(folder), "motions")
             seed = self.seed or 0
             with noted():  # (a study has doubts among its notes)
+                if self.component == PAIR:
+                    pairs = made.sample_pairs(self.number or 1, seed, first, self.correlation or 0.0)
+                    return self._both([pairs], first)
                 array = made.sample(self.number or 1, seed=seed, first=first)
             if not self.match_gmm:
                 return [array]
@@ -472,7 +526,8 @@ class MotionsTable(Table):
             raise ValueError("motions.floors_index is for a performance study: other studies take floors_file")
         found: list[xr.DataArray] = []
         if self.records is not None:
-            refuse_foreign(self, {"records", "dt_s", "unit", "component", *PROCESSING}, "motions from records")
+            apart = {"records", "dt_s", "unit", "component", "vertical", "seed", *PAIR_KEYS, *PROCESSING}
+            refuse_foreign(self, apart if self.azimuth == RANDOM else apart - {"seed"}, "motions from records")
             if self.order is not None and self.highpass_hz is None and self.lowpass_hz is None:
                 raise ValueError("motions.order is of a filter: it needs highpass_hz or lowpass_hz")
             read: dict[Path, list[xr.DataArray]] = {}
@@ -480,17 +535,31 @@ class MotionsTable(Table):
                 read[path] = (shaking.read_all if self.component else _read_one)(path, self.dt_s, self.unit)
                 refuse_samples(sum(array.size for arrays in read.values() for array in arrays), "records")
             if self.component is None:
+                if self.vertical:
+                    raise ValueError("motions.vertical needs motions.component, which joins those of a recording")
                 return [self._processed(array, str(path)) for path, arrays in read.items() for array in arrays]
             for pair in pair_up(read):
                 # (a window is common to the components, which stay simultaneous)
                 done = correct_together(pair, partial(self._processed, what=str(pair["motion"].values[0])))
-                found.append(shaking.as_recorded(done, self.component))
+                if self.vertical and VERTICAL not in done["component"].values:
+                    name = str(pair["motion"].values[0])
+                    raise ValueError(f"motions.vertical needs a vertical component of each recording, {name} has none")
+                both = self.component == PAIR
+                found.append(done if both else shaking.as_recorded(done, self.component, self.vertical or False))
+            return self._both(found) if self.component == PAIR else found
         if self.floors_file is not None:
             refuse_foreign(self, {"floors_file", "elastic"}, "motions from a floors_file")
             for path in expand(self.floors_file, folder, "floors_file"):
                 found.append(shaking.read_floors(path))
                 refuse_samples(sum(array.size for array in found), "floors_file")
         return found
+
+    def _both(self, pairs: list[xr.DataArray], first: int = 0) -> list[xr.DataArray]:
+        """Return pairs that shake blocks along their axes, whose width has the azimuth of the table."""
+        at = 0.0 if self.azimuth is None else self.azimuth
+        azimuth = at if isinstance(at, str) else math.radians(at)
+        upward = bool(self.vertical)
+        return AXES[self.axes or "both"](pairs, azimuth, self.seed or 0, first=first, vertical=upward)
 
     def _processed(self, record: xr.DataArray, what: str) -> xr.DataArray:
         """Return a record after the corrections that are asked for, in the order of `PROCESSING`."""
@@ -543,6 +612,8 @@ class MotionsTable(Table):
         apart = {"generator", "number", "seed"}
         if kind.scenario is not shaking.Generator.scenario:
             apart.add("match_gmm")
+        if self.component == PAIR:
+            apart |= {"component", *PAIR_KEYS}
         for need in ("s_ds", "target"):
             if need in getattr(kind, "__dataclass_fields__", {}) and getattr(self, need) is None:
                 raise ValueError(f"{what} needs {need}")

@@ -17,20 +17,29 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from ...aliases import Array
 from ...doubts import KINDS, noted
 from ...fragility.curves.curve import LINKED
-from ...fragility.runs.request import OUTPUTS
+from ...fragility.runs.request import OF_ROCKING
 from ...models import Block
 from ...motions.plausibility import ringing_doubts
 from ...motions.polarity import BOTH, both_polarities
 from ..plan.designs import Cloud, Design, Incremental, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
-from .analyses import CloudTable, FitTable, IdaTable, MeasuresTable, PerformanceTable, ScreenTable, StripesTable
+from .analyses import (
+    CloudTable,
+    FitTable,
+    FrictionTable,
+    IdaTable,
+    MeasuresTable,
+    PerformanceTable,
+    ScreenTable,
+    StripesTable,
+)
 from .blocks import BlockTable, RestraintTable
 from .branches import OF_HAZARD, OF_MOTIONS, BranchTable, HazardSetTable, MotionSetTable
 from .hazard import HazardTable
 from .include import read_content
 from .models import ModelTable
-from .motions import BuildingTable, MotionsTable
+from .motions import PAIR, BuildingTable, MotionsTable
 from .refusals import refusal, refusals
 from .report import ReportTable
 from .sensitivity import SensitivityTable
@@ -106,6 +115,11 @@ class StudyFile(Table):
     stripes: Annotated[StripesTable | None, Field(description="Motions that differ from level to level.")] = None
     cloud: Annotated[CloudTable | None, Field(description="Every motion once, as it is.")] = None
     screen: Annotated[ScreenTable | None, Field(description="The validity screen.")] = None
+    friction: Annotated[
+        FrictionTable | None,
+        KeyInfo("not known: a need above 1 counts as sliding"),
+        Field(description="What keeps blocks from sliding."),
+    ] = None
     report: Annotated[
         ReportTable | None, KeyInfo("none: no cover"), Field(description="What the cover of the report says.")
     ] = None
@@ -116,7 +130,7 @@ class StudyFile(Table):
         Field(description="Kinds of doubts that are meant so and not noted: slips of units, offsets, drifts."),
     ] = None
     outputs: Annotated[
-        list[Annotated[str, one_of(OUTPUTS)]] | None,
+        list[Annotated[str, one_of(OF_ROCKING)]] | None,
         KeyInfo("overturned, peak_rotation"),
         Field(description="Results kept of every run."),
     ] = None
@@ -198,6 +212,11 @@ class StudyFile(Table):
             given = [name for name in apart if getattr(self, name) is not None]
             if given:
                 raise ValueError(f"a study with sensitivity has no {given[0]}")
+        if self.friction is not None:
+            self._check_friction(self.friction)
+        if self.motions.component == PAIR and self.kind == "sensitivity":
+            raise ValueError("motions.component 'pair' is for an inventory or a study of blocks, not for [sensitivity]")
+        self._check_own_friction()
         self._check_branches()
         if self.building is not None and self.buildings is not None:
             raise ValueError("a study has one building or several buildings, not both keys")
@@ -213,6 +232,40 @@ class StudyFile(Table):
         if self.performance is None and self.motions.elastic is not None:
             raise ValueError("motions.elastic is for the floor histories of a performance study")
         return self
+
+    def _check_friction(self, friction: FrictionTable) -> None:
+        """Refuse keys of the friction that a study of this kind does not use, or that contradict others."""
+        if friction.slips_m is not None and self.kind not in ("fragility", "performance"):
+            raise ValueError(
+                "friction.slips_m is for fragility and performance studies; "
+                f"a {self.kind} study has its friction screened alone"
+            )
+        if friction.trip_mm is not None and self.kind != "fragility":
+            raise ValueError(f"friction.trip_mm is for fragility studies of blocks, not for a {self.kind} study")
+        if friction.shared is None:
+            return
+        if self.performance is None:
+            raise ValueError(f"friction.shared is for the pieces of a performance study, not for a {self.kind} study")
+        variability = self.performance.variability
+        together = variability is not None and variability.pieces == "together"
+        if variability is not None and friction.shared != together:
+            raise ValueError(
+                f"friction.shared = {str(friction.shared).lower()} contradicts performance.variability.pieces = "
+                f"{variability.pieces or 'independent'!r}: pieces share their friction as they share all that differs"
+            )
+
+    def _check_own_friction(self) -> None:
+        """Raise a ValueError for blocks with friction of their own in a study that does not use it."""
+        own = next((i for i, one in enumerate(self.blocks or [], start=1) if one.own_friction is not None), None)
+        if own is not None and self.kind != "fragility":
+            raise ValueError(f"blocks[{own}]: its own friction is for fragility studies, not for a {self.kind} study")
+        if own is not None and self.friction is None:
+            raise ValueError(f"blocks[{own}]: its own friction needs [friction], which is that of the other blocks")
+        near = next((i for i, one in enumerate(self.blocks or [], start=1) if one.trip_mm is not None), None)
+        if near is not None and self.kind != "fragility":
+            raise ValueError(f"blocks[{near}].trip_mm is for fragility studies, not for a {self.kind} study")
+        if near is not None and self.friction is None:
+            raise ValueError(f"blocks[{near}].trip_mm needs [friction], without which no block slides")
 
     def _check_branches(self) -> None:
         """Raise a ValueError where branches, their motions and their hazards do not go together."""

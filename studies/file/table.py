@@ -21,9 +21,8 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
 
-from ...fragility.exchange.rows import UNITS
 from ...motions import RecordError
-from ...units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS
+from ...units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS, UNITS
 from ...wording import system_reason
 
 MOST_ERRORS = 5

@@ -81,8 +81,7 @@ class Scene:
     def __init__(self, response: xr.Dataset, block: Block, frames: Frames, pixels: int) -> None:
         self._block, self._frames = block, frames
         self._alpha = block.alpha
-        (_, front), (_, back) = block.corners
-        self._balance = front, back
+        self._balance = block.balances
         # (a lean is drawn as the slope of the floor, with walls square to it)
         self._slope = Affine2D().rotate(-block.lean)
         self._walls = fittings.faces(response, block)
@@ -92,6 +91,8 @@ class Scene:
         options = json.loads(response.attrs["configuration"])["model"]
         # a block counts as standing inside its elastic zone; without a zone only in the upright position
         self._zone = float(options.get("delta") or 1e-9) * block.alpha
+        if block.bed is not None:
+            self._zone = block.bed.settlement / block.b
         moved = frames.displacement
         self._follows = float(np.ptp(moved)) > FAR * max(block.width, block.height)
         self._figure = Figure(figsize=(INCHES, INCHES), dpi=pixels / INCHES, facecolor=PAPER)
@@ -384,7 +385,7 @@ def _around(block: Block) -> list[str]:
     if block.lean:
         found.append(f"lean {math.degrees(block.lean):+.2g}°")
     found = [word.replace("-", "−") for word in found]
-    return [*found, *(part.label for part in (block.wall, block.restraint) if part is not None)]
+    return [*found, *(part.label for part in (block.wall, block.restraint, block.bed) if part is not None)]
 
 
 def _round_step(span: float) -> float:

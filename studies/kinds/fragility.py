@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Self
@@ -12,19 +12,26 @@ import xarray as xr
 from ...aliases import Progress
 from ...doubts import Doubt
 from ...fragility import notes, screen
-from ...fragility.fitting.states import state_name
+from ...fragility.fitting.states import of_both_axes, state_name
 from ...fragility.risk.inversion import check_family
+from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.undecided import perturbed_runs
 from ...models import Block, Law
+from ...models.block import describe_scene
 from ...models.friction import FixedFriction, Friction
+from ...motions.polarity import BOTH
 from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
 from ..plan.designs import Design
 from ..plan.estimates import LOW_SHARE, Fit, ranked
 from ..plan.gains import OTHER, gains
+from ..plan.piece_classes import class_attribute, class_notes
+from ..plan.restraints import DESIGN, FLAG, any_held, ruptures
 from ..plan.risk import Risk
+from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, slide_notes
+from ..text.axes import axis_notes, component_notes, held_notes
 from ..text.curve_notes import branches_beyond_note, modelling_note
 from ..text.one_side import FORCED, forced_to_1, one_side_notes
 from ..text.spread import branch_names
@@ -78,6 +85,23 @@ def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branch
     )
 
 
+def _slides(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
+    """Return the friction of a study, with that of blocks that have their own; None where it is not known."""
+    if content.friction is None:
+        return None
+    own = {
+        block.label: table.own_friction
+        for block, table in zip(blocks, content.blocks or [], strict=False)
+        if table.own_friction is not None
+    }
+    near = {
+        block.label: 1e-3 * table.trip_mm
+        for block, table in zip(blocks, content.blocks or [], strict=False)
+        if table.trip_mm is not None
+    }
+    return replace(content.friction.build(content.analysis.polarity or BOTH), own=own, own_trips=near)
+
+
 def _fit(content: StudyFile) -> Fit:
     """Return the options of the fit; with a hazard the table of rates gives the level of a probability, too."""
     found = LOGNORMAL if content.fit is None else content.fit.build()
@@ -98,39 +122,59 @@ class FragilityStudy(BlockStudy, Study):
     blocks: tuple[Block, ...]
     models: tuple[Law, ...]
     design: Design
-    friction: Friction | None = None
+    friction: Friction | Mapping[str, Friction] | None = None
     undecided: float = UNDECIDED
     fit: Fit = LOGNORMAL
     risk: Risk | None = None
     measures: tuple[str, ...] | None = None
     outputs: tuple[str, ...] = OUTPUTS
     branches: Branches | None = None
+    slides: Slides | None = None
+
+    @property
+    def may_slide(self) -> bool:
+        return self.slides is not None
+
     kind: ClassVar[str] = "fragility"
 
     @classmethod
     def of(cls, content: StudyFile, folder: Path) -> Self:
         blocks = blocks_of(content, folder)
+        slides = _slides(content, blocks)
+        friction, undecided = screening_of(content)
         study = cls(
             content.title,
             plain(content),
             blocks,
             each("models", content.models, blocks),
             content.design(folder, content.both_ways(blocks)),
-            *screening_of(content),
+            friction if slides is None or not slides.own else {one.label: slides.friction_of(one) for one in blocks},
+            undecided,
             _fit(content),
             None if content.hazard is None else content.hazard.risk(content.analysis.im, folder),
             None if content.measures is None else tuple(content.measures.also or ()),
             OUTPUTS if content.outputs is None else tuple(content.outputs),
+            slides=slides,
         )
         study = replace(study, branches=_branches(content, folder, study))
         # errors in the combination of blocks, laws, motions and levels are raised before the work, not during it
         check_laws(content, study.blocks, study.models)
+        check_axes(study.design.axes, study.blocks, study.models)
+        check_outputs(study.design.axes, study.kept_outputs, study.models)
+        if study.design.about == 2 and not of_both_axes(study.fit.state):
+            raise ValueError(
+                f"fit.state must be overturned or uplifted where both components shake, got {study.fit.state!r}"
+            )
+        if study.design.about == 2 and slides is not None and (slides.trip is not None or slides.own_trips):
+            raise ValueError("trip_mm cannot be given where both components shake: trips are of one component")
         study.design.check(study.blocks)
         if study.risk is not None:
             study.risk.check(study.design, content.motions.floors_file is not None)
         for name, design in study.further.items():
             try:
                 design.check(study.blocks)
+                if design.axes != study.design.axes:
+                    raise ValueError("must shake about the same axes: give component, and axes, as in [motions]")
                 if design.floors != study.design.floors:
                     raise ValueError(f"must be of the same floors, got {', '.join(design.floors) or 'the ground'}")
             except ValueError as error:
@@ -160,7 +204,12 @@ class FragilityStudy(BlockStudy, Study):
 
     @property
     def work(self) -> int:
-        return self.runs + self.perturbed_runs + self.further_runs
+        return self.own_runs + self.perturbed_runs + self.further_runs
+
+    @property
+    def own_runs(self) -> int:
+        """Number of planar runs under the study's own motions, about each axis."""
+        return self.runs * self.design.about
 
     @property
     def further(self) -> dict[str, Design]:
@@ -170,7 +219,7 @@ class FragilityStudy(BlockStudy, Study):
     @property
     def further_runs(self) -> int:
         """Number of runs under the motions of branches."""
-        return len(self.blocks) * len(self.models) * sum(design.runs for design in self.further.values())
+        return len(self.blocks) * len(self.models) * sum(one.runs * one.about for one in self.further.values())
 
     @property
     def arrays(self) -> Iterable[xr.DataArray]:
@@ -201,7 +250,8 @@ class FragilityStudy(BlockStudy, Study):
 
     @property
     def kept_outputs(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys((*self.fit.outputs, *self.outputs)))
+        held = (FLAG,) if any_held(self.blocks) else ()
+        return tuple(dict.fromkeys((*self.fit.outputs, *self.outputs, *held)))
 
     @property
     def together(self) -> float:
@@ -217,7 +267,9 @@ class FragilityStudy(BlockStudy, Study):
     def stored_bytes(self) -> float:
         # beside the kept outputs there are the screen's verdict, the chance of sliding (where friction is given),
         # and the friction that a block needs, which is the same for all laws
-        slides = 0 if self.friction is None else 1 if isinstance(self.friction, FixedFriction) else 4
+        given = self.friction.values() if isinstance(self.friction, Mapping) else [self.friction]
+        known = all(isinstance(one, FixedFriction) for one in given)
+        slides = 0 if self.friction is None else 1 if known else 4
         of_blocks = 8.0 * self.runs / len(self.models)
         of_curves = (STORED_BYTES + (0.0 if self.measures is None else RANKED_BYTES)) * self._curves_of(self.design)
         return (self.bytes_a_run + 1 + slides) * float(self.runs) + of_blocks + of_curves
@@ -228,20 +280,23 @@ class FragilityStudy(BlockStudy, Study):
         if self.undecided == 0.0:
             return 0
         each_motion = self.design.runs // self.design.shakes
-        return perturbed_runs(len(self.blocks), self.models, each_motion, self.design.shakes, self.undecided)
+        design = self.design
+        return perturbed_runs(
+            len(self.blocks), self.models, each_motion, design.shakes, self.undecided, axes=design.about
+        )
 
     def _spread(self, own: FittedCurves, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[str]]:
         """Run the motions of branches, and return the rates over all branches, with notes on the branches' curves."""
         assert self.branches is not None
         assert self.risk is not None
-        done = self.runs + self.perturbed_runs
+        done = self.own_runs + self.perturbed_runs
         said: list[str] = []
 
         def fitted(name: str, design: Design) -> FittedCurves:
             nonlocal done
             each = part_of(progress, done, self.work)
             runs = design.run(self.blocks, self.models, self.fit.outputs, client, each)
-            done += len(self.blocks) * len(self.models) * design.runs
+            done += len(self.blocks) * len(self.models) * design.runs * design.about
             found = self.fit.curves(runs, True, telling=client.tell)
             said.extend(f"under the motions {name!r}: {note}" for note in self.fit.notes(found, runs))
             return FittedCurves(self.fit.modelled(found), design.highest(runs))
@@ -264,7 +319,7 @@ class FragilityStudy(BlockStudy, Study):
             self.friction,
             undecided=self.undecided,
             client=client,
-            progress=part_of(progress, self.runs, self.work),
+            progress=part_of(progress, self.own_runs, self.work),
         )
         curves = self.fit.curves(results, self.risk is not None, telling=client.tell)
         found = dict(screened.data_vars)
@@ -273,6 +328,7 @@ class FragilityStudy(BlockStudy, Study):
             "form": curves.attrs["form"],
             "modelling_dispersion": self.fit.modelling_dispersion,
             "modelling": self.fit.modelling,
+            **class_attribute(self.fit.modelling_class),
         }
         forced = forced_to_1(self.blocks, self.fit.state, self.fit.form)
         if forced:
@@ -281,13 +337,19 @@ class FragilityStudy(BlockStudy, Study):
             ranking = ranked(results, self.design.arrays, self.measures, self.fit.state)
             found |= ranking.data_vars
             attributes["ranking"] = ranking.attrs["ranking"]
-        said = [*self.fit.notes(curves, results), *one_side_notes(self.blocks, self.fit.state, self.fit.form)]
+        said = [
+            *axis_notes(results),
+            *held_notes([one.label for one in self.blocks if self.design.about == 2 and describe_scene(one)]),
+            *self.fit.notes(curves, results),
+            *one_side_notes(self.blocks, self.fit.state, self.fit.form),
+        ]
         coordinates: dict[Hashable, xr.DataArray] = {}
         if self.risk is not None:
             highest = self.design.highest(results)
             modelled = self.fit.modelled(curves)
             rates = self.risk.of(modelled, self.fit.confidence, highest, self.fit.state, client.tell)
             said += self.risk.notes(rates, modelled, highest, self.configuration)
+            said += component_notes(self.configuration["motions"].get("component"), self.design.im)
             found |= rates.data_vars
             attributes |= {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}
             compared = gains(modelled, self.risk, self.blocks, self.fit.confidence)
@@ -300,10 +362,28 @@ class FragilityStudy(BlockStudy, Study):
                 found |= spread.data_vars
                 coordinates |= {name: spread.coords[name] for name in BRANCH_COORDINATES}
             said.append(modelling_note(self.fit.modelling_dispersion, self.fit.modelling))
+            said += class_notes(self.fit.modelling_class)
         kept = curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
         found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
         if self.design.levels.size:
             found |= self.fit.probabilities(results).data_vars
+            if any_held(self.blocks):
+                # (a hazard curve of a measure of each block is of no single level)
+                hazard = None if self.risk is None or self.design.im in BLOCK_MEASURES else self.risk.hazard
+                broken = ruptures(results, self.blocks, self.fit.confidence, hazard)
+                found |= broken.data_vars
+                coordinates |= {name: broken.coords[name] for name in (DESIGN,) if name in broken.coords}
+        if self.slides is not None:
+            falls: dict[str, xr.DataArray] = {
+                name: found[name] for name in ("probability", "rate", "rate_lower", "rate_upper") if name in found
+            }
+            slid = self.slides.of(results, self.design.motions, self.blocks, self.fit, self.risk, falls, client)
+            found |= slid.data_vars
+            coordinates |= {name: slid.coords[name] for name in ("slip",) if name in slid.coords}
+            said += slide_notes(slid, self.blocks, [str(one) for one in results["motion"].values], in_plane(results))
+            exact = [block for block in self.blocks if isinstance(self.slides.friction_of(block), FixedFriction)]
+            said += exact_friction_notes([block.label for block in exact])
+        said += edge_notes(results, self.blocks, self.slides is not None, self.fit.state)
         if "floor" in curves.dims:  # (the dimension of the curves takes the name)
             results = results.rename(floor="motion_floor")
         return (
@@ -314,6 +394,6 @@ class FragilityStudy(BlockStudy, Study):
                 confidence=self.fit.confidence,
                 state=state_name(self.fit.state),
                 screen=screened.attrs["screen"],
-                notes="\n".join([*said, *notes(screened)]),
+                notes="\n".join([*said, *notes(screened, self.slides is not None)]),
             )
         )

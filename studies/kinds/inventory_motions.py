@@ -14,11 +14,11 @@ from ...doubts import noted
 from ...motions import Building, Generator
 from ...motions.floors.histories import FloorHistories
 from ...motions.plausibility import ringing_doubts
-from ..buildings.contents import Inventory
 from ..buildings.notes import PROPORTIONAL, history_notes
 from ..file.analyses import LevelsTable, PerformanceTable
 from ..file.floor_index import read_floor_index
-from ..file.motions import MotionsTable
+from ..file.motions import SHAKES, MotionsTable
+from ..inventory.contents import Inventory
 from ..plan.reading import Reading
 
 Motions = tuple[xr.DataArray, ...] | FloorHistories
@@ -84,7 +84,8 @@ def read_histories(table: MotionsTable, asked: PerformanceTable, folder: Path) -
     if table.floors_index is None:
         return None
     path = folder / table.floors_index
-    found = read_floor_index(path, table.dt_s, table.unit)
+    axes = "" if table.component is None else SHAKES[table.axes or "both"]
+    found = replace(read_floor_index(path, table.dt_s, table.unit), axes=axes)
     if not table.elastic:
         if asked.levels is not None:
             named = named_levels(found)

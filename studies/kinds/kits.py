@@ -13,18 +13,18 @@ import xarray as xr
 from ...doubts import first_names
 from ...models import Block
 from ...units import DIMENSIONLESS
-from ..buildings.contents import Inventory
-from ..buildings.kits import Kit
 from ..buildings.variables import PER_YEAR, per_year, variable
 from ..file.analyses import PerformanceTable
 from ..file.csv_table import NO, YES
 from ..file.schema import StudyFile
+from ..inventory.contents import Inventory
+from ..inventory.kits import Kit
 from ..kits.sets import INJURIES, LOSS, TARGETS, KitSet, budget_kits, target_kits
 from .study import restraints_of
 
 AMOUNT_WORDS = {
     "falls": "expected falls",
-    "front_falls": "expected falls to the front",
+    "front_falls": "expected forward falls",
     "injuries": "expected injured persons",
     "loss": "expected loss",
 }

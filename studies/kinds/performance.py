@@ -18,39 +18,61 @@ from ...fragility import HazardCurve
 from ...fragility import notes as screen_notes
 from ...fragility.numerics import slabs
 from ...fragility.runs.scaling import SCALE, intensity_measure
-from ...fragility.uncertainty.joint import Variability
+from ...fragility.uncertainty.joint import PieceDraws, Variability
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts, level_doubts
 from ...fragility.validity.scenes import scene_notes
 from ...models import Law
 from ...models.oscillator import Oscillator
 from ...motions import Building, Generator
+from ...motions.arrays import BOTH_AXES, POLARITY
 from ...motions.floors.histories import FloorHistories
+from ...motions.polarity import AS_RECORDED, BOTH
 from ...units import DIMENSIONLESS
 from ...wording import counted
 from ..buildings.anchoring import anchoring
-from ..buildings.assessment import assess, check_drawn, described, distinct_runs, refuse_modelling, tells_sides
+from ..buildings.assessment import (
+    assess,
+    check_drawn,
+    described,
+    distinct_runs,
+    polarity_of,
+    refuse_modelling,
+    tells_sides,
+)
+from ..buildings.axes import axes_notes, placed_on_axes, sideways_notes
 from ..buildings.branches import InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.code_checks import code_variables
-from ..buildings.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
-from ..buildings.contents import Contents, Inventory
-from ..buildings.inventory import read_inventory
-from ..buildings.kits import Kit
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
-from ..buildings.notes import UNDIRECTED, branch_notes, hazard_notes, hazard_shares, inventory_notes, notes
+from ..buildings.notes import (
+    UNDIRECTED,
+    branch_notes,
+    hazard_notes,
+    hazard_shares,
+    inventory_notes,
+    notes,
+    polarity_notes,
+)
 from ..buildings.pieces import SAFETY, budget_set
 from ..buildings.screening import Screening, screen_inventory
 from ..buildings.shaking import Shaking
-from ..buildings.variables import JOINT, variable
+from ..buildings.sliding import Slipping, draws_of, falls_off, item_slide_notes, slides
+from ..buildings.variables import JOINT, fall_flags, variable
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
 from ..file.analyses import LevelsTable
 from ..file.branches import OF_MOTIONS
 from ..file.schema import StudyFile
+from ..inventory.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
+from ..inventory.contents import Contents, Inventory
+from ..inventory.kits import Kit
+from ..inventory.reading import read_inventory
 from ..kits.savings import Shake, kit_savings, with_kit
 from ..plan.branches import BRANCH_COORDINATES
 from ..plan.estimates import MEAN as IN_MEAN
+from ..plan.piece_classes import class_attribute, class_notes
 from ..plan.reading import Reading
+from ..plan.slides import INSTEAD
 from ..text.curve_notes import level_modelling_note, modelling_note
 from ..text.words import level_text
 from .branches import weighted_hazards, weighted_laws, weighted_motions
@@ -75,6 +97,7 @@ if TYPE_CHECKING:
 OSCILLATOR_BYTES = 5500.0
 """Most memory of an oscillator, with its description in the runs of its floor."""
 NOT_ASKED = Screening()
+USUAL = Slipping()
 RANKING = "ranked_"
 """Prefix of the names of the ranking's variables, beside those of the assessment."""
 DECIDED = ("code_", "budget_", "target_", "kit_cost")
@@ -88,7 +111,9 @@ class PerformanceStudy(Study):
     `motions` are of the ground, or histories of all floors.  `levels` are of the measure `im`, or a plain factor of 1
     for a scenario; `hazard` is given where annual values are wanted.  `objective` is the quantity that anchoring saves,
     given the level `at` where there is no hazard.  `undirected`: the inventory gives directions that no motion has.
-    `kits` are tried on all pieces that they fit, of which the cheapest set is chosen for the `target`.
+    `kits` are tried on all pieces that they fit, of which the cheapest set is chosen for the `target`.  `polarity`: how
+    motions are run, those of branches and under kits, too.  `axes`: how pairs of components shake, '' where one does;
+    `of_axes`: notes on the axes about which lines are run.
     """
 
     inventory: Inventory
@@ -116,6 +141,11 @@ class PerformanceStudy(Study):
     undirected: bool = False
     kits: tuple[Kit, ...] = ()
     target: dict[str, float] | None = None
+    polarity: str = AS_RECORDED
+    axes: str = ""
+    of_axes: tuple[str, ...] = ()
+    slipping: Slipping = USUAL
+    piece_class: str | None = None
     kind: ClassVar[str] = "performance"
 
     @classmethod
@@ -124,12 +154,13 @@ class PerformanceStudy(Study):
         assert asked is not None  # (the table makes it this kind of study)
         building = None if content.building is None else content.building.made()
         known_kits = kits_of(content)
+        sliding = None if content.friction is None else content.friction.build()
         if asked.kits and content.hazard is None and asked.modelling_dispersion > 0.0:
             raise ValueError("performance.kits with modelling_dispersion need a [hazard]: savings at a level hold none")
         on_floors = content.motions.floors_file is not None or content.motions.floors_index is not None
         if not on_floors:  # (errors in the inventory are raised before motions are made)
             known = ["0"] if building is None else [str(floor) for floor in building.floors]
-            inventory = read_inventory(folder / asked.inventory, known, known_kits)
+            inventory = read_inventory(folder / asked.inventory, known, known_kits, sliding)
         about = content.hazard is None and asked.modelling_dispersion > 0.0
         refuse_scaling(content.motions, "" if asked.levels is None else "performance.levels", about)
         histories = read_histories(content.motions, asked, folder)
@@ -152,10 +183,13 @@ class PerformanceStudy(Study):
             raise ValueError("performance.at_level does not go with a hazard: the ranking is of a year")
         motions: Motions = tuple(content.motions.build(folder)) if histories is None else in_si(histories, im, levels)
         shaking = Shaking.of(building, motions, None, im == SCALE)
+        if shaking.axes:
+            shaking.scaled(levels, im)  # (a measure of one component is refused before anything is run)
         if on_floors:
-            inventory = read_inventory(folder / asked.inventory, shaking.known, known_kits)
+            inventory = read_inventory(folder / asked.inventory, shaking.known, known_kits, sliding)
         given_directions, as_read = any(row.direction for row in inventory.rows), inventory
-        inventory = shaking.placed(inventory)
+        laws = each("models", content.models)
+        inventory = placed_on_axes(inventory, shaking, laws)
         _refuse_modelling(asked.modelling_dispersion, inventory, shaking, hazard is not None)
         try:
             code = None if asked.code is None else asked.code.build(building)
@@ -176,11 +210,14 @@ class PerformanceStudy(Study):
                 "performance.consequence_correlation is of cost_median, downtime_median_days and injury_probability in "
                 "the inventory, which gives none"
             )
+        slipping = Slipping()
+        if sliding is not None and content.friction is not None:
+            slipping = Slipping(sliding.distances, content.friction.shared is not False)
         study = cls(
             content.title,
             plain(content),
             inventory,
-            each("models", content.models),
+            laws,
             building,
             motions,
             im,
@@ -198,10 +235,15 @@ class PerformanceStudy(Study):
             asked.modelling_dispersion,
             asked.consequence_correlation,
             content.motions.made_by(folder),
-            Screening(*screening_of(content)),
+            Screening(screening_of(content)[1]),
             asked.modelling,
             kits=kits,
             target=None if asked.target is None else asked.target.limits,
+            polarity=asked.polarity or _polarity_of(inventory, kits),
+            axes=shaking.axes,
+            of_axes=tuple(axes_notes(inventory, as_read, shaking.axes)),
+            slipping=slipping,
+            piece_class=asked.modelling_class,
         )
         study = replace(study, branches=_branches(content, folder, study, as_read))
         used = [inventory, *(one.inventory for one in study.further.values())]
@@ -233,7 +275,9 @@ class PerformanceStudy(Study):
     def words(self) -> str:
         of = f"{counted(self.inventory.pieces, 'piece')} in {counted(len(self.inventory), 'line')}"
         levels = "" if self.im == SCALE else f" × {counted(self.levels.size, 'level')}"
-        shaken = f"{counted(len(self.models), 'law')} × {counted(self.shakes, 'motion')}{levels}"
+        ways = " both ways" if self.both_ways else ""
+        ways += " about both axes" if self.axes == BOTH_AXES else ""
+        shaken = f"{counted(len(self.models), 'law')} × {counted(self.shakes, 'motion')}{ways}{levels}"
         about = "" if self.levels_run == self.levels.size else f" (at {self.levels_run:,} levels about them)"
         held = f", of them {self.kit_runs:,} with {counted(len(self.kits), 'kit')}" if self.kits else ""
         other = f", and {self.further_runs:,} under the motions of {counted(len(self.further), 'branch')}"
@@ -261,11 +305,11 @@ class PerformanceStudy(Study):
 
     @property
     def sides(self) -> bool:
-        """Whether falls to the front are told apart."""
+        """Whether forward falls are told apart."""
         return bool(self.kits) or tells_sides(self.inventory)
 
     def _runs_of(self, motions: Motions, inventory: Inventory) -> int:
-        return distinct_runs(inventory, self.variability) * len(self.models) * number_of(motions)
+        return distinct_runs(inventory, self.variability, self.polarity) * len(self.models) * number_of(motions)
 
     @property
     def further(self) -> dict[str, ShakenBy]:
@@ -283,7 +327,7 @@ class PerformanceStudy(Study):
         levels, motions = self.levels.size, self.shakes
         if isinstance(self.motions, FloorHistories):
             levels, motions = self.motions.run_shape(levels)
-        return self.screening.runs(self.inventory, self.models, levels, motions, self.variability)
+        return self.screening.runs(self.inventory, self.models, levels, motions * self.polarities, self.variability)
 
     @property
     def work(self) -> int:
@@ -291,11 +335,13 @@ class PerformanceStudy(Study):
 
     @property
     def stored_bytes(self) -> float:
-        return (2.0 if self.sides else 1.0) * self._flags + 8.0 * self._outcomes
+        sideways = any(row.both_axes for row in self.inventory.rows)
+        # flags of overturning are beside those of all falls where anything can fall off
+        return (1.0 + self.sides + sideways + self._edges) * self._flags + 8.0 * self._outcomes
 
     @property
     def together(self) -> float:
-        variants = 1 if self.variability is None else self.variability.variants
+        variants = self.variants
         motions = self._shaken / len(self.models) / self.levels.size
         # lines are processed in slabs, at least one line under one law with all its levels
         of_one = max(min(self._flags, slabs.RUNS), self.levels.size * motions)
@@ -323,6 +369,11 @@ class PerformanceStudy(Study):
         found += ([of_places * consequences] if consequences else []) + anchored
         # runs with kits: flags, and expectations in each place, kit after kit
         found += [self._flags] * 2 + [of_places] * 3 if self.kits else []
+        # slips: counts of variants that slide and slip so far, and flags of variants that fall off
+        sliding = sum(map(slides, self.inventory.rows)) / len(self.inventory)
+        if sliding:
+            of_flags = sliding * self._flags / self.variants / len(self.models)
+            found += [2.0 * (1 + len(self.slipping.distances)) * of_flags, self._edges * self.variants * of_flags]
         # the motions of branches: flags and outcomes of each; classes of pieces joined in draws of their capacities
         for one in self.further.values():
             share = number_of(one.motions) / self.shakes
@@ -334,31 +385,57 @@ class PerformanceStudy(Study):
 
     @property
     def _shaken(self) -> int:
-        return len(self.models) * self.levels.size * self.shakes
+        return len(self.models) * self.levels.size * self.shakes * self.polarities
+
+    @property
+    def polarities(self) -> int:
+        """Outcomes of each motion: 2 where motions are run both ways, else 1."""
+        return 2 if self.both_ways else 1
+
+    @property
+    def both_ways(self) -> bool:
+        return self.polarity == BOTH
 
     @property
     def _flags(self) -> float:
         """Number of flags of all lines; lines that are alike count each."""
-        return float(
-            len(self.inventory) * self._shaken * (1 if self.variability is None else self.variability.variants)
-        )
+        return float(len(self.inventory) * self._shaken * self.variants)
 
     @property
     def _outcomes(self) -> float:
         """Number of outcomes in the building and on each floor, motion by motion, of all quantities."""
         places = 1 + len({str(row.floor) for row in self.inventory.rows})
-        plain = 1 if self.variability is None else self.variability.realisations
+        plain = 1 if self.draws is None else self.draws.realisations
         return float(places * self._shaken * (2 * plain + self._drawn * self.realisations))
 
     @property
     def realisations(self) -> int:
         """Number of fillings of the building, or of draws of costs, downtimes and injuries."""
-        return REALISATIONS if self.variability is None else self.variability.realisations
+        return REALISATIONS if self.draws is None else self.draws.realisations
+
+    @property
+    def draws(self) -> PieceDraws | None:
+        """How pieces are drawn from variants, None where pieces of a line are alike."""
+        return draws_of(self.inventory, self.variability, self.slipping, self.seed)
+
+    @property
+    def variants(self) -> int:
+        """Number of variants of each line."""
+        return 1 if self.draws is None else self.draws.variants
+
+    @property
+    def _edges(self) -> int:
+        """1 where anything can fall off an edge, else 0."""
+        return int(any(map(falls_off, self.inventory.rows)))
 
     @property
     def _drawn(self) -> int:
         """Number of quantities that are drawn."""
         return sum(any(getattr(row, name) is not None for row in self.inventory.rows) for name in COLUMNS)
+
+    @property
+    def may_slide(self) -> bool:
+        return any(map(slides, self.inventory.rows))
 
     @property
     def of_each_law(self) -> list[Oscillator]:
@@ -369,11 +446,13 @@ class PerformanceStudy(Study):
         said = inventory_notes(self.inventory, self.safety, self.code is not None)
         said += scene_notes(scenes_of(self.inventory, self.kits))
         said += kit_notes(self.inventory, self.kits)
+        said += polarity_notes(scenes_of(self.inventory, self.kits), self.polarity)
         said += motion_notes(self.motions, self.inventory, bool(self.configuration["motions"].get("elastic")))
         for name, one in self.further.items():
             said += [f"motions {name!r}: {note}" for note in motion_notes(one.motions, one.inventory, one.elastic)]
         if self.undirected:
             said.append(UNDIRECTED)
+        said += self.of_axes
         return [*super().notes, *said]
 
     def _settled_notes(self, results: xr.Dataset) -> set[str]:
@@ -414,6 +493,7 @@ class PerformanceStudy(Study):
             self.inventory.currency,
             None if self.hazard is None else asdict(self.hazard),
             *others,
+            *([BOTH] if self.both_ways else []),
         ]
         # (the levels of floor histories stand in their index)
         if isinstance(self.motions, FloorHistories):
@@ -428,21 +508,29 @@ class PerformanceStudy(Study):
         """beta_m where means hold it, else 0."""
         return self.modelling if self.where == IN_MEAN else 0.0
 
+    @property
+    def _shake(self) -> Shake:
+        """How the inventory is shaken, as it is and with each kit."""
+        return Shake(
+            self.models,
+            self.motions,
+            self.levels,
+            self.im,
+            self.building,
+            self.hazard,
+            self.variability,
+            self._in_mean,
+            self.replicates,
+            self.seed,
+            self.polarity,
+            self.slipping,
+        )
+
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         with noted():  # (a study has doubts among its notes)
-            found = assess(
+            found = self._shake.assess(
                 self.inventory,
-                self.models,
-                self.motions,
-                self.levels,
-                self.im,
-                self.building,
-                self.hazard,
-                variability=self.variability,
-                modelling_dispersion=self._in_mean,
                 consequence_correlation=self.correlation,
-                replicates=self.replicates,
-                seed=self.seed,
                 sides=self.sides,
                 client=client,
                 progress=part_of(progress, 0, self.work),
@@ -459,16 +547,18 @@ class PerformanceStudy(Study):
             array=client.array,
         )
         whole = ranked.reindex(item=found["item"])
-        said = [*notes(found), *said]
+        said = [*notes(found), *sideways_notes(found), *item_slide_notes(found, self.inventory), *said]
         if self.hazard is not None:
             found = found.assign(hazard_shares(found, self.hazard))
             said += [*hazard_notes(found, self.hazard), modelling_note(self.modelling, self.where)]
         elif self.modelling > 0.0:
             said.append(level_modelling_note(self.modelling))
+        said += class_notes(self.piece_class)
         if self.at is not None and self.levels.size > 1 and "at_level" not in self.configuration["performance"]:
             middle = level_text(self.at, found["level"])
             said.append(f"performance.at_level is not given: table and ranking are of the middle level, {middle}")
         beside = {f"{RANKING}{name}": one for name, one in whole.data_vars.items()}
+        ways = {POLARITY: found[POLARITY]} if POLARITY in found.coords else {}
         results = (
             found.assign({**beside, **screened.data_vars, **spread.data_vars, **held.data_vars})
             .assign_coords(held.coords)
@@ -477,9 +567,10 @@ class PerformanceStudy(Study):
             .assign_attrs(
                 ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
                 screen=screened.attrs["screen"],
-                notes="\n".join([*said, *screen_notes(screened)]),
+                notes="\n".join([*said, *screen_notes(screened.assign_coords(ways), INSTEAD in found)]),
                 modelling_dispersion=self.modelling,
                 modelling=self.where,
+                **class_attribute(self.piece_class),
                 **({} if self.at is None else {"at_level": self.at}),
             )
         )
@@ -503,20 +594,8 @@ class PerformanceStudy(Study):
         """Run the inventory with each kit, and return what that saves."""
         if not self.kits:
             return xr.Dataset()
-        shake = Shake(
-            self.models,
-            self.motions,
-            self.levels,
-            self.im,
-            self.building,
-            self.hazard,
-            self.variability,
-            self._in_mean,
-            self.replicates,
-            self.seed,
-        )
         done = part_of(progress, self.runs - self.kit_runs, self.work)
-        return kit_savings(self.inventory, self.kits, found, shake, self.at, client, done)
+        return kit_savings(self.inventory, self.kits, found, self._shake, self.at, client, done)
 
     def _spread(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[str]]:
         """Run the motions of branches, and return the rates over all branches, with notes on the branches."""
@@ -534,17 +613,19 @@ class PerformanceStudy(Study):
                 self.im,
                 self.building,
                 variability=self.variability,
+                slipping=self.slipping,
                 consequence_correlation=self.correlation,
                 replicates=self.replicates,
                 seed=self.seed,
+                polarity=self.polarity,
                 client=client,
                 progress=part_of(progress, done, self.work),
             )
             done += self._runs_of(one.motions, one.inventory) * int(self.levels.size)
-            if not bool(assessed[name]["overturned"].any()):
+            if not bool(fall_flags(assessed[name]).any()):
                 said.append(f"under the motions {name!r} nothing overturns: their rates are 0 and have no range")
         spread = self.where != IN_MEAN
-        sampling = Sampling(self.replicates, self.seed, self.modelling, spread, self.variability, self.correlation)
+        sampling = Sampling(self.replicates, self.seed, self.modelling, spread, self.draws, self.correlation)
         rates = rates_over_branches(self.branches.every, assessed, self.inventory, sampling)
         return rates, [*said, *branch_notes(rates)]
 
@@ -553,7 +634,7 @@ class PerformanceStudy(Study):
         return screen_inventory(
             self.inventory,
             self.models,
-            Shaking.of(self.building, self.motions, None, self.im == SCALE),
+            Shaking.of(self.building, self.motions, None, self.im == SCALE, self.polarity),
             self.levels,
             self.im,
             found["overturned"],
@@ -610,7 +691,9 @@ def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, invent
     motions: Motions = tuple(table.build(folder)) if histories is None else histories
     shaking = Shaking.of(study.building, motions, None, study.im == SCALE)
     refuse_scaling(table, "the levels of shaking")
-    placed = shaking.placed(inventory)
+    if shaking.axes != study.axes:
+        raise ValueError("must shake about the same axes: give component, and axes, as in [motions]")
+    placed = placed_on_axes(inventory, shaking, study.models)
     if histories is not None and not histories.elastic:
         named = named_levels(histories)
         if not named or not np.array_equal(histories.levels, study.levels):
@@ -620,6 +703,12 @@ def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, invent
             )
     _refuse_modelling(study.modelling, placed, shaking, study.hazard is not None)
     return ShakenBy(motions, reading_of(motions, table.made_by(folder), study.building), placed, bool(table.elastic))
+
+
+def _polarity_of(inventory: Inventory, kits: Sequence[Kit]) -> str:
+    """Return how motions are run where the file does not say it: as `assess` does, of pieces with kits, too."""
+    held = any(kit.on(row).block.sided for kit in kits for row in inventory.rows if kit.fits(row))
+    return BOTH if held else polarity_of(inventory)
 
 
 def _refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:

@@ -82,7 +82,7 @@ class SensitivityStudy(BlockStudy, Study):
         assert asked is not None  # (the table makes it this kind of study)
         blocks = blocks_of(content, folder, MOST_VARIED)
         design = incremental_design(content, folder, blocks, "sensitivity", "value")
-        limit = None if content.screen is None else content.screen.friction
+        limit = None if content.friction is None else content.friction.median
         study = cls(
             content.title,
             plain(content),
@@ -102,6 +102,9 @@ class SensitivityStudy(BlockStudy, Study):
         if not any(_has(model, study.sweep.parameter) for model in study.models):
             raise ValueError(f"models must hold one with {study.sweep.parameter}, which is varied, got none")
         check_one_floor(design, "sensitivity")
+        bedded = next((block for block in study.blocks if block.bed is not None), None)
+        if bedded is not None and study.sweep.parameter == "delta":
+            raise ValueError(f"{bedded.label!r} stands on a bed (bed_settlement_mm), where delta is not used: vary e")
         check_laws(content, study.blocks, study.grid.laws)
         for block in study.blocks:
             for model in study.models:

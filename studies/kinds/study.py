@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, astuple, dataclass
 from functools import cached_property
-from importlib import metadata
+from importlib import import_module, metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -31,10 +31,10 @@ from ...fragility.validity.scenes import scene_notes
 from ...models import Block, Law, Restraint
 from ...models.friction import Friction
 from ...models.oscillator import Oscillator
-from ...models.runs import engine_identity
+from ...models.runs import engine_identity, is_compiled, prepare
 from ...motions import records
-from ...motions.arrays import REVERSE_OF, digest
-from ..file.blocks import MOST_BLOCKS, read_blocks
+from ...motions.arrays import LIFTS, REVERSE_OF, digest
+from ..file.blocks import MOST_BLOCKS, read_blocks, stiffness_notes
 from ..file.schema import StudyFile, read_study_file
 from ..file.table import StudyError, all_errors
 from ..plan.designs import Design, Incremental
@@ -92,7 +92,9 @@ class Study(ABC):
         file = Path(path)
         content = read_study_file(file)
         try:
+            import_module(f".{content.kind}", __package__)  # (the class of a kind is known once its module is loaded)
             study = Study._kinds[content.kind].of(content, file.parent)
+            study._check_vertical()
             for one in study.doubts:
                 if one.grave and one.kind not in study.accepted:
                     raise ValueError(
@@ -103,6 +105,16 @@ class Study(ABC):
         except (ValueError, ArithmeticError) as error:
             raise StudyError(f"{file}: {error}") from None
         return study
+
+    def _check_vertical(self) -> None:
+        """Raise ValueError for vertical shaking under a law that is not in exact geometry."""
+        if any(LIFTS in array.coords for array in self.arrays) and not all(one.exact for one in self.of_each_law):
+            given = self.configuration.get("models") or [self.configuration.get("model") or {}]
+            laws = list(dict.fromkeys(str(one.get("law", "discrete")) for one in given if isinstance(one, dict)))
+            raise ValueError(
+                'motions.vertical needs the exact geometry of the impact law: take law = "housner" with geometry = '
+                f'"exact" alone, got {", ".join(map(repr, laws))}'
+            )
 
     @classmethod
     @abstractmethod
@@ -178,6 +190,20 @@ class Study(ABC):
         """An oscillator of each law: the engine is prepared with them, and they decide the cost of a run."""
 
     @property
+    def may_slide(self) -> bool:
+        """True if blocks of the study are also run as sliding blocks, by an engine of their own."""
+        return False
+
+    def prepare(self) -> None:
+        """Load the engine's kernels that the runs need, or compile them: before the work, not in its threads."""
+        prepare(self.of_each_law, self.may_slide)
+
+    @property
+    def is_compiled(self) -> bool:
+        """True if these kernels are on the disk."""
+        return is_compiled(self.of_each_law, self.may_slide)
+
+    @property
     @abstractmethod
     def doubts(self) -> list[Doubt]:
         """The doubts in the inputs: what looks like a slip of units, an offset or a drift."""
@@ -200,12 +226,18 @@ class Study(ABC):
     @property
     def notes(self) -> list[str]:
         """Notes that a user should know before anything runs: one sentence each."""
-        return [*self.squat, *(one.sentence for one in self.doubts if one.kind not in self.accepted)]
+        doubts = (one.sentence for one in self.doubts if one.kind not in self.accepted)
+        return [*self.squat, *stiffness_notes(self.configuration), *doubts]
 
     @property
     @abstractmethod
     def arrays(self) -> Iterable[xr.DataArray]:
         """All motions that the results depend on."""
+
+    @property
+    def both_ways(self) -> bool:
+        """Whether every motion is run both ways."""
+        return any(REVERSE_OF in array.coords for array in self.arrays)
 
     @property
     def _read(self) -> list[Any]:
@@ -351,8 +383,7 @@ class Study(ABC):
         client = default_client() if client is None else client
         if client is None:
             return ConfiguredScheduler(stop)
-        both = any(REVERSE_OF in array.coords for array in self.arrays)
-        return cluster(client, self.configuration, self._digests, stop, both)
+        return cluster(client, self.configuration, self._digests, stop, self.both_ways)
 
     def _labelled(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         try:
@@ -460,15 +491,14 @@ UNDECIDED = 0.08
 
 def screening_of(content: StudyFile) -> tuple[Friction | None, float]:
     """Return the friction and the share of the motions to be tested that a study file asks for."""
-    asked = content.screen
-    if asked is None:
-        return None, UNDECIDED
-    return asked.build(), UNDECIDED if asked.undecided is None else asked.undecided
+    friction = None if content.friction is None else content.friction.build().friction
+    tested = None if content.screen is None else content.screen.undecided
+    return friction, UNDECIDED if tested is None else tested
 
 
 def perturbed_words(runs: int) -> str:
     """Return the end of the words on a study's size: the further runs under perturbations, if there are any."""
-    return f", and {runs:,} more, perturbed by one millionth, to see whether outcomes are stable" if runs else ""
+    return f", plus {runs:,} with a change of one millionth, to test whether outcomes are stable" if runs else ""
 
 
 def part_of(progress: Progress | None, before: int, total: int) -> Progress | None:
@@ -485,10 +515,16 @@ def plain(content: StudyFile) -> dict[str, Any]:
 def blocks_of(content: StudyFile, folder: Path, most: int = MOST_BLOCKS) -> tuple[Block, ...]:
     """Make the blocks of a study, from its file or its blocks_file; ValueError for wrong blocks or more than `most`."""
     if content.blocks_file is None:
-        return each("blocks", content.blocks or [], restraints_of(content))
-    found = read_blocks(folder / content.blocks_file, restraints_of(content))
-    if len(found) > most:
-        raise ValueError(f"blocks_file: a study of this kind holds at most {most:,} blocks, got {len(found):,}")
+        found = each("blocks", content.blocks or [], restraints_of(content))
+    else:
+        found = read_blocks(folder / content.blocks_file, restraints_of(content))
+        if len(found) > most:
+            raise ValueError(f"blocks_file: a study of this kind holds at most {most:,} blocks, got {len(found):,}")
+    near = next((block.label for block in found if block.edge is not None), None)
+    if near is not None and content.kind != "fragility":
+        raise ValueError(
+            f"edge_distance_mm is for fragility studies: a {content.kind} study does not let {near!r} slide"
+        )
     return found
 
 

@@ -24,9 +24,12 @@ from ...fragility import (
 from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import OVERTURNED, state_name
+from ...fragility.runs.axes import check_axes
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.characteristics import Characteristics
+from ...fragility.validity.notes import OF_THE_WIDTH
 from ...models import Block, Law
+from ...models.block import describe_scene
 from ...models.friction import Friction
 from ...motions import records
 from ...units import DIMENSIONLESS
@@ -37,6 +40,7 @@ from ..plan.estimates import Fit
 from ..plan.risk import Risk
 from ..plan.sample_screen import joined_screens, samples_perturbed_runs, screen_samples
 from ..plan.samples import NO_CAPACITY, fitted, pooled_curves, summary, yearly
+from ..text.axes import held_notes
 from ..text.curve_notes import curve_notes
 from .study import (
     MOST_VARIED,
@@ -118,7 +122,8 @@ class UncertaintyStudy(BlockStudy, Study):
         drawn = study.inputs.sample(2, study.seed)
         for block in study.blocks:
             for model in study.models:
-                study.inputs.realise(block, model, drawn)
+                for one, law in study.inputs.realise(block, model, drawn):
+                    check_axes(design.axes, [one], [law])
         design.check(study.blocks)
         if study.risk is not None:
             study.risk.check(design, content.motions.floors_file is not None)
@@ -143,7 +148,7 @@ class UncertaintyStudy(BlockStudy, Study):
 
     @property
     def work(self) -> int:
-        return self.runs + self.perturbed_runs
+        return self.runs * self.design.about + self.perturbed_runs
 
     @cached_property
     def _pairs(self) -> list[list[list[tuple[Block, Law]]]]:
@@ -180,7 +185,7 @@ class UncertaintyStudy(BlockStudy, Study):
         return found
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
-        share = self.runs // len(self.blocks)
+        share = self.runs * self.design.about // len(self.blocks)
         parts = []
         for i, block in enumerate(self.blocks):
             parts.append(self._of_block(block, client, part_of(progress, i * share, self.work)))
@@ -190,7 +195,7 @@ class UncertaintyStudy(BlockStudy, Study):
         found = xr.concat(rest, along, combine_attrs="override", coords="different", compat="equals")
         found = found.assign(overturned=_concatenated([part["overturned"].variable for part in parts], client))
         found = found[list(parts[0].data_vars)]
-        done = self.runs
+        done = self.runs * self.design.about
         screens = []
         shaking = Characteristics.of(records(self.design.motions))
         for block, pairs, part in zip(self.blocks, self._pairs, parts, strict=True):
@@ -213,6 +218,9 @@ class UncertaintyStudy(BlockStudy, Study):
         fell = found["overturned"].sum(over)
         runs = xr.full_like(fell, self.samples * self.design.runs)
         said = curve_notes(found, fell, runs, state_name(OVERTURNED))
+        if self.design.about == 2:
+            said += [OF_THE_WIDTH, "the depth of every sampled block keeps its ratio to the width"]
+            said += held_notes([one.label for one in self.blocks if describe_scene(one)])
         if self.risk is None:
             return said
         curves = found[["median", "dispersion"]].assign_attrs(form=self.fit.form, im=self.design.im)
@@ -251,7 +259,7 @@ class UncertaintyStudy(BlockStudy, Study):
         if self.risk is not None:
             rates = yearly(self.risk, pooled, own, self.design.highest(runs), self.fit.confidence)
             found = found.assign(rates.data_vars).assign_attrs(years=self.risk.years)
-        done = len(self.models) * self.samples * self.design.runs
+        done = len(self.models) * self.samples * self.design.runs * self.design.about
         for name, (indices, n, samples) in self._indices.items():
             each_law = []
             for model in self.models:
@@ -267,7 +275,7 @@ class UncertaintyStudy(BlockStudy, Study):
                     progress=part_of(progress, done, self.work),
                 )
                 each_law.append(indices(self.inputs, response, n, seed=self.seed))
-                done += samples * self.design.runs
+                done += samples * self.design.runs * self.design.about
             together = xr.concat(each_law, runs["model"], combine_attrs="override")
             found = found.assign({f"{name}_{key}": one for key, one in together.data_vars.items()})
         return found

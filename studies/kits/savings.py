@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,31 +13,35 @@ from ...aliases import Array
 from ...fragility import HazardCurve
 from ...fragility.curves.means import resampled_means
 from ...fragility.numerics.slabs import in_memory
+from ...fragility.runs.provenance import number_of_motions
 from ...fragility.runs.scaling import SCALE
 from ...fragility.uncertainty.joint import Variability
 from ...models import Law, half_weight, required_force, static_capacity
 from ...motions import Building
+from ...motions.arrays import POLARITY
+from ...motions.polarity import AS_RECORDED, BOTH
 from ...units import ACCELERATION, DIMENSIONLESS, NEWTON
 from ...wording import given_percent
 from ..buildings.anchoring import Resampling, weights_of
 from ..buildings.assessment import assess, distinct_runs
-from ..buildings.contents import Inventory
-from ..buildings.kits import Kit
 from ..buildings.savings import ItemChances
 from ..buildings.shaking import Shaking, support_of
-from ..buildings.variables import PER_YEAR, Year, level_index, per_year, variable
+from ..buildings.sliding import Slipping
+from ..buildings.variables import PER_YEAR, RUPTURE, Year, level_index, per_year, variable
+from ..inventory.contents import Inventory
+from ..inventory.kits import Kit
+from ..plan.design_shaking import at_level, design_level
 
 if TYPE_CHECKING:
     from distributed import Client
 
     from ...fragility.runs.runners import Runner
 
-DESIGN_RATE = -math.log(0.9) / 50.0
-"""Annual rate of the shaking of the static check: 10 % in 50 years."""
-POINTS = 10_000
-"""Levels between which that of the static check is found."""
-FLAGS = {"falls": "overturned", "front_falls": "front"}
-"""Variables with the flags of any falls, and of those to the front."""
+ENDS = ("", "_lower", "_upper")
+RUPTURES = ("kit_breaks", "kit_breaks_at_design")
+"""Variables with how often a kit breaks."""
+FLAGS = {"falls": "", "front_falls": "front"}
+"""Variables with the flags of any falls (as `fall_flags` names them), and of forward falls."""
 
 
 class Shake(NamedTuple):
@@ -54,12 +57,34 @@ class Shake(NamedTuple):
     modelling_dispersion: float = 0.0
     replicates: int = 1000
     seed: int = 0
+    polarity: str | None = None
+    slipping: Slipping | None = None
+
+    def assess(self, inventory: Inventory, **options: Any) -> xr.Dataset:
+        """Return the assessment of an inventory that is shaken so; options: the other arguments of `assess`."""
+        return assess(
+            inventory,
+            self.models,
+            self.motions,
+            self.levels,
+            self.im,
+            self.building,
+            self.hazard,
+            variability=self.variability,
+            modelling_dispersion=self.modelling_dispersion,
+            replicates=self.replicates,
+            seed=self.seed,
+            polarity=self.polarity,
+            slipping=self.slipping,
+            **options,
+        )
 
 
 def with_kit(inventory: Inventory, kit: Kit) -> Inventory | None:
     """Return the lines of an inventory that a kit fits, with it and without consequences; None where it fits none."""
     rows = [kit.on(row) for row in inventory.rows if kit.fits(row)]
     bare: dict[str, Any] = {"value": 0.0, "cost": None, "downtime": None, "injury": None, "consequences": ()}
+    bare["stands_on"] = ""
     return replace(inventory, rows=tuple(replace(row, **bare) for row in rows)) if rows else None
 
 
@@ -84,7 +109,7 @@ def kit_savings(
     assessment : xarray.Dataset
         As `assess` returns it of the inventory as it is, with ``sides=True`` and the arguments in `shake`.
     shake : Shake
-        The laws and motions, the levels, and the other arguments of `assess`.
+        The laws and motions, the levels, and the other arguments of `assess`; its polarity is that of the assessment.
     level : float, optional
         One of the levels: probabilities given this level, instead of annual rates.
     client, progress
@@ -101,7 +126,10 @@ def kit_savings(
           paired: the same resampled motions shake the piece with and without.  ``kit_saving``: the mean loss that all
           pieces of the line save by it in a year (or given the level), where something has a value.
         - ``kit_share_saved``: the falls saved over the falls as it is; NaN where it never falls.
-        - ``kit_probability``, ``kit_front_probability`` (…, level): the same at every level.
+        - ``kit_breaks``: annual rate at which the kit breaks (or the probability given the level), with its interval.
+        - ``kit_probability``, ``kit_front_probability``, ``kit_broken_probability`` (…, level): all at every level.
+          With a hazard curve ``kit_breaks_at_design``, with its interval: the last at the level that is exceeded with
+          10 % in 50 years, between the levels by straight lines over the logarithm.
 
         On kit, item or both: ``kit_strength``, of all that hold a piece, ``kit_required_force``,
         ``kit_static_capacity`` and ``kit_half_weight`` (`toppling.models.required_force` and the others), with
@@ -115,6 +143,7 @@ def kit_savings(
     """
     if level is not None and shake.modelling_dispersion > 0.0:
         raise ValueError("savings of kits at a given level hold no modelling_dispersion: give a hazard curve")
+    shake = shake._replace(polarity=BOTH if POLARITY in assessment.coords else AS_RECORDED)
     year = Year.of(assessment, weights_of(assessment, level))
     precision = Resampling(shake.replicates, shake.seed, year.strata(assessment.sizes["motion"]))
     found = _Savings(assessment, [kit.name for kit in kits])
@@ -123,13 +152,13 @@ def kit_savings(
         held = with_kit(inventory, kit)
         if held is None:
             continue
-        options = shake._asdict()
-        args = [options.pop(name) for name in ("models", "motions", "levels", "im", "building", "hazard")]
         report = None if progress is None else _after(progress, done)
-        with_it = assess(held, *args, **options, sides=True, client=client, progress=report)
-        sizes = with_it.sizes
-        done += distinct_runs(held, shake.variability) * sizes["model"] * sizes["level"] * sizes["motion"]
-        found.add(k, [i for i, row in enumerate(inventory.rows) if kit.fits(row)], with_it, year, precision)
+        with_it = shake.assess(held, sides=True, client=client, progress=report)
+        of_each = distinct_runs(held, shake.variability, str(shake.polarity)) * number_of_motions(with_it)
+        done += of_each * with_it.sizes["model"] * with_it.sizes["level"]
+        rows = [i for i, row in enumerate(inventory.rows) if kit.fits(row)]
+        found.add(k, rows, with_it, year, precision)
+        found.add_ruptures(k, rows, with_it, level, shake.hazard)
     data = found.variables(assessment, level is None) | _static(inventory, kits, assessment, shake, level)
     names = np.array([kit.name for kit in kits], dtype=object)
     return xr.Dataset(data, {"kit": variable(("kit",), names, DIMENSIONLESS, "kit that holds the pieces")})
@@ -150,6 +179,8 @@ class _Savings:
         self.probabilities = {name: np.full((*shape, sizes["level"]), np.nan) for name in FLAGS}
         self.fits = np.zeros(shape[1:], bool)
         self.shares = np.full((3, *shape), np.nan)
+        self.ruptures = {name: np.full((3, *shape), np.nan) for name in RUPTURES}
+        self.broken = np.full((3, *shape, sizes["level"]), np.nan)
 
     def add(self, k: int, rows: Sequence[int], with_it: xr.Dataset, year: Year, precision: Resampling) -> None:
         """Take the results with one kit, of the items at some positions."""
@@ -170,6 +201,22 @@ class _Savings:
                 if name == "falls":
                     self.shares[:, of, k, at[part]] = _share(saved, own + saved, precision, confidence)
 
+    def add_ruptures(
+        self, k: int, rows: Sequence[int], with_it: xr.Dataset, level: float | None, hazard: HazardCurve | None
+    ) -> None:
+        """Take how often one kit broke, as the results with it say: in a year or at the level, and at every level."""
+        at, levels = np.array(rows), with_it["level"].values
+        for i, end in enumerate(ENDS):
+            chances = with_it[f"{RUPTURE.name}_probability{end}"].values
+            self.broken[i][:, k, at] = chances
+            if level is not None:
+                self.ruptures["kit_breaks"][i][:, k, at] = chances[..., level_index(with_it, level)]
+                continue
+            assert hazard is not None  # (annual rates come from it)
+            self.ruptures["kit_breaks"][i][:, k, at] = with_it[f"item_{RUPTURE.name}_rate{end}"].values
+            there = at_level(design_level(levels, hazard), levels, chances)
+            self.ruptures["kit_breaks_at_design"][i][:, k, at] = there
+
     def variables(self, assessment: xr.Dataset, yearly: bool) -> dict[str, xr.Variable]:
         """Return the variables on (model, kit, item)."""
         dims = ("model", "kit", "item")
@@ -177,7 +224,7 @@ class _Savings:
         units, of = (PER_YEAR, "annual rate at which") if yearly else (DIMENSIONLESS, "probability at the level that")
         found = {"kit_fits": variable(("kit", "item"), self.fits, DIMENSIONLESS, "whether the kit fits the pieces")}
         for name in FLAGS:
-            where = "" if name == "falls" else " to the front"
+            where = "" if name == "falls" else " forward"
             texts = {
                 f"kit_{name}": f"{of} a piece with the kit overturns{where}",
                 f"kit_{name}_saved": f"{of} a piece overturns{where} as it is, less that with the kit",
@@ -190,6 +237,17 @@ class _Savings:
             label = "kit_probability" if name == "falls" else "kit_front_probability"
             text = f"probability that a piece with the kit overturns{where}"
             found[label] = variable((*dims, "level"), self.probabilities[name], DIMENSIONLESS, text)
+        rate = "annual rate at which the kit breaks" if yearly else "probability at the level that the kit breaks"
+        design = "probability that the kit breaks under the shaking that is exceeded with 10 % in 50 years"
+        broken = [("kit_broken_probability", self.broken, "probability that the kit breaks", DIMENSIONLESS)]
+        broken += [("kit_breaks", self.ruptures["kit_breaks"], rate, units)]
+        broken += [("kit_breaks_at_design", self.ruptures["kit_breaks_at_design"], design, DIMENSIONLESS)][
+            : int(yearly)
+        ]
+        for label, ruptures, text, unit in broken:
+            for end, one in zip(ENDS, ruptures, strict=True):
+                long_name = f"{end[1:]} end of the {percent} interval: {text}" if end else text
+                found[f"{label}{end}"] = variable((*dims, "level")[: one.ndim], one, unit, long_name)
         text = "share of the falls of a piece that the kit saves"
         for end, values in zip(("", "_lower", "_upper"), self.shares, strict=True):
             long_name = f"{end[1:]} end of the {percent} interval: {text}" if end else text
@@ -254,7 +312,7 @@ def _peaks(inventory: Inventory, assessment: xr.Dataset, shake: Shake, level: fl
     for at in shaking.supports(placed):
         shaken = shaking.shaken(at, scaled, shake.im)
         own = np.array([np.abs(one.acceleration).max() for one in shaken.motions])
-        medians = np.median((shaken.factors[0] * own).reshape(-1, shaking.motions), axis=-1)
+        medians = np.median((shaken.factors[0] * own).reshape(-1, shaking.runs), axis=-1)
         if level is None:
             assert shake.hazard is not None  # (annual rates come from it)
             here = _at_design(medians, scaled.levels, shake.hazard)
@@ -266,10 +324,4 @@ def _peaks(inventory: Inventory, assessment: xr.Dataset, shake: Shake, level: fl
 
 def _at_design(peaks: Array, levels: Array, hazard: HazardCurve) -> float:
     """Return the peak acceleration at the level that is exceeded with 10 % in 50 years; NaN beyond the levels."""
-    axis = np.linspace(math.log(levels[0]), math.log(levels[-1]), POINTS)
-    rates = hazard.rate_at(np.exp(axis))
-    if not rates[-1] <= DESIGN_RATE <= rates[0]:
-        return math.nan
-    # (rates fall along the axis, which `interp` wants to rise)
-    at = np.interp(-DESIGN_RATE, -rates, axis)
-    return float(np.exp(np.interp(at, np.log(levels), np.log(peaks))))
+    return float(np.exp(at_level(design_level(levels, hazard), levels, np.log(peaks))))

@@ -16,7 +16,7 @@ from ..buildings.pieces import DUTY, YEARS, Piece, pieces_of
 
 FALLS, FRONT_FALLS, INJURIES, LOSS = "falls", "front_falls", "injuries", "loss"
 TARGETS = (FALLS, FRONT_FALLS, INJURIES, LOSS)
-"""Amounts that can be limited: expected falls, those to the front, injured persons, and loss."""
+"""Amounts that can be limited: expected falls, forward falls, injured persons, and loss."""
 
 
 class KitSet(NamedTuple):
@@ -50,6 +50,17 @@ class _Options:
         """Return what each option saves of an amount, of all pieces of its item (option,)."""
         falls = self.here["kit_front_falls_saved" if name == FRONT_FALLS else "kit_falls_saved"].values
         return np.asarray(falls[self.kit, self.item] * self.weights(name)[self.item])
+
+    def surely_saved(self, name: str) -> Array:
+        """Return what each option saves of an amount, none where the interval of what it saves does not exclude 0."""
+        saved = self.saved(name)
+        unresolved = (saved > 0.0) & ~self.resolved(name)
+        return np.where(unresolved, 0.0, saved)
+
+    def resolved(self, name: str) -> Flags:
+        """Return whether the lower end of what each option saves of an amount lies above 0, or is not known."""
+        lower = f"kit_{'front_' if name == FRONT_FALLS else ''}falls_saved_lower"
+        return np.asarray(~(self.here[lower].values[self.kit, self.item] <= 0.0))
 
     def now(self, name: str) -> float:
         """Return the amount of all items as they are."""
@@ -88,7 +99,8 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
     as strong as the code's demand on the anchor where that is known), then for the most falls saved of pieces that are
     a matter of safety, then of pieces that the code requires to be anchored, then of the others for what they save in
     50 years beyond their cost; without a hazard, or where nothing has a value, the loss or the falls of the others that
-    they save.  Of sets that serve all of this equally it is the cheapest.
+    they save.  Of sets that serve all of this equally it is the cheapest.  A kit whose interval of the falls it saves
+    holds 0 counts as one that saves none: it is bought only where the code requires an anchor.
 
     Parameters
     ----------
@@ -113,10 +125,10 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
     one = [pieces[i] for i in options.item]
     duty = np.array([each.recommendation == DUTY for each in one], bool)
     safe = np.array([each.safety for each in one], bool)
-    falls = np.maximum(options.saved(FALLS), 0.0)
+    falls = np.maximum(options.surely_saved(FALLS), 0.0)
     gain = falls
     if (options.weights(LOSS) > 0.0).any():
-        gain = np.maximum(options.saved(LOSS), 0.0)
+        gain = np.maximum(options.surely_saved(LOSS), 0.0)
         if "item_rate" in results:
             gain = np.maximum(YEARS * gain - options.costs, 0.0)
     demand = np.array([math.nan if each.code is None else each.code.demand for each in one])
@@ -154,10 +166,11 @@ def target_kits(results: xr.Dataset, targets: Mapping[str, float], model: int = 
     Notes
     -----
     Expected falls are at least the rate (or the probability) of any fall, so that a set that meets a target of falls
-    also meets it for the event that anything falls.
+    also meets it for the event that anything falls.  A kit whose interval of the falls that it saves (of forward falls,
+    for a target of these) holds 0 counts as one that saves none.
     """
     options = _Options(results, model)
-    needs = [(options.saved(name), options.now(name) - most) for name, most in targets.items()]
+    needs = [(options.surely_saved(name), options.now(name) - most) for name, most in targets.items()]
     found = cheapest_set(options.costs, needs, options.item)
     return options.set_of(found.chosen, found.gap)
 

@@ -13,11 +13,12 @@ import xarray as xr
 from ...aliases import Array, Progress
 from ...doubts import Doubt, noted
 from ...fragility import cloud, ida, stripes
+from ...fragility.runs.axes import axes_of
 from ...fragility.runs.scaling import ground_of, intensities, intensity_measure, scaling
 from ...fragility.validity.plausibility import level_doubts
 from ...models import Block, Law
 from ...motions import records
-from ...motions.arrays import REVERSE_OF
+from ...motions.arrays import BOTH_AXES, REVERSE_OF
 from ...wording import counted
 from .reading import UNREAD, Reading
 
@@ -77,6 +78,16 @@ class Design(ABC):
         return any(REVERSE_OF in array.coords for array in self.arrays)
 
     @property
+    def axes(self) -> str:
+        """How pairs of components shake (`axes_of`), '' where one component does."""
+        return axes_of([record for array in self.arrays for record in records(array)])
+
+    @property
+    def about(self) -> int:
+        """Number of axes about which each run is made."""
+        return 2 if self.axes == BOTH_AXES else 1
+
+    @property
     def floors(self) -> list[str]:
         """The floors that the motions are of, each once; empty where the motions are of the ground."""
         every = [array["floor"].values for array in self.arrays if "floor" in array.dims]
@@ -92,7 +103,7 @@ class Design(ABC):
         """The size of the design in words: 60 motions × 3 floors × 16 levels."""
         floors = {array.sizes.get("floor", 1) for array in self.arrays}
         each = floors.pop() if len(floors) == 1 else 1
-        found = counted(self.shakes // each, "motion")
+        found = counted(self.shakes // each, "motion") + (" about both axes" if self.about == 2 else "")
         if self.both_ways:
             found = f"{counted(self.shakes // each // 2, 'motion')} both ways"
         return found if each == 1 else f"{found} × {counted(each, 'floor')}"

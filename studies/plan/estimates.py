@@ -40,6 +40,7 @@ class Fit:
     confidence: float = 0.95
     modelling_dispersion: float = 0.0
     modelling: str = MEAN
+    modelling_class: str | None = None
 
     @property
     def in_mean(self) -> float:

@@ -147,7 +147,7 @@ class Risk:
         found = xr.concat([rates["share_below"], rates["share_above"], extrapolated], "part", coords="minimal")
         return found.max("part").fillna(0.0)
 
-    def rates(self, curves: xr.Dataset, confidence: float) -> xr.Dataset:
+    def rates(self, curves: xr.Dataset, confidence: float, outside: str = OUTSIDE) -> xr.Dataset:
         """Compute the rates of curves alone, under the names of `annual_rate`."""
         return annual_rate(
             curves,
@@ -155,7 +155,7 @@ class Risk:
             self.years,
             below=self.below,
             above=self.above,
-            outside=OUTSIDE,
+            outside=outside,
             confidence=confidence,
         )
 

@@ -133,6 +133,6 @@ def anchoring_figure(results: xr.Dataset) -> Figure:
         text += f"; the first {n} of {ranking.sizes['item']} items"
     of = f"; {laws[0].label}" if len(laws) == 1 and laws[0].label else ""
     sure = percent(float(ranking.attrs["confidence"]))
-    text += f"; {sure} intervals over motions{of}"
+    text += f"; {sure} intervals{of}"
     axes.heading(figure, str(results.attrs.get("title", "Anchoring")), text)
     return figure

@@ -13,8 +13,10 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from ... import checks
 from ...aliases import Array
-from ...wording import currency_of, percent, short_digits
-from ..tables.assessment import pieces_at, place_name
+from ...fragility.runs.provenance import number_of_motions
+from ...motions.arrays import POLARITY
+from ...wording import counted, currency_of, percent, short_digits
+from ..tables.assessment import fallen_word, pieces_at, place_name
 from ..text.words import display_unit, measure_name
 from . import axes, selection
 from .anchoring import bars, ranking_in, remainder
@@ -155,7 +157,7 @@ def _levels(results: xr.Dataset, laws: list[selection.DrawnLaw], quantity: str, 
     free = f"{pieces} piece{'s' if pieces != 1 else ''}"
     top = float(pieces)
     if quantity == "number":
-        ax.set_ylabel("pieces overturned")
+        ax.set_ylabel(f"pieces {fallen_word(results)}")
         ax.yaxis.set_major_locator(axes.round_ticks(5, whole=True))
     else:
         ax.set_ylabel(_with_unit(results, quantity))
@@ -210,7 +212,7 @@ def _exceedance(
         if band:
             # a lower end of zero lies below every logarithmic axis
             bottom = np.where(low > 0.0, low, NEVER)
-            text = f"{sure} interval over motions" if band and colour == ALONE else None
+            text = f"{sure} interval" if band and colour == ALONE else None
             ax.fill_between(at[:-1], bottom[:-1], high[:-1], color=colour, alpha=0.18, lw=0.0, label=text)
         ax.plot(at, rate, label=label, color=colour, ls=line, lw=2.0 if band else 1.3)
     ax.set_yscale("log")
@@ -226,7 +228,7 @@ def _exceedance(
         ax.set_xlabel(axes.wrapped(_with_unit(results, quantity, ", more than"), axes.width_of(ax)))
     else:
         ax.xaxis.set_major_locator(axes.round_ticks(8, whole=True))
-        ax.set_xlabel(axes.wrapped("pieces overturned, at least", axes.width_of(ax)))
+        ax.set_xlabel(axes.wrapped(f"pieces {fallen_word(results)}, at least", axes.width_of(ax)))
     ax.set_ylabel("annual rate (1/year)")
     axes.grid(ax)
     if len(laws) == 1:
@@ -279,7 +281,7 @@ def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
     axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
     what = _name(results, quantity)
     laws = selection.laws(results)
-    text = f"{what} under {results.sizes['motion']} motions"
+    text = f"{what} under {_motions(results)}"
     if len(laws) == 1:
         text += f", {laws[0].label}" if laws[0].label else ""
     else:
@@ -320,18 +322,26 @@ def exceedance_figure(results: xr.Dataset, quantity: str = "loss") -> Figure:
             years.yaxis.set_major_formatter(FuncFormatter(lambda value, _: short_digits(value)))
     axes.remove_spare(panels, len(laws))
     axes.legend_below(figure, *panels.flat[0].get_legend_handles_labels())
+    alone = fallen_word(results) == "overturned"
+    verb = "overturns" if alone else "falls"
     what = {
-        "number": "so many pieces or more overturn",
-        "loss": "what overturns costs more" if _is_drawn(results, "loss") else "more than so much value overturns",
+        "number": f"so many pieces or more {'overturn' if alone else 'fall'}",
+        "loss": f"what {verb} costs more" if _is_drawn(results, "loss") else f"more than so much value {verb}",
         "downtime": "something is out of use for longer",
     }[quantity]
-    text = f"how often a year {what}, {results.sizes['motion']} motions"
+    text = f"how often a year {what}, {_motions(results)}"
     axes.heading(
         figure,
         str(results.attrs.get("title", "Assessment")),
         text + (f"; {selection.laws(results)[0].label}" if len(laws) == 1 else ""),
     )
     return figure
+
+
+def _motions(results: xr.Dataset) -> str:
+    """Return the number of motions in words, and whether they were run both ways."""
+    ways = " both ways" if POLARITY in results.coords else ""
+    return f"{counted(number_of_motions(results), 'motion')}{ways}"
 
 
 def _inverse(value: Any) -> Any:
@@ -353,10 +363,12 @@ def _is_drawn(here: xr.Dataset, quantity: str) -> bool:
 
 
 def _name(here: xr.Dataset, quantity: str) -> str:
+    fallen = fallen_word(here)
+    what = f"of what {fallen if fallen == 'overturned' else 'fell'}"
     return {
-        "number": "pieces overturned",
-        "loss": "cost of what overturned" if _is_drawn(here, "loss") else "value overturned",
-        "downtime": "longest downtime of what overturned",
+        "number": f"pieces {fallen}",
+        "loss": f"cost {what}" if _is_drawn(here, "loss") else f"value {fallen}",
+        "downtime": f"longest downtime {what}",
     }[quantity]
 
 

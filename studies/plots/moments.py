@@ -158,9 +158,9 @@ def moment(
     # one line in one style: at rest it is vertical, since the floor's reaction takes any value there
     x, y = np.concatenate(solid, axis=1)
     ax.plot(x, y, color=own, lw=1.8, ls=linestyle, label=axes.model_name(model.label) if label is None else label)
-    delta = getattr(model, "delta", None)
-    if delta is not None:
-        ax.axvspan(-delta, delta, color="0.9", lw=0.0, zorder=0)
+    edge = model.zone_edge(block) / alpha
+    if edge > 0.0:
+        ax.axvspan(-edge, edge, color="0.9", lw=0.0, zorder=0)
     ax.axhline(0.0, color="0.6", lw=0.6, zorder=0)
     ax.set_xlabel("rotation over slenderness, θ/α (–)")
     ax.set_ylabel("restoring moment over m g R sin α (–)")

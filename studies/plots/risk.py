@@ -236,7 +236,7 @@ def risk_figure(results: xr.Dataset) -> Figure:
             if (block, floor) != rows[-1]:
                 ax.set_xlabel("")
     axes.legend_below(figure, *panels[0, 1].get_legend_handles_labels())
-    parts = [f"annual rates with {percent(float(results.attrs.get('confidence', 0.95)))} intervals over motions"]
+    parts = [f"annual rates with {percent(float(results.attrs.get('confidence', 0.95)))} intervals"]
     if len(every) > len(rows):
         floors = len(every) // results.sizes["block"]
         of = floors * int(results.attrs.get("shown_of", results.sizes["block"]))

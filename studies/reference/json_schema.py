@@ -1,11 +1,15 @@
 """The schema of study files as JSON Schema (draft 2020-12), for editors, other programs and the documentation.
 
-The schema holds the rules of single keys; rules that join several keys are checked when a study is read.
+The schema holds the rules of single keys; rules that join several keys are checked when a study is read.  As a program
+(`make schema`) the module writes the file that `toppling schema` prints.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
+from json import dumps
+from pathlib import Path
 from typing import Any
 
 from pydantic.fields import FieldInfo
@@ -107,3 +111,12 @@ def _numbers(schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
     for part in parts:
         if isinstance(part, dict):
             yield from _numbers(part)
+
+
+def written_schema() -> str:
+    """Return the schema as the text of a file."""
+    return dumps(study_schema(), ensure_ascii=False, indent=2) + "\n"
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(written_schema(), encoding="utf-8")

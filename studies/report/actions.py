@@ -2,21 +2,68 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
 
-from ...wording import about_percent, currency_of, given_number, interval_text, percent, two_digits
-from ..buildings.pieces import DUTY, REDUCES, SAFER, SAFETY, SMALL, WEAK, WORTH, Piece, pieces_of
+from ...doubts import first_of
+from ...models.friction import LOCKED, ROLLING
+from ...wording import (
+    about_percent,
+    about_years,
+    currency_of,
+    given_number,
+    interval_text,
+    percent,
+    two_digits,
+    whole_percent,
+)
+from ..buildings.pieces import (
+    ANCHORED,
+    DUTY,
+    PREVENTS,
+    REDUCES,
+    SAFER,
+    SAFETY,
+    SAVES,
+    SMALL,
+    UNPRICED,
+    UNRESOLVED,
+    UNVALUED,
+    WEAK,
+    WORTH,
+    Piece,
+    pieces_of,
+)
 from ..buildings.pieces import YEARS as PIECE_YEARS
-from ..buildings.variables import JOINT
+from ..buildings.sliding import MOVES, shares_with_moving_supports
+from ..buildings.variables import FALLEN, JOINT
 from ..codes.check import UNCHECKED as NOT_CHECKED
-from ..text.words import floor_name, reference_law
-from .validity import GOOD, Check
+from ..tables.item_slides import contacts_of
+from ..tables.sensitivity import law_name, law_of_answer, laws_apart, swings_of
+from ..text.words import block_title, consequence_name, floor_name, reference_law, that_has
+from .kits import purchases, restraint_steps
+from .validity import GOOD, SLIDING, Check
 
+SLIDE_STEP = (
+    "On a smooth floor or on castors a piece may slide instead of rocking, and these results then do not apply to it. "
+    "As a first check of a light piece, push it gently at mid-height, with a second person steadying it and nobody "
+    "where it could fall; do not try this with heavy, fragile or hazardous contents. A piece that slides rather than "
+    "tips needs a study that includes sliding, or must be kept from sliding."
+)
+SIZES = {"alpha": "slenderness angle", "R": "size (half of its diagonal)", "cm_height": "height of the mass centre"}
+"""Sizes that are no words themselves."""
+SAFER_LARGER = ("width", "alpha", "R")
+"""Sizes of which more is safer with the others unchanged."""
+MEASURE_STEP = (
+    "The friction that the study assumes decides what slides, and what slides off an edge. Have it measured on an "
+    "empty duplicate, or on a sample of the same base and the same floor: the force that just makes it slide, divided "
+    "by its weight, is the coefficient. Do not push heavy, fragile, valuable or hazardous pieces."
+)
+NOTABLE_SWING = 1.15
+"""Ratio of levels from which a parameter or a law is said to matter."""
 MOST_PIECES = 5
 """Largest number of pieces that a step names."""
 
@@ -28,10 +75,13 @@ def next_steps(results: xr.Dataset, checks: list[Check]) -> list[str]:
         return list(_actions(results))
     them = "check that is" if bad == 1 else "checks that are"
     look = (
-        f"Before any decision that cannot be reversed, have an engineer review the {bad} of {len(checks)} validity "
-        f"{them} not rated “{GOOD}”; the technical appendix says what to do about each."
+        f"Before any decision that cannot be reversed, have an engineer review the validity {them} not rated “{GOOD}” "
+        f"({bad} of {len(checks)}); the technical appendix says what to do about each."
     )
-    return [*_actions(results), look]
+    pushed = str(results.attrs["kind"]) != "sensitivity"  # (its blocks stand for no piece in particular)
+    step = MEASURE_STEP if FALLEN in results else SLIDE_STEP
+    slides = [step] if pushed and any(one.question == SLIDING and one.word != GOOD for one in checks) else []
+    return [*_actions(results), *slides, look]
 
 
 def _actions(results: xr.Dataset) -> Iterator[str]:
@@ -41,32 +91,169 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
     if kind == "performance":
         pieces = pieces_of(results, at)
         yield from _duties(pieces, results)
-        first = [one for one in pieces if one.recommendation == REDUCES]
-        if first:
-            if all(one.safety for one in first):
-                words = dict.fromkeys(word for one in first for word in one.consequences if word in _safety(results))
-                yield f"Anchor first, for safety ({', '.join(words)}): {_pieces(first)}."
-                if also := [one for one in pieces if one.recommendation == SAFER]:
-                    yield f"Anchoring these also makes people safer: {_pieces(also)}."
-            else:
-                yield f"Most of the risk comes from {_pieces(first)}: anchor them first."
+        yield from _first(pieces, results)
         worth = [one for one in pieces if one.recommendation == WORTH]
         if worth:
             yield f"Anchoring saves more than it costs within {PIECE_YEARS:g} years: {_pieces(worth)}."
+        yield from _undecided(pieces)
         yield from _spent(pieces, results)
-        yield from _bought(pieces, results)
+        yield from purchases(results, pieces)
+        yield from _anchored(pieces)
+        yield from _supports(results)
+        yield from _carried(pieces, results)
+        yield from _castors(results)
         if "code" not in results.attrs:
             yield (
                 "Code requirements are not checked. Any piece that the law requires to be anchored must be anchored, "
                 "whatever these results say."
             )
+    elif kind == "sensitivity":
+        yield from _of_sensitivity(results)
     elif "size_along" in results.attrs:
         yield from _sizes(results)
-    elif kind == "fragility" and "rate" not in results:
+    elif kind in ("fragility", "uncertainty") and "rate" not in results:
         yield (
-            "Compare these levels with the shaking expected at the site; given a hazard curve for the site, the report "
-            "also says how often that happens."
+            "Compare these levels with the shaking expected at the site. If a hazard curve for the site is added to "
+            "the study, the report will also say how often such shaking occurs."
         )
+    if kind == "fragility":
+        yield from restraint_steps(results)
+
+
+def _first(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
+    """Yield what to anchor first: for safety, and after that for the loss or the falls; never the two together."""
+    first = [one for one in pieces if one.recommendation == REDUCES]
+    also = [one for one in pieces if one.recommendation == SAFER]
+    most = [one for one in pieces if one.recommendation in (SAVES, PREVENTS)]
+    valued = any(one.value > 0.0 for one in pieces if not one.safety)
+    of = "the expected loss comes" if valued else "the expected falls come"
+    if first and not any(one.safety for one in first):
+        yield f"Most of {of} from {_pieces(first)}: anchor {_them(first)} first."
+    elif first:
+        words = dict.fromkeys(word for one in first for word in one.consequences if word in _safety(results))
+        named = ", ".join(map(consequence_name, words))
+        yield f"Anchor first, for safety ({named}): {_pieces(first)}."
+    if also:
+        yield f"Anchoring these also makes people safer: {_pieces(also)}."
+    if most:
+        yield (
+            f"Among the pieces that do not affect safety, most of {of} from {_pieces(most)}: anchor {_them(most)} next."
+        )
+
+
+def _undecided(pieces: list[Piece]) -> Iterator[str]:
+    """Yield for which pieces it is not known whether anchoring is worth its cost, and what would tell."""
+    open_ = [one for one in pieces if one.recommendation == UNRESOLVED and not one.safety]
+    seen = [one for one in open_ if one.chance.value > 0.0]
+    never = [one for one in open_ if one.chance.value == 0.0]
+    if seen:
+        yield (
+            f"Not resolved: whether anchoring {_pieces(seen, len(seen))} saves more than it costs within "
+            f"{PIECE_YEARS:g} years. The interval of the saving includes the cost: run more motions, or decide on "
+            "other grounds."
+        )
+    if never:
+        does = "falls" if len(never) == 1 else "fall"
+        yield (
+            f"{_pieces(never, len(never))} {does} under none of the motions, so that the benefit of anchoring is not "
+            "known: run more motions or stronger shaking if it matters."
+        )
+    for word, what in ((UNPRICED, "cost of anchoring"), (UNVALUED, "value")):
+        missing = [one for one in pieces if one.recommendation == word]
+        if missing:
+            yield (
+                f"The inventory gives no {what} for {_pieces(missing, len(missing))}, so that cost and benefit of "
+                f"anchoring {_them(missing)} cannot be compared; the table gives the chance of falling."
+            )
+
+
+def _of_sensitivity(results: xr.Dataset) -> Iterator[str]:
+    """Yield what follows from a sensitivity study for studies of real pieces."""
+    at = law_of_answer(results)
+    swings = [max(first, last) / min(first, last) for _, _, _, first, last in swings_of(results, at)]
+    e = str(results.attrs["parameter"]) == "e"
+    if swings and max(swings) > NOTABLE_SWING:
+        by, law = f"by a factor of up to {two_digits(max(swings))}", law_name(results, at)
+        yield (
+            f"The restitution changes the level {by}. Where a decision depends on it, measure it on the piece (release "
+            "it from a small tilt and compare successive peaks), or treat it as uncertain in the study."
+            if e
+            else f"The width δ changes the level {by} even under {law}: choose it as small as in the flat part of the "
+            "figure."
+        )
+    elif swings:
+        name = "restitution" if e else "width δ"
+        by = f"by at most {whole_percent(max(swings) - 1.0)}"
+        yield f"The {name} changes the level {by} under {law_name(results, at)}: no more effort on it is needed."
+    apart = laws_apart(results)
+    far = [f"{label} ({ratio:.2f})" for label, ratio in apart if abs(math.log(ratio)) > math.log(NOTABLE_SWING)]
+    if apart:
+        text = f"For studies of rigid pieces take {apart[0][0]}, which agrees best with a rigid block"
+        if far:
+            text += f"; do not take {first_of(far)}: in brackets, their mean levels over those of a rigid block"
+        yield f"{text}."
+
+
+def _them(pieces: list[Piece]) -> str:
+    return "it" if len(pieces) == 1 and pieces[0].number == 1 else "them"
+
+
+def _anchored(pieces: list[Piece]) -> Iterator[str]:
+    """Yield which lines are anchored already, and what the results assume of them."""
+    held = [one for one in pieces if one.held and one.recommendation == ANCHORED]
+    assumed = "The results assume that the anchors hold: have them inspected."
+    if held and len(held) == len(pieces):
+        yield f"All pieces are anchored already, and nothing is left to anchor. {assumed}"
+    elif held:
+        yield f"{_pieces(held)} {'is' if len(held) == 1 else 'are'} anchored already. {assumed}"
+
+
+def _supports(results: xr.Dataset) -> Iterator[str]:
+    """Yield what to do where pieces stand on others that slide or rock in some of their falls."""
+    if MOVES not in results:
+        return
+    shares = shares_with_moving_supports(results)
+    for i in np.flatnonzero(shares > 0.01)[:MOST_PIECES].tolist():
+        below = results["stands_on"].values[i]
+        yield (
+            f"Fix “{below}” before “{results['item'].values[i]}”, which stands on it: in {about_percent(shares[i])} of "
+            f"the runs in which “{results['item'].values[i]}” falls, “{below}” would slide or rock itself. That is not "
+            "modelled, so the chance given is only indicative."
+        )
+
+
+def _carried(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
+    """Yield which pieces take others with them when they fall."""
+    if "stands_on" not in results.coords or "item_rate" not in results:
+        return
+    on = results["stands_on"].values
+    for one in [one for one in pieces if one.item in on and not one.held and one.chance.value > 0.0][:MOST_PIECES]:
+        above = [f"“{item}”" for item in results["item"].values[on == one.item]]
+        yield (
+            f"Where “{one.item}” falls (each about once in {about_years(one.chance.value)} years), it takes with it "
+            f"what stands on it: {first_of(above)}, also if this is fixed to it. The payback of “{one.item}” counts "
+            "the value of both."
+        )
+
+
+def _castors(results: xr.Dataset) -> Iterator[str]:
+    """Yield what to do about pieces on castors."""
+    contacts = contacts_of(results)
+    for contact, text in (
+        (
+            ROLLING,
+            "on castors that can roll, which is not modelled: lock or tether them. The chances given are those of the "
+            "same pieces on feet",
+        ),
+        (LOCKED, "on locked castors: have the brakes checked, which the results assume to hold"),
+    ):
+        standing = [
+            f"“{name}”"
+            for name, one, held in zip(results["item"].values, contacts, results["anchored"].values, strict=True)
+            if one == contact and not held
+        ]
+        if standing:
+            yield f"{first_of(standing)} {'stands' if len(standing) == 1 else 'stand'} {text}."
 
 
 def _safety(results: xr.Dataset) -> list[str]:
@@ -75,28 +262,46 @@ def _safety(results: xr.Dataset) -> list[str]:
 
 
 def _sizes(results: xr.Dataset) -> Iterator[str]:
-    """Yield the size that meets the target under the reference law, on each floor, and under the other laws."""
+    """Yield the size that meets the target under the reference law, on each floor, and the pieces that do not."""
     along = str(results.attrs["size_along"])
     found = results[f"size_{along}"]
+    size = SIZES.get(along, along)
+    least = "at least " if along in SAFER_LARGER else ""
     unit = f" {found.attrs['units']}".replace(" 1", "")
-    target = f"{percent(float(results.attrs['size_probability']))} in {float(results.attrs['years']):g} years"
+    most = float(results.attrs["size_probability"])
+    target = f"{percent(most)} in {float(results.attrs['years']):g} years"
     at, _ = reference_law(results)
     for floor in found["floor"].values.tolist() if "floor" in found.dims else [None]:
         here = results if floor is None else results.sel(floor=floor)
         where = "" if floor is None else f" on {floor_name(floor)}"
         value, low, high = (float(here[f"size_{along}{end}"].isel(model=at)) for end in ("", "_lower", "_upper"))
-        if not math.isfinite(value):
-            yield f"No {along} was found that meets the target of {target}{where}."
-            continue
-        others = np.delete(here[f"size_{along}"].values, at)
-        others = others[np.isfinite(others)]
-        ends = [two_digits(float(one)) for one in (others.min(), others.max())] if others.size else []
-        laws = "law" if others.size == 1 else "laws"
-        other = f"; {' to '.join(dict.fromkeys(ends))}{unit} under the other {laws}" if ends else ""
-        yield (
-            f"For a probability of overturning of no more than {target}{where}, a {along} of {two_digits(value)}{unit} "
-            f"is needed ({interval_text(low, high, two_digits)}{other})."
-        )
+        if math.isfinite(value):
+            others = np.delete(here[f"size_{along}"].values, at)
+            others = others[np.isfinite(others)]
+            ends = [two_digits(float(one)) for one in (others.min(), others.max())] if others.size else []
+            laws = "law" if others.size == 1 else "laws"
+            other = f"; {' to '.join(dict.fromkeys(ends))}{unit} under the other {laws}" if ends else ""
+            yield (
+                f"For the chance that a piece like these overturns{where} to meet the target of this study (no more "
+                f"than {target}), its {size} must be {least}about {two_digits(value)}{unit} "
+                f"({interval_text(low, high, two_digits)}{other}), with its other dimensions unchanged."
+            )
+        else:
+            yield f"No {size} was found with which a piece like these meets the target of {target}{where}."
+        chance = here["risk_probability"].isel(model=at).values
+        missed = [f"“{block_title(str(one))}”" for one in here["block"].values[chance > most]]
+        if missed:
+            does, its, them = ("does", "its", "it") if len(missed) == 1 else ("do", "their", "them")
+            yield (
+                f"{first_of(missed)} {does} not meet this target{where}: where {its} {size} cannot be changed, anchor "
+                f"{them}."
+            )
+        barely = here["risk_probability"].max("model").values
+        named = here["block"].values[(chance <= most) & (barely > most)]
+        only = [f"“{block_title(str(one))}”" for one in named]
+        if only:
+            meets = "meets" if len(only) == 1 else "meet"
+            yield f"{first_of(only)} {meets} this target{where} under the reference law, but not under all laws."
 
 
 def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
@@ -107,7 +312,15 @@ def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     weak = [one for one in pieces if one.recommendation == WEAK]
     unknown = [one for one in pieces if one.code is not None and one.code.status == NOT_CHECKED]
     if duty:
-        yield f"Anchor the following, which {results.attrs['code']} requires whatever the risk: {_pieces(duty)}."
+        code = str(results.attrs["code"])
+        # (Eurocode 8 asks for a verification of the element and its fixing, ASCE 7 for the fixing)
+        demand = (
+            f"Regardless of the calculated risk, {code} requires the following to be verified for a horizontal force: "
+            "anchor them, unless an engineer shows that they resist it unanchored"
+            if code.startswith("EN 1998")
+            else f"Anchor the following, which {code} requires regardless of the calculated risk"
+        )
+        yield f"{demand}: {_pieces(duty)}."
     if weak:
         held = " (all rates assume that they hold)" if all(one.held for one in weak) else ""
         yield (
@@ -117,7 +330,7 @@ def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     if unknown:
         clauses = [one.code.clause for one in unknown if one.code is not None]
         why = ", ".join(dict.fromkeys(clause.partition(": ")[2] or clause for clause in clauses))
-        yield f"The code could not be checked for {_pieces(unknown, len(unknown))}: {why}."
+        yield f"The code requirements could not be checked for {_pieces(unknown, len(unknown))}: {why}."
 
 
 def budget_steps(results: xr.Dataset) -> list[str]:
@@ -133,12 +346,16 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     money = f" {currency_of(results)}" if currency_of(results) else ""
     budget = f"{given_number(float(results.attrs['budget']))}{money}"
     chosen = [one for one in pieces if one.chosen]
+    if not chosen and all(one.held for one in pieces):
+        return  # (nothing is left to anchor, which is said)
     if not chosen:
-        yield f"No line that matters can be anchored for {budget}."
+        yield f"No line of the inventory that would reduce the risk can be anchored for {budget}."
         return
     cost = sum(one.number * one.cost for one in chosen)
     names = _pieces(chosen, len(chosen))
     effect = _effect(pieces, chosen, money, _safety(results))
+    if open_ := [one for one in chosen if one.recommendation == UNRESOLVED and not one.safety]:
+        effect += f"; whether anchoring {_pieces(open_, len(open_))} saves more than it costs is not resolved"
     yield f"With a budget of {budget}, anchor {names}, at a cost of {given_number(cost)}{money}{effect}."
     gap = float(results["budget_gap"].values[at])
     over = float(results.attrs["budget"]) - cost
@@ -147,15 +364,16 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     dear = [one for one in pieces if not one.chosen and one.recommendation in wanted and one.number * one.cost > over]
     if others and gap == 0.0 and all(one.recommendation == SMALL for one in others):
         yield (
-            f"{given_number(over)}{money} would be left over; no other line that this would pay for saves more than it "
-            "costs."
+            f"{given_number(over)}{money} would be left over; none of the other lines that it would pay for saves more "
+            "than it costs."
         )
     elif dear and gap == 0.0:
         first = " after what the code requires" if all(one.recommendation == DUTY for one in chosen) else ""
-        together = "; all pieces of a line are anchored together" if any(one.number > 1 for one in dear) else ""
+        together = " All pieces of a line are anchored together." if any(one.number > 1 for one in dear) else ""
         yield (
-            f"{_pieces(dear, money=money)} {'does' if len(dear) == 1 else 'do'} not fit: {given_number(over)}{money} "
-            f"would be left over{first}{together}, and no other choice within this budget does better."
+            f"{_pieces(dear, money=money)} {'is' if len(dear) == 1 else 'are'} beyond this budget, of which "
+            f"{given_number(over)}{money} would be left over{first}.{together} Judged by safety first, then by what is "
+            f"saved in {PIECE_YEARS:g} years less what it costs, no other choice within it does better."
         )
     if gap > 0.0:
         by = f", by up to {two_digits(100.0 * gap)} %" if math.isfinite(gap) else ""
@@ -169,47 +387,6 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
         yield f"The cost of anchoring {_pieces(unknown)}, which the code requires, is not given."
 
 
-def _bought(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
-    """Yield the kits to buy for the study's budget, and the cheapest that meet its target."""
-    here = results.isel(model=reference_law(results)[0])
-    money = f" {currency_of(results)}" if currency_of(results) else ""
-    when = "a year" if "item_rate" in results else "at the level of the tables"
-    for name in ("budget", "target"):
-        if f"{name}_kit" not in results:
-            continue
-        if name == "target" and not bool(here["target_met"]):
-            limits = _limits(json.loads(results.attrs["target"]), money)
-            yield f"No set of the kits that were tried keeps the building within {limits} {when}."
-            continue
-        kits = {str(item): str(kit) for item, kit in zip(here["item"].values, here[f"{name}_kit"].values, strict=True)}
-        named = [f"“{one.item}” ({floor_name(one.floor)}): {kits[one.item]}" for one in pieces if kits[one.item]]
-        cost = f"{given_number(float(here[f'{name}_cost']))}{money}"
-        falls, front = (two_digits(float(here[f"{name}_{one}"])) for one in ("falls", "front_falls"))
-        then = f"about {falls} pieces would then fall {when}, {front} of them into the room"
-        if name == "budget":
-            budget = f"{given_number(float(results.attrs['budget']))}{money}"
-            if not named:
-                yield f"No kit that is worth its cost can be bought for {budget}."
-                continue
-            yield f"With a budget of {budget}, the best kits are {'; '.join(named)}. They cost {cost}; {then}."
-        else:
-            limits = _limits(json.loads(results.attrs["target"]), money)
-            what = f"the cheapest kits are {'; '.join(named)}. They cost {cost}" if named else "no kit is needed"
-            yield f"To stay within {limits} {when}, {what}; {then}."
-        gap = float(here[f"{name}_gap"])
-        if gap > 0.0:
-            by = f", by up to {two_digits(100.0 * gap)} %" if math.isfinite(gap) else ""
-            yield f"Another set of kits may be better than this one{by}: the search was stopped."
-
-
-def _limits(target: Mapping[str, float], money: str) -> str:
-    """Return what a target allows, in words."""
-    words = {"falls": "falls", "front_falls": "falls into the room", "injuries": "injured persons", "loss": "lost"}
-    return " and ".join(
-        f"{given_number(most)}{money if name == 'loss' else ''} {words[name]}" for name, most in target.items()
-    )
-
-
 def _effect(pieces: list[Piece], chosen: list[Piece], money: str, safety: list[str]) -> str:
     """Return what anchoring the chosen pieces prevents, and saves."""
 
@@ -220,16 +397,18 @@ def _effect(pieces: list[Piece], chosen: list[Piece], money: str, safety: list[s
     safe, of_all = [[one for one in every if one.safety] for every in (chosen, pieces)]
     if falls(safe) > 0.0:
         marks = dict.fromkeys(word for one in of_all for word in one.consequences if word in safety)
-        words = " or ".join(f"“{word}”" for word in marks)
+        words = " or ".join(dict.fromkeys(map(that_has, marks))).replace("or that can", "or")
         share = falls(safe) / falls(of_all)
-        part = "every fall" if share > 1.0 - 1e-9 else f"{about_percent(share)} of the falls"
-        said.append(f"prevents {part} of pieces marked {words}")
+        part = (
+            "every fall, as long as the anchors hold," if share > 1.0 - 1e-9 else f"{about_percent(share)} of the falls"
+        )
+        said.append(f"prevents {part} of pieces {words}")
     saved = sum(one.saving.value for one in chosen if math.isfinite(one.saving.value))
     if saved > 0.0:
         said.append(f"saves {two_digits(saved)}{money} a year")
     elif not said and falls(chosen) > 0.0:
         said.append(f"prevents {about_percent(falls(chosen) / falls(pieces))} of the falls")
-    return f"; this {' and '.join(said)}" if said else ""
+    return f"; this {', and '.join(said)}" if said else ""
 
 
 def _pieces(pieces: list[Piece], most: int = MOST_PIECES, money: str | None = None) -> str:

@@ -27,12 +27,21 @@ from ...wording import (
 from ..kinds.performance import ranking_of
 from ..plan.estimates import middle_level
 from ..sensitivity.claims import FAILS, HOLDS, OPEN
-from ..tables.assessment import DRAWN, annual_rows, common_modelling, level_rows, objective_unit, ranking_rows
-from ..tables.sensitivity import GREEK, claims_of
+from ..tables.assessment import (
+    DRAWN,
+    annual_rows,
+    common_modelling,
+    fallen_word,
+    level_rows,
+    objective_unit,
+    ranking_rows,
+)
+from ..tables.sensitivity import GREEK, PARAMETERS, claims_of
 from ..text.block_order import places, shown
 from ..text.curve_notes import reached_of, verb_of
 from ..text.rows import Rows
-from ..text.words import INPUTS, axis_of, display_unit, floor_name, quantity_name, reference_law
+from ..text.spread import sample_range
+from ..text.words import INPUTS, axis_of, display_unit, floor_name, is_one_piece, quantity_name, reference_law
 from .results_file import without_motions
 
 SPREAD = (0.1, 0.5, 0.9)
@@ -242,19 +251,18 @@ def _size_sentences(results: xr.Dataset) -> Iterator[str]:
 
 def _uncertainty(results: xr.Dataset) -> Answer:
     question = f"How strong must the shaking be before {_each_block(results)} overturns"
-    question += ", where its size, restitution and law are not known exactly, and what matters most?"
+    question += ", given the uncertainty of its size, restitution and damping law, and what matters most?"
     at, _ = reference_law(results)
     scale, unit = display_unit(results["level"])
     said = []
     for i in range(min(results.sizes["block"], MOST_DESCRIBED)):
         here = results.isel(block=i)
         text = f"“{results['block'].values[i]}” {curve_sentence(here, 'overturns', results['level'])}"
-        own = here["sample_median"].isel(model=at).values / scale
-        if np.isfinite(own).any():
-            low, high = np.nanquantile(own, [0.05, 0.95])
+        low, high = (end / scale for end in sample_range(here.isel(model=at)))
+        if np.isfinite(low):
             text += (
-                f" For 90 % of the samples of its properties the median lies between {three_digits(low)} and "
-                f"{three_digits(high)}{f' {unit}' if unit else ''}."
+                f" For 90 % of the samples of its properties the median lies in the range {interval_text(low, high)}"
+                f"{f' {unit}' if unit else ''}."
             )
         if "rate" in here:
             text += f" {_rate_sentence(here, float(results.attrs['years']))}"
@@ -287,7 +295,8 @@ def _largest_share(here: xr.Dataset) -> str:
 
 def _performance(results: xr.Dataset) -> Answer:
     yearly = "annual_number" in results
-    question = "What falls in this building " + ("in a year" if yearly else "at this level of shaking")
+    question = "How often does anything fall in this building" if yearly else "What falls in this building"
+    question += "" if yearly else " at this level of shaking"
     question += ", with what consequences, and what should be anchored first?"
     at, known = reference_law(results)
     labels = [str(one) for one in results["model"].values]
@@ -308,8 +317,9 @@ def _whole_building(rows: Rows, law: str, results: xr.Dataset) -> str:
         return f"{law} nothing is known."
     found = dict(zip(rows.headings, rows.rows[0], strict=True))
     money = f" {currency_of(results)}" if currency_of(results) else ""
-    yearly = "overturned a year" in found
-    number, loss = (found.get(f"{name} a year" if yearly else name) for name in ("overturned", "lost"))
+    fell = fallen_word(results)
+    yearly = f"{fell} a year" in found
+    number, loss = (found.get(f"{name} a year" if yearly else name) for name in (fell, "lost"))
     years = " a year" if yearly else ""
     amounts = [] if loss is None else [f"expected loss is {loss}{money}{years}"]
     for heading, text in found.items():
@@ -325,7 +335,8 @@ def _whole_building(rows: Rows, law: str, results: xr.Dataset) -> str:
         law = f"{shaken} and {law[:1].lower()}{law[1:]}"
         rest = f"The probability that at least one piece falls is {chance}"
     said = [
-        f"{law} on average {number} of the {found['unanchored pieces']} pieces that are not anchored overturn{years}."
+        f"{law} on average {number} of the {found['unanchored pieces']} pieces that are not anchored "
+        f"{'overturn' if fell == 'overturned' else 'fall'}{years}."
     ]
     said += [f"The {_listed(amounts)}."] if amounts else []
     return f"{' '.join(said)} {rest}. Ranges in brackets are {confidence_text(results)} intervals."
@@ -362,7 +373,12 @@ def _sensitivity(results: xr.Dataset) -> Answer:
     parts = [f"{n} {alone if n == 1 else several}" for n, alone, several in counts]
     said = [f"Of {len(claims)} claims about {symbol}: {', '.join(parts)}."] if claims else ["No claim could be judged."]
     said += [f"{_capitalised(one.claim)}: {one.verdict}. {_capitalised(one.text)}." for one in claims[:MOST_DESCRIBED]]
-    return Answer(f"How much do the results depend on {symbol}, and do the statements about it hold?", said)
+    name = PARAMETERS[str(results.attrs["parameter"])]
+    question = (
+        f"How much does the shaking that overturns {_each_block(results)} depend on {name}, and which damping laws "
+        "agree with a rigid block?"
+    )
+    return Answer(question, said)
 
 
 def _capitalised(text: str) -> str:
@@ -372,7 +388,8 @@ def _capitalised(text: str) -> str:
 
 def _each_block(results: xr.Dataset) -> str:
     number = results.sizes["block"]
-    return "this block" if number == 1 else f"each of these {number:,} blocks"
+    many = "arrangements of one piece" if "floor" not in results.dims and is_one_piece(results) else "pieces"
+    return "this piece" if number == 1 else f"each of these {number:,} {many}"
 
 
 def _floors(results: xr.Dataset) -> list[tuple[int, str | None]]:

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ...fragility.runs.provenance import SCENE, blocks_of, number_of_motions
+from ...doubts import first_of
+from ...fragility.fitting.states import DIRECTIONS, state_name
+from ...fragility.runs.provenance import SCENE, about_both_axes, blocks_of, number_of_motions
 from ...motions.arrays import POLARITY
 from ...wording import confidence_text, counted, given_number
-from ..text.words import reference_law
-from .method import study_of
+from ..buildings.variables import FALLEN, levels_have_own_motions
+from ..plan.slides import FALL_OFF, INSTEAD
+from ..text.words import reference_law, roof_of
+from .method import lifted, study_of
 
 LOST = "The energy that a piece loses in rocking follows"
 LAW_WORDS = {
-    "housner": "The energy that a piece loses in rocking is that of the impacts of a rigid block (Housner 1963)",
+    "housner": "A rocking piece loses energy as a rigid block does in its impacts on the floor (Housner 1963)",
     "energy-consistent": f"{LOST} a damping law that dissipates, at each passage through the upright position, the "
     "energy that an impact would",
     "discrete": f"{LOST} the damping law of Liu, Huang and Qu (2024), which acts near the upright position",
@@ -38,47 +43,113 @@ def _scenes(results: xr.Dataset) -> Iterator[str]:
     blocks = blocks_of(results if "block" in results.coords else results.rename(item="block"))
     if any(block.wall is not None for block in blocks):
         yield (
-            "Walls are rigid and move with the floor. “To the front” means away from the wall, into the room; “to the "
-            "back” means towards the wall."
+            "Walls are rigid and move with the floor. “Forward” means away from the wall, into the room; “backward” "
+            "means towards the wall."
         )
     if any(block.restraint is not None for block in blocks):
         yield (
-            "Straps, brackets and other restraints are elastic up to the strength given for them; beyond it they break "
-            "and hold nothing from then on."
+            "Straps, brackets and other restraints are elastic up to the strength given for them; at that force they "
+            "break and no longer hold."
+        )
+    if any(block.bed is not None for block in blocks):
+        yield (
+            "Soft beds (carpets, mats) are elastic, without tension, and thick enough for the settlement given; how "
+            "much energy they take up is the law's damping, which should be measured."
         )
 
 
+def _left_out(slides: bool, scene: bool, vertical: bool) -> str:
+    """Return what the model of a piece leaves out, in words."""
+    left = [
+        *([] if slides else ["sliding"]),
+        *([] if scene else ["walls"]),
+        "neighbouring pieces",
+        *([] if vertical else ["vertical shaking"]),
+    ]
+    said = f"{', '.join(left[:-1])} and {left[-1]}" if len(left) > 1 else left[0]
+    return said[:1].upper() + said[1:]
+
+
+def _width_alone(results: xr.Dataset) -> str:
+    """Return which pieces are shaken along their width alone where others are along both, in words."""
+    if "both_axes" not in results.coords:
+        return ""
+    alone = results["item"].values[~results["both_axes"].values.astype(bool) & ~results["anchored"].values]
+    return f" ({first_of([f'“{one}”' for one in alone])} along the width alone)" if alone.size else ""
+
+
 def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
-    one = "piece" if str(results.attrs["kind"]) == "performance" else "block"
     yield _shaking(results, study)
     building = study.get("building")
     if isinstance(building, dict):
         storeys = building.get("storeys")
-        what = "The building" if storeys is None else f"The building ({counted(int(storeys), 'storey')})"
+        roof = ""
+        if storeys is not None:
+            roof = f" ({counted(int(storeys), 'storey')}; floor 0 is the ground floor, floor {int(storeys)} the roof)"
+        what = f"The building{roof}"
         period = building.get("period_s")
         first = "" if period is None else f", with a first natural period of {given_number(float(period))} s"
-        yield f"{what} is taken as elastic{first}; each {one} is shaken by the motion of its own floor."
+        yield f"{what} is taken as elastic{first}; each piece is shaken by the motion of its own floor."
+        if storeys is not None:
+            yield from _on_the_roof(results, roof_of(results))
     elif "buildings" in study:
-        yield "The buildings are taken as elastic; each block is shaken by the motion of its own floor."
+        yield "The buildings are taken as elastic; each piece is shaken by the motion of its own floor."
     elif _histories(study):
         yield from _own_building(results, study)
     scene = SCENE in results.coords
-    yield (
-        f"Each {one} is taken as a rigid body that {'stands' if scene else 'stands freely'} on a level floor and is "
-        f"shaken horizontally, in the direction of its width. Sliding, {'' if scene else 'walls, '}neighbouring {one}s "
-        "and vertical shaking are not included."
+    sideways = (
+        ", and along its depth by the other component of the same earthquake; it has fallen where it falls in either "
+        f"direction{_width_alone(results)}"
+        if about_both_axes(results)
+        else ""
     )
+    yield (
+        f"Each piece is taken as a rigid body that {'stands' if scene else 'stands freely'} on a level floor and is "
+        "shaken horizontally, in the direction of its width, the direction in which it tips most easily (for a "
+        f"bookcase: from front to back){sideways}{', and vertically' if lifted(study) else ''}. "
+        f"{_left_out(INSTEAD in results, scene, lifted(study))} are not included."
+    )
+    if FALLEN in results:
+        yield (
+            "The chances of falling are upper estimates: a piece counts as fallen if it would overturn were it unable "
+            "to slide (feet may catch at a joint, the edge of a carpet or a cable), or if it slides off an edge. A "
+            "piece with little friction slides instead of rocking; the table of sliding in the appendix gives each of "
+            "the two, and what is left of overturning."
+        )
+    elif INSTEAD in results:
+        yield (
+            "The chances of falling are those of pieces that cannot slide: feet may catch at a joint, the edge of "
+            "a carpet or a cable. A piece with little friction slides instead; the table of sliding in the appendix "
+            "says how likely that is, how far it slides, and what is left of the chance of falling."
+        )
+    if f"{FALL_OFF}_probability" in results:
+        yield (
+            "A piece falls off its shelf, bench or pedestal when it slides over the edge; while it rocks it is taken "
+            "not to move towards the edge."
+        )
+    yield from _exact_friction(results)
+    yield from _round(results)
     if scene:
         yield from _scenes(results)
     if "sample" in results.sizes:
         yield (
-            f"The uncertain properties of each {one} are sampled {results.sizes['sample']:,} times from their "
+            f"The uncertain properties of each piece are sampled {results.sizes['sample']:,} times from their "
             "distributions."
         )
     law = results.coords.get("law")
-    if law is not None and law.dims == ("model",):
+    if str(results.attrs["kind"]) == "sensitivity":
+        values, symbol = results["value"].values, {"e": "e", "delta": "δ"}[str(results.attrs["parameter"])]
+        yield (
+            f"{counted(results.sizes['model'], 'damping law')} are compared with each other and with a rigid block "
+            "with "
+            f"impacts, each with {counted(values.size, 'value')} of {symbol} from {values.min():g} to "
+            f"{values.max():g}, "
+            "under the same motions."
+        )
+    elif law is not None and law.dims in (("model",), ("model", "sample")):
         at, _ = reference_law(results)
-        words = LAW_WORDS[str(law.values[at])].replace("a piece", f"a {one}")
+        own = dict.fromkeys(map(str, np.ravel(law.values[at])))
+        words = "; ".join(LAW_WORDS[one] for one in own)
         others = results.sizes["model"] - 1
         them = "one other law" if others == 1 else f"{others} other laws"
         rest = f"; results under {them} are in the technical appendix" if others else ""
@@ -99,6 +170,14 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         if beta
         else "they do not include modelling uncertainty"
     )
+    one_way = str(results.attrs.get("state")) in {state_name(one) for one in DIRECTIONS}
+    if one_way and str(results.attrs.get("form")) == "isotonic":
+        yield (
+            "The chance of such a fall at each level of shaking is the share of the motions that cause it, made not to "
+            "fall as the shaking grows; no smooth curve is fitted. Compared with a study that counts falls in both "
+            "directions, for which a smooth (lognormal) curve is fitted, small differences between the two can come "
+            "from that alone."
+        )
     if "branch" in results.dims:
         branches = counted(results.sizes["branch"], "weighted combination")
         yield (
@@ -110,17 +189,61 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
         yield f"Ranges in brackets are {sure} intervals that reflect only the limited number of motions; {held}."
     if "anchored" in results and bool(np.any(results["anchored"].values)):
         kits = ", except for those held by a kit, which can break" if "anchored_with" in results.coords else ""
-        yield f"Pieces that are already anchored are counted as not overturning{kits}."
+        yield f"Pieces that are already anchored are assumed not to overturn{kits}."
     if "kit_falls" in results:
         yield (
-            "Each kit is tried on every piece that it fits, under the same motions. It is elastic up to the strength "
-            "that is given, the least of device, wall fixing and furniture fixing, and breaks for good beyond it."
+            "Each kit is tried on every piece that it fits, under the same motions. Its strength is taken as that of "
+            "its weakest part: device, wall fixing or furniture fixing."
         )
     if str(results.attrs["kind"]) == "performance":
         code = results.attrs.get("code")
         site = f"{code} with {results.attrs.get('code_site', '')}".removesuffix(" with ")
         yield (
             "Code requirements were not checked." if code is None else f"Code requirements are checked against {site}."
+        )
+
+
+def _on_the_roof(results: xr.Dataset, roof: str) -> Iterator[str]:
+    """Yield which pieces stand on the roof, so that a floor that was meant as the uppermost storey is noticed."""
+    if "item" not in results.dims or "floor" not in results.coords:
+        return
+    above = results["item"].values[results["floor"].values.astype(str) == roof]
+    if above.size:
+        stand = "stands" if above.size == 1 else "stand"
+        yield (
+            f"{first_of([f'“{one}”' for one in above])} {stand} on floor {roof}, which is the roof. If the highest "
+            "storey "
+            f"is meant, that is floor {int(roof) - 1}."
+        )
+
+
+def _exact_friction(results: xr.Dataset) -> Iterator[str]:
+    """Yield which pieces have a coefficient of friction without dispersion, where sliding is evaluated."""
+    given = json.loads(str(results.attrs.get("screen", "{}"))).get("friction")
+    if INSTEAD not in results or not isinstance(given, dict):
+        return
+    dim = "item" if "item" in results.dims else "block"
+    labels = results[dim].values[np.isfinite(results[INSTEAD].values)]
+    exact = [f"“{one}”" for one in labels if given.get(str(one), given).get("distribution") == "fixed"]
+    if exact:
+        yield (
+            f"The coefficient of friction of {first_of(exact)} is taken as known exactly, because no dispersion is "
+            "given for it: whether such a piece slides is then certain, which it is not on a real floor."
+        )
+
+
+def _round(results: xr.Dataset) -> Iterator[str]:
+    """Yield which pieces have a round base, and what is left out for them."""
+    if "round" not in results.coords:
+        return
+    dim = results["round"].dims[0]
+    known = ~results["anchored"].values.astype(bool) if "anchored" in results.coords else True
+    named = [f"“{one}”" for one in results[dim].values[results["round"].values.astype(bool) & known]]
+    if named:
+        its = "its base is" if len(named) == 1 else "their bases are"
+        yield (
+            f"{first_of(named)}: {its} round. A round base can wobble and roll round its rim, which is not modelled "
+            "and can make it fall in weaker shaking than is given here."
         )
 
 
@@ -133,7 +256,7 @@ def _histories(study: Mapping[str, Any]) -> bool:
 def _own_building(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
     """Yield how the histories of another program's building model are used."""
     yield (
-        "How the floors move was calculated with a building model of another program, which is not checked here; each "
+        "The floor motions were calculated with a building model of another program, which is not checked here; each "
         "piece is shaken by the motion of its own floor."
     )
     motions = study["motions"]
@@ -144,12 +267,12 @@ def _own_building(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str
             "elastic."
         )
     elif str(results.attrs["im"]) != "scale":
-        others = "other motions" if "record" in results.coords else "the same motions"
+        others = "other motions" if levels_have_own_motions(results) else "the same motions"
         yield f"Each level of shaking has floor motions calculated for it ({others} at each level), used unscaled."
     if "direction" in results.coords:
         yield (
-            "Each piece is shaken in the direction of its width alone, by the motion of its floor in that direction. "
-            "That it may fall in the other direction is not included."
+            "Each piece is shaken only in the direction of its width, by the motion of its floor in that direction. "
+            "Falls in the other direction are not included."
         )
 
 
@@ -162,11 +285,11 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
     stripes = study.get("stripes")
     varied = isinstance(stripes, dict) and any(one.get("motions") for one in stripes.get("at", []))
     if "floors_file" in given:
-        what = f"{counted(number, 'motion')} of the floors, calculated elsewhere"
+        what = f"{counted(number, 'floor motion')}, calculated elsewhere"
     elif _histories(study):
         levels = f" at each of {counted(results.sizes['level'], 'level')}" if results.sizes["level"] > 1 else ""
         many = "" if given.get("elastic") else levels
-        what = f"{counted(number, 'motion')} of the floors{many}, calculated elsewhere"
+        what = f"{counted(number, 'floor motion')}{many}, calculated elsewhere"
     elif "records" in given:
         what = counted(number, "recorded ground motion")
     elif varied:
@@ -189,5 +312,5 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
         if sets
         else ""
     )
-    ways = ", each run both ways (as it is and reversed)" if POLARITY in results.coords else ""
-    return f"The shaking is that of {what}{ways}{levels}{more}."
+    ways = ", each applied both ways (as it is and reversed)" if POLARITY in results.coords else ""
+    return f"The pieces are shaken by {what}{ways}{levels}{more}."

@@ -74,8 +74,8 @@ CAPTIONS = {
     "decay_error": "How far free rocking lies from the rigid block’s closed form, over the values that are varied.",
     "free_rocking": "Free rocking of a block let go, beside the rigid block’s.",
     "convergence": "How the response to a pulse converges as the value that is varied becomes small.",
-    "curves": "Fragility curves of both studies, a panel for each block and law; bands are intervals over motions.",
-    "chances": "The chances of both studies side by side, with their intervals over motions.",
+    "curves": "Fragility curves of both studies, a panel for each block and law; bands are their intervals.",
+    "chances": "The chances of both studies side by side, with their intervals.",
     "tornado": "How far the median moves when one input at a time goes from its low to its high value.",
 }
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ...fragility.runs.provenance import SCENE, blocks_of
+from ...fragility.runs.provenance import SCENE, about_both_axes, blocks_of
 from ...models import Block
 from ...motions.arrays import POLARITY
 from ...wording import counted, given_number, short_digits
+from ..plan.slides import INSTEAD
 from ..text.block_order import chosen_of
 from ..text.names import clean
 from ..text.rows import Rows
@@ -57,8 +59,8 @@ ENGINE = (
     "does not return to the upright position."
 )
 ASSUMPTIONS = (
-    "Blocks are rigid, rock in one plane about the lower corners on a rigid floor, and do not slide, bounce or twist.",
-    "Shaking is horizontal, in the plane of the width; there is no vertical shaking.",
+    "Blocks are rigid, rock in one plane about the lower corners on a rigid floor, and do not {move}.",
+    "Shaking is horizontal, in the plane of the width{sideways}{vertical}.",
     "Blocks do not touch each other, nor walls that the study does not name, and do not act on the building.",
     "Restitution is the block’s own, e_R = 1 − (2/λ) sin²α (Housner 1963), where the study gives no other.",
 )
@@ -68,6 +70,11 @@ BUILDING_ASSUMPTION = (
 )
 
 
+SLIDING_ASSUMPTION = (
+    "A block whose coefficient of friction is below b/h slides as a rigid body with Coulomb friction and does not "
+    "rock; "
+    "with more friction it rocks and does not slide."
+)
 HISTORIES_ASSUMPTION = (
     "Floor motions are taken for absolute accelerations of a building model of another program; what that model "
     "assumes holds here, too."
@@ -207,6 +214,14 @@ def study_of(results: xr.Dataset) -> dict[str, object]:
     return found if isinstance(found, dict) else {}
 
 
+def lifted(study: Mapping[str, object]) -> bool:
+    """Return True if the motions of a study shake vertically, too."""
+    motions, stripes = study.get("motions"), study.get("stripes")
+    own = stripes.get("at", []) if isinstance(stripes, dict) else []
+    tables = [one for one in (motions, *(at.get("motions") for at in own)) if isinstance(one, dict)]
+    return any(one.get("component") for one in tables) and any(one.get("vertical") for one in tables)
+
+
 def _value(value: object) -> str:
     if isinstance(value, dict) and not any(isinstance(one, dict | list) for one in value.values()):
         text = ", ".join(f"{key} {one:g}" if isinstance(one, float) else f"{key} {one}" for key, one in value.items())
@@ -242,6 +257,7 @@ def method(results: xr.Dataset) -> list[str]:
         if dim in results.dims
     ]
     if POLARITY in results.coords:
+        sizes[-1] = f"{counted(results.sizes['motion'] // 2, 'motion')} both ways"  # (the last size is of the motions)
         words.append(
             "Every motion is run both ways, as it is and reversed, because it may reach a block from either side; the "
             "two runs are trials of one motion, and intervals take them together."
@@ -259,7 +275,20 @@ def assumptions(results: xr.Dataset) -> list[str]:
         building.append(HISTORIES_ASSUMPTION)
         if motions.get("elastic"):
             building.append(ELASTIC_ASSUMPTION)
-    return [*ASSUMPTIONS, *building]
+    vertical = (
+        ", and vertical, scaled as the horizontal component" if lifted(study) else "; there is no vertical shaking"
+    )
+    sideways = (
+        ", and in that of the depth under the other component: two planar motions under one scale factor, of which "
+        "either can overturn a block"
+        if about_both_axes(results)
+        else ""
+    )
+    slides = INSTEAD in results
+    if slides:
+        building.append(SLIDING_ASSUMPTION)
+    move = "bounce, twist, or slide while they rock" if slides else "slide, bounce or twist"
+    return [*(one.format(vertical=vertical, sideways=sideways, move=move) for one in ASSUMPTIONS), *building]
 
 
 def _machines(results: xr.Dataset) -> str:

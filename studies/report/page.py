@@ -18,12 +18,13 @@ import xarray as xr
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from ...writing import write_bytes
+from ...writing import remove_leftovers, write_bytes
 from .. import show
 from ..file.report import ReportTable
 from ..file.table import StudyError
+from ..plan.slides import INSTEAD
 from ..store.content import check_content
-from ..tables.client import client_rows
+from ..tables.client import lead_rows
 from ..text.block_order import shown
 from ..text.glossary import used
 from ..text.names import clean
@@ -33,7 +34,7 @@ from .answers import answer
 from .basis import basis
 from .cells import PageTable, longest_word, markdown, page_table, whole_intervals
 from .figures import Picture, pictures
-from .method import assumptions, block_rows, law_rows, method, provenance_rows, study_file_rows, study_of
+from .method import assumptions, block_rows, law_rows, lifted, method, provenance_rows, study_file_rows, study_of
 from .results_file import read_results
 from .summary import plain_answer
 from .validity import badge, checks_of, not_checked, worst_word
@@ -121,7 +122,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "title": str(results.attrs.get("title", "")) or "A study",
         "question": said.question,
         "plain": plain_answer(results),
-        "lead": _tables_of([client_rows(results)]),
+        "lead": _tables_of(list(lead_rows(results))),
         "steps": next_steps(results, found),
         "basis": basis(results),
     }
@@ -136,7 +137,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         ],
         "assumptions": assumptions(results),
         "checks": found,
-        "not_checked": not_checked(),
+        "not_checked": not_checked(lifted(study_of(results)), INSTEAD in results),
         "notes": notes,
     }
     terms = used(texts(of_client))
@@ -144,7 +145,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         **of_client,
         **technical,
         "kind": str(results.attrs["kind"]),
-        "lead_title": "Each piece" if str(results.attrs["kind"]) == "performance" else "Each block",
+        "lead_title": "Results" if str(results.attrs["kind"]) == "sensitivity" else "Each piece",
         "cover": [(name.capitalize(), text) for name, text in _cover(results)],
         "terms": terms,
         "technical_terms": used(texts(technical), terms),
@@ -228,6 +229,7 @@ def _write(path: Path, text: bytes) -> None:
     """Write a file completely or not at all; StudyError where it cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        remove_leftovers(path)
         write_bytes(path, text)
     except OSError as error:
         raise StudyError(f"{path}: cannot be written ({error.strerror or error})") from None

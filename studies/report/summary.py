@@ -7,13 +7,14 @@ laws or parameters of curves.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from ...aliases import Array
+from ...doubts import first_of
 from ...fragility.fitting.states import ALL, OVERTURNED, state_name
 from ...wording import (
     about_percent,
@@ -26,17 +27,39 @@ from ...wording import (
 )
 from ..buildings.assessment import BUILDING
 from ..buildings.notes import anchored_text
+from ..plan.piece_classes import TESTS
 from ..sensitivity.claims import FAILS, HOLDS
-from ..tables.assessment import pieces_at, span
+from ..tables.assessment import fallen_word, pieces_at, span
+from ..tables.breaks import break_sentences
 from ..tables.gains import gain_sentences
-from ..tables.sensitivity import GREEK, claims_of
+from ..tables.item_slides import falling_off_sentences
+from ..tables.sensitivity import PARAMETERS, claims_of, sensitivity_sentences
+from ..tables.slides import edge_sentences, trip_sentences
 from ..text.block_order import MEDIAN, RATE, places
 from ..text.curve_notes import action_of, reached_of, verb_of
 from ..text.one_side import falling_both_ways
-from ..text.spread import amount_sentence, building_spread, range_text, rates_of_consequences, spread_sentence
-from ..text.words import axis_of, display_unit, floor_name, level_text, quantity_name, reference_law
+from ..text.spread import (
+    amount_sentence,
+    building_spread,
+    range_text,
+    rates_of_consequences,
+    sample_range,
+    spread_sentence,
+)
+from ..text.words import (
+    axis_of,
+    block_title,
+    display_unit,
+    floor_name,
+    is_one_piece,
+    level_text,
+    quantity_name,
+    reference_law,
+    that_has,
+)
 from .answers import largest_share
 from .results_file import without_motions
+from .validity import resonant_laws
 
 NEVER_HALF = "fewer than half of the runs do so at any level"
 """Why there is no median where a curve exists (isotonic)."""
@@ -44,6 +67,11 @@ RARE = 0.1
 """Probability of overturning, rare but still relevant to an owner, at whose level the summary also gives counts."""
 YEARS = 50.0
 """Years for which chances are given where the study names no time."""
+DISAGREE = 1.1
+"""Ratio of the results of two laws from which the summary says how far they lie apart."""
+THROUGHOUT = ("giannini-masiani", "makris-konstantinidis", "vassiliou", "viscous")
+"""Laws whose damping acts throughout the motion, and not near the upright position alone."""
+MIN_LAWS = 2
 MOST_CONSEQUENCES = 3
 """Largest number of consequences that the summary names."""
 SOURCES = {
@@ -60,7 +88,7 @@ SOURCES = {
     "zeta": "the damping ratio",
     "law": "the damping law",
     "model": "the damping law",
-    "sample": "the properties of the block",
+    "sample": "the properties of the piece",
     "cm_height": "the height of the mass centre",
     "motion": "the differences between motions",
 }
@@ -98,26 +126,26 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
         return
     always = int((status == ALL).sum())
     if always:
-        yield f"{_always_fallen(small, cases, status)} {reached_of(state)} in every run, even in the weakest shaking."
+        always_fallen = _always_fallen(small, cases, status)
+        yield f"{always_fallen} {reached_of(state)} in every run, even in the weakest shaking."
     order = np.argsort(places(results, by).values.ravel())
     # (by rate, blocks that fell in every run come after those that have a rate)
     at_first = np.unravel_index(order[always if by == MEDIAN else 0], cases.shape)
     first = small.isel({str(dim): int(i) for dim, i in zip(cases.dims, at_first, strict=True)})
-    name = f"“{first['block'].item()}”"
+    name = f"“{block_title(str(first['block'].item()))}”"
     where = f" on {floor_name(first['floor'].item())}" if "floor" in small.dims else ""
     verb = verb_of(state)
     if cases.size > 1:
-        others = cases.size - always
-        of = (
-            f"the other {others:,}"
-            if always
-            else f"the {others:,} {'blocks' if not where else 'combinations of block and floor'}"
-        )
-        yield f"{name}{where} is the most vulnerable of {of}."
+        yield _most_vulnerable(f"{name}{where}", small, cases, order[always if by == MEDIAN else 0 :], by, always)
+        yield from _other_falls(results, verb)
     yield from _hundred_earthquakes(first, results, f"{name}{where}", verb)
     most = largest_share(first, SOURCES) if str(results.attrs["kind"]) == "uncertainty" else None
     if most is not None:
-        yield f"The largest contribution to the scatter, {about_percent(most[1])}, comes from {most[0]}."
+        wider = " more widely than this level" if np.isfinite(first["median"]) else ""
+        yield (
+            f"The shaking that overturns the piece in a single earthquake scatters{wider}; the largest contribution to "
+            f"that scatter, {about_percent(most[1])}, comes from {most[0]}."
+        )
     if "epistemic_rate" in first:
         beta = float(results.attrs.get("modelling_dispersion", 0.0))
         spread = str(results.attrs.get("modelling")) == "fractiles"
@@ -126,7 +154,65 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
             yield f"Each of these rates is the mean over a modelling uncertainty of {beta:g}."
     elif "risk_probability" in first:
         yield _chance_in_years(first, f"{name}{where}", verb, float(results.attrs["years"]), _held(results))
+    yield from _tests(results)
+    every = without_motions(results).isel({str(dim): int(i) for dim, i in zip(cases.dims, at_first, strict=True)})
+    yield from _other_laws(every, results, f"{name}{where}", verb)
     yield from gain_sentences(results)
+    yield from break_sentences(results)
+    yield from edge_sentences(results)
+    yield from trip_sentences(results)
+
+
+def _most_vulnerable(
+    name: str, small: xr.Dataset, cases: xr.DataArray, order: NDArray[np.int64], by: str, always: int
+) -> str:
+    """Return which of the cases falls first, with those whose intervals overlap with its own.
+
+    order: positions of the cases from the first that falls; always: the number of those that fell in every run, which
+    are not among them.
+    """
+    number = order.size if by == MEDIAN else cases.size - always
+    many = "combinations of piece and floor" if "floor" in small.dims else "pieces"
+    if "floor" not in small.dims and is_one_piece(small):
+        many = "arrangements of the same piece"
+    of = f"the other {number:,}" if always else f"the {number:,} {many}"
+    most = "the most vulnerable" if number > 2 else "the more vulnerable"
+    low, high = (small[f"{by}_{end}"].transpose(*cases.dims).values.ravel() for end in ("lower", "upper"))
+    first, *rest = order.tolist()
+    with np.errstate(invalid="ignore"):
+        close = [one for one in rest if (low[one] <= high[first] if by == MEDIAN else high[one] >= low[first])]
+    if not close:
+        return f"{name} is {most} of {of}."
+    if len(close) == len(rest) and len(rest) > 1:
+        return (
+            f"By these motions {name} is the most vulnerable of {of}, but the intervals of all others overlap with its "
+            "own."
+        )
+    named = []
+    for one in close:
+        row, *on = np.unravel_index(one, cases.shape)
+        where = f" on {floor_name(small['floor'][on[0]].item())}" if on else ""
+        named.append(f"“{block_title(str(small['block'][row].item()))}”{where}")
+    overlap = "interval overlaps" if len(close) == 1 else "intervals overlap"
+    return (
+        f"By these motions {name} is {most} of {of}, but not with certainty: the {overlap} with that of "
+        f"{first_of(named)}."
+        if len(close) > 1
+        else f"By these motions {name} is {most} of {of}, but not with certainty: its {overlap} with that "
+        f"of {named[0]}."
+    )
+
+
+def _other_falls(results: xr.Dataset, verb: str) -> Iterator[str]:
+    """Yield which pieces may fall the other way as well, where falls to one side alone are counted."""
+    either = falling_both_ways(results)
+    named = [f"“{block_title(str(one))}”" for one in results["block"].values if str(one) in either]
+    if named and len(named) < results.sizes["block"]:
+        side = "forward" if "forward" in verb else "backward"
+        yield (
+            f"Only falls {side} are compared. {first_of(named)} may fall the other way as well, which "
+            f"{'is' if len(named) == 1 else 'are'} not counted."
+        )
 
 
 def _missing_curves(status: NDArray[np.object_]) -> str:
@@ -142,7 +228,7 @@ def _always_fallen(small: xr.Dataset, cases: xr.DataArray, status: NDArray[np.ob
     every = np.flatnonzero(status == ALL)
     row, *rest = np.unravel_index(every[0], cases.shape)
     where = f" on {floor_name(small['floor'][rest[0]].item())}" if rest else ""
-    name = f"“{small['block'][row].item()}”{where}"
+    name = f"“{block_title(str(small['block'][row].item()))}”{where}"
     return name if every.size == 1 else f"{every.size:,} of {status.size:,} ({name} and {every.size - 1:,} more)"
 
 
@@ -166,9 +252,16 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     if math.isfinite(high) or low > 0.0:
         known = f" ({interval_text(low, high, two_digits)})"
     else:
-        known = " (how well that level is known, these motions do not show)"
+        known = " (these motions do not show how precisely that level is known)"
     at_median = f"{two_digits(median)}{unit}{known}"
     either = str(first["block"].item()) in falling_both_ways(results)
+    if "sample_median" in first:
+        yield (
+            f"Of 100 earthquakes with a {measure} of {two_digits(median)}{unit}, about 50 would "
+            f"{action_of(verb, name)}. {_over_properties(first, scale, unit)} The {sure} interval for the limited "
+            f"number of motions is {interval_text(low, high, two_digits)}{unit}."
+        )
+        return
     rare = _rare(first, results["level"].values, median * scale) if {"probability", "lower"} <= {*first} else None
     if rare is None:
         yield (
@@ -181,13 +274,98 @@ def _hundred_earthquakes(first: xr.Dataset, results: xr.Dataset, name: str, verb
     if either:
         yield (
             f"Of 100 earthquakes with a {measure} of {weak}, about {few} ({least} to {most}) would "
-            f"{action_of(verb, name)}; it may fall to the other side as well, and such falls are not counted. The "
+            f"{action_of(verb, name)}; it may fall the other way as well, and such falls are not counted. The "
             f"range in brackets is a {sure} interval."
         )
         return
     yield (
         f"Of 100 earthquakes with a {measure} of {weak}, about {few} ({least} to {most}) would "
         f"{action_of(verb, name)}; at {at_median} about half of them would. Ranges in brackets are {sure} intervals."
+    )
+
+
+def _over_properties(first: xr.Dataset, scale: float, unit: str) -> str:
+    """Return the sentence on the levels at which half of the motions overturn nine tenths of a block's samples."""
+    low, high = (end / scale for end in sample_range(first))
+    if not math.isfinite(low):
+        return "How far this level depends on the uncertain properties of the piece could not be determined."
+    ends = f"above {two_digits(low)}" if math.isinf(high) else f"between {two_digits(low)} and {two_digits(high)}"
+    return f"Because the properties of the piece are uncertain, this level may lie {ends}{unit} (90 % range)."
+
+
+def _other_laws(every: xr.Dataset, results: xr.Dataset, name: str, verb: str) -> Iterator[str]:
+    """Yield what the other laws say of a block where laws disagree: the chance, or the level without a hazard."""
+    if "branch" in results.dims or every.sizes["model"] == 1:
+        return  # (branches hold the choice of law)
+    at, _ = reference_law(results)
+    write: Callable[[float], str] = two_digits
+    if "risk_probability" in every:
+        values = every["risk_probability"].values
+        what = f"the chance that {name} {verb} within {float(results.attrs['years']):g} years is"
+        write, unit = about_percent, ""
+    else:
+        scale, unit = display_unit(axis_of(results))
+        values, unit = every["median"].values / scale, f" {unit}" if unit else ""
+        what = f"about half of the earthquakes would {action_of(verb, name)} at a {quantity_name(axis_of(results))} of"
+    others = np.delete(values, at)
+    others = others[np.isfinite(others) & (others > 0.0)]
+    text = _where_laws_disagree(float(values[at]), others, write)
+    if text:
+        with np.errstate(invalid="ignore"):
+            less = values < values[at] / DISAGREE if "risk_probability" in every else values > values[at] * DISAGREE
+        why = _why_laws_differ(results, less)
+        yield f"{_under_others(every.sizes['model'] - 1)}, {what} {text}{unit}.{why}"
+
+
+def _under_others(number: int) -> str:
+    laws = "the other law" if number == 1 else f"the other {number} laws"
+    return f"The answer depends on the damping law that is assumed: under {laws} of this study"
+
+
+def _where_laws_disagree(value: float, others: Array, write: Callable[[float], str]) -> str:
+    """Return the range of what other laws give, '' where no law differs notably from another."""
+    every = [one for one in (value, *others.tolist()) if math.isfinite(one) and one > 0.0]
+    if not others.size or len(every) < MIN_LAWS or max(every) < DISAGREE * min(every):
+        return ""
+    return " to ".join(dict.fromkeys(write(float(end)) for end in (others.min(), others.max())))
+
+
+def _why_laws_differ(results: xr.Dataset, milder: NDArray[np.bool_]) -> str:
+    """Return the remarks on why other laws differ: pieces that vibrate at rest, and damping throughout the motion.
+
+    milder: which laws overturn notably less than the reference law.
+    """
+    return f"{_elastic(results)}{_damped_throughout(results, milder)}"
+
+
+def _damped_throughout(results: xr.Dataset, milder: NDArray[np.bool_]) -> str:
+    """Return the remark on laws that dissipate energy throughout the motion, where these need stronger shaking."""
+    law = results.coords.get("law")
+    if law is None or law.dims != ("model",):
+        return ""
+    number = int(np.sum(milder & np.isin(law.values.astype(str), THROUGHOUT)))
+    if not number:
+        return ""
+    others = results.sizes["model"] - 1
+    some = "One of them dissipates" if number == 1 else f"{number} of them dissipate"
+    some = "That law dissipates" if others == 1 else some
+    return (
+        f" {some} energy throughout the motion, and more of it than impacts do, so that stronger shaking is needed to "
+        "overturn a piece."
+    )
+
+
+def _elastic(results: xr.Dataset) -> str:
+    """Return the remark that some of the other laws let a piece vibrate where a real one stands still."""
+    others = [i for i in range(results.sizes["model"]) if i != reference_law(results)[0]]
+    number = len(resonant_laws(results, others))
+    if not number:
+        return ""
+    several = "One of these laws lets" if number == 1 else f"{number} of these laws let"
+    some = "That law lets" if len(others) == 1 else several
+    return (
+        f" {some} a standing piece vibrate elastically, so that it begins to rock in weaker shaking than a rigid piece "
+        "does."
     )
 
 
@@ -218,31 +396,48 @@ def _building(results: xr.Dataset) -> Iterator[str]:
     pieces = pieces_at(results, BUILDING)
     sure = f"{confidence_text(results)} interval"
     branches = "branch" in results.dims
+    verb = "overturns" if fallen_word(results) == "overturned" else "overturns or falls off an edge"
     if branches:
         beta = float(results.attrs.get("modelling_dispersion", 0.0))
         held = beta if str(results.attrs.get("modelling")) == "fractiles" else 0.0
         whole = building_spread(results, "any_rate", BUILDING)
-        yield spread_sentence(whole, "At least one piece in this building", "overturns", held)
+        yield spread_sentence(whole, "At least one piece in this building", verb, held)
     elif "any_rate" in one:
         rate, low, high = (float(one[f"any_rate{end}"]) for end in ("", "_lower", "_upper"))
         if rate > 0.0:
             chance, *ends = (-math.expm1(-YEARS * each) for each in (rate, low, high))
             yield (
-                f"At least one piece in this building overturns about once in {about_years(rate)} years "
+                f"At least one piece in this building {verb} about once in {about_years(rate)} years "
                 f"({_range(high, low)}), which is a probability of about {about_percent(chance)} "
                 f"({chances_between(ends[0], ends[1], about_percent)}) in {YEARS:g} years."
             )
+            rates = results["any_rate"].sel(place=BUILDING).values
+            others = np.delete(rates, at)
+            others = others[np.isfinite(others) & (others > 0.0)][::-1]
+            text = _where_laws_disagree(1.0 / rate, 1.0 / others, two_digits)
+            if text:
+                laws = results.sizes["model"] - 1
+                why = _why_laws_differ(results, results["any_rate"].sel(place=BUILDING).values < rate / DISAGREE)
+                yield f"{_under_others(laws)}, this happens about once in {text} years.{why}"
         else:
             yield "Nothing falls under any of the motions."
     else:
         here = one.sel(level=float(results.attrs["at_level"]))
         chance, low, high = (100.0 * float(here[f"any_probability{end}"]) for end in ("", "_lower", "_upper"))
         number, *ends = (float(here[f"number_mean{end}"]) for end in ("", "_lower", "_upper"))
+        does = "overturn something" if verb == "overturns" else "make something overturn or fall off an edge"
         yield (
-            f"Of 100 earthquakes {_strength(results)}, about {chance:.0f} ({low:.0f} to {high:.0f}) would overturn "
-            f"something, and on average {two_digits(number)} ({interval_text(ends[0], ends[1], two_digits)}) of the "
-            f"{pieces:,} pieces that are not anchored would fall ({sure} over motions)."
+            f"Of 100 earthquakes {_strength(results)}, about {chance:.0f} ({low:.0f} to {high:.0f}) would {does}, and "
+            f"on average {two_digits(number)} ({interval_text(ends[0], ends[1], two_digits)}) of the {pieces:,} pieces "
+            f"that are not anchored would fall (ranges in brackets: {sure}s)."
         )
+        falls = results["number_mean"].sel(place=BUILDING, level=float(results.attrs["at_level"])).values
+        text = _where_laws_disagree(number, np.delete(falls, at), two_digits)
+        if text:
+            laws = results.sizes["model"] - 1
+            why = _why_laws_differ(results, falls < number / DISAGREE)
+            yield f"{_under_others(laws)}, on average {text} of them would fall.{why}"
+    yield from _tests(results)
     if branches and "annual_loss" in one:
         money = f" {currency_of(results)}" if currency_of(results) else ""
         yield amount_sentence(building_spread(results, "annual_loss", BUILDING), "The expected loss", money)
@@ -251,7 +446,7 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         money = f" {currency_of(results)}" if currency_of(results) else ""
         interval = interval_text(low, high, two_digits)
         of = "cost of what falls" if "cost_median" in results.coords else "value of what falls"
-        yield f"The expected loss, the {of}, is about {two_digits(loss)}{money} a year ({interval})."
+        yield f"The expected loss (the {of}) is about {two_digits(loss)}{money} a year ({interval})."
     if branches:
         for name, what, unit in (
             ("annual_downtime", "The expected downtime", " days"),
@@ -264,19 +459,24 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         years, words = span(one["annual_downtime"])
         days, low, high = (years * float(one[f"annual_downtime{end}"]) for end in ("", "_lower", "_upper"))
         interval = interval_text(low, high, two_digits)
-        yield (
-            f"The expected downtime is about {two_digits(days)} days {words} ({interval}), counting in each earthquake "
-            "only the piece that takes longest to restore."
-        )
+        rate = float(one["any_rate"])
+        if rate > 0.0:
+            yield (
+                "When anything falls, the piece that takes longest to restore is out of use for about "
+                f"{two_digits(days / years / rate)} days on average. Averaged over a long time, that is about "
+                f"{two_digits(days)} days {words} ({interval})."
+            )
     if "annual_injuries" in one and not branches:
         years, words = span(one["annual_injuries"])
         persons, low, high = (years * float(one[f"annual_injuries{end}"]) for end in ("", "_lower", "_upper"))
         interval = interval_text(low, high, two_digits)
-        yield f"On average about {two_digits(persons)} people would be injured {words} ({interval})."
+        once = f", or one person in {two_digits(years / persons)} years" if persons > 0.0 and years > 1.0 else ""
+        yield f"On average about {two_digits(persons)} people would be injured {words} ({interval}){once}."
     if branches:
         yield from _consequences_over_branches(results)
     elif "consequence_rate" in one and float(one["consequence_rate"].max()) > 0.0:
         yield from _consequences(results.isel(model=at))
+    yield from falling_off_sentences(results)
     anchored = anchored_text(results)
     if anchored:
         yield f"{anchored[:1].upper()}{anchored[1:]}."
@@ -290,10 +490,11 @@ def _building(results: xr.Dataset) -> Iterator[str]:
 def _consequences_over_branches(results: xr.Dataset) -> Iterator[str]:
     """Yield how often the most frequent consequences come about over all branches."""
     rates = rates_of_consequences(results, BUILDING)
+    verb = "overturns" if fallen_word(results) == "overturned" else "falls"
     if rates is not None:
         each = [rates.isel(block=k) for k in range(min(MOST_CONSEQUENCES, rates.sizes["block"]))]
-        said = [f"marked “{one['block'].item()}” overturns about once in {range_text(one)}" for one in each]
-        yield f"At least one piece {'; one '.join(said)} (ranges of 90 % probability over the same combinations)."
+        said = [f"{that_has(str(one['block'].item()))} {verb} about once in {range_text(one)}" for one in each]
+        yield f"At least one piece {'; one '.join(said)} (90 % ranges over the same combinations)."
 
 
 def _consequences(here: xr.Dataset) -> Iterator[str]:
@@ -301,6 +502,7 @@ def _consequences(here: xr.Dataset) -> Iterator[str]:
     whole = here.sel(place=BUILDING)
     order = np.argsort(-whole["consequence_rate"].values, kind="stable")[:MOST_CONSEQUENCES]
     said = []
+    verb = "overturns" if fallen_word(here) == "overturned" else "falls"
     for k in order:
         one = whole.isel(consequence=int(k))
         rate, low, high = (float(one[f"consequence_rate{end}"]) for end in ("", "_lower", "_upper"))
@@ -310,7 +512,7 @@ def _consequences(here: xr.Dataset) -> Iterator[str]:
             mainly = floors.sizes["place"] > 1 and float(worst) > 0.5 * float(floors.sum())
             where = f", mostly on {floor_name(str(worst['place'].item()).removeprefix('floor '))}" if mainly else ""
             years = f"about once in {about_years(rate)} years ({_range(high, low)}){where}"
-            said.append(f"marked “{one['consequence'].item()}” overturns {years}")
+            said.append(f"{that_has(str(one['consequence'].item()))} {verb} {years}")
     yield f"At least one piece {'; one '.join(said)}."
 
 
@@ -319,6 +521,13 @@ def _range(often: float, seldom: float) -> str:
     if not math.isfinite(often) or not math.isfinite(seldom):
         return "no interval"
     return f"above {about_years(often)}" if seldom == 0.0 else f"{about_years(often)} to {about_years(seldom)}"
+
+
+def _tests(results: xr.Dataset) -> Iterator[str]:
+    """Yield what tests say of the class of pieces that the study names."""
+    said = str(results.attrs.get(TESTS, ""))
+    if said:
+        yield f"{said[0].upper()}{said[1:]}."
 
 
 def _held(results: xr.Dataset) -> str:
@@ -342,12 +551,16 @@ def _strength(results: xr.Dataset) -> str:
 
 
 def _claims(results: xr.Dataset) -> Iterator[str]:
-    symbol = GREEK[str(results.attrs["parameter"])]
+    symbol = PARAMETERS[str(results.attrs["parameter"])]
+    yield from sensitivity_sentences(results)
     claims = claims_of(results)
+    if not claims:
+        return
     holds, fails = (sum(one.verdict == word for one in claims) for word in (HOLDS, FAILS))
     yield (
-        f"Of {len(claims)} statements about {symbol}, {holds} hold{'s' if holds == 1 else ''} in these runs, {fails} "
-        f"do{'es' if fails == 1 else ''} not, and {len(claims) - holds - fails} cannot be decided."
+        f"Of {len(claims)} statements about {symbol}, and about the damping laws, {holds} "
+        f"hold{'s' if holds == 1 else ''} in these runs, {fails} do{'es' if fails == 1 else ''} not, and "
+        f"{len(claims) - holds - fails} cannot be decided; the table of statements gives the numbers."
     )
 
 

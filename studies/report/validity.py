@@ -1,6 +1,6 @@
 """Validity checks of a report: the rocking model, the elastic zone, the number of runs, and the widths of intervals.
 
-Each check has a word (good, with care, not valid, not checked), a reason, and a cure.  Only counts and shares are
+Each check has a word (good, use with care, not valid, not checked), a reason, and a cure.  Only counts and shares are
 computed here, from what the screen wrote into the results.
 """
 
@@ -12,11 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from ...fragility.fitting.states import OK, SEPARATED
 from ...fragility.numerics.proportions import runs_for_half_width, wilson_half_width
-from ...fragility.runs.provenance import number_of_motions
-from ...fragility.validity.notes import NOT_MODELLED
+from ...fragility.runs.provenance import BED, number_of_motions
+from ...fragility.validity.notes import not_modelled
 from ...fragility.validity.reasons import (
     ELASTIC_MODE,
     SCALED_FAR,
@@ -25,14 +26,18 @@ from ...fragility.validity.reasons import (
     SLIDES_WHILE_ROCKING,
 )
 from ...fragility.validity.screen import HALF_WIDTH, SQUAT_RATIO
+from ...models.friction import LOCKED, ROLLING
 from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability
 from ...wording import counted, listed_name, two_digit_percent
 from ..buildings.notes import AMOUNTS
+from ..buildings.sliding import MOVES, shares_with_moving_supports
+from ..plan.slides import INSTEAD
 from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import NOTABLE
 from ..text.one_side import FORCED
+from ..text.words import reference_law
 
-GOOD, CARE, INVALID, UNKNOWN = "good", "with care", "not valid", "not checked"
+GOOD, CARE, INVALID, UNKNOWN = "good", "use with care", "not valid", "not checked"
 """Words of a check: the first three from best to worst, the last where nothing was checked."""
 MARKED, MOST = 0.01, 0.5
 """Share of runs from which a reason needs care, and share above which, for every block and law, it is not valid."""
@@ -48,10 +53,10 @@ UNSTABLE = 0.05
 """Share of outcomes that a change of a millionth reverses, from which outcomes need care."""
 MOST_NAMES = 4
 ODD = {
-    "block size": "the size of a block looks wrong",
+    "block size": "the size of a piece looks wrong",
     "level": "the highest level is stronger than any real shaking",
     "scenario": "the motions or their scenario lie outside what ground-motion data support",
-    "vertical": "vertical components of records shake the blocks horizontally",
+    "vertical": "vertical components of records are used as horizontal shaking",
     "offset": "the mean of a record is not zero",
     "drift": "the velocity of a record drifts",
     "displacement": "the displacement of a record is too large to be real",
@@ -59,12 +64,28 @@ ODD = {
     "PGV/PGA": "the ratio PGV/PGA of a record is not that of an earthquake",
     "duration": "a record is longer than any earthquake",
     "ringing": "the floor motions end before the building has come to rest",
+    "slides on": "motions end while blocks slide",
     "misfit": "the motions do not match their target spectrum",
 }
 """What is odd about the inputs, by the kind of doubt."""
 AGAIN = "Run the study with this version."
 NO_CHECK = "The results do not contain this check."
 SLIDING = "Does the block rock rather than slide?"
+UNKNOWN_FRICTION = (
+    "Find the coefficient of friction between the base and the floor (the horizontal force that just makes the piece "
+    "slide, divided by its weight), and give it in [friction]. Where pieces slide, the chances of falling do not "
+    "apply: "
+    "prevent sliding, or look at how far they slide."
+)
+KNOWN_FRICTION = (
+    "Where pieces slide, the chances of falling do not apply: prevent sliding, or evaluate it with [friction], which "
+    "says how far they slide."
+)
+FRICTION_IN_TABLE = (
+    "Read the table of sliding: it says how likely each piece slides instead of rocking, how far, and what is left of "
+    "the chance of falling. Have the friction measured where a decision depends on it."
+)
+"""What to do about sliding: where no friction is given, where the screen alone has it, and where slips are computed."""
 HAZARD = "Do the annual rates come from the part of the hazard curve that is known?"
 ENDS = {"below": "first", "above": "last"}
 CURES = {
@@ -127,14 +148,18 @@ def badge(found: list[Check]) -> str:
     """Return the worst word of some checks, what is wrong in one clause, and how many others are not good."""
     clause = worst_clause(found)
     others = sum(one.word != GOOD for one in found) - 1
-    more = f"; {others} other check{' is' if others == 1 else 's are'} not good" if clause and others > 0 else ""
+    more = f"; {others} other check{' needs' if others == 1 else 's need'} attention" if clause and others > 0 else ""
     return f"{worst_word(found)}{f': {clause}{more}' if clause else ''}"
 
 
-def not_checked() -> list[str]:
-    """Return the reservations that no check covers, one sentence each."""
+def not_checked(vertical: bool = False, slides: bool = False) -> list[str]:
+    """Return the reservations that no check covers, one sentence each.
+
+    vertical: whether motions shake vertically, too; slides: whether the study evaluates sliding.
+    """
+    missing = not_modelled(vertical, slides)
     return [
-        f"{NOT_MODELLED[:1].upper()}{NOT_MODELLED[1:]}, nor are impacts on other blocks or people, or on walls "
+        f"{missing[:1].upper()}{missing[1:]}, nor are impacts on other blocks or people, or on walls "
         "that the study does not name.",
         "Whether the motions suit the site: they are as the study specifies them.",
         "Whether the real objects are rigid, loaded as the study says, and held by nothing that it does not name.",
@@ -160,6 +185,8 @@ def _model(results: xr.Dataset) -> Iterator[Check]:
         yield Check("Were the runs screened?", UNKNOWN, reason, AGAIN, "the runs were not screened")
         return
     yield _sliding(results)
+    yield from _rolling(results)
+    yield from _pedestals(results)
     yield _zone(results)
 
 
@@ -182,45 +209,106 @@ def _numbers(results: xr.Dataset) -> Iterator[Check]:
 
 
 def _rocking(results: xr.Dataset) -> Check:
-    question = "Do the blocks rock at all, rather than bounce?"
+    question = "Do the blocks rock rather than bounce?"
     needs = _uplift(results)
     if needs is None:
         return Check(
-            question, UNKNOWN, "The results hold no shapes of blocks.", AGAIN, "the shapes of the blocks are missing"
+            question, UNKNOWN, "The results hold no shapes of blocks.", AGAIN, "the shapes of the pieces are missing"
         )
     squat = needs.values > 1.0 / SQUAT_RATIO
     named = [str(one) for one in needs[needs.dims[0]].values[squat]]
     if not named:
-        return Check(question, GOOD, "Every mass centre is at least two half widths high.")
-    cure = "Leave them out, or look at them with a model that includes sliding and bouncing."
-    reason = f"{_names_text(named)}: the mass centre is less than two half widths high, so that bouncing decides."
-    clause = f"{len(named):,} of {counted(squat.size, 'block')} would bounce rather than rock"
+        return Check(question, GOOD, "Every mass centre is at least two half widths above the floor.")
+    cure = "Leave them out, or study them with a model that includes sliding and bouncing."
+    reason = f"{_names_text(named)}: the mass centre is less than two half widths above the floor, so bouncing governs."
+    clause = f"{_of_all(results, squat)} would bounce rather than rock"
     return Check(question, INVALID if squat.all() else CARE, reason, cure, clause)
 
 
 def _sliding(results: xr.Dataset) -> Check:
     question = SLIDING
-    cure = "Give the available coefficient as [screen] friction; where blocks slide, use a model that includes sliding."
     given = json.loads(str(results.attrs["screen"]))["friction"] is not None
+    cure = UNKNOWN_FRICTION
+    if given:
+        cure = FRICTION_IN_TABLE if INSTEAD in results else KNOWN_FRICTION
     reasons = (SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SLIDES_AT_IMPACT)
     shares = results["outside"].sel(reason=[one.name for one in reasons]).max("reason")
     share, where = _worst(shares)
     if share < MARKED and given:
-        return Check(question, GOOD, "With the friction given, every block slides in fewer than 1 % of its runs.")
+        return Check(question, GOOD, "With the friction given, every block would slide in fewer than 1 % of its runs.")
     need = float(results["friction_rocking_demand"].max())
     if share < MARKED:
         return Check(
             question,
             UNKNOWN,
-            "No coefficient of friction is given; without sliding, uplift needs up to "
-            f"{float(results['friction_uplift'].max()):.2f} and the strongest rocking up to {need:.2f}.",
+            "No coefficient of friction is given. To rock without sliding, the blocks need one of up to "
+            f"{float(results['friction_uplift'].max()):.2f} to uplift and up to {need:.2f} in the strongest rocking.",
             cure,
-            "no coefficient of friction is given",
+            "a piece may slide instead of rocking, which was not checked because no coefficient of friction is given",
         )
-    limit = "with the friction given" if given else "unless the coefficient of friction is above 1"
-    clause = f"blocks slide in up to {two_digit_percent(share)} of the runs {limit}"
+    many = f"in up to {two_digit_percent(share)} of the runs a piece"
+    clause = (
+        f"{many} would slide with the friction given"
+        if given
+        else f"{many} would slide instead of rocking unless its coefficient of friction were above 1"
+    )
     reason = f"{clause[:1].upper()}{clause[1:]} ({where})."
     return Check(question, INVALID if float(shares.min()) > MOST else CARE, reason, cure, clause)
+
+
+def _rolling(results: xr.Dataset) -> Iterator[Check]:
+    """Yield the check of pieces on castors, where there are any: rolling is not modelled."""
+    if "contact" not in results.coords:
+        return
+    free = ~results["anchored"].values.astype(bool)
+    question = "Do the pieces stand on feet rather than castors?"
+    for contact, reason, cure in (
+        (
+            ROLLING,
+            "on castors that are not locked a piece rolls, which is not modelled: its chance of falling is that of the "
+            "same piece on feet that cannot slide",
+            "Lock or fix them, or take published fragilities of rolling equipment.",
+        ),
+        (
+            LOCKED,
+            "locked castors are taken as feet, which holds only as long as every brake does",
+            "Test that the brakes hold with the friction given.",
+        ),
+    ):
+        which = free & (results["contact"].values == contact)
+        named = [str(one) for one in results["item"].values[which]]
+        if named:
+            text = f"{_names_text(named)}: {reason}."
+            one = int(results["count"].values[which].sum()) == 1
+            on = "locked castors" if contact == LOCKED else "castors that can roll"
+            clause = f"{_of_all(results, which)} {'stands' if one else 'stand'} on {on}"
+            yield Check(question, CARE, text, cure, clause)
+
+
+def _pedestals(results: xr.Dataset) -> Iterator[Check]:
+    """Yield the check of what other pieces stand on, where there is any: objects are shaken as the floor is."""
+    if MOVES not in results:
+        return
+    question = "Does what objects stand on rest, so that it shakes them as the floor moves?"
+    shares = shares_with_moving_supports(results)
+    worst = int(np.argmax(shares))
+    share, name = float(shares[worst]), str(results["item"].values[worst])
+    told = f"In {two_digit_percent(share)} of the falls of “{name}”"
+    if share < MARKED:
+        yield Check(question, GOOD, "What objects stand on slides or rocks in fewer than 1 % of their falls.")
+        return
+    yield Check(
+        question,
+        INVALID if float(shares[_on_others(results)].min()) > MOST else CARE,
+        f"{told} what it stands on slides or rocks itself; a moving pedestal is not modelled.",
+        "Anchor the pedestal, or widen or weight its base.",
+        f"what “{name}” stands on moves in {two_digit_percent(share)} of its falls",
+    )
+
+
+def _on_others(results: xr.Dataset) -> NDArray[np.bool_]:
+    """Return True for the items of which it is known how what they stand on moves."""
+    return np.asarray(results[MOVES].notnull().all("level").values)
 
 
 def _uplift(results: xr.Dataset) -> xr.DataArray | None:
@@ -232,8 +320,12 @@ def _uplift(results: xr.Dataset) -> xr.DataArray | None:
 
 
 def _zone(results: xr.Dataset) -> Check:
+    """Check the elastic zone of the laws that the answer is given for; the others are only named."""
     question = "Is δ, the half width of the law’s elastic zone over α, small enough?"
     cure = "Rely first on a law whose rest is rigid (housner, energy-consistent), and make δ smaller."
+    at = laws_of_answer(results)
+    rest = _other_modes(results, at)
+    results = results.isel(model=at)
     widths = results["delta"].values.astype(float) if "delta" in results.coords else np.array([])
     soft = False
     if "rest" in results.coords and results["rest"].shape == widths.shape:
@@ -242,11 +334,14 @@ def _zone(results: xr.Dataset) -> Check:
         kinds = results["rest"].values.astype(str)
         soft = bool((kinds == "soft").any())
         widths = np.where((kinds == "rigid") | (kinds == "soft"), np.nan, widths)
+    if BED in results.coords and results[BED].notnull().all():
+        return Check(question, GOOD, "Every block stands on a soft bed, whose elastic mode is real; δ is not used.")
     delta = np.unique(widths[np.isfinite(widths)])
     if not delta.size and soft:
-        return Check(question, GOOD, "δ is that of a soft support, whose elastic mode is real.")
+        return Check(question, GOOD, f"δ is that of a soft support, whose elastic mode is real.{rest}")
     if not delta.size:
-        return Check(question, GOOD, "No law of this study is elastic at rest.")
+        none = "The law of the answer is not elastic at rest." if rest else "No law of this study is elastic at rest."
+        return Check(question, GOOD, f"{none}{rest}")
     largest = f"The law is elastic up to {delta[-1]:.3g} of the angle at which the block tips (δ)"
     bound = f"{'above' if delta[-1] > LARGE_DELTA else 'not above'} {LARGE_DELTA:g}"
     runs = results["outside"].sel(reason=ELASTIC_MODE.name)
@@ -254,18 +349,56 @@ def _zone(results: xr.Dataset) -> Check:
     share, most = runs.mean(over), two_digit_percent(float(runs.max()))
     resonant = share.values > MARKED
     if not resonant.any() and delta[-1] <= LARGE_DELTA:
-        return Check(question, GOOD, f"{largest}, {bound}; no elastic mode lies inside a motion’s band.")
+        reason = f"{largest}, {bound}; its elastic mode lies inside no motion’s band.{rest}"
+        return Check(question, GOOD, reason)
     if not resonant.any():
-        clause = f"the law is elastic up to {two_digit_percent(delta[-1])} of the angle at which the block tips"
+        clause = f"the law is elastic up to {two_digit_percent(delta[-1])} of the angle at which a piece tips"
         return Check(question, CARE, f"{largest}, {bound}.", cure, clause)
     names = [str(one) for one in results["model"].values[resonant]]
     reason = (
         f"{largest}, {bound}; but the elastic mode lies inside the band of up to "
         f"{most} of the motions for {_names_text(names)}: at rest the blocks resonate and uplift where a rigid block "
-        "stands still."
+        f"stands still.{rest}"
     )
     clause = f"the law’s elastic mode resonates with up to {most} of the motions"
     return Check(question, INVALID if (share.values > MOST).all() else CARE, reason, cure, clause)
+
+
+def laws_of_answer(results: xr.Dataset) -> list[int]:
+    """Return the positions of the laws that a study's answer is given for.
+
+    That is the reference law; with branches those of the branches; all laws of a sensitivity study.
+    """
+    every = list(range(results.sizes["model"]))
+    if str(results.attrs["kind"]) == "sensitivity":
+        return every
+    if "branch_model" in results:
+        named = {str(one) for one in results["branch_model"].values}
+        return [i for i in every if str(results["model"].values[i]) in named] or every
+    return [reference_law(results)[0]]
+
+
+def resonant_laws(results: xr.Dataset, at: list[int]) -> list[int]:
+    """Return which of some laws have an elastic mode inside the band of motions."""
+    if "outside" not in results or not at:
+        return []
+    runs = results["outside"].sel(reason=ELASTIC_MODE.name).isel(model=at)
+    share = runs.mean([dim for dim in runs.dims if dim != "model"]).values
+    return [i for i, one in zip(at, share, strict=True) if one > MARKED]
+
+
+def _other_modes(results: xr.Dataset, at: list[int]) -> str:
+    """Return the sentence on laws beside those of the answer whose elastic modes lie inside the band of motions."""
+    found = resonant_laws(results, [i for i in range(results.sizes["model"]) if i not in at])
+    if not found:
+        return ""
+    runs = results["outside"].sel(reason=ELASTIC_MODE.name).isel(model=found)
+    names = _names_text([str(results["model"].values[i]) for i in found])
+    return (
+        f" Other laws of this study ({names}), for which the answer is not given, have an elastic mode inside the band "
+        f"of up to {two_digit_percent(float(runs.max()))} of the motions: compare the answer with them, but do not "
+        "rely on them."
+    )
 
 
 def _motions(results: xr.Dataset) -> Check:
@@ -275,6 +408,7 @@ def _motions(results: xr.Dataset) -> Check:
         int(screened.get("fewest_motions", number_of_motions(results))),
         float(screened.get("half_width", HALF_WIDTH)),
     )
+    at = " at each level" if "stripe" in results.coords else ""
     half = float(results["interval_half_width"]) if "interval_half_width" in results else wilson_half_width(n)
     reason = f"With {counted(n, 'motion')} a probability of 1/2 is known to ±{half:.2f} (95 %)."
     if half <= widest:
@@ -284,7 +418,7 @@ def _motions(results: xr.Dataset) -> Check:
         INVALID if half > NO_BETTER_THAN else CARE,
         reason,
         f"Take more motions: {runs_for_half_width(widest)} give ±{widest:g}.",
-        f"there {'is' if n == 1 else 'are'} only {counted(n, 'motion')}",
+        f"there {'is' if n == 1 else 'are'} only {counted(n, 'motion')}{at}",
     )
 
 
@@ -354,11 +488,11 @@ def _curves(results: xr.Dataset) -> Check:
     status = results["status"].values.astype(str)
     none = ~results["converged"].values.astype(bool)
     guessed = status == SEPARATED
-    cure = "Take more motions, and levels from where hardly any falls to where nearly all do."
+    cure = "Take more motions, and levels that reach from hardly any falls to nearly all."
     total = status.size
     if none.any():
         why = ", ".join(f"{np.sum(status[none] == one)} × {one}" for one in dict.fromkeys(status[none]))
-        clause = f"{none.sum():,} of {counted(total, 'curve')} cannot be fitted"
+        clause = f"{none.sum():,} of {counted(total, 'fragility curve')} cannot be fitted"
         reason = f"{none.sum():,} of {counted(total, 'curve')} cannot be fitted ({why})."
         return Check(question, INVALID if none.all() else CARE, reason, cure, clause)
     if guessed.any():
@@ -366,7 +500,7 @@ def _curves(results: xr.Dataset) -> Check:
         reason = f"{clause[:1].upper()}{clause[1:]}: fewer than two levels have runs of both outcomes."
         return Check(question, CARE, reason, cure, clause)
     if (status == OK).all():
-        return Check(question, GOOD, "All curves are." if total > 1 else "It is.")
+        return Check(question, GOOD, "All curves are." if total > 1 else "The curve is.")
     marked = status[status != OK]
     of = "the curve" if total == 1 else f"{marked.size:,} of {counted(total, 'curve')}"
     clause = f"{of} {'is' if marked.size == 1 else 'are'} marked “{'”, “'.join(dict.fromkeys(marked))}”"
@@ -406,9 +540,12 @@ def _scaling(results: xr.Dataset) -> Check:
     low, high = json.loads(str(results.attrs["screen"]))["factors"]
     if share < MARKED:
         return Check(
-            question, GOOD, f"Fewer than 1 % of the runs are scaled by less than {low:g} or more than {high:g}."
+            question,
+            GOOD,
+            f"In fewer than 1 % of the runs the motion is scaled by less than {low:g} or more than {high:g}.",
         )
-    clause = f"up to {two_digit_percent(share)} of the runs are scaled by less than {low:g} or more than {high:g}"
+    scaled = f"the motion is scaled by less than {low:g} or more than {high:g}"
+    clause = f"in up to {two_digit_percent(share)} of the runs {scaled}"
     cure = "Take motions whose strength is near the levels, or a set of motions for each level (stripes)."
     return Check(question, CARE, f"{clause[:1].upper()}{clause[1:]}.", cure, clause)
 
@@ -424,8 +561,8 @@ def _stability(results: xr.Dataset) -> Check:
     reason = f"A change of one millionth in the motion or the restitution reverses {many} of the outcomes{at}."
     if share < UNSTABLE:
         return Check(question, GOOD, f"{reason} Probabilities are not affected.")
-    clause = f"up to {two_digit_percent(share)} of the outcomes are undecided"
-    return Check(question, CARE, reason, "Rely on probabilities, not on single runs; take more motions.", clause)
+    clause = f"up to {two_digit_percent(share)} of the outcomes change with a minute change of the motion"
+    return Check(question, CARE, reason, "Rely on probabilities, not on single runs, and take more motions.", clause)
 
 
 def _hazard(results: xr.Dataset) -> Check:
@@ -484,6 +621,12 @@ def _worst(shares: xr.DataArray) -> tuple[float, str]:
         listed_name(str(shares[dim].values[i])) for dim, i in zip(shares.dims, at, strict=True) if dim in shares.coords
     ]
     return max(0.0, float(filled[at])), ", ".join(names) or "the only one"
+
+
+def _of_all(results: xr.Dataset, which: NDArray[np.bool_]) -> str:
+    """Return how many of all pieces some blocks or lines are: a line of an inventory counts all of its pieces."""
+    counts = results["count"].values if "item" in results.dims else np.ones(which.size, np.int64)
+    return f"{int(counts[which].sum()):,} of {counted(int(counts.sum()), 'piece')}"
 
 
 def _names_text(names: list[str]) -> str:

@@ -31,7 +31,7 @@ NAMES = {
     "discrete": "discrete damping",
     "giannini-masiani": "Giannini–Masiani",
     "makris-konstantinidis": "Makris–Konstantinidis",
-    "vassiliou": "c_V",
+    "vassiliou": "Vassiliou et al.",
     "energy-consistent": "energy-consistent damping",
 }
 
@@ -248,7 +248,9 @@ def _coefficient(results: xr.Dataset) -> Claim | None:
         f"by a factor of {swing[0]:.2f} at most ({swing[1]:.2f}–{swing[2]:.2f}), because the elastic zone itself does"
     )
     verdict = HOLDS if moved == 0.0 else FAILS
-    return Claim("c_V does not depend on δ at all", PAPER, verdict, moved, moved, moved, "exact", text)
+    return Claim(
+        "the coefficient of Vassiliou et al. does not depend on δ", PAPER, verdict, moved, moved, moved, "exact", text
+    )
 
 
 def _alike(evidence: Evidence) -> Claim | None:

@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
-from rich.console import Console
 
-from ..file.table import StudyError
 from ..text.terminal import say, terminal
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from xarray import Dataset
 
 
@@ -50,6 +49,9 @@ def simulate_one(
         float | None, Parameter(help="Velocity after over before an impact there; from the geometry where not given.")
     ] = None,
     front_gap: Annotated[str | None, Parameter(help="Clear distance to a second wall in front.")] = None,
+    bed_settlement: Annotated[
+        str | None, Parameter(help="Settlement of a soft bed (carpet, mat) under the block by its weight, 2mm.")
+    ] = None,
     restraint: Annotated[
         str | None, Parameter(help="Kind and parts: strap,height=1.75m,strength=267N,stiffness=20N/mm,slack=5mm.")
     ] = None,
@@ -94,6 +96,9 @@ def simulate_one(
     motion
         A record file, a generator or a pulse by its name, or a study file for one of its motions.
     """
+    from rich.console import Console  # noqa: PLC0415
+
+    from ..file.table import StudyError  # noqa: PLC0415 - it loads what a study needs, which no help needs
     from .inputs import block_of, factor_of, law_of, motion_of  # noqa: PLC0415
     from .run import Simulation, as_json  # noqa: PLC0415 - not for every command
     from .scene import scene_of  # noqa: PLC0415
@@ -120,6 +125,7 @@ def simulate_one(
         "--wall-gap": wall_gap,
         "--wall-height": wall_height,
         "--front-gap": front_gap,
+        "--bed-settlement": bed_settlement,
     }
     scene = scene_of(lengths, wall_restitution, restraint)
     stands, damped = block_of(block, sizes, inertia_factor, scene, placed), law_of(law, options)
@@ -141,6 +147,7 @@ def simulate_one(
 
 def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[Path]:
     """Write the films of a run: a GIF, and an MP4 where ffmpeg is installed."""
+    from ..file.table import StudyError  # noqa: PLC0415
     from ..film.animate import animate  # noqa: PLC0415 - matplotlib
     from ..film.writers import ffmpeg  # noqa: PLC0415
     from ..store.progress import show_progress  # noqa: PLC0415

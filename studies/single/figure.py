@@ -102,10 +102,12 @@ def _rotation(response: xr.Dataset, ax: Axes, walls: Sequence[float]) -> None:
     history(response, ax, labels=[""], colors=axes.COLOURS[:1]).lines[0].set_linestyle("solid")
     low, high = ax.get_ylim()
     alpha = float(response.attrs["alpha"])
-    (_, front), (_, back) = block_of(response).corners
+    block = block_of(response)
+    front, back = block.balances
     sides = (front / alpha, -back / alpha)
     if low < sides[1] or high > sides[0]:
-        alike = "balance, θ = ±α" if sides[0] == -sides[1] else "balance to the front and to the back"
+        alike = "balance, θ = ±α" if sides[0] == -sides[1] else "balance, forward and backward"
+        alike = alike if block.bed is None else "balance on the bed"
         for side in sides:
             ax.axhline(side, color=INK, lw=0.9, ls=DASHED, label=alike if side > 0.0 else None)
     label: str | None = "meets the wall"

@@ -19,7 +19,7 @@ import xarray as xr
 from ... import motions as shaking
 from ...doubts import noted
 from ...fragility import ida
-from ...fragility.validity.notes import NOT_MODELLED, block_notes
+from ...fragility.validity.notes import block_notes, not_modelled
 from ...fragility.validity.reasons import (
     ELASTIC_MODE,
     REASONS,
@@ -106,7 +106,7 @@ class Simulation:
             return run, not falls
         if falls:
             return longer, False
-        upright = max(UPRIGHT, self.model.options.get("delta") or 0.0) * self.block.alpha
+        upright = max(UPRIGHT * self.block.alpha, self.model.zone_edge(self.block))
         theta = longer["rotation"].values
         # (a block that is held beyond its balance rests there)
         rests = theta[-1] if self.around is not None and self.around.held else 0.0
@@ -177,7 +177,7 @@ class Simulation:
                 else:
                     more = ": very few floors provide the friction that it needs to rock" if reason in _SLIDING else ""
                     found.append(f"{reason.text}{more}")
-        return [*found, NOT_MODELLED]
+        return [*found, not_modelled()]
 
     @property
     def _block_text(self) -> str:
@@ -185,7 +185,7 @@ class Simulation:
         block = self.block
         name = "" if block.name is None else f"{block.name}, "
         (_, front), (_, back) = block.corners
-        alpha = f"{front:.4g} rad" if block.symmetric else f"{front:.4g} rad to the front, {back:.4g} rad to the back"
+        alpha = f"{front:.4g} rad" if block.symmetric else f"{front:.4g} rad forward, {back:.4g} rad backward"
         return f"{name}{block.width:.3g} m × {block.height:.3g} m, α = {alpha}"
 
     @property
@@ -210,8 +210,8 @@ class Simulation:
             return "overturned after the record"
         late = " (after the record)" if at > record else ""
         past = f", past its balance for good at {balance:.2f} s" if passed else ""
-        words = ("right", "left") if self.around is None else ("front", "back")
-        return f"overturned to the {words[0] if side > 0.0 else words[1]} at {at:.2f} s{late}{past}"
+        words = ("to the right", "to the left") if self.around is None else ("forward", "backward")
+        return f"overturned {words[0] if side > 0.0 else words[1]} at {at:.2f} s{late}{past}"
 
     def lines(self) -> list[str]:
         """Return all results of the run as lines for people."""
@@ -227,7 +227,7 @@ class Simulation:
         elif self.around is not None:
             turned = self.around.peaks
         front, back = self.thresholds
-        lifts = _g(front) if front == back else f"{_g(front)} to the front, {_g(back)} to the back"
+        lifts = _g(front) if front == back else f"{_g(front)} forward, {_g(back)} backward"
         times = f"PGA is {ratio:.3g} times {'that' if front == back else 'the lesser'}"
         need = self.friction
         words = {"uplift": "at uplift", "rocking": "at the peak of the motion", "impact": "at impact"}
@@ -239,11 +239,19 @@ class Simulation:
             ("peak rotation", turned),
             ("impacts", f"{int(run['impacts'])}{' during the record' if self.shown is not run else ''}"),
             *(() if self.around is None else self.around.rows()),
+            *(() if self.block.bed is None else (("bed", self._bed_text),)),
             ("end", self._outcome_text),
         ]
         if need:
             rows.append(("friction needed", ", ".join(f"{value:.2f} {words[name]}" for name, value in need.items())))
         return [f"{name + ':':<17}{text}" for name, text in rows]
+
+    @property
+    def _bed_text(self) -> str:
+        bed, block = self.block.bed, self.block
+        assert bed is not None
+        edge = self.model.zone_edge(block) / block.alpha
+        return f"settles {1000.0 * bed.settlement:.4g} mm; uplifts from it at {edge:.3g} of α"
 
     def content(self, files: Sequence[Path] = ()) -> dict[str, Any]:
         """Return all results of the run for programs: SI, None where there is no number."""

@@ -31,6 +31,7 @@ OPTIONS = {
     "--wall-gap": _Word("wall_gap_mm", METRE, 1e-3, 0.0),
     "--wall-height": _Word("wall_height_m", METRE),
     "--front-gap": _Word("front_gap_mm", METRE, 1e-3),
+    "--bed-settlement": _Word("bed_settlement_mm", METRE, 1e-3),
 }
 """Options of lengths, angles and masses, with their keys of ``[[blocks]]``."""
 PARTS = {

@@ -10,16 +10,20 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import xarray as xr
 from filelock import FileLock, Timeout
 
 from ...wording import system_reason
 from ...writing import whole_file, write_bytes
 from ..file.table import StudyError
-from .differences import OTHER_MOTIONS, differences, makes_motions, same_inputs
 from .netcdf import WHOLE_BYTES, load_small, look_through, write
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# (labelled arrays and the keys of studies load slowly: `toppling status` needs neither, and the functions that do
+# import them by themselves)
 
 RESULT_NAME = "results.nc"
 LOCK_NAME = ".lock"
@@ -124,6 +128,10 @@ def finished(target: Path, identity: str, study: Mapping[str, Any], other_machin
     StudyError
         The results of another study are there, or something that is no result file.
     """
+    import xarray as xr  # noqa: PLC0415
+
+    from .differences import OTHER_MOTIONS, makes_motions, same_inputs  # noqa: PLC0415
+
     try:
         if not target.exists():
             return None
@@ -171,6 +179,8 @@ def _sound(stored: xr.Dataset, target: Path) -> xr.Dataset:
 
 def _other(about: Mapping[str, Any], study: Mapping[str, Any], identity: str) -> str:
     """Return the differences of the study of the results, by their attributes; empty where these do not tell."""
+    from .differences import differences, same_inputs  # noqa: PLC0415
+
     made, here = about.get("toppling_version"), metadata.version("toppling")
     if made is not None and made != here:
         return f" (they were made by toppling {made}, this is {here})"

@@ -10,11 +10,13 @@ import math
 from collections.abc import Hashable, Iterator
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import netCDF4
 import numpy as np
-import xarray as xr
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CHUNK_BYTES = 2**20
 """Size of a chunk in the file, the least that is read of a variable of every run."""
@@ -72,6 +74,20 @@ def load_small(stored: xr.Dataset) -> None:
     for one in stored.variables.values():
         if one.nbytes <= WHOLE_BYTES:
             one.load()
+
+
+def title_of(path: Path) -> str:
+    """Return the title of a result file without labelled arrays, which load slowly.
+
+    All small variables are read, so that a damaged file is recognised: OSError or RuntimeError as of `load_small`, and
+    AttributeError where the file has no title.
+    """
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_maskandscale(False)
+        for one in file.variables.values():
+            if one.size * getattr(one.dtype, "itemsize", 1) <= WHOLE_BYTES:
+                one[...]
+        return str(file.title)
 
 
 def look_through(stored: xr.Dataset) -> None:

@@ -12,7 +12,8 @@ from typing import NamedTuple, Self
 from ...fragility.runs.plan import SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE, number_of_chunks
 from ...wording import size_text
 from ..file.table import StudyError
-from .shards import FOLDER, IN_MEMORY
+from .manifest import FOLDER
+from .shards import IN_MEMORY
 
 BASE_BYTES = 250e6
 """Memory of the loaded packages."""

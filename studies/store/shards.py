@@ -11,7 +11,6 @@ import hashlib
 import json
 import math
 import os
-import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -33,19 +32,12 @@ from ...wording import system_reason
 from ..file.table import StudyError
 from .differences import OTHER_MOTIONS, differences, makes_motions, same_inputs
 from .folder import write_whole
+from .manifest import FOLDER, LAYOUT, MANIFEST, NAME, PART, read_manifest, refuse_link
 from .watch import Stop, Watch
 
-FOLDER = "shards"
-MANIFEST = "manifest.json"
-LAYOUT = 3
-"""Number of the layout of manifest and shards."""
-MOST = 10**18
-"""Most runs that a manifest can count."""
 IN_MEMORY = 2**25
 """Largest array of all runs, in bytes, that is held in memory; a larger one is a file without a name."""
 DIMS = ("oscillator", "level", "motion")
-_NAME = re.compile(r"([0-9]{3,})-([0-9]{6,})-([0-9a-f]{16})\.nc")
-_PART = re.compile(rf"({_NAME.pattern}|{re.escape(MANIFEST)})\.[0-9]+-[0-9]+\.part")
 
 
 class Shards(Runner):
@@ -60,10 +52,10 @@ class Shards(Runner):
         self._calls = 0
         self._known: dict[tuple[int, int], list[Path]] = {}
         for path in sorted(folder.iterdir()):
-            name = _NAME.fullmatch(path.name)
+            name = NAME.fullmatch(path.name)
             if name is not None:
                 self._known.setdefault((int(name[1]), int(name[2])), []).append(path)
-            elif _PART.fullmatch(path.name):
+            elif PART.fullmatch(path.name):
                 with suppress(OSError):
                     _remove(path)
 
@@ -150,13 +142,13 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool, other_mach
         The folder holds parts of another study, or of another engine: one sentence that names the difference.
     """
     shards = folder / FOLDER
-    _refuse_link(shards)
+    refuse_link(shards)
     if shards.exists() and not fresh:
         if other_machine:
             _take_over(folder, pinned)
         if refuse_other(folder, pinned):
             return shards, True
-        if any(_NAME.fullmatch(path.name) for path in shards.iterdir()):
+        if any(NAME.fullmatch(path.name) for path in shards.iterdir()):
             raise StudyError(f"{shards}: holds parts of a study without a manifest; use --fresh to start over")
     remove_shards(folder)
     try:
@@ -231,45 +223,6 @@ def machines_of(folder: Path) -> list[str]:
     return [] if found is None else [str(one) for one in found["machines"]]
 
 
-def read_manifest(folder: Path) -> dict[str, Any] | None:
-    """Return the manifest in a study's folder, None where there is none; StudyError where it is not valid."""
-    path = folder / FOLDER / MANIFEST
-    _refuse_link(folder / FOLDER)
-    try:
-        found = json.loads(path.read_bytes().decode("utf-8"))
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError, RecursionError) as error:
-        raise StudyError(f"{path}: cannot be read ({type(error).__name__}); use --fresh to start over") from None
-    kinds = {
-        "layout": int,
-        "engine": dict,
-        "machines": list,
-        "identity": str,
-        "study": dict,
-        "work": int,
-        "calls": list,
-    }
-    if not isinstance(found, dict) or not all(isinstance(found.get(name), kind) for name, kind in kinds.items()):
-        raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
-    if found["layout"] != LAYOUT:
-        raise StudyError(
-            f"{path}: has layout {found['layout']}, this version reads {LAYOUT}; use --fresh to start over"
-        )
-    counts = [found["work"], *(value for one in found["calls"] for value in _counts_of(one))]
-    if any(type(value) is not int or not 0 <= value <= MOST for value in counts):
-        raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
-    return found
-
-
-def _counts_of(one: Any) -> list[Any]:
-    """Return the counts in a manifest's entry of a call; [None] where it is no such entry."""
-    pairs = one.get("chunks") if isinstance(one, dict) else None
-    if not isinstance(pairs, list) or not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
-        return [None]
-    return [value for pair in pairs for value in pair]
-
-
 def belongs(folder: Path, identity: str) -> bool:
     """Return True if the folder holds parts of the study of this identity, made by this engine."""
     try:
@@ -279,27 +232,14 @@ def belongs(folder: Path, identity: str) -> bool:
     return found is not None and found["identity"] == identity and found["engine"] == engine_identity()
 
 
-def kept_chunks(folder: Path) -> dict[int, set[int]]:
-    """Return the numbers of the kept chunks, by call."""
-    try:
-        chunks = {_NAME.fullmatch(path.name) for path in (folder / FOLDER).iterdir()}
-    except FileNotFoundError:  # (the study has just been finished)
-        return {}
-    found: dict[int, set[int]] = {}
-    for name in chunks:
-        if name is not None:
-            found.setdefault(int(name[1]), set()).add(int(name[2]))
-    return found
-
-
 def remove_shards(folder: Path) -> None:
     """Remove our files from the folder of shards, the manifest last; StudyError where this fails."""
     shards = folder / FOLDER
-    _refuse_link(shards)
+    refuse_link(shards)
     if not shards.exists():
         return
     try:
-        ours = [path for path in shards.iterdir() if _NAME.fullmatch(path.name) or _PART.fullmatch(path.name)]
+        ours = [path for path in shards.iterdir() if NAME.fullmatch(path.name) or PART.fullmatch(path.name)]
         for path in (*ours, shards / MANIFEST):
             _remove(path)
         if not any(shards.iterdir()):  # (other files were put there by somebody else)
@@ -320,12 +260,6 @@ def _remove(path: Path) -> None:
         path.rmdir()
     else:
         path.unlink(missing_ok=True)
-
-
-def _refuse_link(shards: Path) -> None:
-    """Raise a StudyError where the folder of shards is a link, because the files behind it must not be removed."""
-    if shards.is_symlink():
-        raise StudyError(f"{shards}: is a link to another folder; remove the link, or use another folder")
 
 
 def _add_call(folder: Path, call: int, runs: Sequence[int]) -> None:
@@ -393,7 +327,7 @@ def _read(path: Path, key: str, work: Work, chunk: Chunk, lenient: bool) -> Chun
     `lenient`: the motions of another machine may differ in their last digits, and so the digest in the key.
     """
     content = path.read_bytes()
-    name = _NAME.fullmatch(path.name)
+    name = NAME.fullmatch(path.name)
     if name is None or hashlib.sha256(content).hexdigest()[:16] != name[3]:
         raise ValueError("its bytes have changed")
     with netCDF4.Dataset(path.name, memory=content) as file:

@@ -20,10 +20,10 @@ from ...wording import (
     whole_percent,
     years_between,
 )
-from ..buildings.variables import PER_YEAR, level_index
+from ..buildings.variables import FALLEN, PER_YEAR, level_index
 from ..plan.estimates import MEAN as IN_MEAN
 from ..text.rows import Rows
-from ..text.words import floor_name, level_text
+from ..text.words import consequence_name, floor_cell, floor_name, level_text
 
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
 """Headings of amounts that only some inventories give; of amounts in a year with the `span` of time."""
@@ -48,7 +48,7 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
     headings = [
         "",
         "unanchored pieces",
-        "overturned a year",
+        f"{fallen_word(here)} a year",
         *(["lost a year"] if has_loss else []),
         *(drawn_heading(name, spans[name][1]) for name in amounts),
         "anything falls, once in",
@@ -63,7 +63,7 @@ def annual_rows(assessment: xr.Dataset, model: str | None = None) -> Rows:
         cells.append(_period(one, "any_rate"))
         rows.append(tuple(cells))
     money = currency_of(here)
-    sure = f"{confidence_text(here)} over motions, for the given hazard curve"
+    sure = f"{confidence_text(here)} intervals, for the given hazard curve"
     title = f"In a year{f', {money}' if money and has_loss else ''} ({sure})"
     return Rows(_dashed(title, rows), tuple(headings), rows)
 
@@ -84,7 +84,7 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
     headings = [
         "",
         "unanchored pieces",
-        "overturned",
+        fallen_word(here),
         f"{' / '.join(ends)}",
         *(["lost"] if has_loss else []),
         *amounts.values(),
@@ -102,7 +102,7 @@ def level_rows(assessment: xr.Dataset, level: float, model: str | None = None) -
         rows.append(tuple(cells))
     shaken = f"{assessment.attrs['im']} = {level_text(float(here['level']), assessment['level'])}"
     money = currency_of(here)
-    title = f"At {shaken}{f', {money}' if money and has_loss else ''} ({confidence_text(here)} over motions)"
+    title = f"At {shaken}{f', {money}' if money and has_loss else ''} ({confidence_text(here)} intervals)"
     return Rows(_dashed(title, rows), tuple(headings), rows)
 
 
@@ -125,7 +125,7 @@ def consequence_rows(assessment: xr.Dataset, level: float | None = None, model: 
         one = here.sel(consequence=word)
         # (floors have no interval in the table, which must fit a page)
         whole, *floors = (said(one.sel(place=place), name) for place in places)
-        rows.append((word, whole, *(text.partition(" (")[0] for text in floors)))
+        rows.append((consequence_name(word), whole, *(text.partition(" (")[0] for text in floors)))
     return Rows(_dashed(title, rows), ("", *map(place_name, places)), rows)
 
 
@@ -151,7 +151,7 @@ def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) 
         first, last = int(one["rank_lower"]), int(one["rank_upper"])
         rank = f"{int(one['rank'])}" + (f" ({first}–{last})" if first < last else "")
         share = float(one["saving_share"])
-        cells = [rank, str(one["item"].item()), str(one["floor"].item()), str(int(one["count"]))]
+        cells = [rank, str(one["item"].item()), floor_cell(str(one["floor"].item())), str(int(one["count"]))]
         cells += [_interval(one, "saving", scale), "–" if math.isnan(share) else whole_percent(share)]
         if paid:
             cells.append(short_digits(float(one["cost"])))
@@ -188,6 +188,17 @@ def span(annual: xr.DataArray) -> tuple[float, str]:
 def drawn_heading(name: str, years: str) -> str:
     """Return the heading of a downtime or of injuries in so many years."""
     return f"{DRAWN[name]} {years}"
+
+
+def fallen_word(results: xr.Dataset) -> str:
+    """Return what pieces have done that fell: overturned, or where any stands near an edge, fallen.
+
+    Examples
+    --------
+    >>> fallen_word(xr.Dataset())
+    'overturned'
+    """
+    return "fallen" if FALLEN in results else "overturned"
 
 
 def place_name(place: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import product
 
 import numpy as np
@@ -14,7 +15,7 @@ from ...wording import (
     about_years,
     chances_between,
     confidence_text,
-    given_percent,
+    estimate_text,
     interval_text,
     two_digits,
 )
@@ -22,21 +23,38 @@ from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import NOTABLE, action_of, verb_of
 from ..text.one_side import falling_both_ways
 from ..text.rows import Rows
-from ..text.spread import OUTER, range_text
-from ..text.words import axis_of, display_unit, floor_name, measure_name, quantity_name, reference_law
+from ..text.spread import OUTER, range_text, sample_range
+from ..text.words import (
+    axis_of,
+    block_title,
+    display_unit,
+    floor_cell,
+    measure_name,
+    quantity_name,
+    reference_law,
+    roof_of,
+)
 from .pieces import piece_rows
+from .sensitivity import level_rows, statement_rows
 
 MOST = 30
 """Most blocks of the table."""
 NEVER, ALWAYS, UNKNOWN = "never seen", "at every level", "not known"
 
 
-def client_rows(results: xr.Dataset) -> Rows | None:
-    """Return the table of the pieces of a performance study, or of the blocks of others; None without either."""
-    kind = str(results.attrs["kind"])
-    if kind == "performance":
+def lead_rows(results: xr.Dataset) -> list[Rows]:
+    """Return the tables of a report's first part: of its pieces; levels and statements of a sensitivity study."""
+    if str(results.attrs["kind"]) == "sensitivity":
+        statements = statement_rows(results)
+        return [level_rows(results), *([] if statements is None else [statements])]
+    return [client_rows(results)]
+
+
+def client_rows(results: xr.Dataset) -> Rows:
+    """Return the table of the pieces of a performance study, or of the blocks of a fragility or uncertainty study."""
+    if str(results.attrs["kind"]) == "performance":
         return piece_rows(results, reference_law(results)[0], branches=True)
-    return _blocks(results) if kind in ("fragility", "uncertainty") else None
+    return _blocks(results)
 
 
 def _blocks(results: xr.Dataset) -> Rows:
@@ -48,18 +66,21 @@ def _blocks(results: xr.Dataset) -> Rows:
     scale, unit = display_unit(axis)
     floors = here["floor"].values.tolist() if "floor" in here["median"].dims else [None]
     rows: list[tuple[str, ...]] = []
-    starred = False
+    starred: list[float] = []
     either = falling_both_ways(here)
+    sampled, roof = "sample_median" in here, roof_of(here)
     for i, (k, floor) in product(range(here.sizes["block"]), enumerate(floors)):
         every = here.isel(block=i) if floor is None else here.isel(block=i, floor=k)
         one = every.isel(model=at)
-        cells = [str(here["block"].values[i])]
-        cells += [] if floor is None else [floor_name(floor).removeprefix("floor ")]
-        cells.append("–" if str(here["block"].values[i]) in either else _median(one, scale))
+        cells = [block_title(str(here["block"].values[i]))]
+        cells += [] if floor is None else [floor_cell(floor, roof)]
+        mark = " †" if str(here["block"].values[i]) in either else ""
+        cells.append(f"{_median(one, scale, float(axis.max()))}{mark}")
+        cells += [_properties(one, scale)] if sampled else []
         if yearly:
             known = np.isfinite(float(one["rate"])) and "rate_share_above" in one
             far = bool(known and float(one["rate_share_above"]) > NOTABLE)
-            starred = starred or far
+            starred += [float(one["rate_share_above"])] if far else []
             cells += [_years(one, every) + (" *" if far else ""), _chance(one, every, float(results.attrs["years"]))]
         rows.append(tuple(cells))
     verb = verb_of(str(here.attrs.get("state", state_name(OVERTURNED))))
@@ -68,32 +89,45 @@ def _blocks(results: xr.Dataset) -> Rows:
         name = quantity_name(axis)  # (PGA and PGV are of the ground)
     unit = f", {unit}" if unit else ""
     headings = [
-        "block",
+        "piece",
         *([] if floors == [None] else ["floor"]),
         f"{name} at which half of the motions {action_of(verb, 'it')}{unit}",
+        *([f"90 % range over its uncertain properties{unit}"] if sampled else []),
     ]
     years = f"{float(results.attrs['years']):g} years" if yearly else ""
-    headings += ["mean return period, years", f"chance in {years}"] if yearly else []
-    said = [f"{confidence_text(here)} intervals over motions"]
+    period = "return period, years (90 % range)" if "epistemic_rate" in here else "mean return period, years"
+    headings += [period, f"chance in {years}"] if yearly else []
+    said = [f"{confidence_text(here)} intervals"]
     if "epistemic_rate" in here:
-        said = [f"of the level: {said[0]}; of return period and chance: 90 % over all stated uncertainties"]
+        said = [f"level: {said[0]}; return period and chance: 90 % ranges over all stated uncertainties"]
     said += [chosen_of(here)] if chosen_of(here) else []
     if starred:
-        least = given_percent(NOTABLE)
-        said.append(
-            f"*: more than {least} of the rate comes from beyond the end of the hazard curve, where it is extrapolated"
-        )
+        ends = dict.fromkeys(about_percent(share) for share in (min(starred), max(starred)))
+        share = " to ".join(ends)
+        said.append(f"*: {share} of the rate comes from shaking beyond the end of the hazard curve, an extrapolation")
     if either:
-        said.append("–: it may fall to the other side as well, so that half of the motions need not reach this")
-    title = f"When each block {verb} ({'; '.join(said)})"
+        said.append(
+            "†: it may fall the other way as well; such falls are not counted, so that half of the motions need not "
+            f"{action_of(verb, 'it')} at any level"
+        )
+    often = ", and how often" if yearly else ""
+    title = f"Shaking under which each piece {verb}{often} ({'; '.join(said)})"
     return Rows(title, tuple(headings), rows)
 
 
-def _median(one: xr.Dataset, scale: float) -> str:
+def _median(one: xr.Dataset, scale: float, most: float) -> str:
     middle, low, high = (float(one[f"median{end}"]) / scale for end in ("", "_lower", "_upper"))
     if np.isfinite(middle):
-        return f"{two_digits(middle)} ({interval_text(low, high, two_digits)})"
+        return estimate_text(middle, low, high)
+    if middle == np.inf:  # (fewer than half of the motions do so at any level)
+        return f"above {two_digits(most / scale)}"
     return {ALL: ALWAYS, NONE: NEVER}.get(str(one["status"].item()), UNKNOWN)
+
+
+def _properties(one: xr.Dataset, scale: float) -> str:
+    """Return between which levels the medians of nine tenths of a block's samples lie."""
+    low, high = sample_range(one)
+    return interval_text(low / scale, high / scale, two_digits) if math.isfinite(low) else UNKNOWN
 
 
 def _years(one: xr.Dataset, every: xr.Dataset) -> str:

@@ -45,7 +45,7 @@ ADVICE = {
     "all overturned": "everything {did} at every level: {lower}",
     "one level": "one level gives no curve: take more levels",
     "not increasing": "fewer blocks {did} at higher levels: look at the motions",
-    "flat": "hardly more blocks {did} at higher levels: take more motions or a wider range of levels",
+    "flat": "barely more blocks {did} at higher levels: take more motions or a wider range of levels",
     "not converged": "the likelihood has no clear maximum: take more motions",
 }
 
@@ -110,8 +110,8 @@ def risk_table(results: xr.Dataset) -> Table:
     years = float(results.attrs["years"])
     percent = confidence_text(results)
     table = Table(
-        title=f"How often each {_verb(results)}, and with what probability in {years:g} years ({percent} over "
-        f"motions, for the given hazard curve){_chosen(results)}",
+        title=f"How often each {_verb(results)}, and with what probability in {years:g} years ({percent} intervals, "
+        f"for the given hazard curve){_chosen(results)}",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",
@@ -200,7 +200,7 @@ def size_table(results: xr.Dataset) -> Table:
     units = results[f"size_{along}"].attrs["units"]
     table = Table(
         title=f"Which {along} ({units}) {_verb(results)} with a probability of {percent(target)} in {years:g} "
-        f"years ({confidence_text(results)} over motions, for the given hazard curve)",
+        f"years ({confidence_text(results)} intervals, for the given hazard curve)",
         box=SIMPLE_HEAD,
         pad_edge=False,
         title_justify="left",

@@ -9,12 +9,14 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.runs.provenance import number_of_motions
-from ...wording import about_percent, confidence_text, counted, interval_text, two_digits
+from ...wording import about_percent, confidence_text, counted, ratio_text
 from ..plan.gains import GAIN, MOST, OTHER
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, Ratio, verdict_of
+from ..text.curve_notes import verb_of
 from ..text.rows import Rows
-from ..text.words import floor_name, reference_law
+from ..text.words import block_title, floor_name, reference_law
 
 MOST_SAID = 3
 """Most blocks that have a sentence; the table has all of them."""
@@ -61,15 +63,13 @@ def gain_rows(results: xr.Dataset) -> Rows | None:
     rows = []
     for one in found:
         name = f"{one.block}, {one.floor}" if one.floor else one.block
-        ratio = two_digits(one.ratio.value)
-        if not np.isnan(one.ratio.lower):
-            ratio += f" ({interval_text(one.ratio.lower, one.ratio.upper, two_digits)})"
+        ratio = ratio_text(*one.ratio)
         chances = about_percent(one.chance), one.other, about_percent(one.of_other)
         rows.append((name, one.law, *chances, ratio, verdict_of(one.ratio) or "–"))
     first = f"the first {MOST} blocks; " if len({one.block for one in found}) == MOST else ""
     title = (
-        f"What walls and restraints change ({first}{confidence_text(results)} intervals of the ratio over the motions, "
-        "which are the same for both)"
+        f"What walls and restraints change ({first}ratios with {confidence_text(results)} intervals; both pieces are "
+        "shaken by the same motions)"
     )
     return Rows(title, headings, rows)
 
@@ -80,11 +80,13 @@ def gain_sentences(results: xr.Dataset) -> list[str]:
     found = list(gains_of(results, [at]))
     years = f"{float(results.attrs['years']):g} years" if found else ""
     motions = counted(number_of_motions(results), "motion")
+    verb = verb_of(str(results.attrs.get("state", state_name(OVERTURNED))))
     said = []
     for one in found[:MOST_SAID]:
         where = f" on {one.floor}" if one.floor else ""
-        text = f"The chance for “{one.block}”{where} is {about_percent(one.chance)} in {years} instead of"
-        said.append(f"{text} {about_percent(one.of_other)} for “{one.other}”: {_verdict(one.ratio, motions)}.")
+        name, other = block_title(one.block), block_title(one.other)
+        text = f"The chance that “{name}”{where} {verb} in {years} is {about_percent(one.chance)}, compared with"
+        said.append(f"{text} {about_percent(one.of_other)} for “{other}”: {_verdict(one.ratio, motions)}.")
     more = len(found) - MOST_SAID
     return [*said, *([f"The table has {counted(more, 'more comparison')}."] if more > 0 else [])]
 
@@ -95,13 +97,13 @@ def _verdict(ratio: Ratio, motions: str) -> str:
     ends = sorted((ratio.lower, ratio.upper))
     if word == LOWER:
         low, high = (1.0 / end for end in reversed(ends))
-        return f"lower by a factor of {two_digits(1.0 / ratio.value)} ({interval_text(low, high, two_digits)})"
+        return f"lower by a factor of {ratio_text(1.0 / ratio.value, low, high)}"
     if word == HIGHER:
-        return f"higher by a factor of {two_digits(ratio.value)} ({interval_text(ends[0], ends[1], two_digits)})"
+        return f"higher by a factor of {ratio_text(ratio.value, ends[0], ends[1])}"
     if word == OPEN:
-        return f"{motions} are too few to say which is lower"
+        return f"{motions} are too few to tell which is lower"
     if word == SAME:
         return "no difference"
     if ratio.value == 0.0:
         return f"no fall under any of the {motions}"
-    return "too few motions bring either down to compare them"
+    return "too few motions bring either down for a comparison"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 from typing import NamedTuple
 
 import xarray as xr
@@ -10,8 +11,10 @@ import xarray as xr
 from ...units import STANDARD_GRAVITY
 from ...wording import about_percent, chances_between, confidence_text, currency_of, given_number, two_digits
 from ..buildings.pieces import YEARS, Piece, Range, pieces_of
+from ..buildings.variables import RUPTURE
 from ..text.rows import Rows
 from ..text.words import floor_name, level_text
+from .breaks import ENDS, breaks_by_level
 from .pieces import in_years
 from .values import Cell, ValueTable, known, with_units
 
@@ -39,6 +42,9 @@ COLUMNS = {
     "share_saved": "share",
     "share_saved_lower": "share",
     "share_saved_upper": "share",
+    "breaks": "rate",
+    "breaks_lower": "rate",
+    "breaks_upper": "rate",
     "saving_of_all": "saving",
     "cost": "money",
     "cost_of_all": "money",
@@ -53,11 +59,15 @@ COLUMNS = {
 """Columns of the table in a file, and the kind of their units."""
 
 
+UNKNOWN = Range(math.nan, math.nan, math.nan)
+
+
 class KitRow(NamedTuple):
     """A line of an inventory with one kit, or as it is (kit ''): annual rates, or probabilities at the level.
 
     saving: mean loss that all pieces save in a year, or at the level.  cost: of one piece.  chosen: for the budget and
-    for the target, None without one.  force, half, strength: N; capacity: m/s².
+    for the target, None without one.  force, half, strength: N; capacity: m/s².  breaks: how often the kit breaks, NaN
+    without one; at_design: the share of the motions of the static check in which it breaks.
     """
 
     piece: Piece
@@ -74,6 +84,8 @@ class KitRow(NamedTuple):
     half: float
     strength: float
     capacity: float
+    breaks: Range
+    at_design: Range = UNKNOWN
 
     @property
     def payback(self) -> float:
@@ -97,6 +109,7 @@ def kit_lines(results: xr.Dataset, model: int = 0) -> list[KitRow]:
     given = here if yearly else here.sel(level=float(results.attrs["at_level"]))
     now = {"falls": "item_rate", "front": "item_front_rate"}
     now = now if yearly else {"falls": "probability", "front": "front_probability"}
+    breaking = f"item_{RUPTURE.name}_rate" if yearly else f"{RUPTURE.name}_probability"
     found = []
     for piece in pieces_of(results, model):
         if piece.held:
@@ -105,7 +118,9 @@ def kit_lines(results: xr.Dataset, model: int = 0) -> list[KitRow]:
         half = float(one["kit_half_weight"])
         falls, front = (_range(given.sel(item=piece.item), name) for name in now.values())
         no, chosen, unknown = Range(0.0, 0.0, 0.0), _chosen(one, ""), math.nan
-        found.append(KitRow(piece, "", falls, front, no, no, no, 0.0, 0.0, chosen, unknown, half, unknown, unknown))
+        breaks = _range(given.sel(item=piece.item), breaking)
+        static = unknown, half, unknown, unknown
+        found.append(KitRow(piece, "", falls, front, no, no, no, 0.0, 0.0, chosen, *static, breaks))
         for name in here["kit"].values[one["kit_fits"].values.astype(bool)]:
             with_it = one.sel(kit=name)
             found.append(
@@ -124,6 +139,8 @@ def kit_lines(results: xr.Dataset, model: int = 0) -> list[KitRow]:
                     half,
                     float(strengths[str(name)]),
                     float(with_it["kit_static_capacity"]),
+                    _range(with_it, "kit_breaks"),
+                    _range(with_it, "kit_breaks_at_design" if yearly else "kit_breaks"),
                 )
             )
     return found
@@ -140,7 +157,8 @@ def kit_rows(results: xr.Dataset, model: int = 0, most: int = MOST_ROWS) -> Rows
     priced = any(math.isfinite(one.cost) and one.kit for one in lines)
     sets = [name for name in ("budget", "target") if f"{name}_kit" in results]
     when = f"in {YEARS:g} years" if yearly else "at the level"
-    headings = ["piece", "floor", "number", "kit", f"one falls {when}", "into the room", "falls saved"]
+    headings = ["piece", "floor", "number", "kit", f"chance of falling {when}, each", "into the room", "falls saved"]
+    headings += [f"kit breaks {when}"]
     headings += [f"all save {'a year' if yearly else 'then'}"] if valued else []
     headings += ["all cost"] if priced else []
     headings += ["pays back, years"] if valued and priced and yearly else []
@@ -153,6 +171,7 @@ def kit_rows(results: xr.Dataset, model: int = 0, most: int = MOST_ROWS) -> Rows
         cells.append(one.kit or (f"{AS_IT_IS} ({one.piece.kit})" if one.piece.kit else AS_IT_IS))
         cells += [_chance(each, yearly) for each in (one.falls, one.front)]
         cells.append("" if first else _share(one.share))
+        cells.append("" if math.isnan(one.breaks.value) else _chance(one.breaks, yearly, "never"))
         cells += ["" if first else _digits(one.saving)] if valued else []
         cost = one.piece.number * one.cost
         cells += ["" if first else given_number(cost) if math.isfinite(cost) else "–"] if priced else []
@@ -160,11 +179,46 @@ def kit_rows(results: xr.Dataset, model: int = 0, most: int = MOST_ROWS) -> Rows
         cells += ["" if first else pays] if valued and priced and yearly else []
         cells += ["yes" if one.chosen[("budget", "target").index(name)] else "" for name in sets]
         rows.append(tuple(cells))
-    said = [f"{confidence_text(results)} intervals over motions, those of what is saved paired"]
+    said = [f"{confidence_text(results)} intervals"]
     said += [f"values in {money}"] if money and (valued or priced) else []
     said += [f"the first {most} of {len(lines):,} rows"] if len(lines) > most else []
     said += _sets(results.isel(model=model), sets, money)
     return Rows(f"Each kit on each piece that it fits ({', '.join(said)})", tuple(headings), rows)
+
+
+def short_kit_rows(results: xr.Dataset, model: int = 0, most: int = MOST_ROWS) -> Rows | None:
+    """Return the table of kits for a narrow terminal, of at most so many lines of pieces and kits; None without kits.
+
+    A piece has a row of its own.  A kit has two lines of text: its name and cost with the values, and below them
+    whether it is the choice for the budget or the target, with the intervals.
+    """
+    if "kit_falls" not in results:
+        return None
+    lines = kit_lines(results, model)
+    yearly = "item_rate" in results
+    money = currency_of(results)
+    rows: list[tuple[str, ...]] = []
+    for one in lines[:most]:
+        piece = one.piece
+        if not one.kit:
+            many = "" if piece.number == 1 else f", {piece.number:,} pieces"
+            rows.append((f"{piece.item} ({floor_name(piece.floor)}{many})", "", "", "", ""))
+        name = one.kit or (f"{AS_IT_IS} ({piece.kit})" if piece.kit else AS_IT_IS)
+        cost = piece.number * one.cost
+        name += f", {given_number(cost)} {money}".rstrip() if one.kit and math.isfinite(cost) else ""
+        sets = [of for of, chosen in zip(("budget", "target"), one.chosen, strict=True) if chosen]
+        said = f"\n  for {', '.join(sets)}" if sets and one.kit else ""
+        cells = [_chance(one.falls, yearly), _chance(one.front, yearly), _share(one.share) if one.kit else ""]
+        cells.append("" if math.isnan(one.breaks.value) else _chance(one.breaks, yearly, "never"))
+        # (the interval below its value)
+        rows.append(
+            (f"  {name}{said}", *(cell.replace(" (", "\n(").replace(" to ", "\u00a0to\u00a0") for cell in cells))
+        )
+    when = f" in {YEARS:g} years" if yearly else ""
+    notes = [f"chances of one piece{when} with {confidence_text(results)} intervals, costs of all pieces of a line"]
+    notes += [f"the first {most} of {len(lines):,} rows"] if len(lines) > most else []
+    notes += _sets(results.isel(model=model), [n for n in ("budget", "target") if f"{n}_kit" in results], money)
+    return Rows(f"Kits ({'; '.join(notes)})", ("", "falls", "into room", "saved", "breaks"), rows)
 
 
 def static_rows(results: xr.Dataset) -> Rows | None:
@@ -179,6 +233,8 @@ def static_rows(results: xr.Dataset) -> Rows | None:
         "strength, N",
         "static force, N",
         "half of the weight, N",
+        "tips statically at, g",
+        "breaks in the runs",
     )
     rows = []
     lines = [one for one in kit_lines(results) if one.kit]
@@ -187,16 +243,35 @@ def static_rows(results: xr.Dataset) -> Rows | None:
         floor = floor_name(one.piece.floor).removeprefix("floor ")
         force = _digits(one.force) if one.force != 0.0 else "no uplift"
         cells = [one.piece.item, floor, _digits(peak), one.kit, _digits(one.strength), force, _digits(one.half)]
-        rows.append((*cells, _digits(one.capacity / STANDARD_GRAVITY)))
+        breaks = "–" if math.isnan(one.at_design.value) else _chance(one.at_design, False, "never")
+        rows.append((*cells, _digits(one.capacity / STANDARD_GRAVITY), breaks))
     at = (
         "10 % in 50 years" if "item_rate" in results else level_text(float(results.attrs["at_level"]), results["level"])
     )
     first = "" if len(lines) <= MOST_ROWS else f"the first {MOST_ROWS} of {len(lines):,}; "
     title = (
-        f"Static checks by hand, of one piece ({first}at {at}; they take a kit as rigid and leave slack, stiffness and "
-        "the length of the shaking out: the chances of the runs may be higher or lower than they suggest)"
+        f"Static checks by hand, of one piece ({first}at {at}; they take a kit as rigid and leave out slack, stiffness "
+        "and the duration of the shaking, so the last column, the share of the motions in which the kit breaks there, "
+        "may be higher or lower than they suggest)"
     )
-    return Rows(title, (*headings, "tips statically at, g"), rows)
+    return Rows(title, headings, rows)
+
+
+def level_break_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
+    """Return the shares of the motions in which kits break at each level, of the first kits on pieces; None without."""
+    here = results.isel(model=model)
+    every: dict[str, list[xr.DataArray]] = {}
+    if f"{RUPTURE.name}_probability" in here:
+        names = [f"{RUPTURE.name}_probability{end}" for end in ENDS]
+        for item, kit in zip(here["item"].values, here["anchored_with"].values, strict=True):
+            if kit:
+                every[f"{item}: {kit}"] = [here[name].sel(item=item) for name in names]
+    if "kit_broken_probability" in here:
+        for item, kit in product(here["item"].values, here["kit"].values):
+            if bool(here["kit_fits"].sel(item=item, kit=kit)):
+                at = {"item": item, "kit": kit}
+                every[f"{item}: {kit}"] = [here[f"kit_broken_probability{end}"].sel(at) for end in ENDS]
+    return breaks_by_level(every, here["level"], confidence_text(results), "kits")
 
 
 def kit_table(results: xr.Dataset, model: int = 0) -> ValueTable | None:
@@ -240,6 +315,7 @@ def kit_table(results: xr.Dataset, model: int = 0) -> ValueTable | None:
         }
         ranges = {"falls": one.falls, "front_falls": one.front}
         ranges |= {"falls_saved": one.saved, "front_falls_saved": one.front_saved, "share_saved": one.share}
+        ranges |= {"breaks": one.breaks}
         for name, each in ranges.items():
             values |= {f"{name}{end}": value for end, value in zip(("", "_lower", "_upper"), each, strict=True)}
         rows.append([known(values[name]) for name in kept])
@@ -259,8 +335,8 @@ def _sets(here: xr.Dataset, sets: list[str], money: str) -> list[str]:
 
 
 def _range(one: xr.Dataset, name: str) -> Range:
-    """Return a value with the ends of its interval."""
-    return Range(*(float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper")))
+    """Return a value with the ends of its interval, unknown where results do not hold it."""
+    return Range(*(float(one[f"{name}{end}"]) for end in ENDS)) if name in one else UNKNOWN
 
 
 def _chosen(one: xr.Dataset, kit: str) -> tuple[bool | None, bool | None]:
@@ -271,10 +347,10 @@ def _chosen(one: xr.Dataset, kit: str) -> tuple[bool | None, bool | None]:
     return found[0], found[1]
 
 
-def _chance(rate: Range, yearly: bool) -> str:
+def _chance(rate: Range, yearly: bool, never: str = "never seen") -> str:
     chance = in_years(rate, YEARS) if yearly else rate
     if chance.value == 0.0:
-        return "never seen"
+        return never
     ends = "" if math.isnan(chance.lower) else f" ({chances_between(chance.lower, chance.upper, about_percent)})"
     return f"{about_percent(chance.value)}{ends}".replace("\u00a0%)", ")")
 

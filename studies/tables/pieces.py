@@ -18,9 +18,12 @@ from ...wording import (
     two_digits,
 )
 from ..buildings.pieces import SHARES, YEARS, Piece, Range, pieces_of
+from ..buildings.sliding import GATED_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
+from ..buildings.variables import RUPTURE
+from ..plan.slides import GATED, INSTEAD
 from ..text.rows import Rows
 from ..text.spread import OUTER
-from ..text.words import display_unit, floor_name, level_text
+from ..text.words import consequence_name, display_unit, floor_cell, floor_name, level_text, measure_name, roof_of
 from .assessment import drawn_heading, span
 from .values import ValueTable, known, with_units
 
@@ -53,6 +56,27 @@ COLUMNS = {
     "probability_at_level": "1",
     "probability_at_level_lower": "1",
     "probability_at_level_upper": "1",
+    "contact": "",
+    "friction": "1",
+    "slides_instead": "1",
+    "sliding_off_in_50_years": "1",
+    "sliding_off_in_50_years_lower": "1",
+    "sliding_off_in_50_years_upper": "1",
+    "sliding_off_at_level": "1",
+    "sliding_off_at_level_lower": "1",
+    "sliding_off_at_level_upper": "1",
+    "overturning_alone_in_50_years": "1",
+    "overturning_alone_in_50_years_lower": "1",
+    "overturning_alone_in_50_years_upper": "1",
+    "overturning_alone_at_level": "1",
+    "overturning_alone_at_level_lower": "1",
+    "overturning_alone_at_level_upper": "1",
+    "overturning_where_it_rocks_in_50_years": "1",
+    "overturning_where_it_rocks_in_50_years_lower": "1",
+    "overturning_where_it_rocks_in_50_years_upper": "1",
+    "overturning_where_it_rocks_at_level": "1",
+    "overturning_where_it_rocks_at_level_lower": "1",
+    "overturning_where_it_rocks_at_level_upper": "1",
     "level_at_10_percent": "level",
     "level_at_50_percent": "level",
     "consequences": "",
@@ -79,6 +103,12 @@ COLUMNS = {
     "code_demand_over_strength": "1",
 }
 """Columns of the table in a file, and the kind of their units."""
+SLIDING = {
+    "sliding_off": (OFF, OFF_RATE),
+    "overturning_alone": (OVERTURNING, OVERTURNING_RATE),
+    "overturning_where_it_rocks": (GATED, GATED_RATE),
+}
+"""Chances of what sliding changes, by the beginning of their columns: at a level, and annual rates."""
 
 
 def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> Rows:
@@ -101,23 +131,27 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
     money = currency_of(results)
     scale, unit = display_unit(results["level"])
     name, several = str(results.attrs["im"]), results.sizes["level"] > 1
-    measure = f"{name.upper() if name.startswith('pg') else name}{f', {unit}' if unit else ''}"
+    label = measure_name(name)
     headings = ["piece", *(["room"] if rooms else []), "floor", "number", *(["held by"] if kits else [])]
-    headings += ["one falls in a year", f"in {YEARS:g} years"] if yearly else ["one falls"]
+    # (a chance is that of each of the pieces of a line)
+    headings += ["chance of falling in a year, each", f"in {YEARS:g} years"] if yearly else ["chance of falling, each"]
+    breaking = _breaks(results, model) if kits else {}
+    headings += [f"its kit breaks in {YEARS:g} years" if yearly else "its kit breaks"] if breaking else []
     headings.append("recommendation")
     headings += ["code"] if coded else []
-    headings += [f"for {given_number(budget)} {money}".rstrip()] if spent else []
-    headings += [f"{' / '.join(f'{100.0 * share:g}' for share in SHARES)} % fall at {measure}"] if several else []
+    headings += [f"with a budget of {given_number(budget)} {money}".rstrip()] if spent else []
+    shares = " / ".join(f"{100.0 * share:g}" for share in SHARES)
+    headings += [f"{label} at which {shares} % fall{f', {unit}' if unit else ''}"] if several else []
     headings += ["consequence"] if meant else []
     headings += ["mean cost, each" if "cost_median" in results.coords else "value, each"] if valued else []
     headings += ["anchoring, each"] if priced else []
     headings += ["payback, years"] if pays else []
     amounts = _annual_amounts(results)
     headings += [heading for heading, _ in amounts.values()]
-    rows = []
+    rows, roof = [], roof_of(results)
     for one in pieces[:MOST_ROWS]:
         held = one.held
-        cells = [one.item, *([one.room] if rooms else []), floor_name(one.floor).removeprefix("floor ")]
+        cells = [one.item, *([one.room] if rooms else []), floor_cell(one.floor, roof)]
         cells.append(f"{one.number:,}")
         cells += [one.kit or "–"] if kits else []
         chances: list[Range | float] = [one.chance]
@@ -125,13 +159,14 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
             rate = spread.get(one.item, one.chance)
             chances = [in_years(rate, 1.0).value, in_years(rate, YEARS)]
         cells += ["–" if held else _chance(chance) for chance in chances]
+        cells += [_chance(breaking[one.item]) if one.item in breaking else "–"] if breaking else []
         cells.append(one.recommendation)
         cells += ["–" if one.code is None else one.code.status] if coded else []
         cells += ["anchor" if one.chosen else "–"] if spent else []
         if several:
             at = [_level(level, results["level"], scale) for level in one.levels]
             cells.append("–" if held else at[0] if at[0] == at[1] else " / ".join(at))
-        cells += [", ".join(one.consequences) or "–"] if meant else []
+        cells += [", ".join(map(consequence_name, one.consequences)) or "–"] if meant else []
         mean = "cost_median" in results.coords and bool(results["cost_median"].sel(item=one.item).notnull())
         write = two_digits if mean else given_number  # (a mean is computed, a value is as it was given)
         cells += [write(one.value) if one.value > 0.0 else "–"] if valued else []
@@ -142,10 +177,10 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
     when = (
         ""
         if yearly or not several
-        else f" at {name} = {level_text(float(results.attrs['at_level']), results['level'])}"
+        else f" at {label} = {level_text(float(results.attrs['at_level']), results['level'])}"
     )
     said = [
-        OVER_BRANCHES if spread else f"{confidence_text(results)} intervals over motions",
+        OVER_BRANCHES if spread else f"{confidence_text(results)} intervals",
         *([f"values in {money}"] if money and (valued or priced) else []),
     ]
     said += _first(len(pieces))
@@ -213,6 +248,11 @@ def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> 
             left += [column for column in COLUMNS if column.startswith(name)]
     left += [] if "budget_chosen" in results else ["within_budget"]
     left += [] if "anchored_with" in results.coords else ["anchored_with"]
+    left += [name for name in ("contact", "friction") if name not in results.coords]
+    left += [] if INSTEAD in results else [INSTEAD]
+    for name, variables in SLIDING.items():
+        last = "_at_level" if yearly else "_in_50_years"
+        left += [one for one in COLUMNS if one.startswith(name) and (last in one or variables[0] not in results)]
     kept = [name for name in COLUMNS if name not in left]
     headings = [with_units(name, units[COLUMNS[name]]) for name in kept]
     of_all: dict[str, str | float | int] = {
@@ -221,12 +261,53 @@ def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> 
     }
     spread = over_branches(results)
     every = [of_all | _values(one, yearly, spread.get(one.item)) for one in pieces_of(results, model)]
+    sliding = _sliding(results, model)
+    every = [one | sliding[str(one["item"])] for one in every]
     rows = [[known(_divided(one[name], scale if COLUMNS[name] == "level" else 1.0)) for name in kept] for one in every]
     return ValueTable(headings, rows)
 
 
+def _sliding(results: xr.Dataset, model: int) -> dict[str, dict[str, str | float | int]]:
+    """Return what is known of the sliding of each item, by column."""
+    here = results.isel(model=model)
+    yearly = "item_rate" in results
+    items = [str(item) for item in results["item"].values]
+    found: dict[str, dict[str, str | float | int]] = {item: {} for item in items}
+    for name in ("contact", "friction", INSTEAD):
+        for item, value in zip(items, here[name].values.tolist() if name in here else [], strict=False):
+            found[item][name] = value
+    for name, (chance, rate) in SLIDING.items():
+        if chance not in here:
+            continue
+        for end in ("", "_lower", "_upper"):
+            if yearly:
+                values, column = probability_in(here[f"{rate}{end}"].clip(0.0), YEARS).values, f"{name}_in_50_years"
+            else:
+                level = float(results.attrs["at_level"])
+                values, column = here[f"{chance}{end}"].sel(level=level).values, f"{name}_at_level"
+            for item, value in zip(items, values.tolist(), strict=True):
+                found[item][f"{column}{end}"] = value
+    return found
+
+
 def _divided(value: str | float | int, scale: float) -> str | float | int:
     return value / scale if isinstance(value, float) and scale != 1.0 else value
+
+
+def _breaks(results: xr.Dataset, model: int) -> dict[str, Range]:
+    """Return how likely the kits of pieces break in `YEARS`, or at the level, by item; empty where nothing says so."""
+    yearly = "item_rate" in results
+    name = f"item_{RUPTURE.name}_rate" if yearly else f"{RUPTURE.name}_probability"
+    if name not in results:
+        return {}
+    here = results[[f"{name}{end}" for end in ("", "_lower", "_upper")]].isel(model=model)
+    here = here if yearly else here.sel(level=float(results.attrs["at_level"]))
+    values = {
+        str(item): Range(*map(float, each))
+        for item, *each in zip(here["item"].values, *(one.values for one in here.data_vars.values()), strict=True)
+    }
+    known = {item: one for item, one in values.items() if not math.isnan(one.value)}
+    return {item: in_years(one, YEARS) for item, one in known.items()} if yearly else known
 
 
 def over_branches(results: xr.Dataset) -> dict[str, Range]:

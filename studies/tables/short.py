@@ -75,7 +75,7 @@ def _blocks(results: xr.Dataset) -> Rows:
     headings += ["over branches (90 %)"] if "epistemic_rate" in here else []
     chosen = f"; {chosen_of(here)}" if chosen_of(here) else ""
     forced = f"; not reliable: the {here.attrs['form']} curves rise to 1, see validity" if FORCED in here.attrs else ""
-    title = f"What {verb} under {law} ({confidence_text(here)} intervals over motions{chosen}{forced})"
+    title = f"What {verb} under {law} ({confidence_text(here)} intervals{chosen}{forced})"
     return Rows(title, tuple(headings), rows)
 
 
@@ -96,9 +96,9 @@ def _pieces(results: xr.Dataset) -> Rows:
             cells.append("–" if high == 0.0 else chances_between(low, high, about_percent))
         rows.append((*cells, one.recommendation))
     first = f"; the first {MOST} of {len(every):,}" if len(every) > MOST else ""
-    falling = f"one falls in {YEARS:g} years" if yearly else "one falls"
+    falling = f"falls in {YEARS:g} years" if yearly else "falls"
     headings = ("piece", "floor", "number", falling, *(["over branches (90 %)"] if spread else []), "recommendation")
-    sure = f"{confidence_text(results)} intervals over motions"
+    sure = f"{confidence_text(results)} intervals"
     return Rows(f"Each piece under {results['model'].values[at]} ({sure}; {code_text(results)}{first})", headings, rows)
 
 

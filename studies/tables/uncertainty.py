@@ -64,8 +64,8 @@ def rate_rows(results: xr.Dataset) -> Rows:
             )
     percent = confidence_text(results)
     headings = ("", "all together", percent, "mean of samples", "90 % of samples", f"P in {years:g} years")
-    rests_on = f"{percent} over motions, for the given hazard curve"
-    title = f"Overturns once in so many years (P: mean over the samples; {rests_on})"
+    rests_on = f"{percent} interval, for the given hazard curve"
+    title = f"Mean return period of overturning, years (P: mean over the samples; {rests_on})"
     return Rows(title, headings, rows)
 
 

@@ -38,14 +38,16 @@ MOST_NAMED = 3
 REACHED = {
     state_name("overturned"): "overturned",
     state_name("uplifted"): "uplifted",
-    state_name("front"): "fell to the front",
-    state_name("back"): "fell to the back",
+    state_name("front"): "fell forward",
+    state_name("back"): "fell backward",
+    state_name("fallen_off"): "fell over an edge",
 }
 VERBS = {
     state_name("overturned"): "overturns",
     state_name("uplifted"): "uplifts",
-    state_name("front"): "falls to the front",
-    state_name("back"): "falls to the back",
+    state_name("front"): "falls forward",
+    state_name("back"): "falls backward",
+    state_name("fallen_off"): "falls over an edge",
 }
 
 

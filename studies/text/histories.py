@@ -58,7 +58,7 @@ def last_balance(response: xr.Dataset) -> LastBalance:
     standing = before_lying(response)
     alpha = response.attrs["alpha"]
     time, x = response["time"].values[standing], (response["rotation"].values / alpha)[standing]
-    (_, front), (_, back) = block_of(response).corners
+    front, back = block_of(response).balances
     inside = np.flatnonzero((x <= front / alpha) & (x >= -back / alpha))
     last = int(inside[-1]) if inside.size else 0
     if not inside.size or last + 1 == x.size:

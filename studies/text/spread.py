@@ -14,7 +14,7 @@ WORDS = {
     "hazard": "the hazard curve",
     "modelling": "the modelling uncertainty",
     "number of motions": "the number of motions",
-    "together": "what these do together",
+    "together": "the interaction of these",
 }
 """Sources of the spread of a rate in words."""
 HEADINGS = {
@@ -41,6 +41,19 @@ def range_text(here: xr.Dataset) -> str:
     low, high = (float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
     often, seldom = (about_years(rate, one_digit) for rate in (high, low))
     return f"{often} years" if often == seldom else f"{often} to {seldom} years"
+
+
+def sample_range(here: xr.Dataset, quantity: str = "sample_median") -> tuple[float, float]:
+    """Return the 5 and 95 % quantiles of a quantity of one block over samples of its properties; NaN where none has it.
+
+    A sample whose median lies above all levels counts as infinitely high.
+    """
+    own = here[quantity].values.astype(float)
+    known = own[~np.isnan(own)]
+    if not known.size:
+        return np.nan, np.nan
+    low, high = np.quantile(known, OUTER, method="inverted_cdf").tolist()
+    return low, high
 
 
 def sources(here: xr.Dataset) -> list[tuple[str, float]]:
@@ -100,15 +113,16 @@ def amount_sentence(here: xr.Dataset, what: str, unit: str, years: float = 1.0, 
     """Return the sentence on an amount in so many years over all branches: its mean and its range."""
     low, high = (years * float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
     mean = years * float(here["epistemic_rate"])
-    text = f"{what} is about {two_digits(mean)}{unit} {words}, within a range of {two_digits(low)} to "
-    text += f"{two_digits(high)}{unit} that has a probability of 90 %."
+    text = (
+        f"{what} is about {two_digits(mean)}{unit} {words} (90 % range: {two_digits(low)} to {two_digits(high)}{unit})."
+    )
     return f"{text}{_largest(here)}"
 
 
 def _largest(here: xr.Dataset) -> str:
     """Return the sentence on the largest source of a range, with a space before it."""
     found = sources(here)
-    return f" The largest part of it ({whole_percent(found[0][1])}) comes from {found[0][0]}." if found else ""
+    return f" The largest source of this range ({whole_percent(found[0][1])}) is {found[0][0]}." if found else ""
 
 
 def spread_sentence(here: xr.Dataset, name: str, verb: str, modelling: float) -> str:
@@ -119,7 +133,7 @@ def spread_sentence(here: xr.Dataset, name: str, verb: str, modelling: float) ->
     held = [f"{counted(branches, 'weighted combination')} of laws, motions and hazard curves"] if branches > 1 else []
     held += [f"a modelling uncertainty of {modelling:g}"] if modelling else []
     over = " and ".join(held) or "the stated uncertainties"
-    text = f"{name} {verb} about once in {range_text(here)}. This range has a probability of 90 % and covers {over}."
+    text = f"{name} {verb} about once in {range_text(here)}. This 90 % range covers {over}."
     text += _largest(here)
     rate = float(here["epistemic_rate"])
-    return f"{text} On average it happens once in {about_years(rate)} years." if rate > 0.0 else text
+    return f"{text} The mean over all of these is once in {about_years(rate)} years." if rate > 0.0 else text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from rich.cells import cell_len
@@ -31,11 +32,9 @@ def fitted(table: Table, width: int) -> Iterator[Table]:
     Each of these tables begins with the first column.  A column that is too wide by itself may be broken anywhere.
     """
     cells = [[Text.from_markup(str(one)) for one in (column.header, *column.cells)] for column in table.columns]
-    most = [max(one.cell_len for one in column) for column in cells]
-    least = [
-        wide if column.no_wrap else max((cell_len(word) for one in own for word in one.plain.split(" ")), default=0)
-        for column, own, wide in zip(table.columns, cells, most, strict=True)
-    ]
+    most = [max(cell_len(line) for one in column for line in one.plain.split("\n")) for column in cells]
+    words = [max((cell_len(word) for one in column for word in _words(one)), default=0) for column in cells]
+    least = [a if column.no_wrap else b for column, a, b in zip(table.columns, most, words, strict=True)]
     first, *rest = range(len(cells))
     group = [first]
     for i in rest:
@@ -46,6 +45,10 @@ def fitted(table: Table, width: int) -> Iterator[Table]:
     yield _part(table, group, least, most, width)
 
 
+def _words(text: Text) -> list[str]:
+    return text.plain.replace("\n", " ").split(" ")
+
+
 def _width(columns: list[int], group: list[int]) -> int:
     """The width of a table of some columns, each but the last with a gap behind it, between two edges."""
     return sum(columns[i] + GAP for i in group) - GAP + 2 * EDGE
@@ -53,7 +56,10 @@ def _width(columns: list[int], group: list[int]) -> int:
 
 def _part(table: Table, group: list[int], least: list[int], most: list[int], width: int) -> Table:
     """A table of a group of columns, each as wide as there is room for."""
-    title = table.title if table.title is None or group[:2] == [0, 1] else f"{table.title}, continued"
+    title = table.title
+    if isinstance(title, str) and group[:2] != [0, 1]:
+        # (what it is of is said once, above the first columns)
+        title = re.split(r" \(|: |; ", title, maxsplit=1)[0] + ", continued"
     part = Table(title=title, box=table.box, pad_edge=table.pad_edge, title_justify=table.title_justify)
     room = width - _width(least, group)
     wanted = sum(most[i] - least[i] for i in group)

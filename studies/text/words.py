@@ -5,10 +5,13 @@ Nothing here draws, so that tables and messages load no plotting library.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 
+import numpy as np
 import xarray as xr
 
+from ...models import catalogue
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 from ...wording import value_text
 
@@ -24,6 +27,12 @@ MEASURES = {
     "scale": "scale factor",
 }
 REFERENCE_LAW = "housner"
+CONSEQUENCES = {
+    "injury": ("injury", "that can injure people"),
+    "blocks-exit": ("blocked exit", "that can block an exit"),
+    "release": ("release of a hazardous substance", "that can release a hazardous substance"),
+}
+"""Consequences that have words of their own: as a name, and after a piece in a sentence."""
 INPUTS = {
     "alpha": "α",
     "alpha_factor": "α / nominal",
@@ -108,6 +117,36 @@ def input_name(name: str) -> str:
     return INPUTS.get(name, name)
 
 
+def block_title(name: str) -> str:
+    """The name of a block for people: the title of an item of the catalogue in place of its key.
+
+    Examples
+    --------
+    >>> block_title("bookcase-5-shelf"), block_title("my shelf")
+    ('Bookcase, 5 shelves', 'my shelf')
+    >>> block_title("bookcase-5-shelf, back to a wall")
+    'Bookcase, 5 shelves, back to a wall'
+    """
+    key, comma, rest = name.partition(",")
+    return f"{catalogue.item(key).title.removesuffix(', unanchored')}{comma}{rest}" if key in catalogue else name
+
+
+def consequence_name(word: str) -> str:
+    """The name of a consequence in a table or a list: the words of the default ones, any other as it is written."""
+    return CONSEQUENCES.get(word, (word, ""))[0]
+
+
+def that_has(word: str) -> str:
+    """What follows a piece in a sentence on its consequence.
+
+    Examples
+    --------
+    >>> that_has("blocks-exit"), that_has("medication")
+    ('that can block an exit', 'marked “medication”')
+    """
+    return CONSEQUENCES[word][1] if word in CONSEQUENCES else f"marked “{word}”"
+
+
 def floor_name(floor: int | str) -> str:
     """The written name of a floor; one of several buildings is called after its building.
 
@@ -120,6 +159,30 @@ def floor_name(floor: int | str) -> str:
     return "ground" if text in ("0", "ground") else text if " " in text else f"floor {text}"
 
 
+def roof_of(results: xr.Dataset) -> str:
+    """Return the floor that is the roof of the study's building, '' where that is not known."""
+    building = json.loads(str(results.attrs.get("study", "{}"))).get("building")
+    storeys = building.get("storeys") if isinstance(building, dict) else None
+    return "" if storeys is None else str(int(storeys))
+
+
+def is_one_piece(results: xr.Dataset) -> bool:
+    """Return whether all blocks have the same size: one piece in several places, or held in several ways."""
+    return all(name in results.coords and bool(np.ptp(results[name].values) == 0.0) for name in ("alpha", "R"))
+
+
+def floor_cell(floor: int | str, roof: str = "") -> str:
+    """The floor in a column of floors, with a word where it is the roof.
+
+    Examples
+    --------
+    >>> floor_cell(0), floor_cell("3"), floor_cell("3", roof="3")
+    ('ground', '3', '3 (roof)')
+    """
+    text = floor_name(floor).removeprefix("floor ")
+    return f"{text} (roof)" if roof and str(floor) == roof else text
+
+
 def reference_law(results: xr.Dataset) -> tuple[int, bool]:
     """Return the position of the law that the answer is given for, and True if it is the reference of the field.
 
@@ -128,6 +191,8 @@ def reference_law(results: xr.Dataset) -> tuple[int, bool]:
     law = results.coords.get("law")
     if law is not None and law.dims == ("model",):
         return reference_position([str(one) for one in law.values])
+    if law is not None and law.dims == ("model", "sample"):  # (of a study with samples, whose law may be uncertain)
+        return reference_position(["/".join(dict.fromkeys(map(str, each))) for each in law.values])
     return 0, False
 
 

@@ -13,6 +13,8 @@ from toppling.benchmarks import figures, flags, page, precision, scale, scenes, 
 from toppling.benchmarks.measure import answers, errors, machine, seconds, true_record, truth_data, truth_of
 from toppling.benchmarks.problems import CASES, DT, HARD, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, problem, record
 from toppling.benchmarks.rivals import located_runge_kutta, newmark, runge_kutta
+from toppling.benchmarks.sliding.cost import SHAKING, sliding_cost
+from toppling.benchmarks.sliding.newmark import newmark as one_way
 from toppling.studies.command.cli import bench, main
 from toppling.units import STANDARD_GRAVITY
 
@@ -136,6 +138,7 @@ def results():
         "machine": machine(),
         "speed": {"rows": rows, "exact_over_linear": speed.exact_over_linear(rows)},
         "scenes": scenes.scenes(case=(blocks, CASES["B"][1][-8:]), repeats=1),
+        "sliding": {"cost": sliding_cost(8, repeats=1), "newmark": one_way(2, (1, 4))},
         "skipping": speed.skipping(FEW, blocks, number=1, repeats=1),
         "scale": scale.scale(sizes=(1_000,), share_runs=1_000, repeats=1),
         "precision": precision.precision(FEW, rivals, timed=np.linspace(0.1, 0.4, 4)),
@@ -165,6 +168,22 @@ class TestParts:
         table = tables.scenes_table(rows)
         assert [row[0] for row in table.rows] == linear
         assert table.rows[linear.index("strap")][3:5] == ("–", "–")
+
+    def test_sliding(self, results):
+        rows = results["sliding"]["cost"]
+        assert [row["case"] for row in rows] == list(SHAKING)
+        assert all(row["whole"] > 0.0 < row["skipping"] for row in rows)
+        assert rows[0]["slips"] == 0.0
+        assert all(row["slips"] > 0.1 for row in rows[1:])
+
+    def test_newmark_is_that_of_pyslammer(self):
+        """Its results come to the engine's where it gets more samples of the same motion, but for its creep."""
+        pytest.importorskip("pyslammer")
+        rows = one_way(3, (1, 16))["rows"]
+        for coarse, fine in zip(rows[::2], rows[1::2], strict=True):
+            creep = 1e-5 * 23.0 / coarse["slip"]
+            assert coarse["largest"] < 0.01 + creep
+            assert fine["median"] < 0.1 * coarse["median"] + creep
 
     def test_skipping(self, results):
         for row in results["skipping"]:
@@ -245,6 +264,7 @@ class TestPage:
         for heading in (
             "Speed",
             "Scenes",
+            "Sliding",
             "Skipping",
             "An analysis, end to end",
             "Work and precision",
@@ -275,6 +295,26 @@ class TestPage:
         assert "costs 0.50 times as much as one of the free block (target 1.5: met)" in page.text(
             {**results, "scenes": rows}
         )
+
+    def test_says_what_sliding_costs(self, results):
+        rows = [dict(row, whole=1.25, slips=1.0) for row in results["sliding"]["cost"]]
+        compared = {"missing": "pyslammer: not here", "rows": [], "motions": 2}
+        text = page.text({**results, "sliding": {"cost": rows, "newmark": compared}})
+        assert "A sample of a run costs 1.2 ns without skipping (target 2: met)." in text
+        assert "Newmark's block is not compared with another program: pyslammer: not here." in text
+        rows[3]["whole"] = 3.0
+        found = [
+            {"ratio": 0.1, "steps": steps, "median": 0.01 / steps, "largest": 0.1 / steps, "slip": 0.25}
+            for steps in (1, 4)
+        ]
+        compared = {"missing": "", "rows": found, "motions": 2, "costs": [2e-5, 4e-3]}
+        changed = {**results, "sliding": {"cost": rows, "newmark": compared}}
+        text = page.text(changed)
+        assert "(target 2: **missed** by strong (3.0))" in text
+        assert "| 0.1 | 0.25 | 1.0 % | 10.0 % | 0.2 % | 2.5 % |" in text
+        assert "A run takes the engine 20 µs from Python, pyslammer 4.0 ms." in text
+        titles = [table.title for table in page.summary(changed)]
+        assert any("pyslammer" in title for title in titles)
 
     def test_says_what_is_missed(self, results):
         rows = [dict(row, share=0.9) for row in results["speed"]["rows"]]
@@ -344,7 +384,7 @@ class TestCommand:
         said = capsys.readouterr().err
         assert said.startswith(f"toppling: --parts {parts}: ")
         assert said.count("\n") == 1
-        assert "speed, scenes, skipping, scale, precision, flags" in said
+        assert "speed, scenes, sliding, skipping, scale, precision, flags" in said
 
     def test_a_folder_that_cannot_be_written(self, tmp_path, capsys):
         (tmp_path / "file").write_text("")

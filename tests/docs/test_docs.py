@@ -49,6 +49,8 @@ COMMANDS_NOT_RUN = {
     "toppling compare results/clinic results/clinic_anchored --output results/clinic_compare",
     # minutes, on a machine at rest
     "toppling bench --out results/bench",
+    # half a minute: tests/studies/validation runs it with few motions
+    "toppling validate docs/experiments.csv --out results/validate",
 }
 """Commands that pages show and no test runs; any other is run, studies with --dry-run."""
 LANGUAGES = {"python", "pycon", "sh", "toml", "text", "console", "json"}
@@ -122,6 +124,10 @@ def test_blocks_that_do_not_run_are_counted():
         assert marked == NOT_RUN.get(str(source.with_suffix("").relative_to(ROOT)), 0), source.name
 
 
+STARTED = {"office": ["inventory"], "shelf": ["bookcase"]}
+"""Folders that the pages have `toppling new` write, with its words."""
+
+
 @pytest.fixture
 def reader(tmp_path, monkeypatch):
     """A reader's folder: the repository's examples, room for results, nothing else."""
@@ -149,21 +155,22 @@ def small_results(tmp_path_factory):
         return made / name
 
     @functools.cache
-    def begun():
-        """What `toppling new inventory office` writes, and its results of few motions."""
-        office = made / "office"
-        assert command(["new", "inventory", str(office)]) == 0
-        small, changes = re.subn(r"(?m)^number = \d+", "number = 5", (office / "study.toml").read_text("utf-8"))
+    def begun(folder):
+        """What `toppling new` writes into a folder of the pages, and its results of few motions."""
+        begun = made / "new" / folder  # (an example has the same name)
+        assert command(["new", *STARTED[folder], str(begun)]) == 0
+        small, changes = re.subn(r"(?m)^number = \d+", "number = 5", (begun / "study.toml").read_text("utf-8"))
         assert changes == 1
-        (office / "small.toml").write_text(small, encoding="utf-8")
-        assert command(["run", str(office / "small.toml"), "--out", str(office / "results")]) == 0
-        return office
+        (begun / "small.toml").write_text(small, encoding="utf-8")
+        assert command(["run", str(begun / "small.toml"), "--out", str(begun / "results")]) == 0
+        return begun
 
     def copy(text, folder):
-        if " office/" in text:
-            shutil.copytree(begun(), folder / "office")
-            if " run " in text:
-                shutil.rmtree(folder / "office/results")
+        for name in STARTED:
+            if f" {name}/" in text:
+                shutil.copytree(begun(name), folder / name)
+                if " run " in text:
+                    shutil.rmtree(folder / name / "results")
         for name in set(re.findall(r"(?:results/(?=\w+/results\.nc)|status results/)(\w+)", text)):
             shutil.copytree(results_of(name), folder / "results" / name)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from page_tables import table_below
 
 import toppling as tp
 from toppling.motions.polarity import both_polarities
@@ -30,15 +31,8 @@ def walls(modules):
 
 
 def rows(heading):
-    """The table below a heading, or the first that holds a text, as lists of cells."""
-    lines = TEXT[TEXT.index(heading) :].splitlines()
-    first = next(i for i, line in enumerate(lines) if line.startswith("|"))
-    found = []
-    for line in lines[first:]:
-        if not line.startswith("|"):
-            break
-        found.append([cell.strip() for cell in line.strip("|").split("|")])
-    return found[2:]
+    """The first table below a text of the page, as lists of cells."""
+    return table_below(TEXT, heading)
 
 
 class TestDriftingWall:

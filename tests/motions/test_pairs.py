@@ -15,6 +15,7 @@ from toppling import motions as mo
 from toppling.motions import RecordError
 from toppling.motions.arrays import digest, records
 from toppling.motions.pairs import _direction, pair_up
+from toppling.motions.polarity import both_polarities
 
 DT = 0.005
 T = np.arange(4001) * DT
@@ -416,3 +417,41 @@ levels = {{ from = 0.1, to = 1.0, number = 4, unit = "g" }}
         cut = mo.trim_husid(mo.baseline(both, 0))
         whole = mo.join(cut.isel(motion=[0]), cut.isel(motion=[1]))
         assert value(pair, "RotD100(pgv)") == pytest.approx(value(whole, "RotD100(pgv)"), rel=1e-6)
+
+
+class TestVertical:
+    def components(self):
+        return [mo.CloughPenzien(duration=2.0).sample(2, seed=seed) for seed in range(3)]
+
+    def test_shakes_beside_a_horizontal_component(self):
+        h1, h2, v = self.components()
+        read = records(mo.as_recorded(mo.join(h1, h2, v), "h2", vertical=True))
+        for i, one in enumerate(read):
+            np.testing.assert_array_equal(one.acceleration, h2.values[i])
+            np.testing.assert_array_equal(one.companion, h1.values[i])
+            np.testing.assert_array_equal(one.vertical, v.values[i])
+
+    def test_is_left_out_unless_told(self):
+        h1, h2, v = self.components()
+        once = mo.as_recorded(mo.join(h1, h2, v), vertical=True)
+        for one in records(mo.as_recorded(once)):
+            assert one.vertical is None
+
+    def test_makes_another_motion(self):
+        joined = mo.join(*self.components())
+        plain, lifted = (records(mo.as_recorded(joined, vertical=on))[0] for on in (False, True))
+        assert digest(plain) != digest(lifted)
+
+    def test_a_reverse_turns_the_horizontal_components_alone(self):
+        h1, h2, v = self.components()
+        first, back, *_ = records(both_polarities(mo.as_recorded(mo.join(h1, h2, v), vertical=True)))
+        np.testing.assert_array_equal(back.acceleration, -first.acceleration)
+        np.testing.assert_array_equal(back.companion, -first.companion)
+        np.testing.assert_array_equal(back.vertical, first.vertical)
+
+    def test_refuses_what_is_not_there(self):
+        h1, h2, _ = self.components()
+        with pytest.raises(ValueError, match="vertical needs the vertical component of the recording"):
+            mo.as_recorded(mo.join(h1, h2), vertical=True)
+        with pytest.raises(TypeError, match="vertical must be True or False, got 1"):
+            mo.as_recorded(mo.join(h1, h2), vertical=1)

@@ -16,9 +16,9 @@ from scipy.special import ndtr
 import toppling as tp
 from toppling.fragility import write_nrml, write_pelicun
 from toppling.fragility.curves import published
-from toppling.studies.buildings.contents import Contents
-from toppling.studies.buildings.inventory import read_inventory
 from toppling.studies.command.building_files import write_building_files
+from toppling.studies.inventory.contents import Contents
+from toppling.studies.inventory.reading import read_inventory
 
 RATIOS = (0.4, 0.8, 1.0, 1.3, 2.5)  # of the demand to the median
 DEMANDS = {"pga": ("PFA", "g", 9.80665), "pgv": ("PFV", "mps", 1.0), "Sa(1.0)": ("SA_1.0", "g", 9.80665)}

@@ -61,7 +61,7 @@ OTHERS = (
 LINES = (
     "[building]", 'kind = "flexural-shear"', 'kind = "storeys"', "period_s = 0.5", "storeys = 500", "floors = [0, 1]",
     "floors = [99999999]", "masses_kg = [1e308, 1e-308]", "stiffnesses_n_m = [1e308, 1e308]", "damping = [0.05]",
-    "modes = 1000000000", '[[blocks]]\nwidth_m = 0.5\nheight_m = 1.5', "[screen]\nfriction = 0.5", "[measures]",
+    "modes = 1000000000", '[[blocks]]\nwidth_m = 0.5\nheight_m = 1.5', "[friction]\nstatic = 0.5", "[measures]",
     '[measures]\nalso = ["Sa(1.0)", "Sa(1.0)"]', '[fit]\nform = "isotonic"', "[fit]\nstate = 0.5", '[fit]\nstate = "x"',
     "[uncertainty]\nsamples = 1000000000000",
     "[uncertainty.inputs]\ne = { distribution = 'uniform', lower = 0, upper = 1 }",
@@ -92,7 +92,7 @@ def bases() -> list[dict[str, str]]:
         text = re.sub(r"(?m)^dt_s = .*\n", "", path.read_text(encoding="utf-8"))
         text = re.sub(r"(?m)^number = \d+", "number = 2\ndt_s = 0.2", text)
         text = text.replace("samples = 64", "samples = 2").replace("sobol = 64", "sobol = 8")
-        if path.stem in ("laboratory", "kits"):  # (their inventories have the columns that the clinic's lacks)
+        if path.with_suffix(".csv").is_file():  # (inventories with the columns that the clinic's lacks)
             table = path.with_suffix(".csv").read_text(encoding="utf-8")
             found.append({"study.toml": text.replace(f"{path.stem}.csv", "inventory.csv"), "inventory.csv": table})
             continue

@@ -1,6 +1,12 @@
-"""Runs that between them need the whole engine, small enough for plain Python."""
+"""Runs that between them need a whole engine, small enough for plain Python, and a process that has no compiler."""
 
+import ast
+import json
 import math
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 from shared_cases import LAWS, shake
@@ -8,6 +14,76 @@ from stress_cases import BLOCK, threshold
 
 import toppling as tp
 from toppling.models.runs import run_many, trace
+from toppling.models.sliding.runs import ONE_WAY, run_sliders
+
+PLAIN = """
+import json, sys
+sys.path.insert(0, {tests!r})
+called = set()
+
+def note(frame, event, argument):
+    if event == "call" and frame.f_code.co_filename.startswith({engine!r}):
+        called.add(frame.f_code.co_name)
+
+from plain_selection import {selection}
+sys.setprofile(note)
+runs = {selection}()
+sys.setprofile(None)
+print(json.dumps([runs, sorted(called)]))
+"""
+
+
+def without_compiler(selection, engine):
+    """Results of a selection in a process with NUMBA_DISABLE_JIT=1, and the functions of an engine left uncalled."""
+    code = PLAIN.format(tests=str(Path(__file__).parent), engine=str(engine), selection=selection.__name__)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        timeout=120.0,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    runs, called = json.loads(done.stdout)
+    functions = {
+        node.name
+        for file in engine.glob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef)
+    }
+    return runs, functions - set(called)
+
+
+def plain_slides():
+    """Results of sliding runs: alike and unlike at front and back, one way, lifted or not; not numbers as None."""
+    rng = np.random.default_rng(92)
+    friction = np.array(
+        [
+            [0.2, 0.2, 0.2, 0.2],
+            [0.1, 0.1, 0.05, 0.05],
+            [0.1, 0.3, 0.1, 0.2],
+            [0.3, ONE_WAY, 0.3, 0.3],
+            [9.0, 9.0, 9.0, 9.0],
+        ]
+    )
+    factors = np.tile([0.5, 1.0, 3.0], (5, 1))
+    found = []
+    for n, dt in ((300, 0.01), (60, 0.05)):
+        record = 4.0 * shake(rng, n=n, dt=dt)
+        # (a round record, too, of which the stops lie on samples)
+        for one in (np.append(record, np.zeros(80)), np.round(record)):
+            lift = 2.5 * shake(rng, n=one.size, dt=dt)
+            for vertical in (None, lift):
+                found += list(run_sliders(friction, factors, one, vertical, dt).reshape(15, -1))
+    # (obstacles that are met while a block slides, after the record, and never)
+    near = np.column_stack([friction, [0.01, 0.3, 0.02, 0.05, 0.01]])
+    for one in (record, record[:40]):
+        for vertical in (None, lift[: one.size]):
+            found += list(run_sliders(near, factors, one, vertical, dt).reshape(15, -1))
+    pushed = np.column_stack([friction[:1], [0.4]])
+    found += list(run_sliders(pushed, np.ones((1, 1)), np.full(51, -4.0), None, 0.01)[0])
+    return [[None if math.isnan(v) else float(v) for v in row] for row in found]
 
 
 def plain_selection():
@@ -35,6 +111,16 @@ def plain_selection():
     for e, speed in ((0.1, 30.0), (0.3, 3.2), (0.999, 0.5)):
         oscillator = tp.EnergyConsistent(e=e).oscillator(BLOCK)
         found.append(trace(oscillator, np.zeros(8), 0.02, 0.06 * BLOCK.alpha, -speed * BLOCK.alpha * BLOCK.p).results)
+    # vertical shaking, which a block rests under, bounces low under, and leaves the floor under
+    up = 3.0 * shake(rng, n=150)
+    for wall in (None, tp.Wall(0.05)):
+        oscillator = tp.HousnerImpact(e=0.9).oscillator(tp.Block(0.4, 1.8, wall=wall))
+        record = 3.5 * shake(rng, n=150)
+        found.append(trace(oscillator, record, 0.01, vertical=up).results)
+        found += list(run_many([oscillator], np.array([[0.1, 0.9, 4.0]]), record, 0.01, vertical=up)[0])
+    oscillator = tp.HousnerImpact(e=0.998).oscillator(BLOCK)
+    record = np.array([1.00001, 0.5, 0.5]) * threshold(oscillator)
+    found.append(trace(oscillator, record, 0.05, vertical=np.array([0.0, 3.0, -3.0])).results)
     # walls, a strap that breaks or holds, a mass off the middle
     record = 3.0 * shake(rng, n=200)
     strap = tp.Restraint.strap(1.75, 267.0, 20e3, 0.005)

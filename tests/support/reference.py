@@ -96,6 +96,8 @@ class _Piece(NamedTuple):
     gain: float
     u0: float
     du: float
+    heavy: float  # weight over that at rest, and its rate: exact geometry
+    heavier: float
     exact: bool
     angle: float  # alpha sgn(theta), exact geometry
     lower: float  # the piece is lower <= side * theta <= upper
@@ -112,7 +114,7 @@ def _accelerate(w: _Piece, t: float, th: float, om: float) -> float:
     u = w.u0 + w.du * t
     if w.exact:
         x = w.angle - th
-        return -(w.slope * math.sin(x) + w.gain * u * math.cos(x))
+        return -(w.slope * (w.heavy + w.heavier * t) * math.sin(x) + w.gain * u * math.cos(x))
     return w.offset + w.slope * th - w.damping * om - w.gain * u
 
 
@@ -250,21 +252,23 @@ def _move(w: _Piece, t: float, th: float, om: float, left: float, k: np.ndarray)
 
 
 @njit(cache=True)
-def _piece(m: _Model, where: int, side: float, c: float, u0: float, du: float) -> _Piece:
+def _piece(
+    m: _Model, where: int, side: float, c: float, u0: float, du: float, heavy: float = 1.0, heavier: float = 0.0
+) -> _Piece:
     """The equation of motion where the block is."""
     rate = math.sqrt(m.fall)
     atol = _ATOL * m.alpha
     if where == _ZONE:
         longest = _STEP / max(math.sqrt(m.zone), c)
-        return _Piece(0.0, -m.zone, c, m.gain, u0, du, False, 0.0, -m.edge, m.edge, 1.0, longest,
-                      atol, atol * rate)  # fmt: skip
+        return _Piece(0.0, -m.zone, c, m.gain, u0, du, 1.0, 0.0, False, 0.0, -m.edge, m.edge, 1.0,
+                      longest, atol, atol * rate)  # fmt: skip
     damping = m.damping
     lower = m.edge if where == _OUTSIDE else 0.0
     upper = m.edge if where == _RIGID and not m.impacts else 0.5 * math.pi
     offset = -side * m.fall * m.alpha
     step = _STEP_EXACT if m.exact else _STEP
-    return _Piece(offset, m.fall, damping, m.gain, u0, du, m.exact, side * m.alpha, lower, upper,
-                  side, step / max(rate, damping), atol, atol * rate)  # fmt: skip
+    return _Piece(offset, m.fall, damping, m.gain, u0, du, heavy, heavier, m.exact, side * m.alpha,
+                  lower, upper, side, step / max(rate, damping), atol, atol * rate)  # fmt: skip
 
 
 @njit(cache=True)
@@ -308,32 +312,33 @@ def _consistent(m: _Model, v: float, k: np.ndarray) -> float:
 
 
 @njit(cache=True)
-def _comes_to_rest(m: _Model, om: float, u: float, du: float, left: float) -> bool:
+def _comes_to_rest(m: _Model, om: float, u: float, du: float, left: float, heavy: float, heavier: float) -> bool:
     """Whether all later bounces end within some time in which the threshold is not exceeded.
 
     The time is what is left of the sample, or half of what is left until the threshold if that is
     reached before: a block below its threshold is then at rest after finitely many bounces.
     """
-    if m.static - m.static_gain * abs(u) <= 0.0:
+    if m.static * heavy - m.static_gain * abs(u) <= 0.0:
         return False
     horizon = left
     for _ in range(2):
-        most = m.static_gain * max(abs(u), abs(u + du * horizon))
-        least = m.static - most
+        end = m.static * (heavy + heavier * horizon) - m.static_gain * abs(u + du * horizon)
+        least = min(m.static * heavy - m.static_gain * abs(u), end)
         if least > 0.0 and 2.0 * abs(om) <= (1.0 - m.e) * least * horizon:
             return om * om <= 2.0 * least * _BOUNCE * m.alpha
-        if du != 0.0:
-            reached = (math.copysign(m.static / m.static_gain, du) - u) / du
-            horizon = min(left, 0.5 * reached)
+        for s in (-1.0, 1.0):
+            closing = s * m.static_gain * du - m.static * heavier
+            if closing > 0.0:
+                horizon = min(horizon, 0.5 * (m.static * heavy - s * m.static_gain * u) / closing)
     return False
 
 
 @njit(cache=True)
-def _impact(m: _Model, y: np.ndarray, u: float, du: float, left: float) -> int:
+def _impact(m: _Model, y: np.ndarray, u: float, du: float, left: float, heavy: float, heavier: float) -> int:
     """Theta = 0 without a zone: reverse or come to rest."""
     y[_TH] = 0.0
     y[_OM] *= m.e
-    if _comes_to_rest(m, y[_OM], u, du, left):
+    if _comes_to_rest(m, y[_OM], u, du, left, heavy, heavier):
         y[_OM] = 0.0
         return _REST
     y[_SIDE] = np.sign(y[_OM]) if y[_OM] != 0.0 else -np.sign(u)
@@ -387,13 +392,16 @@ def _sample(
     where: int,
     u0: float,
     u1: float,
+    g0: float,
+    g1: float,
     dt: float,
     k: np.ndarray,
     begin: float,
     peaks: list[tuple[float, float]],
 ) -> int:
-    """Move on through one interval between samples, which starts at time `begin`."""
+    """Move on through one interval between samples, which starts at time `begin`; g: the weight."""
     du = (u1 - u0) / dt
+    dg = (g1 - g0) / dt
     y[_T] = 0.0
     for _ in range(_MAX_STEPS):
         t = y[_T]
@@ -401,16 +409,17 @@ def _sample(
             return where
         if where == _REST:
             threshold = m.static / m.static_gain
-            if abs(u0 + du * t) <= threshold:
-                if abs(u1) <= threshold:
+            if abs(u0 + du * t) <= threshold * (g0 + dg * t):
+                if abs(u1) <= threshold * g1:
                     return where
-                t = max(t, (math.copysign(threshold, u1) - u0) / du)
+                s = math.copysign(1.0, u1)
+                t = max(t, (s * threshold * g0 - u0) / (du - s * threshold * dg))
                 if dt - t <= 1e-13 * dt:
                     return where
             y[_T] = t
             y[_SIDE] = -np.sign(u0 + du * t)
             where = _RIGID
-        w = _piece(m, where, y[_SIDE], y[_DAMPING], u0, du)
+        w = _piece(m, where, y[_SIDE], y[_DAMPING], u0, du, g0, dg)
         h, y[_TH], y[_OM], event = _move(w, t, y[_TH], y[_OM], dt - t, k)
         y[_T] = t + h
         y[_PEAK] = max(y[_PEAK], abs(y[_TH]))
@@ -421,7 +430,7 @@ def _sample(
             where = _OVERTURNED
             y[_OM] = 0.0
         elif event == _LOWER and where == _RIGID:
-            where = _impact(m, y, u0 + du * y[_T], du, dt - y[_T])
+            where = _impact(m, y, u0 + du * y[_T], du, dt - y[_T], g0 + dg * y[_T], dg)
         elif event != _NONE and where == _OUTSIDE:
             where = _enter(m, y, k)
         elif event != _NONE:
@@ -447,7 +456,7 @@ def _escapes(m: _Model, y: np.ndarray, where: int) -> bool:
 
 @njit(cache=True)
 def _run(
-    m: _Model, y: np.ndarray, where: int, u: np.ndarray, dt: float
+    m: _Model, y: np.ndarray, where: int, u: np.ndarray, g: np.ndarray, dt: float
 ) -> tuple[np.ndarray, np.ndarray, bool, list[tuple[float, float]]]:
     """The whole motion: fills the histories, then follows the free motion to its last peak."""
     n = u.size
@@ -458,7 +467,7 @@ def _run(
     theta[0] = y[_TH]
     omega[0] = y[_OM]
     for i in range(n - 1):
-        where = _sample(m, y, where, u[i], u[i + 1], dt, k, i * dt, peaks)
+        where = _sample(m, y, where, u[i], u[i + 1], g[i], g[i + 1], dt, k, i * dt, peaks)
         theta[i + 1] = y[_TH]
         omega[i + 1] = y[_OM]
     piece = 0.5 / math.sqrt(m.fall)
@@ -468,7 +477,7 @@ def _run(
         highest = min(y[_PEAK], m.alpha)
         if energy <= _potential(m, highest, _ZONE if highest <= m.edge and not m.rigid else _RIGID):
             break
-        where = _sample(m, y, where, 0.0, 0.0, piece, k, begin, peaks)
+        where = _sample(m, y, where, 0.0, 0.0, 1.0, 1.0, piece, k, begin, peaks)
         begin += piece
     return theta, omega, _escapes(m, y, where), peaks[1:]
 
@@ -490,14 +499,16 @@ def integrate(
     dt: float,
     theta0: float = 0.0,
     omega0: float = 0.0,
+    vertical: np.ndarray | None = None,
 ) -> Reference:
     """Integrate one block under one record of the floor's acceleration, linear between samples.
 
     `geometry` ("exact", "linear" or "bilinear") matters to law "housner" only, `rest` ("elastic"
     or "rigid") to "discrete" and "energy_consistent", `delta` to all but "housner", `coefficient`
     to "vassiliou", `zeta` to "viscous", `lever` ("h" or "R") to all but the exact and linear
-    geometries, which have their own. A turning point inside the zone with rest = "rigid" is
-    reported where it puts the block on the rigid branch.
+    geometries, which have their own, `vertical` (the floor's upward acceleration, m/s2) to the exact
+    geometry. A turning point inside the zone with rest = "rigid" is reported where it puts the block on
+    the rigid branch.
     """
     impacts = law == "housner"
     bilinear = geometry == "bilinear" or not impacts
@@ -544,6 +555,7 @@ def integrate(
         where = _RIGID if theta0 != 0.0 or omega0 != 0.0 else _REST
     state = np.array([0.0, theta0, omega0, side, model.damping, abs(theta0)])
     record = np.ascontiguousarray(acceleration, dtype=np.float64)
-    theta, omega, overturned, peaks = _run(model, state, where, record, float(dt))
+    weight = np.ones(record.size) if vertical is None else 1.0 + np.asarray(vertical) / GRAVITY
+    theta, omega, overturned, peaks = _run(model, state, where, record, weight, float(dt))
     peak = 0.5 * math.pi if overturned else float(state[_PEAK])
     return Reference(peak, bool(overturned), theta, omega, peaks)

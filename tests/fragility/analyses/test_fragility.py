@@ -57,7 +57,7 @@ def in_chunks(work, seconds):
 
 class TestIda:
     def test_labels_and_numbers(self, result):
-        assert dict(result.sizes) == {"block": 2, "model": 4, "level": 4, "motion": 12, "reason": 8}
+        assert dict(result.sizes) == {"block": 2, "model": 4, "level": 4, "motion": 12, "reason": 9}
         assert result.block.values.tolist() == ["bookcase-5-shelf", "crate"]
         assert result.model.values.tolist() == [m.label for m in MODELS]
         assert result.e.sel(block="crate").values[0] == BLOCKS[1].restitution

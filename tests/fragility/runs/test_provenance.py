@@ -83,6 +83,7 @@ CALLS = {
         fragility.annual_rate(curves, SITE), rate=1e-4, along="width"
     ),
     "size_regression": lambda runs, curves, _: fragility.size_regression(curves),
+    "slide_runs": lambda runs, *_: fragility.slide_runs(runs, SHAKES, 0.3),
     "slenderness_for_rate": lambda *_: fragility.slenderness_for_rate(normalised(), SITE, rate=1e-3),
     "sobol_indices": lambda *_: fragility.sobol_indices(INPUTS, response, 4, second_order=True),
     "stripes": lambda *_: fragility.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [2.0, 4.0]),

@@ -21,7 +21,7 @@ from toppling.fragility.numerics.totals import (
     expected_totals,
     totals,
 )
-from toppling.fragility.uncertainty.joint import Variability, oscillators_of_pieces, with_restitution
+from toppling.fragility.uncertainty.joint import Variability, drawn_pieces, oscillators_of_pieces, with_restitution
 from toppling.units import STANDARD_GRAVITY
 
 SHELF = tp.catalogue["bookcase-5-shelf"]
@@ -278,7 +278,7 @@ class TestTotals:
         """Given the motion a binomial number, or all or none: its variance over motions and draws in closed form."""
         flags, chance = self.flags()
         variability = Variability(0.1, variants=4, realisations=1000, pieces=pieces)
-        draws = [variability.draws(label, int(n)) for label, n in zip("ab", self.counts, strict=True)]
+        draws = [drawn_pieces(variability, label, int(n)) for label, n in zip("ab", self.counts, strict=True)]
         number = totals(flags, draws, np.ones(2), np.array([[True, True], [True, False]]))[0, 1, 0]
         p = chance[0]
         within = np.mean(p * (1.0 - p)) * (3.0 if pieces == "independent" else 9.0)
@@ -326,11 +326,13 @@ class TestVariability:
 
     def test_draws_depend_on_seed_and_label_alone(self):
         variability = Variability(0.02)
-        np.testing.assert_array_equal(variability.draws("shelf", 5), variability.draws("shelf", 5))
-        assert not np.array_equal(variability.draws("shelf", 5), variability.draws("case", 5))
-        assert not np.array_equal(variability.draws("shelf", 5), Variability(0.02, seed=1).draws("shelf", 5))
-        assert (variability.draws("shelf", 5).sum(axis=1) == 5).all()
-        together = Variability(0.02, pieces="together").draws("shelf", 5)
+        np.testing.assert_array_equal(drawn_pieces(variability, "shelf", 5), drawn_pieces(variability, "shelf", 5))
+        assert not np.array_equal(drawn_pieces(variability, "shelf", 5), drawn_pieces(variability, "case", 5))
+        assert not np.array_equal(
+            drawn_pieces(variability, "shelf", 5), drawn_pieces(Variability(0.02, seed=1), "shelf", 5)
+        )
+        assert (drawn_pieces(variability, "shelf", 5).sum(axis=1) == 5).all()
+        together = drawn_pieces(Variability(0.02, pieces="together"), "shelf", 5)
         assert set(together.ravel().tolist()) == {0, 5}
 
     def test_own_restitution(self):

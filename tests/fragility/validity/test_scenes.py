@@ -31,11 +31,11 @@ class TestNotes:
 
     def test_each_effect_names_its_blocks(self):
         found = scene_notes([FREE, TOUCHING, KIT, HEAVY_FRONT])
-        told = {text.partition(":")[2].strip()[:20]: text.partition(":")[0] for text in found}
-        assert told["the foot is taken to"] == "kit"
-        assert told["the wall is taken to"] == "touching"  # (0.5 % of 1.8 m is 9 mm, less than a third of 100 mm)
-        assert told["the restraint is ela"] == "kit"
-        assert told["the check of sliding"] == "touching, kit, books in front"
+        told = {text.partition(":")[2].strip()[:22]: text.partition(":")[0] for text in found}
+        assert told["the base is assumed no"] == "kit"
+        assert told["the wall is assumed to"] == "touching"  # (0.5 % of 1.8 m is 9 mm, less than a third of 100 mm)
+        assert told["the restraint is assum"] == "kit"
+        assert told["sliding is checked as "] == "touching, kit, books in front"
 
     def test_stiff_low_and_without_a_wall(self):
         stiff = tp.Block(0.3, 1.8, name="stiff", mass=100.0, restraint=tp.Restraint.bracket(1.75, 500.0))
@@ -43,7 +43,7 @@ class TestNotes:
         found = scene_notes([stiff, rail])
         assert any(one.startswith("stiff: the taut restraint has a natural frequency above 12 Hz") for one in found)
         assert any(one.startswith("stiff: the restraint is fixed to something") for one in found)
-        assert any(one.startswith("rail: the contact with the wall lies so low") for one in found)
+        assert any(one.startswith("rail: the contact with the wall is so low") for one in found)
 
 
 class TestFalls:
@@ -53,7 +53,7 @@ class TestFalls:
         assert not bool((front & back).any())
         assert bool(back.sel(block="free").any())
         assert not bool(back.sel(block=["touching", "kit"]).any())
-        assert front.attrs["state"] == "a fall to the front"
+        assert front.attrs["state"] == "a forward fall"
         assert float(overturning_probability(runs, state="front").probability.sel(block="touching").max()) > 0.0
 
     def test_the_direction_is_needed(self, runs):

@@ -86,7 +86,7 @@ class TestMotion:
         assert changes[:3] == pytest.approx(expected, abs=5e-11)
 
     def test_half_sines(self):
-        """To the front the closed form; to the back it rebounds and falls to the front, below the back's own value."""
+        """To the front the closed form; to the back it rebounds and falls forward, below the back's own value."""
         oscillator = BILINEAR.oscillator(BLOCK)
         assert critical(oscillator, sine(2.0 * math.pi, 1, -1.0), 2.5, 4.0) == pytest.approx(3.122649076149, abs=3e-10)
         found = critical(oscillator, sine(2.0 * math.pi, 1, 1.0), 4.1, 4.5)

@@ -9,6 +9,7 @@ from shared_cases import shake
 
 import toppling as tp
 from toppling.models.assembly import Spring, Surroundings
+from toppling.models.laws import oscillator_of
 from toppling.models.runs import OUTPUTS, run_many, trace
 
 BROKEN, FRONT = OUTPUTS["ruptured"], OUTPUTS["peak_front"]
@@ -131,6 +132,23 @@ class TestKinds:
         theta, omega = run.history[:2, start]
         free = trace(table(0.9), record[start:], 0.01, theta, omega)
         assert run.history[0, start:] == pytest.approx(free.history[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("stiffness", [1.6e4, 2e4, 2.2e4, 2.5e4])
+def test_stiff_straps_of_light_blocks_do_not_depend_on_the_samples(stiffness):
+    """Below and above the limit of the pieces of degree 12 (sqrt(K) dt of 0.26 to 0.32): samples halved, same runs."""
+    restraint = tp.Restraint.strap(0.675, strength=1e9, stiffness=stiffness)
+    oscillator = oscillator_of(tp.Block(0.12, 0.75, mass=14.4, restraint=restraint), tp.HousnerImpact(0.9, "linear"))
+    drawn = np.random.default_rng(3).standard_normal(400)
+    record = 4.0 * np.convolve(drawn, np.ones(6) / 6.0, "same")
+    halved = np.interp(np.arange(2 * record.size - 1) / 2.0, np.arange(record.size), record)
+    factors = np.linspace(0.5, 3.0, 60)[None]
+    runs = [run_many([oscillator], factors, one, dt, skip=False)[0] for one, dt in ((record, 0.005), (halved, 0.0025))]
+    first, second = (one[:, OUTPUTS["peak_rotation"]] for one in runs)
+    difference = np.abs(first / second - 1.0)
+    assert 0.3 < runs[0][:, OUTPUTS["overturned"]].mean() < 0.9
+    assert np.quantile(difference, 0.9) < 1e-12
+    assert difference.max() < 1e-6  # (what a rounding becomes over some hundred bounces)
 
 
 class TestRandom:

@@ -300,7 +300,7 @@ def test_b6_limits():
     one, other = integrate(both, 2 * record, 0.02), integrate(both, -2 * record, 0.02)
     assert one.ruptured
     assert (one.peak_front, one.peak_back) == (other.peak_back, other.peak_front)
-    # an unbreakable strap never lets it fall to the front, even under anything
+    # an unbreakable strap never lets it fall forward, even under anything
     strong = scene._replace(restraint=Restraint(1.75, 1e5, math.inf, 0.005))
     for factor in (3, 10, 30):
         assert integrate(strong, factor * record, 0.02).overturned <= 0

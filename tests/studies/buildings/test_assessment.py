@@ -19,9 +19,9 @@ from toppling.motions import Building
 from toppling.studies.buildings import assessment as module
 from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.assessment import assess
-from toppling.studies.buildings.contents import Contents, Inventory
-from toppling.studies.buildings.inventory import example_path, read_inventory
 from toppling.studies.buildings.notes import notes
+from toppling.studies.inventory.contents import Contents, Inventory
+from toppling.studies.inventory.reading import example_path, read_inventory
 from toppling.studies.plots.anchoring import anchoring_figure
 from toppling.studies.plots.assessment import exceedance_figure, levels_figure
 from toppling.studies.tables.assessment import annual_rows, consequence_rows, level_rows, ranking_rows
@@ -564,9 +564,7 @@ def test_hostile(options, error, message):
 class TestTablesAndFigures:
     def test_annual_rows(self, found):
         title, headings, rows = annual_rows(found)
-        assert (
-            title == "In a year, EUR (95 % over motions, for the given hazard curve) (–: nothing fell under any motion)"
-        )
+        assert title == "In a year, EUR (95 % intervals, for the given hazard curve) (–: nothing fell under any motion)"
         assert headings[:4] == ("", "unanchored pieces", "overturned a year", "lost a year")
         assert [row[0] for row in rows] == ["building", "ground", "floor 1", "floor 3"]
         assert [row[1] for row in rows] == ["12", "2", "0", "10"]
@@ -578,9 +576,7 @@ class TestTablesAndFigures:
 
     def test_level_rows(self, found):
         title, headings, rows = level_rows(found, LEVELS[3], model=tp.DiscreteDamping().label)
-        assert (
-            title == f"At pga = {LEVELS[3] / 9.80665:.3g} g, EUR (95 % over motions) (–: nothing fell under any motion)"
-        )
+        assert title == f"At pga = {LEVELS[3] / 9.80665:.3g} g, EUR (95 % intervals) (–: nothing fell under any motion)"
         assert headings[3] == "10 % / 50 % / 90 %"
         assert rows[2][2:] == ("0 (0–0)", "0 / 0 / 0", "0 (0–0)", "–")
         with pytest.raises(ValueError, match="level must be one of"):
@@ -591,7 +587,8 @@ class TestTablesAndFigures:
     def test_consequence_rows(self, found):
         yearly = consequence_rows(found)
         assert yearly.headings == ("", "building", "ground", "floor 1", "floor 3")
-        assert [row[0] for row in yearly.rows] == found.consequence.values.tolist()
+        assert found.consequence.values.tolist() == ["injury", "blocks-exit"]
+        assert [row[0] for row in yearly.rows] == ["injury", "blocked exit"]
         rate = float(found.consequence_rate.isel(model=0, consequence=0).sel(place="building"))
         assert yearly.rows[0][1].startswith(f"{three_digits(1.0 / rate)} (")
         assert "years" in yearly.title

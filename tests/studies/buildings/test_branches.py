@@ -8,8 +8,8 @@ import xarray as xr
 import toppling as tp
 from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.branches import Sampling, combinations, rates_over_branches
-from toppling.studies.buildings.consequences import Consequence, Injury
-from toppling.studies.buildings.contents import Contents, Inventory
+from toppling.studies.inventory.consequences import Consequence, Injury
+from toppling.studies.inventory.contents import Contents, Inventory
 
 K, K0 = 2.0, 1e-3
 LAW = tp.EnergyConsistent()

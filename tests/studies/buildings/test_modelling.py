@@ -10,8 +10,8 @@ import toppling as tp
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.studies.buildings import assessment as module
 from toppling.studies.buildings.assessment import assess
-from toppling.studies.buildings.contents import Contents, Inventory
 from toppling.studies.buildings.modelling import DRAWS, scored_levels
+from toppling.studies.inventory.contents import Contents, Inventory
 
 LAW = tp.EnergyConsistent()
 SHELF, CASE, FILES = (tp.catalogue[n] for n in ("bookcase-5-shelf", "display-cabinet-glass", "file-vertical-4-drawer"))

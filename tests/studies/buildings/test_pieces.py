@@ -14,16 +14,18 @@ from study_texts import HAZARD, crate_study
 
 import toppling as tp
 from toppling.studies.buildings.assessment import assess
-from toppling.studies.buildings.contents import Contents, Inventory
 from toppling.studies.buildings.pieces import (
     ANCHORED,
     DUTY,
+    PREVENTS,
     REDUCES,
     SAFER,
+    SAVES,
     SMALL,
     SORTS,
     UNPRICED,
     UNRESOLVED,
+    UNVALUED,
     WEAK,
     WORTH,
     budget_set,
@@ -31,6 +33,8 @@ from toppling.studies.buildings.pieces import (
 )
 from toppling.studies.command import piece_files
 from toppling.studies.command.cli import main
+from toppling.studies.inventory.contents import Contents, Inventory
+from toppling.studies.report.actions import next_steps
 from toppling.studies.store.content import AS_WRITTEN
 from toppling.studies.tables.pieces import code_rows, piece_rows, piece_table
 
@@ -46,6 +50,7 @@ LINES = {
     "unpriced": ((0.004, 0.003, 0.005), 1, 1000.0, math.nan, "", False),
     "never": ((0.0, math.nan, math.nan), 1, 1000.0, 10.0, "injury", False),
     "held": ((0.0, math.nan, math.nan), 3, 50_000.0, 10.0, "injury", True),
+    "worthless": ((1e-9, 1e-9, 1e-9), 1, 0.0, 10.0, "", False),
 }
 
 
@@ -90,6 +95,7 @@ class TestRecommendations:
             "vase": UNRESOLVED,  # 50 to 350 EUR, for 200
             "cheap": SMALL,
             "unpriced": UNPRICED,
+            "worthless": UNVALUED,
             "held": ANCHORED,
         }
         order = [*found]
@@ -100,6 +106,51 @@ class TestRecommendations:
         assert found["rack"].payback == pytest.approx(400.0 / 120.0)
         assert tuple(found["rack"].saving) == pytest.approx((120.0, 90.0, 150.0))
         assert math.isnan(found["unpriced"].payback)
+
+    def test_a_hazardous_substance_is_a_matter_of_safety(self):
+        """A cabinet that may release its contents stands before one that is worth ten times its cost."""
+        lines = {
+            "rack": LINES["rack"],
+            "solvents": ((0.001, 0.0008, 0.0012), 1, 1900.0, 70.0, "release", False),
+        }
+        found = pieces_of(results(lines))
+        assert [one.item for one in found] == ["solvents", "rack"]
+        assert found[0].safety
+        steps = " ".join(next_steps(results(lines).assign_attrs(kind="performance"), []))
+        assert "Anchor first, for safety (release of a hazardous substance): “solvents”" in steps
+
+    def test_injuries_rank_safety_where_all_have_them(self):
+        """Ten shelves fall far more often than the cabinet, beside which ten times as many persons stand."""
+        lines = {
+            "shelves": ((0.01, 0.008, 0.012), 10, 100.0, 10.0, "injury", False),
+            "cabinet": ((0.001, 0.0008, 0.0012), 1, 100.0, 10.0, "injury", False),
+        }
+        given = results(lines)
+        assert [one.item for one in pieces_of(given)] == ["shelves", "cabinet"]
+        injured = np.array([[0.001, 0.01]])
+        for end in ("", "_lower", "_upper"):
+            given[f"item_annual_injuries{end}"] = (("model", "item"), injured)
+        found = pieces_of(given)
+        assert [one.item for one in found] == ["cabinet", "shelves"]
+        assert [one.recommendation for one in found] == [REDUCES, SAFER]
+        assert budget_set(given, 10.0).chosen.tolist() == [False, True]
+        # (one of them without persons beside it: the number of injuries of the other says nothing of their order)
+        given["item_annual_injuries"] = (("model", "item"), injured * [0.0, 1.0])
+        assert [one.item for one in pieces_of(given)] == ["shelves", "cabinet"]
+
+    def test_what_stands_on_a_piece_is_lost_with_it(self):
+        """Three pedestals of 200 EUR carry vases of 25,000: a fall loses both, and anchoring saves both."""
+        lines = {
+            "pedestal": ((1e-4, 0.8e-4, 1.2e-4), 3, 200.0, 60.0, "", False),
+            "vase": ((2e-4, 1e-4, 3e-4), 3, 25_000.0, 120.0, "", True),
+        }
+        alone = {one.item: one for one in pieces_of(results(lines))}
+        found = {one.item: one for one in pieces_of(results(lines).assign_coords(stands_on=("item", ["", "pedestal"])))}
+        assert alone["pedestal"].saving.value == pytest.approx(3 * 200.0 * 1e-4)
+        assert found["pedestal"].saving.value == pytest.approx(3 * 25_200.0 * 1e-4)
+        assert found["pedestal"].payback == pytest.approx(3 * 60.0 / (3 * 25_200.0 * 1e-4))
+        assert (alone["pedestal"].recommendation, found["pedestal"].recommendation) == (SMALL, WORTH)
+        assert found["vase"] == alone["vase"]
 
     def test_other_words_are_a_matter_of_safety(self):
         found = {one.item: one for one in pieces_of(results(safety="dirt"))}
@@ -137,8 +188,8 @@ class TestRecommendations:
             "never": UNRESOLVED,
         }
         rows = piece_rows(given)
-        assert rows.title.startswith("Each piece at pga = 0.204 g (")
-        assert "one falls" in rows.headings
+        assert rows.title.startswith("Each piece at PGA = 0.204 g (")
+        assert "chance of falling, each" in rows.headings
         heading, *_ = piece_table(given)
         assert "probability_at_level (1)" in heading
         assert "level (m s-2)" in heading
@@ -150,6 +201,42 @@ class TestRecommendations:
         # 0.04, four times 0.004 and 0.001 falls a year, 0.057 in all: four fifths are 0.0456
         assert {one.item for one in found if one.recommendation == REDUCES} == {"shelf", "rack", "vase"}
         assert {one.recommendation for one in found if one.item in ("cheap", "unpriced", "crate")} == {SMALL}
+
+    @pytest.mark.parametrize(("value", "word"), [(5000.0, SAVES), (0.0, PREVENTS)])
+    def test_money_is_never_the_greatest_risk_beside_people(self, value, word):
+        """An archive that loses far more than a shelf over people comes after the shelf, and is named after it."""
+        found = results({
+            "archive": ((0.01, 0.008, 0.012), 20, value, math.nan, "", False),
+            "shelf": ((0.001, 0.0008, 0.0012), 1, min(value, 10.0), math.nan, "injury", False),
+            "stool": ((0.0001, 0.0, 0.0002), 1, min(value, 10.0), math.nan, "", False),
+        }, kind="performance").drop_vars([f"item_rate{end}" for end in ("", "_lower", "_upper")])  # fmt: skip
+        chances = np.repeat([[0.6], [0.1], [0.01]], 4, axis=1)[None]
+        for end in ("", "_lower", "_upper"):
+            found[f"probability{end}"] = (("model", "item", "level"), chances)
+        found = found.assign_attrs(at_level=2.0).assign_coords(law=("model", ["housner"]))
+        assert [(one.item, one.recommendation) for one in pieces_of(found)] == [
+            ("shelf", REDUCES),
+            ("archive", word),
+            ("stool", SMALL),
+        ]
+        of = "the expected loss comes" if value else "the expected falls come"
+        assert next_steps(found, [])[:2] == [
+            "Anchor first, for safety (injury): “shelf” (floor 1).",
+            f"Among the pieces that do not affect safety, most of {of} from “archive” (ground): anchor them next.",
+        ]
+        alone = found.assign_coords(consequences=("item", ["", "", ""]))
+        assert {one.recommendation for one in pieces_of(alone)} == {REDUCES, SMALL}
+        assert next_steps(alone, [])[0] == f"Most of {of} from “archive” (ground): anchor them first."
+
+    def test_lines_that_are_anchored_are_said(self):
+        mixed = results(kind="performance").assign_coords(law=("model", ["housner"]))
+        assumed = "The results assume that the anchors hold: have them inspected."
+        assert f"“held” (floor 7) is anchored already. {assumed}" in next_steps(mixed, [])
+        all_held = mixed.assign_coords(anchored=("item", np.ones(len(LINES), bool)))
+        all_held = all_held.assign(budget_chosen=(("model", "item"), np.zeros((1, len(LINES)), bool)))
+        steps = next_steps(all_held.assign_attrs(budget=100.0), [])
+        assert steps[0] == f"All pieces are anchored already, and nothing is left to anchor. {assumed}"
+        assert not [one for one in steps if "budget" in one or "can be anchored for" in one]
 
     def test_levels_by_hand(self):
         """Observed 0, 0.2, 0.1 and 1: isotonic 0, 0.15, 0.15 and 1, straight in the logarithm of the level."""
@@ -245,7 +332,12 @@ class TestBudget:
         assert [*items[budget_set(given, 2450.0).chosen]] == ["rack", "shelf", "crate"]
         assert [*items[budget_set(given, 399.0).chosen]] == ["crate"]
         dear = results({**LINES, "vase": ((0.004, 0.001, 0.007), 1, 1010.0, 200.0, "", False)})
-        assert "vase" in items[budget_set(dear, 2650.0).chosen]  # (202 in 50 years)
+        chosen = budget_set(dear, 2650.0).chosen
+        assert "vase" in items[chosen]  # (202 in 50 years, 50 to 350)
+        dear = dear.assign(budget_chosen=(("model", "item"), chosen[None]), budget_gap=("model", [0.0]))
+        dear = dear.assign_attrs(budget=2650.0, kind="performance").assign_coords(law=("model", ["housner"]))
+        (said,) = (one for one in next_steps(dear, []) if one.startswith("With a budget of 2,650 EUR, anchor "))
+        assert said.endswith("; whether anchoring “vase” (floor 3) saves more than it costs is not resolved.")
         # without a code the rack waits for the shelves, and pays best after them
         assert [*items[budget_set(results(), 2100.0).chosen]] == ["shelf", "crate"]
         assert [*items[budget_set(results(), 2420.0).chosen]] == ["rack", "shelf", "crate"]
@@ -256,7 +348,11 @@ class TestBudget:
         given = given.assign(budget_chosen=(("model", "item"), chosen[None])).assign_attrs(budget=2420.0)
         rows = piece_rows(given)
         cells = {row[0]: dict(zip(rows.headings, row, strict=True)) for row in rows.rows}
-        assert [name for name in LINES if cells[name]["for 2,420 EUR"] == "anchor"] == ["rack", "shelf", "crate"]
+        assert [name for name in LINES if cells[name]["with a budget of 2,420 EUR"] == "anchor"] == [
+            "rack",
+            "shelf",
+            "crate",
+        ]
         table = piece_table(given)
         values = {row[0]: dict(zip(table.headings, row, strict=True)) for row in table.rows}
         assert values["rack"]["within_budget"] == "yes"
@@ -266,13 +362,14 @@ class TestBudget:
 class TestTables:
     def test_rows(self):
         found = piece_rows(results())
-        assert found.title == "Each piece (95 % intervals over motions, values in EUR, code requirements not checked)"
-        assert found.headings[:6] == ("piece", "room", "floor", "number", "one falls in a year", "in 50 years")
+        assert found.title == "Each piece (95 % intervals, values in EUR, code requirements not checked)"
+        chances = ("chance of falling in a year, each", "in 50 years")
+        assert found.headings[:6] == ("piece", "room", "floor", "number", *chances)
         rows = {row[0]: dict(zip(found.headings, row, strict=True)) for row in found.rows}
         assert rows["rack"]["in 50 years"] == "9.5\u00a0% (7.2–12)"
         assert rows["rack"]["payback, years"] == "3.3"
         assert rows["never"]["in 50 years"] == "never seen"
-        assert rows["never"]["10 / 50 % fall at PGA, g"] == "above 0.82"
+        assert rows["never"]["PGA at which 10 / 50 % fall, g"] == "above 0.82"
         assert rows["held"]["in 50 years"] == "–"
         assert rows["shelf"]["recommendation"] == REDUCES
 

@@ -9,10 +9,11 @@ import pytest
 import xarray as xr
 from library_metadata import SCHEMAS
 
-from toppling.studies.buildings.consequences import Consequence
-from toppling.studies.command import building_files, cli
+from toppling.studies.command import building_files
+from toppling.studies.command import export as export_module
 from toppling.studies.command.cli import main
 from toppling.studies.file.table import StudyError
+from toppling.studies.inventory.consequences import Consequence
 from toppling.studies.store.outputs import RECORD
 from toppling.units import STANDARD_GRAVITY as G
 
@@ -318,7 +319,7 @@ class TestRefused:
 
 def test_the_command(export, tmp_path, monkeypatch, capsys):
     export(results(), model="exact")
-    monkeypatch.setattr(cli, "kind_of", lambda path: "performance")
+    monkeypatch.setattr(export_module, "kind_of", lambda path: "performance")
     command = ["export", str(tmp_path / "results.nc"), "--format", "pelicun", "--out", str(tmp_path / "out")]
     assert main(command) == 2
     assert "--model is needed" in capsys.readouterr().err

@@ -26,7 +26,7 @@ def folder(tmp_path_factory):
 
 
 def commands():
-    """Every command but the benchmark, which takes minutes, and its help."""
+    """Every command, of the benchmark and the validation, which take minutes, the help."""
     simulate = ["bookcase-5-shelf", "clough-penzien", "--set", "duration_s=5", "--pga", "0.4g", "--out", "history"]
     result = "results/study/results.nc"
     of = {
@@ -40,6 +40,7 @@ def commands():
         "export": [[result, "--format", "csv"]],
         "report": [[result]],
         "compare": [["results/study", "--laws", "discrete", "housner"]],
+        "validate": [["--help"]],
         "schema": [[]],
     }
     assert tuple(of) == COMMANDS

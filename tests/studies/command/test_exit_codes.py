@@ -5,7 +5,7 @@ import signal
 import pytest
 from study_texts import crate_study
 
-from toppling.studies.command import cli
+from toppling.studies.command import cli, status
 from toppling.studies.store.watch import Stop
 
 
@@ -29,5 +29,5 @@ def test_the_signal_that_was_sent(tmp_path, monkeypatch, capsys, number):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli, "status_of", interrupted)
+    monkeypatch.setattr(status, "status_of", interrupted)
     assert cli.main(["status", out]) == 130

@@ -10,12 +10,14 @@ import pytest
 import xarray as xr
 
 import toppling as tp
+from toppling.fragility.validity.scenes import scene_notes
 from toppling.studies import read_inventory
 from toppling.studies.command import starters
 from toppling.studies.command.cli import main
 from toppling.studies.file.schema import StudyFile
 
 KINDS = {
+    "bookcase": {"study.toml"},
     "inventory": {"study.toml", "inventory.csv", "inventory.xlsx", "hazard.csv"},
     "records": {"study.toml", "records"},
     "scenario": {"study.toml", "inventory.csv", "inventory.xlsx"},
@@ -71,7 +73,8 @@ class TestEach:
 
     def test_as_it_is_with_all_of_its_motions(self, kind, written):
         plan = tp.Study.from_toml(written / kind / "study.toml")
-        assert plan.notes == []
+        # (the model of a wall and a kit has limits of its own)
+        assert plan.notes == (scene_notes(plan.blocks) if kind == "bookcase" else [])
         assert plan.work < 400_000  # runs: seconds
 
     def test_every_key_of_its_comments_exists(self, kind, written):
@@ -79,7 +82,7 @@ class TestEach:
         text = (written / kind / "study.toml").read_text(encoding="utf-8")
         # (settings that stand at the beginning of a comment's line, tables of them included)
         bare, n = re.subn(r"(?m)^# (?=\[\w+\]$|\w+ = )", "", text)
-        assert n == {"inventory": 1, "records": 6, "scenario": 0}[kind]
+        assert n == {"bookcase": 2, "inventory": 1, "records": 6, "scenario": 0}[kind]
         StudyFile.model_validate(tomllib.loads(bare))
 
     def test_a_folder_that_is_not_empty(self, kind, tmp_path, capsys):
@@ -94,8 +97,10 @@ class TestEach:
         def full(*_):
             raise OSError(28, "No space left on device")
 
-        name = "write_at2" if kind == "records" else "workbook_of"
-        monkeypatch.setattr(starters, name, full)
+        if kind == "bookcase":
+            monkeypatch.setattr(starters.shutil, "copyfile", full)
+        else:
+            monkeypatch.setattr(starters, "write_at2" if kind == "records" else "workbook_of", full)
         (tmp_path / "there").mkdir()
         for folder in ("new", "there"):
             assert main(["new", kind, str(tmp_path / folder)]) == 2
@@ -175,3 +180,15 @@ def test_the_comment_on_a_second_law_says_what_changes(kind, tmp_path):
     text = (tmp_path / "one/study.toml").read_text(encoding="utf-8").replace("\n# ", " ")
     assert "then given for Housner's model" in text
     assert "--model" in text
+
+
+def test_the_bookcase_is_compared_with_and_without_its_kit(written, tmp_path, capsys):
+    """What an owner asks is answered in the terminal: the gain of wall and kit, and how often the kit breaks."""
+    study = tmp_path / "study.toml"
+    text = (written / "bookcase/study.toml").read_text(encoding="utf-8")
+    study.write_text(SEED.sub("number = 40", text), encoding="utf-8")
+    assert main(["run", str(study), "--out", str(tmp_path / "results")]) == 0
+    said = capsys.readouterr().out
+    for name, other in (("near the wall", "free-standing"), ("with the kit", "near the wall")):
+        assert re.search(rf"The chance that “{name}” overturns in 50 years is .*compared with .* for “{other}”: ", said)
+    assert re.search(r"The restraint of “with the kit” breaks in .* of the motions at a peak ground velocity of ", said)

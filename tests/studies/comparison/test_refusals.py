@@ -9,7 +9,7 @@ from study_texts import CABINET, IDA, motions
 
 import toppling as tp
 from toppling.studies.command.cli import main
-from toppling.studies.store.shards import FOLDER, LAYOUT, MANIFEST
+from toppling.studies.store.manifest import FOLDER, LAYOUT, MANIFEST
 
 STUDY = f'title = "Base"\n{CABINET}{motions(6)}'
 FILES = {

@@ -301,7 +301,7 @@ class TestManyBlocks:
         assert len(answer(few).sentences) == 2 + 11
         always, first, *_ = plain_answer(changed)
         assert always == "2 of 120 (“b110” and 1 more) overturned in every run, even in the weakest shaking."
-        assert first == "“b10” is the most vulnerable of the other 118."
+        assert "“b10” is the most vulnerable of the other 118" in first  # (whose intervals may overlap with its own)
         status[10:110, law] = status[111:115, law] = status[116:, law] = "no overturning"
         nothing = changed.assign(median=changed["median"] * np.nan, status=(results["status"].dims, status))
         assert plain_answer(nothing) == [

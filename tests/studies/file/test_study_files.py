@@ -223,8 +223,8 @@ MESSAGES = [
     (SMALL.replace("[0.1, 0.2]", "[0.2, 0.1]"), "levels must be strictly increasing, got 0.1 g after 0.2 g"),
     (SMALL.replace("[0.1, 0.2]", "[0.0, 0.1]"), "levels must be > 0 and at most 1e+09, got 0 g"),
     (SMALL.replace("[0.1, 0.2]", "[0.1, inf]"), "ida.levels.values[2]: must be a finite number, got inf"),
-    (SMALL + "[screen]\nfriction = 40\n", "screen.friction: must be >= 0.05 and <= 2, got 40"),
-    (SMALL + "[screen]\nfriction = 0.01\n", "screen.friction: must be >= 0.05 and <= 2, got 0.01"),
+    (SMALL + "[friction]\nstatic = 40\n", "friction.static: must be >= 0.05 and <= 2, got 40"),
+    (SMALL + "[friction]\nstatic = 0.01\n", "friction.static: must be >= 0.05 and <= 2, got 0.01"),
     (SMALL.replace("number = 2", "number = true"), "motions.number: must be a whole number >= 1, got true"),
     (
         SMALL.replace("number = 2", 'number = "2"'),

@@ -90,7 +90,7 @@ class TestBranches:
 
     def test_the_report(self, found, tmp_path):
         (sentence,) = (one for one in plain_answer(found) if "combinations of laws" in one)
-        assert "This range has a probability of 90 % and covers 8 weighted combinations" in sentence
+        assert "This 90 % range covers 8 weighted combinations" in sentence
         found.to_netcdf(tmp_path / "results.nc")
         (page,) = write_report(tmp_path / "results.nc")
         text = page.read_text(encoding="utf-8")

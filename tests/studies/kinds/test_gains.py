@@ -10,6 +10,8 @@ import toppling as tp
 from toppling.fragility.fitting.fit import fit_lognormal
 from toppling.studies.command.verdict import verdict
 from toppling.studies.plan.gains import comparable
+from toppling.studies.report.actions import next_steps
+from toppling.studies.report.kits import restraint_steps
 from toppling.studies.report.method import block_rows
 from toppling.studies.report.summary import plain_answer
 from toppling.studies.tables.client import client_rows
@@ -68,6 +70,42 @@ def test_the_ratio_and_its_interval(results):
         assert ends == pytest.approx([found[at], found[-1 - at]], rel=5e-4)
 
 
+def test_whether_to_fit_the_restraint(results):
+    """By the interval of the ratio of chances; without a hazard by the intervals of the medians."""
+    found = results.copy(deep=True)
+    names = [f"chance_ratio{end}" for end in ("", "_lower", "_upper")]
+
+    def said(values):
+        for name, value in zip(names, values, strict=True):
+            found[name][2] = value
+        return list(restraint_steps(found))
+
+    assert said((0.5, 0.4, 0.6))[0].startswith("The restraint of “kit” helps: it lowers the chance of falling (")
+    assert len(said((0.5, 0.4, 0.6))) == 2  # (and: have the fixings checked)
+    (doubt,) = said((0.9, 0.7, 1.1))
+    assert doubt.startswith("Do not rely on the restraint of “kit”: 20 motions do not show that it lowers the chance")
+    (worse,) = said((1.5, 1.2, 1.8))
+    assert worse.startswith("Do not fit the restraint of “kit” as it is: it raises the chance of falling (")
+    bare = results.drop_vars(names)
+
+    def by_level(low, middle, high):
+        changed = bare.copy(deep=True)
+        for end, value in zip(("_lower", "", "_upper"), (low, middle, high), strict=True):
+            changed[f"median{end}"][2] = value
+        return list(restraint_steps(changed))
+
+    for end, value in zip(("_lower", "", "_upper"), (2.0, 2.2, 2.4), strict=True):
+        bare[f"median{end}"][1] = value
+    bare["upper"][:] = 1.0
+    assert by_level(2.5, 2.7, 3.0)[0].startswith("The restraint of “kit” helps: it overturns in half of the motions at")
+    assert by_level(2.3, 2.7, 3.0)[0].startswith("Do not rely on the restraint of “kit”: ")
+    assert by_level(1.2, 1.4, 1.6)[0].startswith("Do not fit the restraint of “kit” as it is: ")
+    bare["upper"][2] = 0.4
+    seldom = by_level(np.nan, np.inf, np.nan)
+    assert seldom[0].startswith("The restraint of “kit” helps: it overturns in fewer than half of the motions even at")
+    assert next_steps(results, [])[-2:] == list(restraint_steps(results))[-2:]
+
+
 def test_only_walls_and_restraints(results):
     """A deeper shelf is another piece of furniture: it has no ratio, nor has the first block."""
     assert results["compared_with"].values.tolist() == ["", "free", "at the wall", ""]
@@ -81,8 +119,8 @@ def test_what_is_said(results):
     rows = gain_rows(results)
     assert [row[0] for row in rows.rows] == ["at the wall", "kit"]
     first, second = gain_sentences(results)
-    assert second.startswith("The chance for “kit” is ")
-    assert " in 50 years instead of " in second
+    assert second.startswith("The chance that “kit” overturns in 50 years is ")
+    assert ", compared with " in second
     assert " for “at the wall”: " in second
     assert {first, second} <= set(verdict(results, True))
     assert {first, second} <= set(plain_answer(results))
@@ -92,11 +130,14 @@ def test_what_is_said(results):
     ("values", "said"),
     [
         ((0.5, 0.4, 0.8), "lower by a factor of 2.0 (1.2–2.5)"),
-        ((0.9, 0.7, 1.2), "20 motions are too few to say which is lower"),
+        ((0.9, 0.7, 1.2), "20 motions are too few to tell which is lower"),
         ((2.0, 1.5, 3.0), "higher by a factor of 2.0 (1.5–3.0)"),
+        # (as many digits as show that 1 lies outside)
+        ((0.95, 0.88, 0.996), "lower by a factor of 1.053 (1.004–1.136)"),
+        ((1.06, 1.02, 1.11), "higher by a factor of 1.06 (1.02–1.11)"),
         ((1.0, 1.0, 1.0), "no difference"),
         ((0.0, np.nan, np.nan), "no fall under any of the 20 motions"),
-        ((0.4, np.nan, np.nan), "too few motions bring either down to compare them"),
+        ((0.4, np.nan, np.nan), "too few motions bring either down for a comparison"),
     ],
 )
 def test_the_verdict(results, values, said):
@@ -107,7 +148,7 @@ def test_the_verdict(results, values, said):
 
 
 def test_a_free_piece_may_fall_to_either_side(tmp_path):
-    """Falls to the front: half of the motions need not bring them, and falls to the back are named as not counted."""
+    """Forward falls: half of the motions need not bring them, and backward falls are named as not counted."""
     file = tmp_path / "study.toml"
     fit = FIT + 'state = "front"\n'
     file.write_text('title = "Front"\n' + BLOCKS + LAW + motions(8) + IDA + HAZARD + fit, encoding="utf-8")
@@ -115,8 +156,12 @@ def test_a_free_piece_may_fall_to_either_side(tmp_path):
     assert falling_both_ways(found) == {"free", "deeper"}
     assert falling_both_ways(found.assign_attrs(state="overturning")) == set()
     rows = {row[0]: row[1] for row in client_rows(found).rows}
-    assert rows["free"] == rows["deeper"] == "–"
-    assert rows["at the wall"] != "–"
+    assert rows["free"].endswith(" †")
+    assert rows["deeper"].endswith(" †")
+    assert "†" not in rows["at the wall"]
+    assert "Only falls forward are compared. “free”, “deeper” may fall the other way as well" in " ".join(
+        plain_answer(found)
+    )
     assert any(
         "free, deeper: it may fall to the other side instead" in one for one in found.attrs["notes"].splitlines()
     )

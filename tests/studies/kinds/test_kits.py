@@ -1,17 +1,30 @@
 """Studies of inventories with kits: what is read and refused, what tables, reports and files hold, what is kept."""
 
 import csv
+import io
+import math
 
 import numpy as np
 import openpyxl
 import pytest
 import xarray as xr
+from rich.console import Console
 
 import toppling as tp
 from toppling.studies.command.cli import main
 from toppling.studies.report.actions import next_steps
 from toppling.studies.report.basis import basis
-from toppling.studies.tables.kits import kit_lines, kit_rows, kit_table, static_rows
+from toppling.studies.tables.kits import (
+    kit_lines,
+    kit_rows,
+    kit_table,
+    level_break_rows,
+    short_kit_rows,
+    static_rows,
+)
+from toppling.studies.text.rows import plain_table
+from toppling.studies.text.terminal import fitted
+from toppling.wording import two_digits
 
 COLUMNS = "item,width_m,height_m,floor,count,mass_kg,wall_gap_mm,cm_offset_mm,lean_deg,value,currency,consequence"
 INVENTORY = f"""{COLUMNS},anchored
@@ -65,7 +78,7 @@ def study(tmp_path, more=KITS, after=HAZARD, inventory=INVENTORY, text=STUDY):
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    more = f"{KITS}budget = 100\ntarget = {{ falls = 0.01, front_falls = 0.008 }}\n"
+    more = f"{KITS}budget = 200\ntarget = {{ falls = 0.01, front_falls = 0.008 }}\n"
     return study(tmp_path_factory.mktemp("kits"), more).run()
 
 
@@ -139,15 +152,15 @@ class TestReading:
         low = STUDY.replace('kind = "bracket"\nheight_m = 1.4', 'kind = "bracket"\nheight_m = 1.6')
         notes = "\n".join(study(tmp_path, text=low).notes)
         assert "kit 'bracket' is not tried on desk shelf: of 'desk shelf' it is fixed at 1.6 m" in notes
-        assert "the wall is taken to move with the floor" in notes
+        assert "the wall is assumed to move with the floor" in notes
 
 
 class TestResults:
     def test_the_runs_are_counted(self, tmp_path):
         """4 pieces as they are less the fixed one, and with kits: two on two lines, one on the strapped one."""
         made = study(tmp_path)
-        assert made.kit_runs == (2 + 2 + 1) * 8 * 5
-        assert made.runs == (3 + 5) * 8 * 5
+        assert made.kit_runs == (2 + 2 + 1) * 2 * 8 * 5
+        assert made.runs == (3 + 5) * 2 * 8 * 5
         counted = []
         made.run(progress=lambda done, total: counted.append((done, total)))
         assert counted[-1] == (made.work, made.work)
@@ -155,8 +168,9 @@ class TestResults:
 
     def test_tables(self, results):
         rows = kit_rows(results)
-        assert rows.headings[:7] == (
-            "piece", "floor", "number", "kit", "one falls in 50 years", "into the room", "falls saved",
+        assert rows.headings[:8] == (
+            "piece", "floor", "number", "kit", "chance of falling in 50 years, each", "into the room", "falls saved",
+            "kit breaks in 50 years",
         )  # fmt: skip
         kits = [(one.piece.item, one.kit) for one in kit_lines(results)]
         assert sorted(kits) == sorted(
@@ -167,9 +181,31 @@ class TestResults:
         checks = static_rows(results)
         assert len(checks.rows) == 5
         assert "10 % in 50 years" in checks.title
+        by_level = level_break_rows(results)
+        assert len(by_level.rows) == results.sizes["level"]
+        assert by_level.headings[1:] == (
+            "strapped: strap", "case: strap", "case: bracket", "desk shelf: strap", "desk shelf: bracket",
+            "strapped: bracket",
+        )  # fmt: skip
         table = kit_table(results)
+        assert {"breaks (1/year)", "breaks_lower (1/year)"} <= set(table.headings)
         assert all(len(row) == len(table.headings) for row in table.rows)
         assert "falls (1/year)" in table.headings
+
+    def test_the_terminal_has_one_table_of_80_columns(self, results):
+        """Each value with its interval below it; the chosen kits are marked."""
+        rows = short_kit_rows(results)
+        (table,) = fitted(plain_table(*rows, wrapped=True), 80)
+        console = Console(width=80, file=io.StringIO())
+        console.print(table)
+        text = console.file.getvalue()
+        assert max(map(len, text.splitlines())) <= 80
+        assert len(rows.rows) == len(kit_lines(results)) + 3
+        for line in kit_lines(results):
+            assert line.piece.item.split()[0] in text
+        chosen = {"budget", "target"} & {name for row in rows.rows for name in ("budget", "target") if name in row[0]}
+        assert chosen == {name for name in ("budget", "target") if any(results[f"{name}_kit"].values.ravel() != "")}
+        assert len(short_kit_rows(results, most=4).rows) < len(rows.rows)
 
     def test_a_study_without_kits_has_no_tables(self, tmp_path):
         start, _, rest = STUDY.partition("[restraints.bracket]")
@@ -181,9 +217,17 @@ class TestResults:
 
     def test_the_report_says_what_to_buy(self, results):
         said = next_steps(results, [])
-        assert any(one.startswith("With a budget of 100 EUR, the best kits are ") for one in said)
-        assert any("0.01 falls and 0.008 falls into the room a year" in one for one in said)
-        assert any("It is elastic up to the strength" in one for one in basis(results))
+        assert any(one.startswith("With a budget of 200 EUR, the best choice is “") for one in said)
+        kept = "at most one fall in 100 years and one fall into the room in 125 years"
+        assert any(kept in one for one in said)
+        now = math.fsum((results["item_rate"][0] * results["count"]).values)
+        then = float(results["budget_falls"][0])
+        fall = (
+            f"Averaged over a long time, one piece in {two_digits(1 / then)} years would then fall "
+            f"(one piece in {two_digits(1 / now)} "
+        )
+        assert any(fall in one for one in said)
+        assert any("Its strength is taken as that of its weakest part" in one for one in basis(results))
         assert any("except for those held by a kit" in one for one in basis(results))
         assert "1 of 7 pieces is held by a kit that can break: 1 × strapped (strap)" in results.attrs["notes"]
 
@@ -214,5 +258,5 @@ class TestResults:
         assert found["kit_falls"].attrs["units"] == "1"
         at = found["kit_probability"].sel(level=found.attrs["at_level"])
         np.testing.assert_array_equal(found["kit_falls"], at)
-        assert "one falls at the level" in kit_rows(found).headings
+        assert "chance of falling at the level, each" in kit_rows(found).headings
         assert any("at the level of the tables" in one for one in next_steps(found, []))

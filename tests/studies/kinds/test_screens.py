@@ -67,7 +67,7 @@ parameter = "e"
 values = [0.7, 0.9]
 replicates = 100
 """
-SCREEN = "[screen]\nfriction = 0.35\nundecided = 1.0\n"
+SCREEN = "[friction]\nstatic = 0.35\n[screen]\nundecided = 1.0\n"
 VARIED = "replicates = 200\nvariability = { restitution_sd = 0.02, variants = 3 }"
 UNTESTED = "[screen]\nundecided = 0.0\n"
 REASONS = ["squat", "slides_at_uplift", "slides_while_rocking", "slides_at_impact", "elastic_mode", "scaled_far"]
@@ -209,7 +209,7 @@ class TestScaling:
 class TestFriction:
     @pytest.mark.parametrize("kind", KINDS)
     def test_only_where_there_is_too_little(self, tmp_path, kind):
-        one = study(tmp_path, *KINDS[kind], MOTIONS, "[screen]\nfriction = 0.1\nundecided = 0.0\n")
+        one = study(tmp_path, *KINDS[kind], MOTIONS, "[friction]\nstatic = 0.1\n[screen]\nundecided = 0.0\n")
         slippery = one.run()
         assert any("slide before or at uplift" in note for note in notes_of(slippery))
         assert not any("no coefficient of friction is given" in note for note in notes_of(slippery))
@@ -218,7 +218,7 @@ class TestFriction:
         assert "perturbed" not in one.words
         (check,) = (one for one in checks_of(slippery) if "rather than slide" in one.question)
         assert check.word in (CARE, INVALID)
-        rough = study(tmp_path, *KINDS[kind], MOTIONS, "[screen]\nfriction = 2.0\nundecided = 0.0\n").run()
+        rough = study(tmp_path, *KINDS[kind], MOTIONS, "[friction]\nstatic = 2.0\n[screen]\nundecided = 0.0\n").run()
         assert not any("of the runs slide" in note for note in notes_of(rough))
         (check,) = (one for one in checks_of(rough) if "rather than slide" in one.question)
         assert check.word == GOOD
@@ -229,9 +229,11 @@ class TestFriction:
 
     def test_a_distribution(self, tmp_path):
         """Sliding counts where it is more likely than not: the median decides."""
-        table = "[screen]\nfriction = 0.35\nfriction_dispersion = 0.3\nundecided = 0.0\n"
+        table = "[friction]\nstatic = 0.35\ndispersion = 0.3\n[screen]\nundecided = 0.0\n"
         found = study(tmp_path, *KINDS["performance"], MOTIONS, table).run()
-        fixed = study(tmp_path, *KINDS["performance"], MOTIONS, "[screen]\nfriction = 0.35\nundecided = 0.0\n").run()
+        fixed = study(
+            tmp_path, *KINDS["performance"], MOTIONS, "[friction]\nstatic = 0.35\n[screen]\nundecided = 0.0\n"
+        ).run()
         np.testing.assert_array_equal(found["outside"], fixed["outside"])
         assert json.loads(found.attrs["screen"])["friction"]["wide"]["dispersion"] == 0.3
 
@@ -318,7 +320,9 @@ class TestValues:
     def test_the_friction_there_is_decides_which_values_are_usual(self, tmp_path):
         with pytest.raises(StudyError, match=r"unknown key 'sensitivity.friction'"):
             study(tmp_path, *KINDS["sensitivity"], "friction = 0.3\n", MOTIONS)
-        found = study(tmp_path, *KINDS["sensitivity"], MOTIONS, "[screen]\nfriction = 0.3\nundecided = 0.0\n").run()
+        found = study(
+            tmp_path, *KINDS["sensitivity"], MOTIONS, "[friction]\nstatic = 0.3\n[screen]\nundecided = 0.0\n"
+        ).run()
         assert found.attrs["friction"] == 0.3
         assert found["in_use"].sel(block="narrow").values.tolist() == [False, True]
 

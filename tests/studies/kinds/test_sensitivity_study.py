@@ -321,7 +321,7 @@ class TestDelta:
         assert np.isnan(of_law(over_delta, "energy-consistent")["elastic_frequency"]).all()
 
     def test_inputs_that_a_law_does_not_take(self, over_delta):
-        """c_V has no restitution: no share of the variance, no swing."""
+        """Vassiliou et al. has no restitution: no share of the variance, no swing."""
         here = of_law(over_delta, "vassiliou").sel(input="restitution_factor")
         assert not here["tornado_swing"].any()
         assert np.all(here["tornado_low"] == here["tornado_base"])
@@ -378,7 +378,7 @@ class TestE:
     def test_friction_can_be_said(self, tmp_path):
         laws = STUDY[STUDY.index("[[models]]") : STUDY.index("[motions]")]
         text = STUDY.replace(laws, '[[models]]\nlaw = "discrete"\n').replace("number = 12", "number = 4")
-        results = study_of(tmp_path, text, E, "[screen]\nfriction = 0.3\n").run()
+        results = study_of(tmp_path, text, E, "[friction]\nstatic = 0.3\n").run()
         assert results["in_use"].sum() < 8
         # the shade ends where the need is what there is
         ax = sensitivity(results, block="server-rack-42u")
@@ -406,7 +406,7 @@ class TestClaims:
         assert f"{alike.number:.2f} ({alike.lower:.2f}–{alike.upper:.2f}) times" in alike.text
         decay = found["discrete damping outperforms in free decay"]
         assert decay.number == pytest.approx(np.abs(of_law(at, "discrete", "elastic")["decay_error"]).mean().item())
-        assert found["c_V does not depend on δ at all"].number == 0.0
+        assert found["the coefficient of Vassiliou et al. does not depend on δ"].number == 0.0
         assert found["energy-consistent damping is the rigid block"].lower > 0.8
         assert all(one.verdict in (HOLDS, FAILS, OPEN) for one in found.values())
 

@@ -10,15 +10,20 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import toppling as tp
 from toppling.fragility import HazardCurve
+from toppling.fragility.curves.means import mean_interval
+from toppling.fragility.numerics.proportions import wilson_interval
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.models import required_force, static_capacity
 from toppling.motions import Building
 from toppling.studies.buildings.assessment import assess, distinct_runs
-from toppling.studies.buildings.consequences import Injury
-from toppling.studies.buildings.contents import Contents, Inventory
-from toppling.studies.buildings.kits import Kit
-from toppling.studies.kits.savings import DESIGN_RATE, Shake, kit_savings
+from toppling.studies.buildings.pieces import pieces_of
+from toppling.studies.inventory.consequences import Injury
+from toppling.studies.inventory.contents import Contents, Inventory
+from toppling.studies.inventory.kits import Kit
+from toppling.studies.kits.savings import Shake, kit_savings, with_kit
 from toppling.studies.kits.sets import TARGETS, budget_kits, target_kits
+from toppling.studies.plan.design_shaking import DESIGN_RATE
+from toppling.studies.report.kits import purchases
 
 LAW = tp.HousnerImpact(geometry="linear")
 STRAP = Kit("strap", tp.Restraint.strap(1.4, 267.0, 20e3, 0.005), 15.0, 1.4)
@@ -44,7 +49,7 @@ SHAKE = Shake([LAW], MOTIONS, LEVELS, "pga", FRAME, CURVE, replicates=200)
 
 
 def assessed(inventory=INVENTORY, **options):
-    args = {"building": FRAME, "hazard": CURVE, "replicates": 200, "sides": True, **options}
+    args = {"building": FRAME, "hazard": CURVE, "replicates": 200, "sides": True, "polarity": "as recorded", **options}
     return assess(inventory, LAW, MOTIONS, LEVELS, "pga", **args)
 
 
@@ -73,7 +78,7 @@ def runs_of(block, floor, levels=LEVELS):
 
 class TestRuns:
     def test_a_piece_with_a_kit_is_that_block_with_that_restraint(self, found):
-        """Run by run, of any fall and of falls to the front."""
+        """Run by run, of any fall and of forward falls."""
         for i, row in enumerate(ROWS):
             if row.anchored or row.e is not None:
                 continue
@@ -113,6 +118,62 @@ class TestRuns:
         plain = assess(free, LAW, MOTIONS, LEVELS, "pga", FRAME)
         assert "front" not in plain
         assert_array_equal(plain["overturned"], assessed(free)["overturned"])
+
+
+class TestBreaks:
+    """How often kits break, against runs of the blocks by themselves."""
+
+    @pytest.fixture(scope="class")
+    def broken(self):
+        """Flags (level, motion) of the rupture of each kit on each of the first pieces that it fits."""
+        found = {}
+        for (k, kit), (i, row) in itertools.product(enumerate(KITS), enumerate(ROWS[:3])):
+            if kit.fits(row):
+                shaken = FRAME.floor_motions(MOTIONS, [row.floor])
+                runs = tp.ida(kit.on(row).block, LAW, shaken, LEVELS, "pga", ["ruptured"], ground=MOTIONS)
+                found[k, i] = runs["ruptured"].squeeze(drop=True).transpose("level", "motion").values
+        return found
+
+    def test_at_each_level_and_in_a_year(self, found, saved, broken):
+        weights = found["level_weight"].values
+        assert any(0 < one.sum() < one.size for one in broken.values())
+        for (k, i), flags in broken.items():
+            one = saved.isel(model=0, kit=k, item=i)
+            assert_array_equal(one["kit_broken_probability"], flags.mean(axis=1))
+            low, high = wilson_interval(flags.sum(axis=1), np.full(LEVELS.size, 16), 0.95)
+            assert_allclose(one["kit_broken_probability_lower"], low, rtol=1e-12, atol=1e-15)
+            assert_allclose(one["kit_broken_probability_upper"], high, rtol=1e-12)
+            assert float(one["kit_breaks"]) == pytest.approx(float(weights @ flags.mean(axis=1)), rel=1e-12)
+            design = CURVE.levels[0] * (CURVE.rates[0] / DESIGN_RATE) ** (1.0 / 1.8)
+            share = np.interp(math.log(design), np.log(LEVELS), flags.mean(axis=1))
+            assert float(one["kit_breaks_at_design"]) == pytest.approx(share, rel=1e-4, abs=1e-9)
+        for k, kit in enumerate(KITS):
+            for i, row in enumerate(ROWS):
+                if not kit.fits(row):
+                    assert np.isnan(saved["kit_breaks"][0, k, i])
+
+    def test_of_a_kit_in_place(self, found):
+        shaken = FRAME.floor_motions(MOTIONS, [1])
+        runs = tp.ida(ROWS[2].block, LAW, shaken, LEVELS, "pga", ["ruptured"], ground=MOTIONS)
+        flags = runs["ruptured"].squeeze(drop=True).transpose("level", "motion").values
+        one = found.isel(model=0).sel(item="strapped")
+        assert 0 < flags.sum() < flags.size
+        assert_array_equal(one["broken_probability"], flags.mean(axis=1))
+        assert float(one["item_broken_rate"]) == pytest.approx(float(found["level_weight"].values @ flags.mean(axis=1)))
+        others = [row.label for row in ROWS if row.label != "strapped"]
+        assert np.isnan(found["item_broken_rate"].sel(item=others)).all()
+
+    def test_at_a_level(self):
+        at = float(LEVELS[4])
+        plain = assessed(hazard=None)
+        one = kit_savings(INVENTORY, KITS[:1], plain, SHAKE._replace(hazard=None), level=at)
+        assert_array_equal(one["kit_breaks"], one["kit_broken_probability"].isel(level=4))
+        assert_array_equal(one["kit_breaks_upper"], one["kit_broken_probability_upper"].isel(level=4))
+        assert "kit_breaks_at_design" not in one
+
+    def test_without_restraints_nothing_is_said(self):
+        free = Inventory((Contents("a", tp.Block(0.3, 1.6, lean=0.01), 1),))
+        assert "broken_probability" not in assessed(free)
 
 
 class TestSavings:
@@ -260,6 +321,69 @@ class TestSets:
         assert goals(picks)[1:] == pytest.approx(best[1:], rel=1e-9)
 
 
+class TestUnresolved:
+    """A kit of which motions do not show that it prevents falls is in no set, but where the code asks for an anchor."""
+
+    @staticmethod
+    def doubtful(results, kit, item, side=""):
+        found = results.copy(deep=True)
+        name = f"kit_{side}falls_saved"
+        assert float(found[name].sel(kit=kit, item=item)[0]) > 0.0
+        assert float(found[f"{name}_lower"].sel(kit=kit, item=item)[0]) > 0.0
+        found[f"{name}_lower"].loc[{"kit": kit, "item": item}] = -1e-6
+        return found
+
+    def test_of_a_budget(self, results):
+        chosen = budget_kits(results, 1e4)
+        taken = [(str(item), kit) for item, kit in zip(results["item"].values, chosen.kits, strict=True) if kit]
+        assert taken
+        for item, kit in taken:
+            again = budget_kits(self.doubtful(results, kit, item), 1e4)
+            now = dict(zip(results["item"].values, again.kits, strict=True))
+            assert now[item] != kit
+            assert {name: one for name, one in now.items() if name != item} == {
+                name: one for name, one in zip(results["item"].values, chosen.kits, strict=True) if name != item
+            }
+
+    @pytest.mark.parametrize(("name", "side"), [("falls", ""), ("front_falls", "front_"), ("loss", "")])
+    def test_of_a_target(self, results, name, side):
+        most = 0.8 * next(iter(all_sets(results)))[2][name]
+        chosen = target_kits(results, {name: most})
+        taken = [(str(item), kit) for item, kit in zip(results["item"].values, chosen.kits, strict=True) if kit]
+        assert taken
+        for item, kit in taken:
+            again = target_kits(self.doubtful(results, kit, item, side), {name: most})
+            assert dict(zip(results["item"].values, again.kits, strict=True))[item] != kit
+            assert not again.met or again.cost >= chosen.cost
+
+    def test_the_report_says_for_which_lines(self, results):
+        found = results.copy(deep=True)
+        found["kit_falls_saved_lower"][:] = -1e-6
+        kept = budget_kits(found, 1e4)
+        assert set(kept.kits) == {""}
+        found = found.assign(
+            budget_kit=(("model", "item"), kept.kits[None]),
+            budget_cost=("model", [kept.cost]),
+            budget_gap=("model", [0.0]),
+            **{f"budget_{name}": ("model", [value]) for name, value in kept.amounts.items()},
+        ).assign_attrs(budget=1e4)
+        said = list(purchases(found, pieces_of(found)))
+        assert said[0] == "No kit that is shown to be worth its cost can be bought for 10,000 EUR."
+        helped = (found["kit_falls_saved"].isel(model=0) > 0.0).any("kit").values
+        named = ", ".join(f"“{one}”" for one in found["item"].values[helped])
+        assert said[1].startswith(f"No kit is proposed for {named}: ")
+        bought = found.copy(deep=True)
+        item = str(found["item"].values[helped][0])
+        saved = found["kit_falls_saved"].isel(model=0).sel(item=item)
+        fitting = [str(one) for one in found["kit"].values if float(saved.sel(kit=one)) > 0.0]
+        bought["budget_kit"].loc[{"item": item}] = fitting[0]
+        first = next(purchases(bought, pieces_of(bought)))
+        assert f"(for “{item}” it is not shown that the kit prevents any falls)" not in first  # (forward falls are)
+        bought["kit_front_falls_saved_lower"][:] = -1e-6
+        first = next(purchases(bought, pieces_of(bought)))
+        assert f"(for “{item}” it is not shown that the kit prevents any falls)" in first
+
+
 class TestFits:
     @pytest.mark.parametrize(
         ("kit", "block", "height", "why"),
@@ -304,3 +428,61 @@ class TestFits:
         with pytest.raises(ValueError, match="which has none"):
             Contents("a", CASE, 0, kit="strap")
         assert math.isclose(STRAP.cost, 15.0)
+
+
+class TestBothWays:
+    """Motions and their reverses as two outcomes of one earthquake."""
+
+    @pytest.fixture(scope="class")
+    def both(self):
+        found = assessed(polarity="both")
+        return found, kit_savings(INVENTORY, KITS, found, SHAKE)
+
+    def test_rates_are_means_of_both_polarities(self, both, found, saved):
+        reversed_ones = MOTIONS.copy(data=-MOTIONS.values)
+        minus = assess(INVENTORY, LAW, reversed_ones, LEVELS, "pga", FRAME, CURVE, sides=True, polarity="as recorded")
+        of_minus = kit_savings(INVENTORY, KITS, minus, SHAKE._replace(motions=reversed_ones))
+        for name in ("kit_falls", "kit_front_falls", "kit_falls_saved", "kit_front_falls_saved", "kit_saving"):
+            expected = 0.5 * (saved[name].values + of_minus[name].values)
+            assert_allclose(both[1][name].values, expected, rtol=1e-11, atol=1e-16, err_msg=name)
+        assert np.nanmax(np.abs(saved["kit_falls_saved"].values - of_minus["kit_falls_saved"].values)) > 1e-4
+        for name in ("kit_required_force", "kit_static_capacity", "kit_peak_acceleration"):
+            assert_array_equal(both[1][name].values, saved[name].values)
+
+    def test_savings_are_differences_of_rates(self, both):
+        found, saved = both
+        for k, kit in enumerate(KITS):
+            for i, row in enumerate(ROWS):
+                if not kit.fits(row):
+                    continue
+                alone = assessed(Inventory((kit.on(row),), "EUR"), polarity="both")
+                for name, rate in (("falls", "item_rate"), ("front_falls", "item_front_rate")):
+                    one = saved.isel(model=0, kit=k, item=i)
+                    assert float(one[f"kit_{name}"]) == float(alone[rate][0, 0])
+                    difference = float(found[rate][0, i]) - float(alone[rate][0, 0])
+                    assert float(one[f"kit_{name}_saved"]) == pytest.approx(difference, rel=1e-9, abs=1e-15)
+
+    def test_intervals_draw_a_motion_with_both_outcomes(self, both):
+        """Against a plain bootstrap of paired differences, motion by motion."""
+        found, saved = both
+        weights = found["level_weight"].values
+        n = MOTIONS.sizes["motion"]
+        with_it = assessed(Inventory((STRAP.on(ROWS[0]),), "EUR"), polarity="both")
+        flags = [one["overturned"].values[0, 0].astype(float) for one in (found, with_it)]
+        each = weights @ (flags[0] - flags[1])
+        each = 0.5 * (each[::2] + each[1::2])
+        one = saved["kit_falls_saved"].values[0, 0, 0]
+        assert one == pytest.approx(each.mean(), rel=1e-11)
+        ends = mean_interval(each, 0.95, 200, 0)
+        assert saved["kit_falls_saved_lower"].values[0, 0, 0] == pytest.approx(float(ends.lower), rel=1e-11)
+        assert saved["kit_falls_saved_upper"].values[0, 0, 0] == pytest.approx(float(ends.upper), rel=1e-11)
+        spread = np.random.default_rng(1).multinomial(n, np.full(n, 1 / n), 4000) @ each / n
+        width = float(ends.upper - ends.lower)
+        assert width == pytest.approx(np.diff(np.quantile(spread, [0.025, 0.975]))[0], rel=0.35)
+
+    def test_progress_counts_the_runs(self):
+        done = []
+        found = assessed(polarity="both")
+        kit_savings(INVENTORY, KITS, found, SHAKE, progress=lambda one, total: done.append(one))
+        held = [with_kit(INVENTORY, kit) for kit in KITS]
+        assert done[-1] == sum(distinct_runs(one, None, "both") for one in held) * MOTIONS.sizes["motion"] * LEVELS.size

@@ -9,6 +9,7 @@ import plot_cases as cases
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from scipy.special import ndtr
 
 import toppling as tp
 from toppling.fragility import curve_probability
@@ -249,6 +250,32 @@ class TestInventory:
         assert left.get_ylabel().replace("\n", " ").startswith("left of the expected annual value")
 
 
+class TestSliding:
+    def test_the_chance_is_that_of_a_lognormal_coefficient(self):
+        """Along each line the median is b/h times exp(-dispersion times the quantile of its share)."""
+        ax = plot.sliding(dispersion=0.4)
+        drawn = next(one for one in ax.collections if getattr(one, "labelTexts", None))
+        assert len(drawn.get_paths()) == len(drawn.levels) == 7
+        for share, path in zip(drawn.levels, drawn.get_paths(), strict=True):
+            ratio, median = path.vertices.T
+            np.testing.assert_allclose(ndtr(np.log(ratio / median) / 0.4), share, rtol=0.02)
+
+    def test_blocks_stand_at_their_ratio(self):
+        ax = plot.sliding([tp.catalogue["file-vertical-2-drawer"], tp.Block(0.4, 1.6, name="crate")])
+        at = {name: one.get_xdata()[0] for name, one in lines(ax).items()}
+        assert at["crate"] == 0.25
+        assert at["file-vertical-2-drawer"] == 0.625
+        assert [one.get_text() for one in ax.get_legend().get_texts()] == ["file-vertical-2-drawer", "crate"]
+        own = Figure().add_subplot()
+        assert plot.sliding(tp.Block(0.4, 1.6), own) is own
+        assert own.get_legend() is None
+
+    @pytest.mark.parametrize(("blocks", "options"), [(["crate"], {}), ((), {"dispersion": 0.0})])
+    def test_refused(self, blocks, options):
+        with pytest.raises((TypeError, ValueError), match=r"blocks must be blocks|dispersion must be"):
+            plot.sliding(blocks, **options)
+
+
 def test_measures_have_the_tables_words():
     ax = plot.measures(cases.measured(), model="housner e=e_R")
     assert [tick.get_text() for tick in ax.get_yticklabels()][-2:] == ["√(Arias intensity)", "PGA"]
@@ -351,6 +378,7 @@ FIGURES = {
     "uncertainty": lambda: uncertainty_figure(cases.uncertain(("shelf", "rack"))),
     "sobol": lambda: index_figure(cases.uncertain(), "sobol"),
     "morris": lambda: index_figure(cases.uncertain(), "morris"),
+    "sliding": lambda: plot.sliding([tp.Block(0.3, 1.8, name="shelf"), tp.Block(0.8, 1.6, name="chest")]).figure,
 }  # fmt: skip
 
 

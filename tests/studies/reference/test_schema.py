@@ -13,6 +13,7 @@ import toppling as tp
 from toppling import motions as mo
 from toppling.models import LAWS
 from toppling.studies.command.cli import main
+from toppling.studies.file.motions import AXES
 from toppling.studies.file.schema import StudyFile
 from toppling.studies.file.table import KeyInfo, bare
 from toppling.studies.reference.json_schema import all_tables, study_schema, unit_of
@@ -96,8 +97,12 @@ class TestSchema:
         for name, key, _, said in keys():
             if name != table or "default" not in said or key in {"seed", "match_gmm", "amplitude_m_s2"}:
                 continue
-            if key == "order":
-                assert said["default"] == inspect.signature(mo.bandpass).parameters["order"].default
+            functions = {"order": mo.bandpass, "azimuth": mo.both_axes, "correlation": mo.Generator.sample_pairs}
+            if key in functions:
+                assert said["default"] == inspect.signature(functions[key]).parameters[key].default
+                continue
+            if key == "axes":
+                assert AXES[said["default"]] is mo.both_axes
                 continue
             own = [
                 one.default
@@ -149,7 +154,7 @@ class TestSchema:
             ("$.ida.levels", {"ida": {"levels": [1, 2]}}),
             ("$.motions.number", {"motions": {"number": "many"}}),
             ("$.stripes.at[0].motions", {"stripes": {"unit": "g", "at": [{"level": 1.0, "motions": {"nmber": 3}}]}}),
-            ("$.screen.friction", {"screen": {"friction": 40}}),
+            ("$.friction.static", {"friction": {"static": 40}}),
         ],
     )
     def test_refuses_what_is_refused(self, where, content):
@@ -246,10 +251,7 @@ class TestReference:
 
     def test_one_row(self):
         page = key_reference()
-        friction = "Coefficient of friction between block and floor, or its median."
-        assert (
-            f"| `friction` | {friction} | 1 | not known: a need above 1 counts as sliding | number ≥ 0.05, ≤ 2 |"
-            in page
-        )
+        static = "Static coefficient of friction, or its median."
+        assert f"| `static` | {static} | 1 | that of contact | number ≥ 0.05, ≤ 2 |" in page
         kind = "A uniform cantilever, masses on springs, or none."
         assert f"| `kind` | {kind} |  | must be given | `ground`, `flexural-shear`, `storeys` |" in page

@@ -62,7 +62,7 @@ class TestCommand:
         assert f"strap of 267 N, slack 5 mm: breaks at {float(one.rupture_time):.2f} s" in said
         assert "met at 0.0111 rad with restitution 0.46; " in said
         assert f"{int(one.wall_impacts)} impacts, the fastest at {float(one.wall_impact_velocity):.3g} rad/s" in said
-        assert "overturned to the front at " in said
+        assert "overturned forward at " in said
 
     def test_a_strap_that_holds(self, tmp_path, capsys):
         """The largest force is that at the largest rotation to the front."""

@@ -19,7 +19,7 @@ from toppling.__main__ import is_interrupt
 from toppling.fragility.runs import plan
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
-from toppling.studies.command.forecast import status_of
+from toppling.studies.command.status import status_of
 from toppling.studies.store import shards
 
 FEWER = MANY.replace("number = 600", "number = 120")

@@ -14,7 +14,7 @@ import toppling as tp
 from toppling.fragility.runs import plan
 from toppling.studies import StudyError, show
 from toppling.studies.command.cli import main
-from toppling.studies.command.forecast import status_of
+from toppling.studies.command.status import status_of
 from toppling.studies.kinds import study as running
 from toppling.studies.store import folder as store
 from toppling.studies.store import watch

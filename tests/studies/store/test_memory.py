@@ -45,7 +45,8 @@ levels = {{ from = 0.05, to = 1.0, number = 20, unit = "g" }}
 replicates = 100
 [screen]
 undecided = 0.05
-friction = 0.4
+[friction]
+static = 0.4
 """
 BUILDING = """
 title = "More lines than memory"

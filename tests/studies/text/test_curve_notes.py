@@ -344,7 +344,8 @@ class TestUncertainRates:
         study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, UNCERTAIN, HAZARD, fit)
         assert main(["run", str(path), "--out", str(tmp_path / "out"), "--verbose"]) == 0
         out = capsys.readouterr().out
-        assert "Overturns once in so many years (P: mean over the samples; 95 % over motions," in " ".join(out.split())
+        title = "Mean return period of overturning, years (P: mean over the samples; 95 % interval,"
+        assert title in " ".join(out.split())
         assert "P = 10 %" in out
         assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv", "--model", "housner"]) == 0
         assert "2 curves for csv" in capsys.readouterr().out
@@ -471,7 +472,7 @@ class TestTables:
         ends = (found["fractile"][0, 0, 0], found["median"][0, 0])
         levels = [two_digits(float(one) / 9.80665) for one in ends]
         table = risk_table(found)
-        assert "(95 % over motions, for the given hazard curve)" in str(table.title)
+        assert "(95 % intervals, for the given hazard curve)" in str(table.title)
         assert [column[1] for column in cells(table)[1:]] == [
             "2,140 (above 1,800)",
             "0.0468\u00a0%",

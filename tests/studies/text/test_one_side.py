@@ -122,7 +122,13 @@ class TestStudies:
         for name in names:
             swapped[name][low] = 0.5 * swapped[name][1 - low]
         first = str(found["block"].values[1 - low])
-        assert plain_answer(swapped)[0] == f"“{first}” is the most vulnerable of the 2 blocks."
+        said = plain_answer(swapped)[0]
+        assert said.startswith(f"By these motions “{first}” is the more vulnerable of the 2 pieces")
+        other = str(found["block"].values[low])
+        assert said.endswith(f"but not with certainty: its interval overlaps with that of “{other}”.")
+        for end in ("_lower", "_upper"):
+            swapped[f"rate{end}"][:] = swapped["rate"]
+        assert plain_answer(swapped)[0] == f"“{first}” is the more vulnerable of the 2 pieces."
 
 
 class TestAdvice:

@@ -9,12 +9,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ...models import Block
+from ...models import Block, Edge
+from ...models.friction import CONTACTS, LOCKED, ROLLING, UNLOCKED, FixedFriction, LognormalFriction
+from ...models.scenes.edge import FALLS_WHEN
 from ...motions.floors.histories import DIRECTIONS
 from ..codes.check import CLASSES
-from ..file.blocks import block_of_line, placed_of_line
+from ..file.blocks import block_of_line, placed_of_line, planned_of_line
 from ..file.csv_table import NO, YES, CsvLine, CsvTable, TableKind
 from ..file.table import StudyError, shown
+from ..plan.slides import Slides
 from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
 from .contents import MAX_COUNT, MAX_ROWS, MAX_VALUE, Contents, Inventory
 from .kits import Kit
@@ -26,6 +29,8 @@ COLUMNS = (
     "height_m",
     "cm_height_m",
     "inertia_factor",
+    "depth_m",
+    "round",
     "floor",
     "room",
     "direction",
@@ -41,6 +46,7 @@ COLUMNS = (
     "wall_gap_mm",
     "cm_offset_mm",
     "lean_deg",
+    "bed_settlement_mm",
     "code_class",
     "code_importance",
     "anchor_strength_n",
@@ -54,6 +60,13 @@ COLUMNS = (
     "persons_exposed",
     "injury_probability",
     "class",
+    "contact",
+    "friction",
+    "friction_dispersion",
+    "edge_distance_mm",
+    "edge_distance_back_mm",
+    "falls_when",
+    "stands_on",
 )
 """Columns of an inventory file, in any order."""
 
@@ -66,7 +79,10 @@ KIND = TableKind("inventory", COLUMNS, MAX_ROWS, 16 * 2**20, InventoryError, "in
 
 
 def read_inventory(
-    path: str | os.PathLike[str], floors: Sequence[str] | None = None, kits: Mapping[str, Kit] | None = None
+    path: str | os.PathLike[str],
+    floors: Sequence[str] | None = None,
+    kits: Mapping[str, Kit] | None = None,
+    sliding: Slides | None = None,
 ) -> Inventory:
     """Read an inventory from a CSV file or a workbook.
 
@@ -79,6 +95,8 @@ def read_inventory(
         The existing floors; any floor is allowed where not given.
     kits : mapping of str to Kit, optional
         The kits that the column ``anchored`` can name.
+    sliding : Slides, optional
+        The friction of lines that give none, and the kinetic ratio of those that give no contact.
 
     Returns
     -------
@@ -102,10 +120,13 @@ def read_inventory(
     ``height_m``
     ``cm_height_m``            height of the centre of mass, m (mid-height), also beside ``catalogue``
     ``inertia_factor``         I_O/(m R²), above 1 to 2 (4/3); must be given with ``cm_height_m``
+    ``depth_m``                full size in the other horizontal direction, m, at least the width (the catalogue's), for
+                               motions of which both components shake
+    ``round``                  yes or no (no): the base is round; its depth is the width
     ``floor``                  floor that it stands on: 0 is the ground (the only column that must be filled)
     ``room``                   room that it stands in, for tables
     ``direction``              x or y: the direction of the building in which the width lies, for floor histories in two
-                               directions
+                               directions and pairs of components (x)
     ``count``                  number of pieces (1)
     ``e``                      restitution, above 0 to 1 (that of the damping law); ``restitution`` is the same
     ``value``                  loss when a piece overturns, without spread
@@ -121,6 +142,7 @@ def read_inventory(
     ``wall_gap_mm``            clear distance to a wall behind the piece, mm: 0 touches (no wall)
     ``cm_offset_mm``           centre of mass in front of the middle (behind it: negative), mm (0)
     ``lean_deg``               lean, or slope of the floor, to the front (to the back: negative), degrees (0)
+    ``bed_settlement_mm``      settlement of a soft bed (carpet, mat) under the piece by its weight, mm (a rigid floor)
     ``code_class``             what the code takes it for: storage (permanent cabinets and shelves), laboratory,
                                equipment (mechanical and electrical), furniture, movable
     ``code_importance``        importance factor, 1 to 1.5 (that of the study's code)
@@ -139,6 +161,15 @@ def read_inventory(
                                consequence ``injury``
     ``class``                  class of pieces whose capacities the model may miss by the same factor (all pieces of
                                the same sizes), for the study's ``modelling_dispersion``
+    ``contact``                what its pieces stand on, which gives their friction: vinyl, rubber feet, carpet,
+                               concrete; or castors (which roll: not modelled), castors locked (with ``friction``)
+    ``friction``               instead: static coefficient of friction, or its median, 0.05 to 2
+    ``friction_dispersion``    its dispersion, above 0 to 1 (taken as known exactly, with a note)
+    ``edge_distance_mm``       clear distance from the front of a piece to the edge of what it stands on, mm
+    ``edge_distance_back_mm``  the same behind it, mm
+    ``falls_when``             centre or foot: what must pass the edge for a piece to fall off (centre)
+    ``stands_on``              the item of another line on this floor on which it stands, such as a pedestal: then it is
+                               checked, run by run, whether that one rests (the floor itself)
     ========================== =========================================================================================
 
     Where semicolons or tabs separate the cells, numbers may have decimal commas; a file has either commas or points.
@@ -148,7 +179,7 @@ def read_inventory(
 
     Examples
     --------
-    >>> from toppling.studies.buildings.inventory import example_path
+    >>> from toppling.studies.inventory.reading import example_path
     >>> inventory = read_inventory(example_path())
     >>> len(inventory), inventory.pieces, inventory.currency
     (14, 54, 'EUR')
@@ -164,7 +195,7 @@ def read_inventory(
     found: list[tuple[CsvLine, Contents]] = []
     currency = ""
     for line in table:
-        found.append((line, _contents(line, kits or {})))
+        found.append((line, _contents(line, kits or {}, sliding)))
         if floors is not None and str(found[-1][1].floor) not in floors:
             known = ", ".join(floors if len(floors) <= 12 else [*floors[:5], "…", floors[-1]])
             hint = "; give a building, or floor motions" if list(floors) == ["0"] else ""
@@ -176,9 +207,11 @@ def read_inventory(
     if not found:
         raise InventoryError(f"{file}: has a header but no items")
     try:
-        return Inventory(tuple(_told_apart(found)), currency)
+        inventory = Inventory(tuple(_told_apart(found)), currency)
+        inventory.check_supports()
     except ValueError as error:
         raise InventoryError(f"{file}: {error}") from None
+    return inventory
 
 
 def example_path() -> str:
@@ -197,12 +230,15 @@ def _told_apart(found: Sequence[tuple[CsvLine, Contents]]) -> Iterator[Contents]
         if label in taken:
             line.refuse("item", f"must be another name, {label!r} is taken by {line.table.word} {taken[label].number}")
         taken[label] = line
-        yield replace(row, label=label)
+        below = row.stands_on
+        if len(lines.get(below, ())) > 1:
+            below = f"{below}, floor {row.floor}"
+        yield replace(row, label=label, stands_on=below)
 
 
-def _contents(line: CsvLine, kits: Mapping[str, Kit]) -> Contents:
+def _contents(line: CsvLine, kits: Mapping[str, Kit], sliding: Slides | None) -> Contents:
     """Return the contents that a line describes."""
-    block = placed_of_line(line, block_of_line(line))
+    block = _near_edge(line, placed_of_line(line, planned_of_line(line, block_of_line(line))))
     floor = line.text("floor")
     if not floor:
         line.refuse("floor", "is empty: it must say where the item stands, 0 is the ground")
@@ -235,7 +271,13 @@ def _contents(line: CsvLine, kits: Mapping[str, Kit]) -> Contents:
         "cost": _consequence(line, "cost", "cost_median"),
         "downtime": _consequence(line, "downtime", "downtime_median_days"),
         "injury": _injury(line),
+        **_friction(line, sliding),
     }
+    if block.edge is not None and anchored not in YES and distributions["friction"] is None:
+        column = "edge_distance_mm" if line.text("edge_distance_mm") else "edge_distance_back_mm"
+        if distributions["contact"] == ROLLING:
+            line.refuse(column, "must be empty on castors: rolling is not modelled")
+        line.refuse(column, "needs a friction: give contact or friction, or the study's [friction]")
     words = [word.strip().lower() for word in re.split(r"[|,;]", line.text("consequence"))]
     e = line.number_in(e_column, above=0.0, at_most=1.0)
     value = line.number_in("value", at_least=0.0, at_most=MAX_VALUE)
@@ -260,9 +302,53 @@ def _contents(line: CsvLine, kits: Mapping[str, Kit]) -> Contents:
             anchor_strength=line.number_in("anchor_strength_n", above=0.0, at_most=MAX_VALUE),
             anchor_height=height,
             kit="" if kit is None else kit.name,
+            stands_on=line.text("stands_on"),
             **distributions,
         ),
     )
+
+
+def _near_edge(line: CsvLine, block: Block) -> Block:
+    """Return the block of a line with its edges."""
+    columns = {side: f"edge_distance_{side}mm" for side in ("", "back_")}
+    given = {side: line.number_in(column, at_least=0.0) for side, column in columns.items()}
+    word = line.text("falls_when").lower()
+    if word and word not in FALLS_WHEN:
+        line.refuse("falls_when", f"must be one of {', '.join(FALLS_WHEN)}, got {shown(word)}")
+    front, back = (None if one is None else 1e-3 * one for one in given.values())
+    if front is None and back is None:
+        if word:
+            line.refuse("falls_when", "needs edge_distance_mm or edge_distance_back_mm, which are empty")
+        return block
+    try:
+        return replace(block, edge=Edge(front, back, word or FALLS_WHEN[0]))
+    except ValueError as error:
+        line.refuse(columns["" if front is not None else "back_"], str(error))
+
+
+def _friction(line: CsvLine, sliding: Slides | None) -> dict[str, Any]:
+    """Return what a line stands on and its friction, that of the study where it gives neither."""
+    contact = line.text("contact").lower()
+    static = line.number_in("friction", at_least=0.05, at_most=2.0)
+    dispersion = line.number_in("friction_dispersion", above=0.0, at_most=1.0)
+    if dispersion is not None and static is None:
+        line.refuse("friction_dispersion", "needs friction, which is empty")
+    if contact in (ROLLING, UNLOCKED):
+        if static is not None:
+            line.refuse("friction", "must be empty on castors that are not locked: they roll, which is not modelled")
+        return {"contact": ROLLING, "friction": None}
+    if contact in CONTACTS:
+        if static is not None:
+            line.refuse("friction", "takes the place of contact: give one of them")
+        own = CONTACTS[contact]
+        return {"contact": contact, "friction": own.friction, "kinetic_ratio": own.kinetic_ratio}
+    if contact not in ("", LOCKED):
+        names = ", ".join((*CONTACTS, ROLLING, LOCKED))
+        line.refuse("contact", f"must be one of {names}, got {shown(contact)}")
+    found: dict[str, Any] = {"contact": contact, "friction": None if sliding is None else sliding.friction}
+    if static is not None:
+        found["friction"] = FixedFriction(static) if dispersion is None else LognormalFriction(static, dispersion)
+    return found | ({} if sliding is None else {"kinetic_ratio": sliding.kinetic_ratio})
 
 
 def _held(line: CsvLine, kit: Kit, block: Block, height: float | None) -> Block:

@@ -11,6 +11,8 @@ from typing import Any
 
 from ... import checks
 from ...models import Block
+from ...models.block import describe_scene
+from ...models.friction import CONTACTS, LOCKED, ROLLING, Friction
 from ...motions.floors.histories import DIRECTIONS
 from ..codes.check import CLASSES
 from ..file.csv_table import MAX_TEXT
@@ -54,7 +56,10 @@ class Contents:
     room : str
         The room that it stands in, for tables.
     direction : str
-        The direction of the building, x or y, in which its width lies; of use with floor histories in two directions.
+        The direction of the building, x or y, in which its width lies; of use with floor histories in two directions
+        and with pairs of components.
+    along_depth : bool
+        Whether it is run about its depth, too, under the other component (`studies.buildings.axes` decides).
     code_class : str
         What a building code takes it for (`toppling.studies.codes.check.CLASSES`), '' where it is not known.
     code_importance : float, optional
@@ -69,6 +74,15 @@ class Contents:
         Days for which a piece that overturned is out of use.
     piece_class : str
         Its class, whose pieces have their modelling uncertainty in common; '' for all pieces of the same sizes.
+    contact : str
+        What the pieces stand on, and with what: a name of `toppling.models.friction.CONTACTS`, ``castors`` (which roll,
+        which is not modelled) or ``castors locked``; '' where it is not known.
+    friction : Friction, optional
+        Static coefficient of friction between a piece and what it stands on; needed by blocks near an edge.
+    kinetic_ratio : float
+        Kinetic over static friction, above 0, at most 1.
+    stands_on : str
+        The label of the line whose piece it stands on, such as a pedestal on the same floor; '' for the floor itself.
     injury : Injury, optional
         The persons whom a piece injures; where their mean is above 0, ``injury`` is added to its consequences.
 
@@ -98,6 +112,11 @@ class Contents:
     piece_class: str = ""
     direction: str = ""
     kit: str = ""
+    along_depth: bool = False
+    contact: str = ""
+    friction: Friction | None = None
+    kinetic_ratio: float = 1.0
+    stands_on: str = ""
 
     def __post_init__(self) -> None:
         _text("label", self.label)
@@ -141,6 +160,7 @@ class Contents:
             if word in RESERVED:
                 raise ValueError(f"consequence must not be one of {', '.join(RESERVED)}, got {word!r}")
         self._check_distributions()
+        self._check_friction()
         injures = ("injury",) if self.injury is not None and self.injury.mean > 0.0 else ()
         object.__setattr__(self, "consequences", tuple(dict.fromkeys((*self.consequences, *injures))))
 
@@ -151,6 +171,28 @@ class Contents:
                 raise TypeError(f"{name} must be of {kind.__name__} or None, got {checks.kind(given)}")
         if self.cost is not None and self.value > 0.0:
             raise ValueError(f"cost takes the place of value, which must not be given beside it, got {self.value:g}")
+
+    def _check_friction(self) -> None:
+        if self.contact not in ("", ROLLING, LOCKED, *CONTACTS):
+            raise ValueError(f"contact must be one of {', '.join((*CONTACTS, ROLLING, LOCKED))}, got {self.contact!r}")
+        if self.friction is not None and not isinstance(self.friction, Friction):
+            raise TypeError(f"friction must be a Friction or None, got {checks.kind(self.friction)}")
+        checks.number("kinetic_ratio", self.kinetic_ratio, above=0.0, at_most=1.0)
+        if self.rolls and self.friction is not None:
+            raise ValueError(f"friction must be None on castors, which roll, got one for {self.label!r}")
+        if self.block.edge is not None and not self.anchored and self.friction is None:
+            why = "it rolls, which is not modelled" if self.rolls else "its friction is not given"
+            raise ValueError(f"the edge of {self.label!r} needs to know how far it slides, and {why}")
+
+    @property
+    def rolls(self) -> bool:
+        """Whether it stands on castors that are not locked."""
+        return self.contact == ROLLING
+
+    @property
+    def both_axes(self) -> bool:
+        """Whether it is run about its width and its depth, about which nothing holds it; not on a soft bed."""
+        return self.along_depth and self.block.bed is None
 
     @property
     def loss(self) -> float:
@@ -213,6 +255,29 @@ class Inventory:
                 f"an inventory must have at most {MAX_CONSEQUENCES} different consequences, got "
                 f"{len(self.consequences)}"
             )
+
+    def check_supports(self) -> None:
+        """Raise a ValueError where pieces stand on a line that is not there, or may move in a way that is not known.
+
+        A part of an inventory need not hold what its pieces stand on.
+        """
+        by_label = {row.label: row for row in self.rows}
+        for row in self.rows:
+            if not row.stands_on:
+                continue
+            below = by_label.get(row.stands_on)
+            what = f"what {row.label!r} stands on"
+            if below is None or below is row:
+                raise ValueError(f"{what} must be another line of the inventory, got {row.stands_on!r}")
+            if below.stands_on:
+                raise ValueError(f"{what} must stand on the floor, got {below.label!r}, which stands on a piece itself")
+            if (below.floor, below.direction) != (row.floor, row.direction):
+                raise ValueError(f"{what} must be on its own floor and in its direction, got {below.label!r}")
+            if not below.anchored and (below.friction is None or describe_scene(below.block)):
+                raise ValueError(
+                    f"{what} must be anchored, or stand free with a friction, so that it is known whether it rests, "
+                    f"got {below.label!r}"
+                )
 
     def __len__(self) -> int:
         return len(self.rows)

@@ -62,6 +62,10 @@ class Kit:
         distances from both edges that make up the width; tendons and sloping cables fit only blocks as wide as they are
         made for.
         """
+        if block.bed is not None:
+            return "cannot hold a piece on a soft bed, for which no restraint is modelled"
+        if block.edge is not None:
+            return "cannot hold a piece near an edge, over which it may slide once the kit breaks: not modelled"
         own, sloping = self.restraint, self.width is not None and self.restraint.kind == "cable"
         if own.kind in AT_A_HEIGHT:
             if sloping and height is not None:

@@ -15,8 +15,8 @@ import pytest
 
 import toppling as tp
 from toppling.studies import StudyError
-from toppling.studies.buildings.contents import Contents, Inventory
-from toppling.studies.buildings.inventory import COLUMNS, InventoryError, example_path, read_inventory
+from toppling.studies.inventory.contents import Contents, Inventory
+from toppling.studies.inventory.reading import COLUMNS, InventoryError, example_path, read_inventory
 
 SHELF = tp.catalogue["bookcase-5-shelf"]
 

@@ -16,10 +16,10 @@ from toppling.fragility.uncertainty.joint import Variability
 from toppling.studies.buildings import assessment as module
 from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.assessment import assess
-from toppling.studies.buildings.consequences import Consequence, Injury, PieceScores
-from toppling.studies.buildings.contents import Contents, Inventory
 from toppling.studies.buildings.notes import hazard_notes, hazard_shares, notes
 from toppling.studies.buildings.pieces import SAFETY, pieces_of
+from toppling.studies.inventory.consequences import Consequence, Injury, PieceScores
+from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.report.validity import CARE, checks_of
 from toppling.studies.tables.assessment import annual_rows, level_rows
 from toppling.studies.tables.pieces import piece_rows, piece_table

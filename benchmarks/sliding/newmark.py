@@ -1,0 +1,85 @@
+"""Newmark's block, which slides one way, under simulated motions: the engine and pyslammer's rigid analysis.
+
+pyslammer steps with the samples: velocities by the trapezoidal rule, beginnings and ends of a slide at a sample.  The
+engine finds both between the samples.  A record with straight lines between its samples can be sampled more finely
+without a change of the motion: pyslammer's results then come to those of the engine, which stay.  What remains is that
+pyslammer has no friction at speeds below 1e-5 m/s: a block that gets there goes on at that speed.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from ...aliases import Array
+from ...models.sliding.law import Slider
+from ...models.sliding.runs import SLIDES, friction_table, run_sliders
+from ...units import STANDARD_GRAVITY
+from ..measure import Row, seconds
+from ..speed import motions
+
+RATIOS = (0.05, 0.1, 0.2, 0.4, 0.6)
+"""Accelerations that start the block, over the peak of the record."""
+REFINED = (1, 4, 16)
+"""Samples that pyslammer gets for each sample of the record."""
+QUIET = 3.0
+"""Time after the motion, s, in which all blocks stop: pyslammer ends with the record."""
+
+
+def newmark(number: int = 10, refined: tuple[int, ...] = REFINED) -> Row:
+    """Compare the slips of one-way blocks: `rows` of pyslammer's differences, or the reason why it is `missing`.
+
+    A row has the largest and the median relative difference over the motions at one ratio and one refinement; `costs`
+    has the time of a run in both programs, s.
+    """
+    try:
+        package = import_module("pyslammer")
+    except ImportError as error:
+        return {"missing": f"pyslammer: {error}", "rows": [], "motions": number}
+    shaking = [_quiet(one.acceleration, one.dt) for one in motions(number)]
+    dt = motions(1)[0].dt
+    rows = []
+    for ratio in RATIOS:
+        levels = [ratio * float(np.abs(one).max()) / STANDARD_GRAVITY for one in shaking]
+        ours = np.array([_engine(one, dt, level) for one, level in zip(shaking, levels, strict=True)])
+        for steps in refined:
+            theirs = np.array(
+                [_pyslammer(package, _finer(one, steps), dt / steps, k) for one, k in zip(shaking, levels, strict=True)]
+            )
+            slid = ours > 0.0
+            apart = np.abs(theirs[slid] / ours[slid] - 1.0)
+            rows.append(
+                {"ratio": ratio, "steps": steps, "median": float(np.median(apart)), "largest": float(apart.max())}
+                | {"slip": float(np.median(ours[slid]))}
+            )
+    level = 0.1 * float(np.abs(shaking[0]).max()) / STANDARD_GRAVITY
+    taken = seconds(
+        [partial(_engine, shaking[0], dt, level), partial(_pyslammer, package, shaking[0], dt, level)], repeats=3
+    )
+    return {"missing": "", "rows": rows, "motions": number, "costs": taken}
+
+
+def _quiet(record: Array, dt: float) -> Array:
+    return np.append(record, np.zeros(round(QUIET / dt)))
+
+
+def _finer(record: Array, steps: int) -> Array:
+    """The same motion with `steps` samples for each."""
+    at = np.arange(steps * (record.size - 1) + 1) / steps
+    return np.asarray(np.interp(at, np.arange(record.size), record))
+
+
+def _engine(record: Array, dt: float, friction: float) -> float:
+    slider = Slider(friction, math.inf, friction, friction)
+    return float(run_sliders(friction_table([slider]), np.ones((1, 1)), record, None, dt)[0, 0, SLIDES["slide_peak"]])
+
+
+def _pyslammer(package: Any, record: Array, dt: float, friction: float) -> float:
+    """Its accelerations are in g, and slide the block when they are positive: ours, when they are negative."""
+    motion = package.GroundMotion(-record / package.constants.G_EARTH, dt, "motion")
+    ratio = friction * STANDARD_GRAVITY / package.constants.G_EARTH
+    return float(package.RigidAnalysis(ratio, motion).max_sliding_disp)

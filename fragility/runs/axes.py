@@ -1,0 +1,169 @@
+"""Runs of blocks about both horizontal axes: a planar run about each, under one factor, and the outputs of the two.
+
+A block overturns where it does so about one of its axes, under the two components of one recording; probabilities of
+the two axes are never multiplied, because both components are as strong as their earthquake.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...models import Block, Model, Sliding
+from ...motions.arrays import BOTH_AXES, WEAK_AXIS, Record
+from .plan import Work
+
+AXIS = "axis"
+"""Output: 1 where the block fell along its width, 2 along its depth, 0 where it stands."""
+WEAK_RATIO = 1.6
+"""Ratio of depth to width from which the axis along the width decides alone (docs/theory/axes.md)."""
+DECIDING = ("overturned", "overturning_time")
+EARLIER = ("overturning_time", "first_slip_time")
+OF_DECIDING = ("impacts", "impact_velocity", "direction")
+LARGER = ("peak_rotation",)
+EITHER = ("overturned", "uplifted", "airborne", "ruptured")
+SUMMED = ("slide_peak", "slide_residual", "slide_velocity", "slide_after")
+OF_AXES = (*EITHER, *LARGER, *OF_DECIDING, "overturning_time", "top_displacement", AXIS)
+"""Outputs of rocking blocks about both axes."""
+SLIDES_OF_AXES = (*SUMMED, "first_slip_time")
+"""Outputs of sliding blocks along both axes."""
+RULES = {
+    **dict.fromkeys((*EITHER, AXIS), ""),
+    **dict.fromkeys((*LARGER, "top_displacement"), ", the larger of both axes"),
+    **dict.fromkeys(OF_DECIDING, ", about the axis about which it fell, else the larger of both"),
+    "direction": ", about the axis about which it fell",
+    **dict.fromkeys(EARLIER, ", the earlier of both axes"),
+    **dict.fromkeys(SUMMED, ", square root of the sum of the squares of both axes"),
+}
+"""What each output is of the two axes, for its long name."""
+
+
+def axes_of(motions: Sequence[Record]) -> str:
+    """Return how motions shake: `BOTH_AXES`, `WEAK_AXIS`, or '' by one component; ValueError where they differ."""
+    found = {record.axes for record in motions}
+    if len(found) > 1:
+        raise ValueError("motions must all shake one way: both axes, the weak axis, or one component, got several")
+    return found.pop() if found else ""
+
+
+def check_axes(axes: str, blocks: Sequence[Block], models: Sequence[Model]) -> None:
+    """Raise a ValueError where blocks cannot be run about these axes.
+
+    Raises
+    ------
+    ValueError
+        About both axes: a block without a depth, one on a soft bed, one too squat along its depth for a law without
+        an explicit restitution.  About the weak axis alone: a block without a depth, or with a depth below
+        1.6 times its width, or a round one.
+    """
+    if axes == WEAK_AXIS:
+        for block in blocks:
+            if block.depth is None:
+                raise ValueError(f"{block.label!r} needs its depth (m), to tell whether its weak axis alone is enough")
+            if block.depth < WEAK_RATIO * block.width:
+                raise ValueError(
+                    f"{block.label!r} must have a depth of at least {WEAK_RATIO:g} times its width where its weak axis "
+                    f"alone is run, got {block.depth:g} m and {block.width:g} m: run both axes"
+                )
+    if axes == BOTH_AXES and not _sliding(models):
+        for block in blocks:
+            across = block.across
+            for model in models:
+                try:
+                    model.restitution(across)
+                except ValueError as error:
+                    raise ValueError(f"{block.label!r} in the direction of its depth: {error}") from None
+
+
+def check_outputs(axes: str, outputs: Sequence[str], models: Sequence[Model]) -> None:
+    """Raise a ValueError for outputs that runs about these axes do not have."""
+    if axes != BOTH_AXES:
+        if AXIS in outputs:
+            raise ValueError("outputs: axis is of runs about both axes (motions.both_axes), got one component")
+        return
+    allowed = SLIDES_OF_AXES if _sliding(models) else OF_AXES
+    for name in outputs:
+        if name not in allowed:
+            raise ValueError(f"outputs of runs about both axes must be among {', '.join(allowed)}, got {name!r}")
+
+
+def _sliding(models: Sequence[Model]) -> bool:
+    """Return True of blocks that slide, which need no depth for it."""
+    return any(isinstance(one, Sliding) for one in models)
+
+
+def along_depth(record: Record) -> Record:
+    """Return a pair of components with that along the depth first, as the motion of a block's other axis."""
+    assert record.companion is not None
+    return record._replace(acceleration=record.companion, companion=record.acceleration, axes="")
+
+
+def along_width(record: Record) -> Record:
+    """Return a pair of components as the motion of a block's width alone."""
+    return record._replace(axes="")
+
+
+def needed(outputs: Sequence[str]) -> tuple[str, ...]:
+    """Return the outputs that the run about each axis needs for these outputs of both."""
+    every = [name for name in outputs if name != AXIS]
+    if any(name in (AXIS, *OF_DECIDING) for name in outputs):
+        every += DECIDING
+    return tuple(dict.fromkeys(every))
+
+
+def both_works(work: Work, across: Sequence[Any]) -> tuple[Work, Work]:
+    """Return the work about each axis; `across`: the specimens of the blocks in the direction of their depth."""
+    along = work._replace(outputs=needed(work.outputs))
+    return along, along._replace(oscillators=across, motions=tuple(map(along_depth, work.motions)))
+
+
+def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any], module: Any) -> dict[str, Any]:
+    """Return outputs of runs about both axes from those about each, arrays of equal shape.
+
+    Parameters
+    ----------
+    outputs : sequence of str
+        Names of outputs of the engine, and `AXIS`.
+    x, y : mapping of str to array
+        The outputs that these need (`needed`), along the width and along the depth.
+    module : module
+        numpy, or dask.array for arrays that are still to be computed.
+
+    Returns
+    -------
+    dict of str to array
+        overturned and uplifted: about either axis; ruptured: of the restraint, which acts along the width; axis: that
+        about which the block fell first, the width at equal times and in runs that leave the floor; overturning_time
+        and first_slip_time: the earlier; peak_rotation: the larger, pi/2 where the block fell, so that what the other
+        axis did after the fall does not count; impacts, impact_velocity and direction: of the axis about which it fell,
+        else the larger; slips: the square root of the sum of squares.
+
+    Notes
+    -----
+    The friction on a block that slides in the plane acts against its velocity, and not on each axis by itself, so that
+    the square root of the sum of squares is an approximation.
+    """
+    found: dict[str, Any] = {}
+    axis: Any = None
+    if any(name in (AXIS, *OF_DECIDING) for name in outputs):
+        fell_x, fell_y = x["overturned"], y["overturned"]
+        # (runs that leave the floor have no times, about either axis, and count along the width)
+        first_x = fell_x & ~(fell_y & (y["overturning_time"] < x["overturning_time"]))
+        axis = module.where(first_x, np.int8(1), module.where(fell_y, np.int8(2), np.int8(0))).astype(np.int8)
+    for name in outputs:
+        if name == AXIS:
+            found[name] = axis
+        elif name in EITHER:
+            found[name] = x[name] | y[name]
+        elif name in EARLIER:
+            found[name] = module.fmin(x[name], y[name])
+        elif name in OF_DECIDING:
+            larger = module.maximum(x[name], y[name])
+            found[name] = module.where(axis == 1, x[name], module.where(axis == 2, y[name], larger))
+        elif name in SUMMED:
+            found[name] = module.hypot(x[name], y[name])
+        else:
+            found[name] = module.maximum(x[name], y[name])
+    return found

@@ -1,0 +1,135 @@
+"""Soft beds on which blocks stand over their whole width: carpets, mats, strips of soft feet (Winkler foundation)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from ... import checks
+
+MOST_SETTLEMENT = 0.1
+"""Largest settlement over the half width."""
+MOST_UPLIFT, LEAST_UPLIFT = 0.1, 1e-9
+"""Largest and least rotation at uplift over alpha: beyond 0.1 the weight takes more than 0.3 of the bed's stiffness."""
+CHORDS = 6
+"""Straight pieces of the moment from the uplift on, before the last one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bed:
+    """Soft bed under the whole width of a block, elastic and without tension (Winkler foundation).
+
+    Parameters
+    ----------
+    settlement : float
+        How far the weight of the upright block presses the bed down, m, > 0; at most a tenth of the block's half width
+        and a tenth of (half width x alpha).
+
+    Raises
+    ------
+    ValueError
+        A settlement that is not finite and positive.
+
+    Notes
+    -----
+    A rigid base of width 2b with the weight m g on a bed of stiffness k per length settles by d0 = m g/(2 b k).  Its
+    edge lifts off at the rotation theta_u = d0/b.  Up to there the whole width is in contact and the bed's moment is
+    k (2b³/3) theta; from there on the contact narrows to 2b sqrt(theta_u/theta), its pressure is a triangle, and m g
+    acts at a third of its length from the edge that is pressed (derived, for small rotations and a vertical motion
+    without inertia; Winkler 1867).  See `bed_moment`.
+
+    Examples
+    --------
+    >>> Bed(settlement=0.002).label
+    'bed that settles 2 mm'
+    """
+
+    settlement: float
+
+    def __post_init__(self) -> None:
+        checks.number("bed settlement", self.settlement, above=0.0, unit="m")
+
+    @property
+    def label(self) -> str:
+        """What it is in a few words, as ``bed that settles 2 mm``."""
+        return f"bed that settles {1000.0 * self.settlement:.4g} mm"
+
+
+def bed_moment(rotation: float) -> float:
+    """Return the moment of a bed over m g b, at a rotation (>= 0) over that at uplift, theta_u.
+
+    Notes
+    -----
+    theta/(3 theta_u) up to the uplift, then 1 - (2/3) sqrt(theta_u/theta): 1/3 at 1, 2/3 at 4 (derived).
+
+    Examples
+    --------
+    >>> [round(bed_moment(ratio), 6) for ratio in (1.0, 2.0, 4.0, 10.0, 100.0)]
+    [0.333333, 0.528595, 0.666667, 0.789181, 0.933333]
+    """
+    return rotation / 3.0 if rotation <= 1.0 else 1.0 - 2.0 / 3.0 / math.sqrt(rotation)
+
+
+def check_bed(bed: Bed, half_width: float, alpha: float) -> None:
+    """Raise ValueError for a bed that is too soft (or too firm to be resolved) for a block."""
+    checks.number("bed settlement", bed.settlement, at_most=MOST_SETTLEMENT * half_width, unit="m")
+    ratio = bed.settlement / (half_width * alpha)
+    if not LEAST_UPLIFT <= ratio <= MOST_UPLIFT:
+        word = "soft" if ratio > MOST_UPLIFT else "firm"
+        raise ValueError(
+            f"bed settlement must be {LEAST_UPLIFT * half_width * alpha:.3g} to {MOST_UPLIFT * half_width * alpha:.3g} "
+            f"m for this block, so that it uplifts between {LEAST_UPLIFT:g} and {MOST_UPLIFT:g} alpha, got "
+            f"{bed.settlement:g} m: too {word}"
+        )
+
+
+def balance_on_bed(uplift: float) -> float:
+    """Return the rotation at which a block on a bed balances, over alpha, from that at uplift over alpha (below 1/3).
+
+    Notes
+    -----
+    The block balances at x alpha with 1 - (2/3) sqrt(uplift/x) = x: sqrt(x) = (2/sqrt 3) cos(arccos(-sqrt(3 uplift))/3)
+    (derived).
+    """
+    return 4.0 / 3.0 * math.cos(math.acos(-math.sqrt(3.0 * uplift)) / 3.0) ** 2
+
+
+class Polygon(NamedTuple):
+    """Straight pieces of the moment of a bed: rotations of the nodes over alpha, and moments there over m g b.
+
+    From the last node on the moment is constant.  `balance`: the rotation over alpha at which the block would fall by
+    itself.
+    """
+
+    rotations: tuple[float, ...]
+    moments: tuple[float, ...]
+    balance: float
+
+
+def polygon(uplift: float) -> Polygon:
+    """Return the moment of a bed as a polygon, for a rotation at uplift over alpha below 1/3.
+
+    Notes
+    -----
+    The nodes are those of a geometric series of ratio r from the uplift on.  Beyond the first, they lie on
+    1 - (2/3) c sqrt(uplift/x) with c = 4 sqrt(r)/(1 + sqrt(r))²: each chord then has the area of the curve (derived).
+    The last node is at c² times the balance, so that the constant moment beyond it is that at the balance, which is
+    exact.
+    """
+    balance = balance_on_bed(uplift)
+    share = 1.0
+    ratio = 1.0
+    for _ in range(100):
+        ratio = (share * share * balance / uplift) ** (1.0 / CHORDS)
+        before, share = share, 4.0 * math.sqrt(ratio) / (1.0 + math.sqrt(ratio)) ** 2
+        if abs(share - before) <= 1e-15:
+            break
+    beyond = [uplift * ratio**k for k in range(1, CHORDS + 1)]
+    moments = [1.0 - 2.0 / 3.0 * share * math.sqrt(uplift / x) for x in beyond]
+    return Polygon((uplift, *beyond), (1.0 / 3.0, *moments), balance)
+
+
+def describe_bed(bed: Bed) -> dict[str, Any]:
+    """Return the bed's parameters as plain values (SI)."""
+    return {"settlement": bed.settlement}

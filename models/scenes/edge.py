@@ -1,0 +1,92 @@
+"""Edges of shelves, benches and pedestals, over which blocks that slide fall."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ... import checks
+from ...units import DIMENSIONLESS
+
+CENTRE, FOOT = "centre", "foot"
+FALLS_WHEN = (CENTRE, FOOT)
+"""What must pass an edge for a block to fall off: the centre of mass, or the foot."""
+FALLEN_OFF = "fallen_off"
+"""Name of the flag of blocks that slide over an edge."""
+OF_FALLEN_OFF = {"units": DIMENSIONLESS, "long_name": "whether the block slid over an edge, False of blocks near none"}
+"""Its attributes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """Edges of the surface on which a block stands, over which it falls when it slides far enough.
+
+    Parameters
+    ----------
+    front, back : float, optional
+        Clear distance from the foot to the edge in front and behind, m, >= 0; no edge on a side where not given.
+    falls_when : str
+        ``centre`` (it falls when its centre of mass has passed the edge) or ``foot`` (when its foot has: feet or
+        castors that leave the surface).
+
+    Raises
+    ------
+    TypeError, ValueError
+        No edge on either side, a distance that is not finite or is negative, another word.
+
+    Notes
+    -----
+    A block at rest on its base stands until its centre of mass is over the edge, so that it has to slide the distance
+    and its half width.  What it does while it slides beyond the edge (it tilts under a sliding contact) is left out.
+
+    Examples
+    --------
+    >>> Edge(0.10).slips(half_width=0.15)
+    (0.25, inf)
+    >>> Edge(0.10, falls_when="foot").label
+    'edge 100 mm in front'
+    """
+
+    front: float | None = None
+    back: float | None = None
+    falls_when: str = CENTRE
+
+    def __post_init__(self) -> None:
+        checks.choice("falls_when", self.falls_when, FALLS_WHEN)
+        if self.front is None and self.back is None:
+            raise ValueError("an edge needs its distance to the front or to the back")
+        for side, distance in (("front", self.front), ("back", self.back)):
+            if distance is not None:
+                checks.number(f"{side} distance to the edge", distance, at_least=0.0, unit="m")
+
+    def slips(self, half_width: float) -> tuple[float, float]:
+        """Return the slips to the front and back (m) beyond which a block falls off, infinite where there is no edge.
+
+        `half_width` of the block, m.
+        """
+        reach = half_width if self.falls_when == CENTRE else 0.0
+        front, back = (math.inf if one is None else one + reach for one in (self.front, self.back))
+        return front, back
+
+    def fallen_off(self, forward: Any, backward: Any, half_width: float) -> Any:
+        """Return True where the greatest slips to the front and to the back (m, >= 0) take a block over an edge.
+
+        The slips are arrays of numpy or dask, or numbers.  NaN, the slip of a block that loses contact with the floor,
+        counts as fallen off.
+        """
+        front, back = self.slips(half_width)
+        return np.logical_not((forward <= front) & (backward <= back))
+
+    @property
+    def label(self) -> str:
+        """What it is in a few words, as ``edge 100 mm in front``."""
+        sides = ((self.front, "in front"), (self.back, "behind"))
+        return "edge " + " and ".join(f"{1000.0 * one:.4g} mm {side}" for one, side in sides if one is not None)
+
+
+def describe_edge(edge: Edge) -> dict[str, Any]:
+    """Return an edge as plain values (SI)."""
+    return {"front": edge.front, "back": edge.back, "falls_when": edge.falls_when}

@@ -1,0 +1,116 @@
+"""Whether a block that stands on its floor rests, slides or rocks, along one axis or in the plane of the floor."""
+
+from __future__ import annotations
+
+import enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...aliases import Array
+from ...units import DIMENSIONLESS, STANDARD_GRAVITY
+from ..block import Block
+
+
+class Mode(enum.IntEnum):
+    """What a block does first: nothing, slide, or rock; AIRBORNE where the vertical acceleration takes its weight."""
+
+    RESTS = 0
+    SLIDES = 1
+    ROCKS = 2
+    AIRBORNE = -1
+
+
+MODE = {
+    "units": DIMENSIONLESS,
+    "long_name": "what the block does first: 0 rests, 1 slides, 2 rocks, -1 loses contact with the floor",
+}
+"""Attributes of modes."""
+
+
+def demand(acceleration: Array, vertical: Array | None, factors: Array) -> Array:
+    """Return the greatest of abs(u'')/(g + w'') under each factor: the friction that keeps a block in place.
+
+    The largest value lies at a sample, since the ratio of two straight lines is monotonic.  Infinite where g + w'' is
+    not above zero.
+    """
+    if vertical is None:
+        return np.asarray(factors * np.abs(acceleration).max() / STANDARD_GRAVITY)
+    found = np.empty(factors.size)
+    for i, factor in enumerate(factors.ravel().tolist()):
+        weight = STANDARD_GRAVITY + factor * vertical
+        found[i] = np.max(factor * np.abs(acceleration) / weight) if weight.min() > 0.0 else np.inf
+    return found.reshape(factors.shape)
+
+
+def mode_of(block: Block, static: ArrayLike, demanded: ArrayLike) -> NDArray[np.int8]:
+    """Return the `Mode` of a free block with static friction under a demand (see `demand`); the two broadcast.
+
+    Up to the smaller of static friction and b/h the block rests; above it, it slides if static < b/h, and never
+    uplifts, or it uplifts and rocks (Shenton 1996, as in `friction_at_uplift`).
+    """
+    needed, available = np.asarray(demanded, dtype=float), np.asarray(static, dtype=float)
+    level = block.b / block.h
+    moves = np.where(available < level, Mode.SLIDES, Mode.ROCKS)
+    found = np.where(needed > np.minimum(available, level), moves, Mode.RESTS)
+    return np.where(np.isinf(needed), Mode.AIRBORNE, found).astype(np.int8)
+
+
+def demand_in_plane(
+    along: Array, across: Array, vertical: Array | None, factors: Array, level: float = np.inf
+) -> Array:
+    """Return the friction that keeps a block in place where both horizontal components shake it, under each factor.
+
+    Parameters
+    ----------
+    along, across, vertical : array, shape (n,)
+        Components along the width and along the depth, m/s², and the vertical one or None.
+    factors : array
+        Of all components.
+    level : float
+        b/h along the width: a block that uplifts there passes on no more than b/h of its weight in that direction.
+
+    Returns
+    -------
+    array, shape of `factors`
+        Greatest at the samples of sqrt(min(abs(x'')/G, b/h)² + (y''/G)²), G = g + w''; infinite where G is not above
+        zero.
+    """
+    found = np.empty(factors.size)
+    for i, factor in enumerate(factors.ravel().tolist()):
+        weight = STANDARD_GRAVITY if vertical is None else STANDARD_GRAVITY + factor * vertical
+        if np.min(weight) > 0.0:
+            found[i] = np.hypot(np.minimum(np.abs(factor * along) / weight, level), factor * across / weight).max()
+        else:
+            found[i] = np.inf
+    return found.reshape(factors.shape)
+
+
+def mode_in_plane(block: Block, static: ArrayLike, along: ArrayLike, across: ArrayLike, plane: ArrayLike) -> Any:
+    """Return the `Mode` of a free block with a depth where both horizontal components shake it; arrays broadcast.
+
+    Parameters
+    ----------
+    block : Block
+    static : array
+        Static coefficient of friction.
+    along, across : array
+        Its `demand` along the width and along the depth.
+    plane : array
+        Its `demand_in_plane`, with `level` b/h along the width.
+
+    Returns
+    -------
+    array of int8
+        With static friction below b/h along the depth the block slides where `plane` exceeds it; from b/h along the
+        width on it may rock about the width in such a run, too.  What does not slide rocks where it uplifts along the
+        width or, with friction from b/h along the depth on, along the depth.
+    """
+    assert block.depth is not None
+    available, weightless = np.asarray(static, dtype=float), np.isinf(np.asarray(plane))
+    width, depth = block.b / block.h, 0.5 * block.depth / block.h
+    slides = (available < depth) & (np.asarray(plane) > available)
+    rocks = ((np.asarray(along) > width) & (available >= width)) | ((np.asarray(across) > depth) & (available >= depth))
+    found = np.where(slides, Mode.SLIDES, np.where(rocks, Mode.ROCKS, Mode.RESTS))
+    return np.where(weightless, Mode.AIRBORNE, found).astype(np.int8)

@@ -1,0 +1,58 @@
+"""The criterion of blocks that trip: whether a sliding block meets an obstacle with the energy to turn over it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...units import DIMENSIONLESS, STANDARD_GRAVITY
+from ..block import Block
+
+TRIPS = "trips"
+"""Name of the flag of blocks that meet an obstacle fast enough to turn over it."""
+OF_TRIPS = {
+    "units": DIMENSIONLESS,
+    "long_name": "whether the block meets an obstacle with the energy to turn over it (a criterion)",
+}
+"""Its attributes."""
+
+
+def tripping_velocity(block: Block) -> float:
+    """Return the velocity from which a sliding block turns over when its foot is stopped, m/s.
+
+    Notes
+    -----
+    An obstacle that is low against the block stops the foot at once.  The angular momentum about the foot is kept, m v
+    h = I0 omega with I0 = lambda m R², so that the block begins to rock with omega = v h/(lambda R²).  It passes its
+    balance where the energy suffices to lift its mass that far, I0 omega²/2 >= m g R (1 - cos alpha), hence
+
+        v >= (R/h) sqrt(2 lambda g (R - h)),
+
+    the critical sliding velocity of vehicles that are tripped by a curb.  The shaking after the impact, which may help
+    or hinder, and an obstacle that gives way are left out.
+
+    References
+    ----------
+    Jones, I. S. (1975). The mechanics of rollover as the result of curb impact. SAE Technical Paper 750461 (as quoted
+    by others; not re-read).  Housner, G. W. (1963). The behavior of inverted pendulum structures during earthquakes.
+    Bulletin of the Seismological Society of America 53(2), 403-417 (the energy of the balance).
+
+    Examples
+    --------
+    >>> round(tripping_velocity(Block(0.4, 1.8)), 3)
+    0.776
+    """
+    assert block.inertia_factor is not None  # set by the block itself
+    # (R - h = b²/(R + h) without cancellation)
+    lift = block.b * block.b / (block.R + block.h)
+    return block.R / block.h * math.sqrt(2.0 * block.inertia_factor * STANDARD_GRAVITY * lift)
+
+
+def trips(block: Block, velocity: Any) -> Any:
+    """Return True where a block meets an obstacle with at least its `tripping_velocity` (velocities in m/s, any array).
+
+    False for NaN, the velocity of a block that does not get there.
+    """
+    return np.asarray(velocity) >= tripping_velocity(block)

@@ -1,0 +1,138 @@
+"""Both horizontal directions in inventories: which lines are run about their depth, too, and what is said of it.
+
+Where both components shake, a piece is run about its width under the component in whose direction the width lies, and
+about its depth under the other one.  It has fallen where it fell about either axis in a run; products of the
+probabilities of the axes are never formed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from ...doubts import first_names
+from ...fragility.runs.axes import WEAK_RATIO, check_axes
+from ...fragility.uncertainty.joint import with_restitution
+from ...models import Law
+from ...models.block import describe_scene
+from ...motions.arrays import BOTH_AXES, WEAK_AXIS
+from ...wording import listed_name, two_digit_percent
+from ..inventory.contents import Contents, Inventory
+from ..text.axes import held_notes
+from .shaking import Shaking
+from .variables import SIDEWAYS
+
+MOST_NAMED = 8
+
+
+def placed_on_axes(inventory: Inventory, shaking: Shaking, laws: Sequence[Law]) -> Inventory:
+    """Return an inventory as `Shaking.placed` does, with the lines that are run about their depth, too.
+
+    These are all lines that can fall, but those on soft beds, and those that are at least 1.6 times as long as they
+    are wide and so squat along their depth that a law has no restitution for it.  A wall, a restraint, an offset of the
+    mass and a lean act in the direction of the width: along its depth a piece stands free.
+
+    Raises
+    ------
+    ValueError
+        As `Shaking.placed`; lines without a depth where both components shake, a line too squat along its depth for a
+        law without an explicit restitution; where blocks are asked to rock about their weak axis alone, lines without
+        a depth, or with one below 1.6 times their width.
+    """
+    placed = shaking.placed(inventory)
+    if not shaking.axes:
+        return placed
+    weak = shaking.axes == WEAK_AXIS
+    able = [
+        row
+        for row in placed.rows
+        if not row.anchored and row.block.bed is None and not (weak and describe_scene(row.block))
+    ]
+    lacking = [row.label for row in able if row.block.depth is None]
+    if lacking:
+        raise ValueError(
+            f"depth_m is missing of {first_names(lacking)}: where both components shake, the size of a piece in the "
+            "other horizontal direction must be known"
+        )
+    if weak:
+        check_axes(WEAK_AXIS, [replace(row.block, name=row.label) for row in able], laws)
+        return placed
+    return replace(
+        placed, rows=tuple(replace(row, along_depth=row in able and not _decided(row, laws)) for row in placed.rows)
+    )
+
+
+def _decided(row: Contents, laws: Sequence[Law]) -> bool:
+    """Return True for a line whose weak axis alone decides, and that has no restitution along its depth."""
+    block = replace(row.block, name=row.label)
+    try:
+        check_axes(BOTH_AXES, [block], [with_restitution(law, row.e) for law in laws])
+    except ValueError:
+        if block.depth is not None and block.depth >= WEAK_RATIO * block.width:
+            return True
+        raise
+    return False
+
+
+def axes_notes(inventory: Inventory, as_read: Inventory, axes: str) -> list[str]:
+    """Return notes on the axes about which the lines of an inventory are run, a sentence each.
+
+    inventory: as `placed_on_axes` returns it; as_read: with the directions that it gives; axes: how components shake.
+    """
+    if not axes:
+        return []
+    free = [row for row in inventory.rows if not row.anchored]
+    if axes == WEAK_AXIS:
+        found = [
+            "every piece is run about its width alone, under the component in whose direction its width lies: each is "
+            f"at least {WEAK_RATIO:g} times as long as it is wide, or something holds it"
+        ]
+    else:
+        found = [
+            "both horizontal components shake: each piece is run about its width under the component in whose "
+            "direction its width lies and about its depth under the other, under one scale factor, and has fallen "
+            "where it fell about either; squatness and sliding are checked in the direction of the width"
+        ]
+        found += held_notes([row.label for row in free if row.both_axes and describe_scene(row.block)])
+        soft = [row.label for row in free if row.block.bed is not None]
+        if soft:
+            found.append(
+                f"{first_names(soft)}: run about the width alone, because a soft bed is modelled in that direction; "
+                "falls along the depth are not included"
+            )
+        squat = [row.label for row in free if not row.both_axes and row.block.bed is None]
+        if squat:
+            found.append(
+                f"{first_names(squat)}: run about the width alone, because the depth is at least {WEAK_RATIO:g} times "
+                "the width and too large for the law's restitution (give e to run it)"
+            )
+    undirected = [
+        row.label
+        for row, given in zip(inventory.rows, as_read.rows, strict=True)
+        if not given.direction and not row.anchored
+    ]
+    if undirected:
+        found.append(
+            f"direction is not given of {first_names(undirected)}: their widths are taken to lie in x, which decides "
+            "what falls together"
+        )
+    return found
+
+
+def sideways_notes(assessment: xr.Dataset) -> list[str]:
+    """Return a sentence on the share of each line's falls that are along its depth, in a year or over all levels."""
+    if f"{SIDEWAYS.name}_share" not in assessment:
+        return []
+    every = assessment[f"{SIDEWAYS.name}_share"].isel(model=0).values
+    named = [
+        f"{listed_name(str(item))} {two_digit_percent(share)}"
+        for item, share in zip(assessment["item"].values, every.tolist(), strict=True)
+        if np.isfinite(share)
+    ]
+    if not named:
+        return []
+    more = f" and {len(named) - MOST_NAMED:,} more" if len(named) > MOST_NAMED else ""
+    return [f"share of the falls that are along the depth: {', '.join(named[:MOST_NAMED])}{more}"]

@@ -1,0 +1,131 @@
+"""Classes of pieces by name: how many tests there are of each, and how far capacities are from those computed.
+
+The table is made by `make validate-experiments` from docs/experiments.csv; docs/experiments.md explains it.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from functools import lru_cache
+from importlib import resources
+from typing import Any, NamedTuple
+
+from ...wording import counted
+
+TABLE = "piece_classes.csv"
+TESTS = "tests_of_class"
+"""Attribute of results with what is known of the class of pieces that a study names."""
+NAMES = {
+    "bookcase-wall": "bookcase against a wall",
+    "bookcase": "bookcase",
+    "cabinet-wall": "cabinet against a wall",
+    "cabinet": "cabinet",
+    "filing-cabinet": "filing cabinet",
+    "rack": "rack",
+    "desk": "desk",
+    "appliance": "appliance",
+    "tank": "tank",
+    "statue": "statue or column",
+    "tombstone": "tombstone",
+    "rock": "rock",
+    "slender-block": "slender block on a hard floor",
+    "slender-block-rubber": "slender block on rubber",
+}
+"""The names of classes in study files, and those in the table of tests."""
+COLUMNS = (
+    *("name", "tests", "fell", "predicted", "records", "sources", "ratio", "ratio_lower", "ratio_upper"),
+    *("beta", "beta_lower", "beta_upper", "brier", "reference"),
+)
+
+
+class PieceClass(NamedTuple):
+    """What tests say of a class: counts, and true over computed capacities, NaN where the tests are too few.
+
+    fell, predicted: falls in its tests, observed and predicted blindly.  records: clusters of tests that depend on
+    each other.  ratio: the median of true over computed capacity, beta: the spread of its logarithm; brier, reference:
+    Brier's score of the blind predictions, and that of one share for all tests.
+    """
+
+    name: str
+    tests: int
+    fell: int
+    predicted: float
+    records: int
+    sources: int
+    ratio: float
+    ratio_lower: float
+    ratio_upper: float
+    beta: float
+    beta_lower: float
+    beta_upper: float
+    brier: float
+    reference: float
+
+    @property
+    def beta_m(self) -> float:
+        """The default modelling uncertainty of the class, to two digits; NaN where its tests are too few.
+
+        The root mean square of ln(true/computed): a bias is not taken out of the medians, and so is part of it.
+        """
+        return round(math.hypot(self.beta, math.log(self.ratio)), 2) if self.ratio > 0.0 else math.nan
+
+    @property
+    def sentence(self) -> str:
+        """What is to be said beside a rate of a piece of this class, without a full stop."""
+        if self.tests == 0:
+            return (
+                f"no test of this class ({self.name}) in which it could overturn: how far its capacities are from "
+                "those computed is not known"
+            )
+        tests = (
+            f"class {self.name}: {counted(self.tests, 'test')} of {counted(self.sources, 'source')}, of which "
+            f"{self.fell} fell and {self.predicted:.1f} were predicted to fall"
+        )
+        if math.isnan(self.ratio):
+            return f"{tests}; these are too few to say how far capacities are from those computed"
+        return (
+            f"{tests}; Brier's score {self.brier:.2f}, against {self.reference:.2f} of one share for all; capacities "
+            f"were {self.ratio:.2f} ({self.ratio_lower:.2f} to {self.ratio_upper:.2f}) times those computed, for which "
+            "rates and medians are not corrected"
+        )
+
+
+@lru_cache(maxsize=1)
+def piece_classes() -> dict[str, PieceClass]:
+    """Return all classes by name; those without a test, too."""
+    text = resources.files(__package__).joinpath(TABLE).read_text(encoding="utf-8")
+    rows = {row["name"]: row for row in csv.DictReader(text.splitlines())}
+    return {name: _class_of(name, rows.get(name, {})) for name in NAMES}
+
+
+def _class_of(name: str, row: dict[str, str]) -> PieceClass:
+    def whole(column: str) -> int:
+        return int(row.get(column) or 0)
+
+    def number(column: str) -> float:
+        return float(row.get(column) or "nan")
+
+    return PieceClass(
+        name, whole("tests"), whole("fell"), number("predicted"), whole("records"), whole("sources"),
+        number("ratio"), number("ratio_lower"), number("ratio_upper"), number("beta"), number("beta_lower"),
+        number("beta_upper"), number("brier"), number("reference"),
+    )  # fmt: skip
+
+
+def with_class(given: Any) -> Any:
+    """Return a table of a study file with the modelling uncertainty of its class where it has none of its own."""
+    if not isinstance(given, dict) or "modelling_dispersion" in given:
+        return given
+    own = piece_classes().get(str(given.get("modelling_class")))
+    return given if own is None or math.isnan(own.beta_m) else {**given, "modelling_dispersion": own.beta_m}
+
+
+def class_attribute(name: str | None) -> dict[str, str]:
+    """Return the attribute of results that tells the tests of a class; none where no class is named."""
+    return {} if name is None else {TESTS: piece_classes()[name].sentence}
+
+
+def class_notes(name: str | None) -> list[str]:
+    """Return what is known of a class, as notes; none where no class is named."""
+    return [] if name is None else [piece_classes()[name].sentence]

@@ -1,0 +1,463 @@
+"""What sliding changes for the blocks of a study: whether they slide or rock, and how far they slide."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array
+from ...doubts import first_names, noted
+from ...fragility import Slip, fit_fragility, overturning_probability, probability_in, reached, slide_runs
+from ...fragility.analyses.sliding import SLIDES_ON
+from ...fragility.curves.curve import LEAST, MOST
+from ...fragility.fitting.bootstrap import percentile_interval
+from ...fragility.fitting.states import OVERTURNED, State
+from ...fragility.runs.provenance import AXES, configuration_of
+from ...fragility.validity.plausibility import end_doubts
+from ...fragility.validity.screen import SQUAT_RATIO
+from ...models import Block
+from ...models.friction import Friction
+from ...models.scenes.edge import FALLEN_OFF
+from ...models.sliding.law import check_free
+from ...models.sliding.mode import Mode
+from ...models.sliding.trip import TRIPS
+from ...motions.polarity import AS_RECORDED, BOTH
+from ...units import DIMENSIONLESS, METRE, PER_YEAR
+from ...wording import two_digit_percent
+from .estimates import Fit
+from .risk import Risk
+
+if TYPE_CHECKING:
+    from ...fragility.runs.runners import Runner
+
+INSTEAD, NEAR = "slides_instead", "friction_near_uplift"
+"""Variables: the chance that friction is below b/h, and that it is between b/h and 1.3 b/h."""
+SHARE, SLIP, SLIP_RATE = "slide_probability", "slip_probability", "slip_rate"
+GATED, GATED_RATE = "gated_probability", "gated_rate"
+TRIP, TRIP_RATE, TRIP_DISTANCE = "trip_probability", "trip_rate", "trip_distance"
+FALL_OFF, FALLS = "fall_off", "falls"
+"""Beginnings of variables: of falls over an edge, and of falls of either kind."""
+MORE_RATE = "more_rate"
+OFF = "falling over an edge"
+EITHER = "falling over an edge or overturning"
+BAND = 1.3
+"""Coefficient of friction over b/h up to which verdicts were seen to change when rocking blocks may slide."""
+DAMAGE = {0.05: "touches a neighbour", 0.10: "tears its service line", 0.30: "blocks an aisle"}
+"""What a piece that slips further than so many m does (judgement)."""
+DISTANCES = tuple(DAMAGE)
+LARGE = 0.1
+"""Chance of a friction just above b/h from which on a block is named."""
+ENDS = ("", "_lower", "_upper")
+TRIP_NOTE = (
+    "trips over obstacles are decided by a criterion, not simulated: a block trips where the velocity of its slide at "
+    "the obstacle is enough to lift its mass centre over the foot that is stopped; the shaking after that is left out"
+)
+IN_PLANE = (
+    "both horizontal components shake: slips are the square root of the sum of the squares of the slips along the "
+    "width and along the depth, each computed by itself, and falls over an edge are those of the slip along the width; "
+    "the probability of overturning with sliding leaves out only a friction below b/h of the width, with which a block "
+    "slides along both axes"
+)
+"""Note on blocks that slide in the plane of the floor."""
+
+
+@dataclass(frozen=True)
+class Slides:
+    """Friction of a study's blocks, and the slips (m) whose chances are wanted.
+
+    `polarity`: whether a block whose edges differ in front and behind slides both ways; own: friction of blocks that
+    have another, by label, with kinetic over static friction where that is another, too.  `trip`: distance from the
+    foot to an obstacle on either side, m; own_trips: that of blocks that have another.
+    """
+
+    friction: Friction
+    kinetic_ratio: float = 1.0
+    distances: tuple[float, ...] = DISTANCES
+    polarity: str = BOTH
+    own: Mapping[str, tuple[Friction, float | None]] = field(default_factory=dict)
+    trip: float | None = None
+    own_trips: Mapping[str, float] = field(default_factory=dict)
+
+    def friction_of(self, block: Block) -> Friction:
+        """Return the friction of a block."""
+        return self.own[block.label][0] if block.label in self.own else self.friction
+
+    def ratio_of(self, block: Block) -> float:
+        """Return kinetic over static friction of a block."""
+        ratio = self.own[block.label][1] if block.label in self.own else None
+        return self.kinetic_ratio if ratio is None else ratio
+
+    def trip_of(self, block: Block) -> float | None:
+        """Return the distance from the foot of a block to an obstacle, m; None where there is none."""
+        return self.own_trips.get(block.label, self.trip)
+
+    def of(
+        self,
+        runs: xr.Dataset,
+        motions: Any,
+        blocks: Sequence[Block],
+        fit: Fit,
+        risk: Risk | None,
+        falls: Mapping[str, xr.DataArray],
+        client: Runner,
+    ) -> xr.Dataset:
+        """Return the chances of sliding and of slips, and those of overturning where blocks rock.
+
+        Parameters
+        ----------
+        runs : xarray.Dataset
+            The runs of blocks that cannot slide.
+        motions : sequence
+            The motions of the runs.
+        blocks : sequence of Block
+        fit : Fit
+            The confidence, the replicates and the seed of intervals.
+        risk : Risk or None
+            The hazard curve.
+        falls : mapping of str to xarray.DataArray
+            What is known of their falls: ``probability`` at levels, ``rate`` and its interval with a hazard.
+        client : Runner
+            Of the further runs, which it is told of block by block.
+
+        Returns
+        -------
+        xarray.Dataset
+            On block: ``slides_instead``, the chance of a friction below b/h, with which the block slides and never
+            rocks, and ``friction_near_uplift``, that of one between b/h and 1.3 b/h.  On (block, [floor], level):
+            ``slide_probability``; with slip (m): ``slip_probability`` with its interval, and without level
+            ``slip_rate``, 1/year.  ``gated_probability`` and ``gated_rate``: those of overturning times the chance that
+            the block rocks.  NaN for blocks that are held or uneven.  Where blocks are near edges, and NaN for the
+            others, also those of `_falls`.  Where blocks are near obstacles, and NaN for the others:
+            ``trip_distance``, m; ``trip_probability`` on (block, [floor], level) and ``trip_rate`` on (block, [floor]),
+            with intervals.  The attribute ``slides_on`` holds the numbers of the motions at whose end blocks still
+            slide.
+        """
+        free = [i for i, block in enumerate(blocks) if is_free(block)]
+        parts: list[xr.Dataset] = []
+        near: list[xr.Dataset] = []
+        tripped: list[xr.Dataset] = []
+        cut: set[int] = set()
+        for k, i in enumerate(free if has_levels(runs) else []):
+            by_edge = blocks[i].edge is not None and fit.state == OVERTURNED
+            # what else is known of the rocking runs stays in its file: peaks take more memory than flags
+            rocking = runs.drop_vars({*runs.data_vars} - ({"overturned"} if by_edge else set())).isel(block=[i])
+            slid = self._run(rocking, motions, blocks[i], client)
+            parts.append(self._of_block(slid, fit, risk))
+            cut |= set(json.loads(slid.attrs["sliding"]).get(SLIDES_ON, ()))
+            if self.trip_of(blocks[i]) is not None:
+                tripped.append(self._trips(slid, fit, risk))
+            if by_edge:
+                near.append(self._falls(slid, rocking, fit, risk))
+            del rocking, slid  # before those of the next block are there
+            client.tell("slips", k + 1, len(free))
+        chances = np.full((2, len(blocks)), np.nan)
+        for i in free:
+            friction, level = self.friction_of(blocks[i]), blocks[i].b / blocks[i].h
+            chances[:, i] = friction.below(np.array(level)), near_uplift(friction, [blocks[i]], in_plane(runs))[0]
+        found = xr.Dataset(
+            {
+                INSTEAD: (
+                    "block",
+                    chances[0],
+                    _said("chance of a friction with which the block slides, never rocks"),
+                ),
+                NEAR: ("block", chances[1], _said(of_near(in_plane(runs)))),
+            },
+            coords={"block": runs["block"].values},
+        )
+        if tripped:
+            near_by = [self.trip_of(block) if is_free(block) else None for block in blocks]
+            distances = [math.nan if at is None else at for at in near_by]
+            found[TRIP_DISTANCE] = "block", distances, {"units": METRE, "long_name": "distance to an obstacle"}
+        for some in filter(None, (parts, near, tripped)):
+            own = xr.concat(some, "block", coords="minimal", compat="override").reindex(block=runs["block"].values)
+            found = found.merge(own, compat="override", join="exact")
+        if near and risk is not None:
+            found = found.merge(_either(found, falls, risk.years), compat="override", join="exact")
+            found = found.drop_vars([f"{MORE_RATE}{end}" for end in ENDS], errors="ignore")
+        rocks = 1.0 - found[INSTEAD]
+        for name, ungated, text, units in (
+            (GATED, "probability", "probability of overturning where blocks slide instead", DIMENSIONLESS),
+            (GATED_RATE, "rate", "annual rate of overturning where blocks slide instead", PER_YEAR),
+        ):
+            if ungated in falls:
+                dims = falls[ungated].dims
+                values = (falls[ungated] * rocks.variable).transpose(*dims)
+                found[name] = (dims, values.values, {"units": units, "long_name": text})
+        return found.assign_attrs({SLIDES_ON: sorted(cut)} if cut else {})
+
+    def _run(self, rocking: xr.Dataset, motions: Any, block: Block, client: Runner) -> xr.Dataset:
+        """Return the runs of one block with random friction; both ways where that matters and nothing says otherwise.
+
+        Front and back change places where the floor moves the other way, and nothing tells which of the two reaches
+        a block.
+        """
+        edge = block.edge
+        sided = edge is not None and edge.front != edge.back
+        polarity = self.polarity if sided else AS_RECORDED
+        friction, ratio = self.friction_of(block), self.ratio_of(block)
+        with noted():
+            return slide_runs(
+                rocking, motions, friction, ratio, client=client, polarity=polarity, trip=self.trip_of(block)
+            )
+
+    def _of_block(self, runs: xr.Dataset, fit: Fit, risk: Risk | None) -> xr.Dataset:
+        """Return the chances of sliding and of slips of one block."""
+        states = [Slip(one) for one in self.distances]
+        slid = runs.assign(overturned=runs["mode"] == Mode.SLIDES)
+        share = overturning_probability(slid, fit.confidence)["probability"].isel(model=0, drop=True)
+        found = {SHARE: bare(share).assign_attrs(_said("probability that the block slides"))}
+        observed = [overturning_probability(runs, fit.confidence, one) for one in states]
+        for end, old in zip(ENDS, ("probability", "lower", "upper"), strict=True):
+            found[f"{SLIP}{end}"] = _stacked([one[old] for one in observed], "probability of a greater slip", end)
+        if risk is not None:
+            curves = [self._curve(runs, one, fit) for one in states]
+            rates = [risk.rates(one, fit.confidence) for one in curves]
+            for end in ENDS:
+                if all(f"rate{end}" in one for one in rates):
+                    each = [one[f"rate{end}"] for one in rates]
+                    found[f"{SLIP_RATE}{end}"] = _stacked(each, "annual rate of a greater slip", end)
+        slip = xr.Variable("slip", list(self.distances), {"units": METRE, "long_name": "slip that is exceeded"})
+        return xr.Dataset(found).drop_vars("model", errors="ignore").assign_coords(slip=slip)
+
+    def _trips(self, runs: xr.Dataset, fit: Fit, risk: Risk | None) -> xr.Dataset:
+        """Return the chances of one block to trip over the obstacle near it."""
+        chance = overturning_probability(runs, fit.confidence, TRIPS).isel(model=0, drop=True)
+        text = "that the block slides into an obstacle, fast enough to turn over it"
+        found = {}
+        for end, old in zip(ENDS, ("probability", "lower", "upper"), strict=True):
+            found[f"{TRIP}{end}"] = _named(chance[old], f"probability {text}", end)
+        if risk is not None:
+            rates = risk.rates(self._curve(runs, TRIPS, fit), fit.confidence).isel(model=0, drop=True)
+            for end in ENDS:
+                if f"rate{end}" in rates:
+                    found[f"{TRIP_RATE}{end}"] = _named(rates[f"rate{end}"], f"annual rate at which {text[5:]}", end)
+        return xr.Dataset(found)
+
+    def _falls(self, runs: xr.Dataset, rocking: xr.Dataset, fit: Fit, risk: Risk | None) -> xr.Dataset:
+        """Return the chances of one block near an edge to fall off, and to fall at all.
+
+        Parameters
+        ----------
+        runs : xarray.Dataset
+            Its runs with random friction.
+        rocking : xarray.Dataset
+            Its runs as if it could not slide.
+        fit, risk
+            As of `of`.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``fall_off_probability`` on (block, [floor], level) and ``fall_off_rate`` on (block, [floor]), with
+            intervals; ``falls_probability`` on (block, model, [floor], level): of runs in which it falls off or, under
+            the same motion, overturns as if it could not slide; and ``more_rate`` on (block, model, [floor]): by how
+            much its falls over an edge raise the rate of overturning, of isotonic curves of the same resamples.
+
+        Notes
+        -----
+        Isotonic regression keeps the order of its data, so that the raise is never negative between the levels; beyond
+        them falls of either kind are taken as high and overturning as low as they can be.
+        """
+        off = overturning_probability(runs, fit.confidence, FALLEN_OFF).isel(model=0, drop=True)
+        ways = runs.sizes["motion"] // rocking.sizes["motion"]
+        overturned = reached(rocking, OVERTURNED).isel(motion=np.repeat(np.arange(rocking.sizes["motion"]), ways))
+        rest = {name: one.variable for name, one in runs.coords.items() if name != "model"}
+
+        def with_flags(flags: Any, laws: Any) -> xr.Dataset:
+            coordinates = {**rest, "model": ("model", laws, rocking["model"].attrs)}
+            return xr.Dataset({"overturned": (overturned.dims, flags)}, coordinates, runs.attrs)
+
+        laws = rocking["model"].values
+        either = overturned.values | runs[FALLEN_OFF].values
+        both = overturning_probability(with_flags(either, laws), fit.confidence)
+        found = {}
+        for end, old in zip(ENDS, ("probability", "lower", "upper"), strict=True):
+            found[f"{FALL_OFF}_probability{end}"] = _named(off[old], f"probability of {OFF}", end)
+            found[f"{FALLS}_probability{end}"] = _named(both[old], f"probability of {EITHER}", end)
+        if risk is not None:
+            rates = risk.rates(self._curve(runs, FALLEN_OFF, fit), fit.confidence).isel(model=0, drop=True)
+            pairs = [*(f"{law}, either" for law in laws), *(f"{law}, alone" for law in laws)]
+            flags = np.concatenate([either, overturned.values], axis=overturned.dims.index("model"))
+            curves = self._curve(with_flags(flags, np.array(pairs, dtype=object)), OVERTURNED, fit)
+            high, low = (
+                risk.rates(curves.isel(model=here), fit.confidence, rule).assign_coords(model=laws)
+                for here, rule in ((slice(None, len(laws)), MOST), (slice(len(laws), None), LEAST))
+            )
+            raised = _difference(high, low, fit.confidence)
+            for end in ENDS:
+                if f"rate{end}" in rates:
+                    found[f"{FALL_OFF}_rate{end}"] = _named(rates[f"rate{end}"], f"annual rate of {OFF}", end)
+                    found[f"{MORE_RATE}{end}"] = raised[f"rate{end}"]
+        return xr.Dataset(found)
+
+    def _curve(self, runs: xr.Dataset, state: State, fit: Fit) -> xr.Dataset:
+        """Return the curve of a slip or a fall, which need not rise to 1: a block with much friction never slides."""
+        return fit_fragility(
+            runs,
+            fit.confidence,
+            form="isotonic",
+            replicates=fit.replicates,
+            seed=fit.seed,
+            keep_replicates=True,
+            state=state,
+        )
+
+
+def _either(found: xr.Dataset, falls: Mapping[str, xr.DataArray], years: float) -> xr.Dataset:
+    """Return the rate of falls of either kind, and the chances of falls over an edge and of either in some years.
+
+    The rate of overturning and its raise are added, and so are the ends of their intervals: these are the ends of the
+    sum of two quantities that grow together.  A block that overturned in no run has no rate of overturning, which then
+    counts as 0.
+    """
+    never = (falls["probability"] == 0.0).all("level")
+    more: dict[str, xr.DataArray] = {}
+    for end in ENDS:
+        if f"{MORE_RATE}{end}" not in found or f"rate{end}" not in falls:
+            continue
+        plain = falls[f"rate{end}"].where(~never, 0.0)
+        rate = (plain + found[f"{MORE_RATE}{end}"].variable).transpose(*plain.dims).assign_attrs(units=PER_YEAR)
+        more[f"{FALLS}_rate{end}"] = _named(rate, f"annual rate of {EITHER}", end)
+        for name, text in ((FALL_OFF, OFF), (FALLS, EITHER)):
+            of = more[f"{FALLS}_rate{end}"] if name == FALLS else found[f"{FALL_OFF}_rate{end}"]
+            chance = of.copy(data=probability_in(of.values, years)).assign_attrs(units=DIMENSIONLESS)
+            more[f"{name}_risk_probability{end}"] = _named(chance, f"probability of {text} in {years:g} years", end)
+    return xr.Dataset(more)
+
+
+def _difference(high: xr.Dataset, low: xr.Dataset, confidence: float) -> dict[str, xr.DataArray]:
+    """Return the difference of two rates, at least 0, with its interval over their common samples."""
+    dims = high["rate"].dims
+    found = {"rate": (high["rate"] - low["rate"]).clip(0.0)}
+    if "rate_sample" in high and "rate_sample" in low:
+        samples = (high["rate_sample"] - low["rate_sample"]).clip(0.0)
+        weights = (
+            None if "weight" not in high.coords else np.tile(high["weight"].values, samples.sizes.get("replicate", 1))
+        )
+        values = samples.transpose(*dims, *(one for one in ("replicate", "realisation") if one in samples.dims)).values
+        ends = percentile_interval(values.reshape(*high["rate"].shape, -1), confidence, weights)
+        found |= {f"rate{end}": found["rate"].copy(data=one) for end, one in zip(ENDS[1:], ends[:2], strict=True)}
+    return {name: bare(one).assign_attrs(units=PER_YEAR, long_name="raise of the rate") for name, one in found.items()}
+
+
+def in_plane(runs: xr.Dataset) -> bool:
+    """Return True for runs whose motions hold both horizontal components, under which blocks slide in the plane."""
+    return bool(configuration_of(runs).get(AXES))
+
+
+def near_uplift(friction: Friction, blocks: Sequence[Block], plane: bool) -> Array:
+    """Return the chance (block,) of a friction between b/h and 1.3 b/h; in the plane along the width or the depth."""
+    width = np.array([block.b / block.h for block in blocks])
+    found: Array = friction.below(BAND * width) - friction.below(width)
+    if plane:
+        depth = np.array([0.5 * (block.depth or block.width) / block.h for block in blocks])
+        found = found + friction.below(BAND * depth) - friction.below(np.clip(BAND * width, depth, BAND * depth))
+    return found
+
+
+def of_near(plane: bool) -> str:
+    """Return what `near_uplift` is, for a long name."""
+    return "chance of a friction between b/h and 1.3 b/h" + (", along the width or the depth" if plane else "")
+
+
+def slide_notes(
+    found: xr.Dataset, blocks: Sequence[Block], motions: Sequence[str] = (), plane: bool = False
+) -> list[str]:
+    """Return what limits the results on sliding, one sentence each.
+
+    motions: their labels; `plane`: whether both horizontal components shake.
+    """
+    on = np.isin(np.arange(len(motions)), found.attrs.get(SLIDES_ON, []))
+    said = [one.sentence for one in end_doubts(on, motions)]
+    if TRIP in found:
+        said.append(TRIP_NOTE)
+    if plane and any(map(is_free, blocks)):
+        said.append(IN_PLANE)
+    held = [block.label for block in blocks if not is_free(block)]
+    if held:
+        said.append(f"sliding is not evaluated for {first_names(held)}: walls, restraints, offsets and leans change it")
+    near = [str(one) for one, chance in zip(found["block"].values, found[NEAR].values, strict=True) if chance > LARGE]
+    if near:
+        chance = two_digit_percent(float(np.nanmax(found[NEAR].values)))
+        where = " of either axis" if plane else ""
+        said.append(
+            f"the friction of {first_names(near)} lies between b/h and 1.3 b/h{where} with a chance of up to {chance}: "
+            "a rocking block then slides at its impacts, too, which changed up to 28 % of the outcomes where both were "
+            "integrated"
+        )
+    squat = [block.label for block in blocks if is_free(block) and block.h < SQUAT_RATIO * block.b]
+    if squat:
+        said.append(
+            f"{first_names(squat)}: the mass centre is less than two half widths high; such a block slides while it "
+            "rocks, so that neither answer decides"
+        )
+    return said
+
+
+def edge_notes(results: xr.Dataset, blocks: Sequence[Block], known: bool, state: State) -> list[str]:
+    """Return why falls over the edges of blocks are not evaluated, or nothing; `known`: whether there is friction."""
+    near = [block.label for block in blocks if block.edge is not None]
+    if not near:
+        return []
+    if not known:
+        why = "without [friction] a study does not know whether a block slides"
+    elif not has_levels(results):
+        why = "the motions of a cloud have no levels"
+    elif state != OVERTURNED:
+        why = 'they are evaluated with fit.state = "overturned" alone'
+    else:
+        return []
+    return [f"falls over the edge are not evaluated for {first_names(near)}: {why}"]
+
+
+def is_free(block: Block) -> bool:
+    """Return True for a block whose sliding is known: not held, and alike at front and back."""
+    try:
+        check_free(block)
+    except ValueError:
+        return False
+    return True
+
+
+def _named(values: xr.DataArray, text: str, end: str) -> xr.DataArray:
+    """Return values without other coordinates, as the estimate or an end of the interval of what `text` says."""
+    name = f"{end[1:]} end of the interval of the {text}" if end else text
+    return bare(values).assign_attrs(units=values.attrs["units"], long_name=name)
+
+
+def _stacked(values: Sequence[xr.DataArray], text: str, end: str) -> xr.DataArray:
+    """Join the values of slips along a dimension after block; `end`: which end of the interval they are."""
+    plain = [each.isel(model=0, drop=True) for each in values]
+    one = xr.concat([bare(each) for each in plain], "slip", coords="minimal", compat="override")
+    return _named(one.transpose("block", "slip", ...), text, end).assign_attrs(units=values[0].attrs["units"])
+
+
+def has_levels(runs: xr.Dataset) -> bool:
+    """Return True for runs whose probabilities are known at levels: all but those of a cloud."""
+    return "level" in runs.dims or "stripe" in runs.coords
+
+
+def bare(values: xr.DataArray) -> xr.DataArray:
+    """Return an array without the coordinates that are no dimensions."""
+    return values.drop_vars([name for name in values.coords if name not in values.dims])
+
+
+def _said(text: str) -> dict[str, str]:
+    return {"units": DIMENSIONLESS, "long_name": text}
+
+
+def exact_friction_notes(labels: Sequence[str]) -> list[str]:
+    """Return the note on blocks whose coefficient of friction has no dispersion, or nothing."""
+    if not labels:
+        return []
+    return [
+        f"the coefficient of friction of {first_names(labels)} is taken as known exactly, because no dispersion is "
+        "given: whether such a piece slides is then certain, which it is not on a real floor"
+    ]

@@ -1,0 +1,77 @@
+"""The manifest of a study's shards, and the files beside it: which study they are of, and which chunks are kept."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from ..file.table import StudyError
+
+FOLDER = "shards"
+MANIFEST = "manifest.json"
+LAYOUT = 3
+"""Number of the layout of manifest and shards."""
+MOST = 10**18
+"""Most runs that a manifest can count."""
+NAME = re.compile(r"([0-9]{3,})-([0-9]{6,})-([0-9a-f]{16})\.nc")
+PART = re.compile(rf"({NAME.pattern}|{re.escape(MANIFEST)})\.[0-9]+-[0-9]+\.part")
+
+
+def read_manifest(folder: Path) -> dict[str, Any] | None:
+    """Return the manifest in a study's folder, None where there is none; StudyError where it is not valid."""
+    path = folder / FOLDER / MANIFEST
+    refuse_link(folder / FOLDER)
+    try:
+        found = json.loads(path.read_bytes().decode("utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, RecursionError) as error:
+        raise StudyError(f"{path}: cannot be read ({type(error).__name__}); use --fresh to start over") from None
+    kinds = {
+        "layout": int,
+        "engine": dict,
+        "machines": list,
+        "identity": str,
+        "study": dict,
+        "work": int,
+        "calls": list,
+    }
+    if not isinstance(found, dict) or not all(isinstance(found.get(name), kind) for name, kind in kinds.items()):
+        raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
+    if found["layout"] != LAYOUT:
+        raise StudyError(
+            f"{path}: has layout {found['layout']}, this version reads {LAYOUT}; use --fresh to start over"
+        )
+    counts = [found["work"], *(value for one in found["calls"] for value in _counts_of(one))]
+    if any(type(value) is not int or not 0 <= value <= MOST for value in counts):
+        raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
+    return found
+
+
+def _counts_of(one: Any) -> list[Any]:
+    """Return the counts in a manifest's entry of a call; [None] where it is no such entry."""
+    pairs = one.get("chunks") if isinstance(one, dict) else None
+    if not isinstance(pairs, list) or not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
+        return [None]
+    return [value for pair in pairs for value in pair]
+
+
+def kept_chunks(folder: Path) -> dict[int, set[int]]:
+    """Return the numbers of the kept chunks, by call."""
+    try:
+        chunks = {NAME.fullmatch(path.name) for path in (folder / FOLDER).iterdir()}
+    except FileNotFoundError:  # (the study has just been finished)
+        return {}
+    found: dict[int, set[int]] = {}
+    for name in chunks:
+        if name is not None:
+            found.setdefault(int(name[1]), set()).add(int(name[2]))
+    return found
+
+
+def refuse_link(shards: Path) -> None:
+    """Raise a StudyError where the folder of shards is a link, because the files behind it must not be removed."""
+    if shards.is_symlink():
+        raise StudyError(f"{shards}: is a link to another folder; remove the link, or use another folder")

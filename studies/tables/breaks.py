@@ -1,0 +1,125 @@
+"""How often restraints break, at each level and at the design shaking, as tables and in sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import product
+
+import numpy as np
+import xarray as xr
+
+from ...wording import about_percent, chances_between, confidence_text, two_digits
+from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN
+from ..text.rows import Rows
+from ..text.words import block_title, display_unit, floor_name, quantity_name, reference_law
+
+ENDS = ("", "_lower", "_upper")
+MOST_COLUMNS = 6
+"""Most restraints in a table of breaks by level; the results hold all of them."""
+MOST_SAID = 3
+"""Most restraints that have a sentence."""
+HALF = 0.5
+
+
+def breaks_by_level(
+    every: Mapping[str, Sequence[xr.DataArray]], levels: xr.DataArray, confidence: str, what: str
+) -> Rows | None:
+    """Return a table of the shares of motions in which restraints break: a row a level, a column a restraint.
+
+    Parameters
+    ----------
+    every : mapping
+        Shares (level,) and the ends of their intervals, by the name of the piece and its restraint.
+    levels : xarray.DataArray
+        The levels with their attributes.
+    confidence : str
+        The confidence of the intervals in words.
+    what : str
+        What breaks: restraints, or kits.
+    """
+    if not every:
+        return None
+    scale, unit = display_unit(levels)
+    shown = list(every)[:MOST_COLUMNS]
+    rows = []
+    for k, level in enumerate(levels.values):
+        cells = [share_text(*(float(one[k]) for one in every[name])) for name in shown]
+        rows.append((two_digits(float(level) / scale), *cells))
+    first = f"; the first {len(shown)} of {len(every):,}" if len(every) > len(shown) else ""
+    name = f"{quantity_name(levels)}{f', {unit}' if unit else ''}"
+    title = f"Share of the motions in which {what} break, at each level ({confidence} intervals{first})"
+    return Rows(title, (name, *shown), rows)
+
+
+def share_text(share: float, low: float, high: float) -> str:
+    """Return a share of motions with its interval."""
+    text = "0\u00a0%" if share == 0.0 else about_percent(share)
+    return f"{text} ({chances_between(low, high, about_percent)})".replace("\u00a0%)", ")")
+
+
+def break_rows(results: xr.Dataset) -> Rows | None:
+    """Return the shares of the motions in which the restraints of blocks break at each level, under the reference law.
+
+    None where no block has a restraint.
+    """
+    if BROKEN not in results:
+        return None
+    at, _ = reference_law(results)
+    every = {}
+    for name, where in _held(results):
+        one = results.isel(where, drop=True).isel(model=at)
+        every[name] = [one[f"{BROKEN}{end}"] for end in ENDS]
+    found = breaks_by_level(every, results["level"], confidence_text(results), "restraints")
+    several = results.sizes["model"] > 1
+    return found._replace(title=f"{found.title}: {results['model'].values[at]}") if found and several else found
+
+
+def break_sentences(results: xr.Dataset) -> list[str]:
+    """Return how often the restraints of blocks break under the reference law, a sentence each of the first ones."""
+    if BROKEN not in results:
+        return []
+    at, _ = reference_law(results)
+    said = []
+    for name, where in _held(results)[:MOST_SAID]:
+        here = results[[str(one) for one in results.data_vars if str(one).startswith("broken_")]]
+        one = here.isel({dim: k for dim, k in where.items() if dim in here.dims}).isel(model=at)
+        design = float(one[f"{AT_DESIGN}"]) if AT_DESIGN in one else math.nan
+        if math.isfinite(design):
+            shares = [float(one[f"{AT_DESIGN}{end}"]) for end in ENDS]
+            level, which = float(results[DESIGN]), ", which is exceeded with a probability of 10 % in 50 years"
+        else:
+            of_levels = [one[f"{BROKEN}{end}"].values for end in ENDS]
+            k, which = _telling(of_levels[0])
+            shares, level = [float(each[k]) for each in of_levels], float(results["level"][k])
+        scale, unit = display_unit(results["level"])
+        shaking = f"a {quantity_name(results['level'])} of {two_digits(level / scale)}{f' {unit}' if unit else ''}"
+        often_broken = f"breaks in {share_text(*shares)} of the motions"
+        of_name = f"The restraint of “{block_title(name)}” {often_broken} at {shaking}{which}."
+        often = results["level"].values[one[BROKEN].values >= HALF]
+        if shares[0] < HALF and often.size:
+            strong = f"{two_digits(float(often[0]) / scale)}{f' {unit}' if unit else ''}"
+            of_name += f" At {strong} it breaks in at least half of them."
+        said.append(of_name)
+    return said
+
+
+def _telling(shares: np.ndarray) -> tuple[int, str]:
+    """Return the lowest level at which at least half of the motions break a restraint, or the highest, in words."""
+    often = np.flatnonzero(shares >= HALF)
+    if often.size and often[0] > 0:
+        return int(often[0]), ", the lowest level at which at least half of them break it"
+    return (0, ", the weakest shaking that was run") if often.size else (-1, ", the strongest shaking that was run")
+
+
+def _held(results: xr.Dataset) -> list[tuple[str, dict[str, int]]]:
+    """Return the names of blocks (and floors) with restraints, with their positions."""
+    shares = results[BROKEN]
+    floors = shares["floor"].values.tolist() if "floor" in shares.dims else [None]
+    found = []
+    for i, (k, floor) in product(range(results.sizes["block"]), enumerate(floors)):
+        where = {"block": i} | ({} if floor is None else {"floor": k})
+        if bool(shares.isel(where).notnull().any()):
+            on = "" if floor is None else f", {floor_name(floor)}"
+            found.append((f"{results['block'].values[i]}{on}", where))
+    return found

@@ -1,0 +1,198 @@
+"""What sliding changes, and what falls over edges, as tables and in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.hazard.rates import probability_in
+from ...wording import about_percent, confidence_text, interval_text, two_digits
+from ..plan.estimates import middle_level
+from ..plan.slides import (
+    DAMAGE,
+    DISTANCES,
+    ENDS,
+    FALL_OFF,
+    FALLS,
+    GATED,
+    GATED_RATE,
+    INSTEAD,
+    SLIP,
+    SLIP_RATE,
+    TRIP,
+    TRIP_DISTANCE,
+    TRIP_RATE,
+)
+from ..text.rows import Rows
+from ..text.words import floor_name, level_text, reference_law
+
+MOST = 100
+"""Most blocks in a table."""
+MOST_SAID = 3
+"""Most blocks that have a sentence."""
+NO_SIMULATION = "a criterion, not a simulation"
+"""How trips are decided."""
+
+
+def slide_rows(results: xr.Dataset) -> Rows | None:
+    """Return the table of sliding: in the years of a study with a hazard, else at the level at which half of all fall.
+
+    None where no friction is given, or runs have no levels.
+    """
+    if INSTEAD not in results or SLIP not in results:
+        return None
+    at, _ = reference_law(results)
+    slips = results["slip"].values.tolist()
+    # (slips of the study's own have a meaning of their own)
+    words = ", ".join(f"over {100.0 * one:g} cm it {does}" for one, does in DAMAGE.items())
+    here = results.isel(model=at)
+    when = _when(results)
+    of_runs = "probability", GATED, SLIP, TRIP
+    names = ("rate", GATED_RATE, SLIP_RATE, TRIP_RATE) if SLIP_RATE in results else of_runs
+    (falls,), (gated,), beyond, tripped = (
+        _chances(here, name, ENDS if name in (SLIP, SLIP_RATE, TRIP, TRIP_RATE) else ENDS[:1]) for name in names
+    )
+    distances = results[TRIP_DISTANCE].values if tripped else np.full(results.sizes["block"], np.nan)
+    floors = results["floor"].values.tolist() if "floor" in beyond[0].dims else [None]
+    rows = []
+    for (i, block), (k, floor) in product(enumerate(results["block"].values[:MOST].tolist()), enumerate(floors)):
+        where = {"block": i} | ({} if floor is None else {"floor": k})
+        own = [
+            _text([float(one.isel(there)) for one in beyond], _ever(results[SLIP].isel(there)))
+            for there in ({**where, "slip": j} for j in range(len(slips)))
+        ]
+        name = str(block) if floor is None else f"{block}, {floor_name(floor)}"
+        chances = results[INSTEAD][i], falls.isel(where), gated.isel(where)
+        if tripped:
+            own.append("–" if np.isnan(distances[i]) else f"{1000.0 * distances[i]:.4g}\u00a0mm")
+            own.append(_text([float(one.isel(where)) for one in tripped], _ever(results[TRIP].isel(where))))
+        rows.append((name, *(_text([float(one)]) for one in chances), *own))
+    headings = (
+        "",
+        "slides, never rocks",
+        "falls, if it could not slide",
+        "falls, where it rocks",
+        *(f"slips over {100.0 * one:g} cm" for one in slips),
+        *(("obstacle at", "trips over it") if tripped else ()),
+    )
+    title = (
+        f"Sliding {when} ({confidence_text(results)} intervals over the motions): a block whose friction is below b/h "
+        f"slides and never rocks{f'; {words} (judgement)' if tuple(slips) == DISTANCES else ''}"
+        f"{f'; trips over obstacles: {NO_SIMULATION}' if tripped else ''}"
+    )
+    return Rows(title, headings, rows)
+
+
+def trip_sentences(results: xr.Dataset) -> list[str]:
+    """Return how likely blocks are to trip over the obstacles near them, a sentence each of the first ones."""
+    if TRIP not in results or not results.sizes["block"]:
+        return []
+    chances = _chances(results, TRIP_RATE if TRIP_RATE in results else TRIP, ENDS)
+    floors = results["floor"].values.tolist() if "floor" in chances[0].dims else [None]
+    found = []
+    for (i, block), (k, floor) in product(enumerate(results["block"].values.tolist()), enumerate(floors)):
+        where = {"block": i} | ({} if floor is None else {"floor": k})
+        values = [float(one.isel(where)) for one in chances]
+        if not np.isnan(values[0]):
+            name = f"“{block}”" if floor is None else f"“{block}” ({floor_name(floor)})"
+            distance = 1000.0 * float(results[TRIP_DISTANCE][i])
+            found.append(
+                f"{name} slides into an obstacle {distance:.4g} mm away fast enough to "
+                f"trip over it with a chance of {_text(values, _ever(results[TRIP].isel(where)))} "
+                f"{_when(results)} ({NO_SIMULATION})."
+            )
+    return found[:MOST_SAID]
+
+
+def _when(results: xr.Dataset) -> str:
+    """Return what chances are of: the years of a study with a hazard, else the level at which half of all fall."""
+    if SLIP_RATE in results:
+        return f"in {float(results.attrs['years']):g} years"
+    level = results["level"]
+    return f"at {level_text(float(level[middle_level(results['probability'])]), level)}"
+
+
+def _chances(results: xr.Dataset, name: str, ends: Sequence[str]) -> list[xr.DataArray]:
+    """Return chances `_when`, each with the ends of its interval that there are, from rates or chances at levels."""
+    known = [results[f"{name}{end}"] for end in ends if f"{name}{end}" in results]
+    if SLIP_RATE in results:
+        return [probability_in(one.clip(0.0), float(results.attrs["years"])) for one in known]
+    middle = middle_level(results["probability"])
+    return [one.isel(level=middle) for one in known]
+
+
+def edge_rows(results: xr.Dataset) -> Rows | None:
+    """Return the table of falls over edges, in the years or at the level of the table of sliding.
+
+    None where no block is near an edge, or nothing is known of falls over edges.
+    """
+    if f"{FALL_OFF}_probability" not in results:
+        return None
+    when, cases = _edges(results)
+    rows = [(name, *chances) for name, chances in cases[:MOST]]
+    headings = ("", "slides off", "overturns, if it could not slide", "overturns or slides off")
+    return Rows(f"Falls over edges {when} ({confidence_text(results)} intervals over the motions)", headings, rows)
+
+
+def edge_sentences(results: xr.Dataset) -> list[str]:
+    """Return how likely blocks near edges are to slide off, and to fall at all, a sentence each of the first ones."""
+    if f"{FALL_OFF}_probability" not in results:
+        return []
+    when, cases = _edges(results)
+    return [
+        f"“{name}” slides off the shelf, bench or pedestal it stands on with a chance of {off} {when}; that it "
+        f"overturns or slides off has a chance of {either}."
+        for name, (off, _, either) in cases[:MOST_SAID]
+    ]
+
+
+SEEN = (f"{FALL_OFF}_probability", "probability", f"{FALLS}_probability")
+"""Variables that say whether they were seen."""
+Chances = tuple[str, str, str]
+"""Chances of a block to slide off, to overturn if it could not slide, and of either, each with its interval."""
+
+
+def _edges(results: xr.Dataset) -> tuple[str, list[tuple[str, Chances]]]:
+    """Return when, in words, and the chances of each block (on each floor) near an edge, under the reference law."""
+    at, _ = reference_law(results)
+    here = levels = results.isel(model=at)
+    names: tuple[str, ...] = (f"{FALL_OFF}_risk_probability", "risk_probability", f"{FALLS}_risk_probability")
+    when = ""
+    if names[0] in results:
+        when = f"in {float(results.attrs['years']):g} years"
+    else:
+        middle = middle_level(results["probability"])
+        names = (f"{FALL_OFF}_probability", "probability", f"{FALLS}_probability")
+        when, here = f"at {level_text(float(results['level'][middle]), results['level'])}", here.isel(level=middle)
+    floors = results["floor"].values.tolist() if "floor" in here[names[0]].dims else [None]
+    found = []
+    for (i, block), (k, floor) in product(enumerate(results["block"].values.tolist()), enumerate(floors)):
+        where = {"block": i} | ({} if floor is None else {"floor": k})
+        values = [[float(here[f"{one}{end}"].isel(where)) for end in ENDS if f"{one}{end}" in here] for one in names]
+        if not np.isnan(values[0][0]):
+            name = str(block) if floor is None else f"{block}, {floor_name(floor)}"
+            off, over, either = (
+                _text(one, _ever(levels[of].isel(where))) for one, of in zip(values, SEEN, strict=True)
+            )
+            found.append((name, (off, over, either)))
+    return when, found
+
+
+def _ever(probability: xr.DataArray) -> bool:
+    """Return whether anything was seen in any run; a rate otherwise holds what lies above the highest level alone."""
+    return bool((probability > 0.0).any())
+
+
+def _text(values: list[float], seen: bool = True) -> str:
+    """Return a chance, with its interval where there is one; seen: False where it is nothing but a bound."""
+    if np.isnan(values[0]):
+        return "–"
+    chance, *ends = values
+    if not seen and chance > 0.0:
+        return f"at most {about_percent(chance)}"
+    if len(ends) < 2 or np.isnan(ends).any():
+        return about_percent(chance)
+    return f"{about_percent(chance)} ({interval_text(100.0 * ends[0], 100.0 * ends[1], two_digits)})"

@@ -1,0 +1,125 @@
+"""Inputs that no source gives, fitted on half of the motions of a set and scored on the other half.
+
+The halves are of records, not of runs: a record whose outcomes are scored was never seen by the fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...aliases import Array, Flags, Index
+from ...streams import stream
+from .scores import SURE, Threshold, best_threshold
+
+RESAMPLES, SEED = 400, 1
+"""Resamples of the records of a half for the interval of what is fitted on it, and their seed."""
+
+
+def halves_of(names: Sequence[str]) -> Index:
+    """Return the half, 0 or 1, of every run: every other one of the sorted names of its record."""
+    order = {name: i % 2 for i, name in enumerate(sorted(set(names)))}
+    return np.array([order[name] for name in names])
+
+
+class HalfFit(NamedTuple):
+    """A half of the runs that is predicted with what fits the other half.
+
+    half: the half that is scored, runs of it, those that overturned, and those predicted.  fitted: which candidate
+    fits the other half best.  right: share of the runs whose outcome is predicted; of thresholds of PGA and PGV fitted
+    on the other half, too.  predicted_lower, predicted_upper: 95 % of the counts predicted with what fits resamples of
+    the records of the other half.
+    """
+
+    half: int
+    runs: int
+    overturned: int
+    fitted: int
+    predicted: int
+    predicted_lower: int
+    predicted_upper: int
+    right: float
+    pga: float
+    pgv: float
+
+
+class HalfFits(NamedTuple):
+    """Both halves, the outcome predicted of every run by what fits the other half, and that of the resamples."""
+
+    halves: list[HalfFit]
+    predicted: Flags  # run
+    resampled: Flags  # resample, run
+
+
+def best_candidate(right: Array) -> Index:
+    """Return the candidate (…,) with the most runs right (…, candidate): the middle one of those that are equal."""
+    best = right == right.max(-1, keepdims=True)
+    rank = np.cumsum(best, axis=-1)
+    middle = (best.sum(-1, keepdims=True) + 1) // 2
+    return np.asarray(np.argmax(rank >= middle, axis=-1))
+
+
+def fit_halves(flags: Flags, overturned: Flags, records: Sequence[str], measures: Sequence[Array]) -> HalfFits:
+    """Predict each half of the runs with the candidate that gets most of the other half right.
+
+    Parameters
+    ----------
+    flags : ndarray, shape (candidate, run)
+        The outcome of every candidate in every run.
+    overturned : ndarray, shape (run,)
+        What was observed.
+    records : sequence of str, one for each run
+        The records, by whose names the runs are split.
+    measures : two ndarrays, shape (run,)
+        PGA and PGV, for thresholds that are fitted and scored in the same way.
+
+    Notes
+    -----
+    Intervals are of the fit: the records of the half that is fitted are drawn again, with all of their runs.
+    """
+    right = (flags == overturned).astype(float)
+    which, names = halves_of(records), np.array(records)
+    predicted = np.zeros(overturned.size, dtype=bool)
+    resampled = np.zeros((RESAMPLES, overturned.size), dtype=bool)
+    found = []
+    for half in (0, 1):
+        own, other = which == half, which != half
+        candidate = int(best_candidate(right[:, other].sum(-1)))
+        predicted[own] = flags[candidate, own]
+        drawn = _resampled(right[:, other], names[other], half)
+        resampled[:, own] = flags[drawn][:, own]
+        low, high = np.quantile(resampled[:, own].sum(-1), [0.5 - SURE / 2, 0.5 + SURE / 2])
+        thresholds = [_on_other(one, overturned, own, other) for one in measures]
+        found.append(
+            HalfFit(
+                half, int(own.sum()), int(overturned[own].sum()), candidate, int(predicted[own].sum()),
+                round(float(low)), round(float(high)), _share((predicted == overturned)[own]), *thresholds,
+            )
+        )  # fmt: skip
+    return HalfFits(found, predicted, resampled)
+
+
+def _resampled(right: Array, names: Array, half: int) -> Index:
+    """Return the best candidate of every resample of records, each with all of its runs."""
+    unique, record = np.unique(names, return_inverse=True)
+    if not unique.size:
+        return np.zeros(RESAMPLES, dtype=int)
+    of_record = np.stack([right[:, record == i].sum(-1) for i in range(unique.size)])  # record, candidate
+    weights = stream(SEED, half).multinomial(unique.size, np.full(unique.size, 1.0 / unique.size), RESAMPLES)
+    return best_candidate(weights @ of_record)
+
+
+def _on_other(measure: Array, overturned: Flags, own: Flags, other: Flags) -> float:
+    """Return the share of a half that the best threshold of the other half gets right."""
+    if not other.any() or not np.isfinite(measure[other]).any():
+        return float("nan")
+    threshold: Threshold = best_threshold(measure[other], overturned[other])
+    known = own & np.isfinite(measure)
+    return _share(((measure >= threshold.value) == overturned)[known])
+
+
+def _share(flags: Flags) -> float:
+    """Return the share of flags that are set, NaN of none."""
+    return float(flags.mean()) if flags.size else float("nan")

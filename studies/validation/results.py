@@ -1,0 +1,306 @@
+"""Predictions beside outcomes: what agrees, scores by class of pieces, and the granite rocks run by run."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...aliases import Array, Flags
+from ...models import HousnerImpact
+from .classes import FACTORS, LEAST_CLUSTERS, ClassFit, Evidence, class_fit, too_few
+from .ensembles import kinds_of, scaled_to_class
+from .halves import HalfFits, fit_halves
+from .predictions import Prediction, capacities
+from .replays import CANDIDATES, HALF_WIDTHS, GraniteOutcomes, Replays, fallen, rock, table_motions
+from .scores import (
+    Brier,
+    CalibrationClass,
+    Ratio,
+    Threshold,
+    best_threshold,
+    brier,
+    calibration,
+    clustered_interval,
+    mean_ratio,
+)
+from .specimens import blocks_of, law_of, not_sliding
+from .table import FRICTION, MEDIAN, OVERTURNED, REPLAY, RESTITUTION, Row
+
+COUNTS = (OVERTURNED, REPLAY)
+"""Predictions that are probabilities, to be held against counts."""
+
+
+class Units(NamedTuple):
+    """The trials of a row by record: counts, and the records; of one unit, the row's source, where they are unknown."""
+
+    trials: Array
+    overturned: Array
+    clusters: tuple[str, ...]
+
+
+class Compared(NamedTuple):
+    """A row with what was predicted and what was measured, each with its 95 % interval (NaN: none).
+
+    measured: the prediction with measured or fitted inputs, None where there are none.  units: of counts only.
+    """
+
+    row: Row
+    prediction: Prediction
+    observed: float
+    lower: float
+    upper: float
+    measured: Prediction | None = None
+    units: Units | None = None
+
+    @property
+    def counted(self) -> bool:
+        """Whether a probability stands beside a count."""
+        return self.prediction.made and self.row.test.predict in COUNTS and self.row.outcome.overturned is not None
+
+    @property
+    def judged(self) -> bool:
+        """Whether there is a prediction and an outcome, and an interval of at least one of them."""
+        ends = self.prediction.lower, self.lower
+        return self.prediction.made and not math.isnan(self.observed) and not all(map(math.isnan, ends))
+
+    @property
+    def overlap(self) -> bool:
+        """Whether the two intervals of a row that is judged overlap; a value without an interval is a point."""
+        made, seen = self.prediction, (self.lower, self.upper)
+        predicted = (made.value, made.value) if math.isnan(made.lower) else (made.lower, made.upper)
+        low, high = (self.observed, self.observed) if math.isnan(seen[0]) else seen
+        return predicted[0] <= high and low <= predicted[1]
+
+
+def compared(
+    row: Row, prediction: Prediction, measured: Prediction | None = None, runs: Units | None = None
+) -> Compared:
+    """Return a row beside its predictions: a count as a share with an interval over records, where `runs` has them.
+
+    Otherwise the trials of a row count as independent in its interval, and as one cluster, its source, in scores.
+    """
+    found, trials = row.outcome, row.test.trials
+    if found.overturned is not None and trials:
+        n, k = np.array([float(trials)]), np.array([float(found.overturned)])
+        units = Units(n, k, (row.source.source,)) if runs is None else runs
+        own = None if runs is None else np.array(units.clusters)
+        lower, upper = clustered_interval(units.trials, units.overturned, own)
+        return Compared(row, prediction, found.overturned / trials, lower, upper, measured, units)
+    value = math.nan if found.value is None else found.value
+    return Compared(row, prediction, value, math.nan, math.nan, measured)
+
+
+def rock_of(row: Row) -> int | None:
+    """Return which of the granite rocks, 1 or 2, a band of runs is of; None where it does not say."""
+    found = re.search(r"granite rock ([12])\b", row.test.specimen)
+    return int(found[1]) if found and row.test.predict == REPLAY else None
+
+
+def units_of(row: Row, replays: Replays, outcomes: GraniteOutcomes) -> Units | None:
+    """Return the runs of a band by record; None where the row is no band of a rock, or lacks some of its runs."""
+    which = rock_of(row)
+    if which is None or row.outcome.overturned is None:
+        return None
+    inside = replays.inside(*row.test.levels)
+    records, place = np.unique([one.record for one in replays.runs], return_inverse=True)
+    trials = np.bincount(place[inside], np.ones(inside.sum()), minlength=records.size)
+    fell = np.bincount(place[inside], outcomes.overturned[which - 1][inside].astype(float), minlength=records.size)
+    if (trials.sum(), fell.sum()) != (row.test.trials, row.outcome.overturned):
+        return None
+    own = trials > 0
+    return Units(np.asarray(trials[own], float), np.asarray(fell[own], float), tuple(records[own].tolist()))
+
+
+class Scores(NamedTuple):
+    """Scores of a set of rows: counts with calibration and Brier's score, and ratios of values where there are any."""
+
+    name: str
+    brier: Brier | None
+    calibration: list[CalibrationClass]
+    ratios: dict[str, Ratio]
+    dispersions: Ratio | None
+
+
+def score(name: str, rows: list[Compared]) -> Scores:
+    """Score rows: those with a count by Brier's score, those with a value by ratios of predicted to measured."""
+    counts = [(one, one.units) for one in rows if one.counted and one.units is not None]
+    ratios = {}
+    for quantity in (MEDIAN, RESTITUTION, FRICTION):
+        own = [one for one in rows if one.row.test.predict == quantity and one.prediction.made and one.observed > 0.0]
+        if own:
+            ratios[quantity] = _ratio(own, [(one.prediction.value, one.observed) for one in own])
+    spread = [
+        (one, (one.prediction.dispersion, one.row.outcome.dispersion))
+        for one in rows
+        if one.row.outcome.dispersion is not None and not math.isnan(one.prediction.dispersion)
+    ]
+    made = np.array([one.prediction.value for one, units in counts for _ in units.clusters])
+    trials, fell = (
+        np.concatenate([np.zeros(0), *(getattr(units, kind) for _, units in counts)])
+        for kind in ("trials", "overturned")
+    )
+    clusters = np.array([name for _, units in counts for name in units.clusters])
+    which = np.repeat(np.arange(len(counts)), [len(units.clusters) for _, units in counts])
+    return Scores(
+        name,
+        brier(made, trials, fell, clusters=clusters, rows=which) if counts else None,
+        calibration(made, trials, fell, clusters, which) if counts else [],
+        ratios,
+        _ratio(*map(list, zip(*spread, strict=True))) if spread else None,
+    )
+
+
+def _ratio(rows: Sequence[Compared], pairs: Sequence[tuple[float, float | None]]) -> Ratio:
+    """Return the mean ratio of pairs of predicted and measured values, by the sources of their rows."""
+    predicted, measured = np.array(pairs, dtype=float).T
+    return mean_ratio(predicted, measured, np.array([one.row.source.source for one in rows]))
+
+
+def scores_of(rows: list[Compared]) -> list[Scores]:
+    """Return the scores of every class of pieces of which something is predicted."""
+    predicted = [one for one in rows if one.prediction.made]
+    pieces = list(dict.fromkeys(one.row.test.piece for one in predicted))
+    return [score(piece, [one for one in predicted if one.row.test.piece == piece]) for piece in pieces]
+
+
+class Granite(NamedTuple):
+    """A rock beside its replays: falls, falls predicted and shares of runs that are right by half-width, thresholds.
+
+    fits: each half of the records predicted with the half-width that fits the other half; twins: share of the runs of
+    each half in which both rocks had the same outcome.
+    """
+
+    rock: int
+    runs: int
+    overturned: int
+    predicted: tuple[int, ...]
+    right: tuple[float, ...]
+    pga: Threshold
+    pgv: Threshold
+    twin: float
+    fits: HalfFits
+
+
+def granite(replays: Replays, outcomes: GraniteOutcomes) -> list[Granite]:
+    """Score both rocks run by run: blind half-widths, half-widths fitted on the other half of the records, thresholds.
+
+    The plain thresholds are fitted to the runs that they are scored on, those of the halves are not.
+    """
+    twin = float((outcomes.overturned[0] == outcomes.overturned[1]).mean())
+    records = [one.record for one in replays.runs]
+    candidates = fallen([rock(one) for one in CANDIDATES], table_motions(replays.runs))
+    return [
+        Granite(
+            i,
+            flags.size,
+            int(flags.sum()),
+            tuple(int(one.sum()) for one in replays.overturned),
+            tuple(float((one == flags).mean()) for one in replays.overturned),
+            best_threshold(outcomes.pga, flags),
+            best_threshold(outcomes.pgv, flags),
+            twin,
+            fit_halves(candidates, flags, records, (outcomes.pga, outcomes.pgv)),
+        )
+        for i, flags in enumerate(outcomes.overturned, 1)
+    ]
+
+
+def fitted_band(row: Row, replays: Replays, rocks: Sequence[Granite]) -> Prediction | None:
+    """Predict a band of runs with half-widths of which each was fitted on the records of the other half."""
+    which = rock_of(row)
+    if which is None:
+        return None
+    inside = replays.inside(*row.test.levels)
+    fits = rocks[which - 1].fits
+    return _fitted(row, fits.predicted[inside], fits.resampled[:, inside], [
+        f"{1000.0 * CANDIDATES[one.fitted]:g} mm" for one in fits.halves
+    ], "half-widths of")  # fmt: skip
+
+
+def fitted_pulses(row: Row, fits: HalfFits, named: Sequence[str]) -> Prediction:
+    """Predict a set of pulse trials with sizes of which each was fitted on the other half of the durations."""
+    return _fitted(row, fits.predicted, fits.resampled, named, "sizes of")
+
+
+def _fitted(row: Row, predicted: Flags, resampled: Flags, fitted: Sequence[str], what: str) -> Prediction:
+    """Return the share predicted, with the range of 95 % of what fits resamples of the other half."""
+    low, high = np.quantile(resampled.mean(-1), [0.025, 0.975])
+    value = float(predicted.mean())
+    how = f"{what} {' and '.join(fitted)}, each fitted on the other half of the motions"
+    return Prediction(row.test.id, value, min(value, float(low)), max(value, float(high)), math.nan, how)
+
+
+def class_fits(rows: list[Compared], replays: Replays | None, outcomes: GraniteOutcomes | None) -> dict[str, ClassFit]:
+    """Return for every class of pieces with a predicted count how far its capacities are from those predicted.
+
+    Capacities are looked for only where a class has enough records or sources.
+    """
+    found = {}
+    counts = [(one, one.units) for one in rows if one.counted and one.units is not None]
+    for piece in dict.fromkeys(one.row.test.piece for one, _ in counts):
+        own = [(one.row, units) for one, units in counts if one.row.test.piece == piece]
+        clusters = len({name for _, units in own for name in units.clusters})
+        sources = len({row.source.source for row, _ in own})
+        if clusters < LEAST_CLUSTERS:
+            trials = sum(int(units.trials.sum()) for _, units in own)
+            found[piece] = too_few(trials, clusters, sources)
+            continue
+        logs = None if replays is None else _log_capacities(replays)
+        evidence = [one for row, units in own for one in _evidence(row, units, replays, outcomes, logs)]
+        found[piece] = class_fit(evidence, sources)
+    return found
+
+
+def _evidence(
+    row: Row, units: Units, replays: Replays | None, outcomes: GraniteOutcomes | None, logs: Array | None
+) -> list[Evidence]:
+    """Return the tests of a row: the runs of a band of a rock, one by one, or its count."""
+    which, counted = rock_of(row), int(units.overturned.sum())
+    if which is None:
+        trials = int(units.trials.sum())
+        blocks = blocks_of(row.test)
+        low, high = (float(one) for one in row.test.levels if one is not None)
+        every = [
+            each
+            for kind in kinds_of(row.test)
+            for each in capacities(blocks, law_of(row.test), scaled_to_class(kind, low, high), FACTORS, "scale")
+        ]
+        slides = 1.0 - float(np.mean([not_sliding(row.test, one) for one in blocks]))
+        return [Evidence(row.source.source, trials, counted, np.log(np.concatenate(every)), slides)]
+    if replays is None or outcomes is None or logs is None:
+        return []
+    flags = outcomes.overturned[which - 1]
+    return [
+        Evidence(replays.runs[i].record, 1, int(flags[i]), logs[:, i])
+        for i in np.flatnonzero(replays.inside(*row.test.levels))
+    ]
+
+
+def _log_capacities(replays: Replays) -> Array:
+    """Return ln of the factor of each run's motion that overturns each half-width of the scan (half-width, run)."""
+    blocks = [rock(one) for one in HALF_WIDTHS]
+    return np.log(np.array(capacities(blocks, HousnerImpact(), table_motions(replays.runs), FACTORS, "scale")))
+
+
+def granite_lines(found: list[Granite]) -> list[str]:
+    """Return what is said of the rocks, two lines for each."""
+    widths = ", ".join(f"{1000.0 * one:g}" for one in HALF_WIDTHS)
+    said = []
+    for one in found:
+        said.append(
+            f"granite rock {one.rock}: {one.overturned} of {one.runs} runs fell, replays with half-widths of {widths} "
+            f"mm: {', '.join(map(str, one.predicted))}; right in {', '.join(f'{share:.2f}' for share in one.right)} "
+            f"of the runs, best PGA threshold {one.pga.right:.2f}, best PGV threshold {one.pgv.right:.2f} (both "
+            f"fitted), the other rock {one.twin:.2f}"
+        )
+        said += [
+            f"granite rock {one.rock}, half {half.half + 1} of the records: {half.overturned} of {half.runs} runs "
+            f"fell, {half.predicted} with the {1000.0 * CANDIDATES[half.fitted]:g} mm that fit the other half; right "
+            f"in {half.right:.2f} of the runs, PGA threshold of the other half {half.pga:.2f}, PGV {half.pgv:.2f}"
+            for half in one.fits.halves
+        ]
+    return said

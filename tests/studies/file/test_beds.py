@@ -1,0 +1,168 @@
+"""Soft beds in study files, CSV files and inventories: what is built, refusals, and the screen and notes."""
+
+import math
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.fragility import screen
+from toppling.fragility.validity.notes import notes
+from toppling.fragility.validity.reasons import REASONS
+from toppling.studies.command.cli import main
+from toppling.studies.file.blocks import read_blocks
+from toppling.studies.file.table import StudyError
+from toppling.studies.inventory.reading import read_inventory
+
+STUDY = """
+title = "Carpet"
+{blocks}
+[[models]]
+{law}
+[motions]
+generator = "kanai-tajimi"
+number = 4
+[ida]
+levels = {{ values = [1.0, 4.0], unit = "m/s2" }}
+"""
+CARPET = '[[blocks]]\nname = "cabinet"\nwidth_m = 0.4\nheight_m = 1.8\nbed_settlement_mm = 2\n'
+FLOOR = '[[blocks]]\nname = "other"\nwidth_m = 0.4\nheight_m = 1.8\n'
+VISCOUS = 'law = "viscous"\nzeta = 0.05\n'
+
+
+def study(tmp_path, law=VISCOUS, blocks=CARPET, more=""):
+    file = tmp_path / "study.toml"
+    file.write_text(STUDY.format(law=law, blocks=blocks) + more, encoding="utf-8")
+    return tp.Study.from_toml(file)
+
+
+class TestKeys:
+    def test_block(self, tmp_path):
+        (block,) = study(tmp_path).blocks
+        assert block.bed == tp.Bed(0.002)
+        assert not study(tmp_path).design.both_ways  # (front and back are alike)
+
+    @pytest.mark.parametrize(("law", "blocks", "message"), [
+        (VISCOUS, CARPET.replace("= 2", "= 0"), "bed settlement must be finite and > 0"),
+        (VISCOUS, CARPET.replace("= 2", "= -1"), "bed settlement must be finite and > 0"),
+        (VISCOUS, CARPET.replace("= 2", "= nan"), "bed_settlement_mm"),
+        (VISCOUS, CARPET.replace("= 2", "= 30"), "bed settlement must be"),
+        (VISCOUS, CARPET.replace("= 2", "= 5"), "too soft"),
+        (VISCOUS, CARPET + "lean_deg = 1\n", "must be symmetric"),
+        (VISCOUS, CARPET + "wall_gap_mm = 0\n", "before the block uplifts from its bed"),
+        (VISCOUS, CARPET + 'mass_kg = 90\nrestraint = { kind = "bracket", height_m = 1.5, strength_n = 400 }\n',
+         "has no restraint"),
+        ('law = "housner"\n', CARPET, "'cabinet', which stands on a bed: its impacts are those on a rigid floor"),
+        ('law = "vassiliou"\n', CARPET, "which stands on a bed: its damping is that of rocking on a rigid floor"),
+        ('law = "giannini-masiani"\n', CARPET, "which stands on a bed: its damping ratio is that of impacts"),
+        ('law = "energy-consistent"\n', CARPET, "rest='rigid' is for a rigid floor"),
+    ])  # fmt: skip
+    def test_refusals(self, tmp_path, law, blocks, message):
+        with pytest.raises(StudyError, match=message):
+            study(tmp_path, law, blocks)
+
+    def test_csv(self, tmp_path):
+        file = tmp_path / "blocks.csv"
+        file.write_text("name,width_m,height_m,bed_settlement_mm\na,0.4,1.8,2\nb,0.4,1.8,\n", encoding="utf-8")
+        one, two = read_blocks(file)
+        assert (one.bed, two.bed) == (tp.Bed(0.002), None)
+        for value in ("0", "-1", "x", "30"):
+            file.write_text(f"name,width_m,height_m,bed_settlement_mm\na,0.4,1.8,{value}\n", encoding="utf-8")
+            with pytest.raises(StudyError, match=r"line 2.*bed_settlement_mm"):
+                read_blocks(file)
+
+    def test_inventory(self, tmp_path):
+        file = tmp_path / "inventory.csv"
+        file.write_text("item,width_m,height_m,floor,bed_settlement_mm\na,0.4,1.8,1,2\n", encoding="utf-8")
+        assert read_inventory(file).rows[0].block.bed == tp.Bed(0.002)
+
+    @pytest.mark.parametrize("parameter", ["delta"])
+    def test_a_sensitivity_study_over_delta_is_refused(self, tmp_path, parameter):
+        more = f'[sensitivity]\nparameter = "{parameter}"\nvalues = [0.02, 0.05]\n'
+        with pytest.raises(StudyError, match=r"stands on a bed .*, where delta is not used: vary e"):
+            study(tmp_path, 'law = "discrete"\ne = 0.9\n', more=more)
+
+    def test_uncertain_delta_is_refused(self):
+        inputs = tp.fragility.RandomInputs({"delta": tp.fragility.Uniform(0.01, 0.1)})
+        with pytest.raises(ValueError, match=r"input 'delta' has no effect: .* stands on a bed"):
+            inputs.realise(tp.Block(0.4, 1.8, bed=tp.Bed(0.002)), tp.DiscreteDamping(), inputs.sample(2))
+
+
+class TestScreen:
+    """The mode of a bed is physical; that of δ on a rigid floor beside it is not."""
+
+    def runs(self):
+        self.shakes = tp.motions.KanaiTajimi(duration=10.0, dt=0.01).sample(6, seed=1)
+        blocks = [tp.Block(0.4, 1.8, name="carpet", bed=tp.Bed(0.002)), tp.Block(0.4, 1.8, name="floor")]
+        return tp.ida(blocks, tp.DiscreteDamping(e=0.9), self.shakes, [1.0, 3.0])
+
+    def test_frequency_and_verdict(self):
+        found = screen(self.runs(), self.shakes)
+        mode = next(one for one in REASONS if one.name == "elastic_mode")
+        assert found["outside"].sel(reason=mode.name).values[0] == 0.0
+        assert found["outside"].sel(reason=mode.name).values[1] > 0.0
+        assert not (found["verdict"].values[0] & mode.bit).any()
+        carpet, floor = found["elastic_frequency"].values[:, 0]
+        stiffness = tp.ViscousDamping(0.0).oscillator(tp.Block(0.4, 1.8, bed=tp.Bed(0.002))).regions[7].stiffness
+        assert carpet == pytest.approx(math.sqrt(stiffness) / (2.0 * math.pi), rel=1e-12)
+        assert floor != pytest.approx(carpet, rel=0.1)
+        (said,) = (note for note in notes(found) if "soft bed" in note)
+        assert f"({carpet:.2f} Hz) is that of the bed, and not of δ: it is physical" in said
+
+    def test_runs_know_their_beds(self):
+        runs = self.runs()
+        np.testing.assert_array_equal(runs["bed_settlement"].values, [0.002, np.nan])
+        assert runs["bed_settlement"].attrs["units"] == "m"
+        found = tp.fragility.runs.provenance.blocks_of(runs)
+        assert [block.bed for block in found] == [tp.Bed(0.002), None]
+
+    def test_study_says_so(self, tmp_path):
+        found = study(tmp_path, 'law = "discrete"\ne = 0.9\n', CARPET + FLOOR)
+        assert any("cabinet: the bed is elastic and without tension" in note for note in found.notes)
+        results = found.run()
+        assert any("is that of the bed" in note for note in notes(results))
+
+
+def test_inventory_study(tmp_path):
+    """Floors with and without beds are joined; a kit does not fit a piece on a bed."""
+    (tmp_path / "inventory.csv").write_text(
+        "item,width_m,height_m,floor,mass_kg,bed_settlement_mm\n"
+        "carpet,0.4,1.8,1,90,2\nfloor,0.4,1.8,1,90,\nup,0.4,1.8,2,90,\n",
+        encoding="utf-8",
+    )
+    (tmp_path / "study.toml").write_text(
+        """
+title = "Office"
+[[models]]
+law = "viscous"
+zeta = 0.1
+[motions]
+generator = "kanai-tajimi"
+number = 6
+[building]
+kind = "flexural-shear"
+period_s = 0.5
+alpha0 = 8
+storeys = 3
+[performance]
+inventory = "inventory.csv"
+im = "pga"
+levels = { values = [1.0, 6.0], unit = "m/s2" }
+""",
+        encoding="utf-8",
+    )
+    results = tp.Study.from_toml(tmp_path / "study.toml").run()
+    np.testing.assert_array_equal(results["bed_settlement"].values, [0.002, np.nan, np.nan])
+    frequency = results["elastic_frequency"].values[:, 0]
+    assert frequency[0] < 0.9 * frequency[1] == 0.9 * frequency[2]
+
+
+def test_simulate(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = "simulate --width 40cm --height 1.8m one-cycle-sine --period 1s --pga 0.2g --law viscous --zeta 0.05"
+    assert main([*words.split(), "--bed-settlement", "2mm"]) == 0
+    assert "bed:             settles 2 mm; uplifts from it at 0.0457 of α" in capsys.readouterr().out
+    assert main([*words.split(), "--bed-settlement", "20cm"]) == 2
+    error = capsys.readouterr().err
+    assert "bed settlement must be" in error
+    assert error.count("\n") == 1

@@ -1,0 +1,302 @@
+"""Studies of pairs of components: keys, refusals, runs, and what results and reports say of the axes."""
+
+import json
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling import fragility, motions
+from toppling.models.friction import LognormalFriction
+from toppling.studies.file.table import StudyError
+from toppling.studies.store.worker_motions import motions_again
+from toppling.studies.tables.axes import axis_rows
+
+STUDY = """
+title = "Pairs"
+[motions]
+generator = "clough-penzien"
+number = 6
+seed = 4
+duration_s = 8.0
+dt_s = 0.02
+component = "pair"
+azimuth = "random"
+[[blocks]]
+name = "square"
+width_m = 0.3
+height_m = 1.4
+depth_m = 0.3
+[[blocks]]
+name = "vase"
+width_m = 0.12
+height_m = 0.5
+round = true
+[[models]]
+law = "housner"
+[ida]
+im = "RotD50(pga)"
+levels = { values = [0.2, 0.4, 0.7], unit = "g" }
+[fit]
+replicates = 100
+"""
+UNCERTAIN = '[uncertainty.inputs]\nR_factor = { distribution = "uniform", lower = 0.9, upper = 1.1 }\n[[models]]'
+LAWS = [tp.HousnerImpact()]
+GENERATOR = motions.CloughPenzien(duration=8.0, dt=0.02)
+
+
+def study(tmp_path, *changes, more=""):
+    text = STUDY + more
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+    return tp.Study.from_toml(tmp_path / "study.toml")
+
+
+def test_a_study_is_the_analysis_in_python(tmp_path):
+    plan = study(tmp_path)
+    assert "6 motions about both axes" in plan.words
+    done = []
+    found = plan.run(progress=lambda so_far, total: done.append((so_far, total)))
+    assert done[-1] == (plan.work, plan.work)
+    shaken = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
+    levels = np.array([0.2, 0.4, 0.7]) * 9.80665
+    blocks = [tp.Block(0.3, 1.4, name="square", depth=0.3), tp.Block(0.12, 0.5, name="vase", round=True)]
+    runs = tp.ida(blocks, tp.HousnerImpact(), shaken, levels, "RotD50(pga)")
+    for name in ("overturned", "axis", "peak_rotation", "azimuth"):
+        np.testing.assert_array_equal(found[name], runs[name])
+    notes = found.attrs["notes"]
+    for said in ("falls that are along the depth: square", "wobbling not modelled", "run about both axes"):
+        assert notes.count(said) == 1
+
+
+def test_the_table_of_axes(tmp_path):
+    found = study(tmp_path).run()
+    axis = found["axis"].sel(block="vase").values
+    fell, deep = (axis > 0).sum(), (axis == 2).sum()
+    row = axis_rows(found).rows[1]
+    assert row == ("vase", f"{fell} of 18 runs", f"{100 * (1 - deep / fell):.0f} %", f"{100 * deep / fell:.0f} %")
+    assert axis_rows(found.drop_vars("axis")) is None
+
+
+def test_folders_keep_both_axes(tmp_path):
+    plan = study(tmp_path)
+    assert plan.run(tmp_path / "out")["axis"].identical(plan.run()["axis"])
+
+
+def test_workers_make_the_same_pairs(tmp_path):
+    plan = study(tmp_path)
+    made = motions_again(json.dumps(plan.configuration))
+    own = motions.records(list(plan.arrays))
+    assert [one.axes for one in made] == [one.axes for one in own]
+    for one, other in zip(made, own, strict=True):
+        np.testing.assert_array_equal(one.acceleration, other.acceleration)
+        np.testing.assert_array_equal(one.companion, other.companion)
+
+
+def test_the_weak_axis_alone(tmp_path):
+    long = (
+        (
+            'name = "vase"\nwidth_m = 0.12\nheight_m = 0.5\nround = true',
+            'name = "long"\nwidth_m = 0.3\nheight_m = 1.4\ndepth_m = 0.6',
+        ),
+    )
+    weak = ('component = "pair"', 'component = "pair"\naxes = "weak"')
+    with pytest.raises(StudyError, match=r"'square' must have a depth of at least 1\.6 times its width"):
+        study(tmp_path, weak)
+    plan = study(tmp_path, weak, *long, ("depth_m = 0.3\n", "depth_m = 0.5\n"))
+    found = plan.run()
+    assert "axis" not in found
+    assert plan.work == plan.runs + plan.perturbed_runs
+
+
+def test_an_azimuth_in_degrees(tmp_path):
+    plan = study(tmp_path, ('azimuth = "random"', "azimuth = 90"))
+    (array,) = plan.design.arrays
+    np.testing.assert_array_equal(array.sel(component="h1"), GENERATOR.sample_pairs(6, 4).sel(component="h2"))
+
+
+def test_blocks_of_a_file_have_depths(tmp_path):
+    (tmp_path / "blocks.csv").write_text(
+        "name,catalogue,width_m,height_m,depth_m,round\na,,0.3,1.4,0.4,\nb,server-rack-42u,,,,\nc,,0.1,0.4,,yes\n"
+    )
+    text = STUDY[: STUDY.index("[[blocks]]")] + STUDY[STUDY.index("[[models]]") :]
+    (tmp_path / "study.toml").write_text('blocks_file = "blocks.csv"\n' + text, encoding="utf-8")
+    blocks = tp.Study.from_toml(tmp_path / "study.toml").blocks
+    assert [one.depth for one in blocks] == [0.4, 1.07, 0.1]
+    assert [one.round for one in blocks] == [False, False, True]
+
+
+def test_uncertain_blocks(tmp_path):
+    """Samples keep their plan ratio; every figure is of the runs about both axes."""
+    changes = ([("[[models]]", UNCERTAIN)], [("replicates = 100", 'replicates = 100\nform = "lognormal"')])
+    plan = study(tmp_path, *(one for each in changes for one in each))
+    done = []
+    found = plan.run(progress=lambda so_far, total: done.append((so_far, total)))
+    assert done[-1] == (plan.work, plan.work)
+    assert plan.work == 2 * plan.runs + plan.perturbed_runs
+    shaken = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
+    levels = np.array([0.2, 0.4, 0.7]) * 9.80665
+    for block in plan.blocks:
+        options = {"samples": plan.samples, "seed": plan.seed}
+        runs = tp.fragility.uncertain_ida(plan.inputs, block, LAWS, shaken, levels, "RotD50(pga)", **options)
+        np.testing.assert_array_equal(found["overturned"].sel(block=block.label).values, runs["overturned"].values)
+    assert found.attrs["notes"].count("run about both axes") == 1
+
+
+BUILDINGS = """
+[[buildings]]
+name = "shed"
+kind = "ground"
+[[buildings]]
+name = "tower"
+kind = "flexural-shear"
+period_s = 0.5
+storeys = 3
+floors = [3]
+"""
+
+
+def test_floors_of_buildings(tmp_path):
+    """Each component goes through the building by itself; the ground stays as it is, and its measure the level."""
+    plan = study(tmp_path, ('im = "RotD50(pga)"', 'im = "RotD50(pga)"\nim_at = "ground"'), more=BUILDINGS)
+    assert "12 motions about both axes" in plan.words
+    found = plan.run()
+    ground = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
+    tower = motions.Building.flexural_shear(0.5, storeys=3)
+    levels = np.array([0.2, 0.4, 0.7]) * 9.80665
+    square = tp.Block(0.3, 1.4, name="square", depth=0.3)
+    angles = np.radians(np.arange(180.0))
+    peaks = [
+        np.abs(np.outer(np.cos(angles), one.acceleration) + np.outer(np.sin(angles), one.companion)).max(axis=1)
+        for one in motions.records(ground)
+    ]
+    scale = levels[:, None] / np.median(peaks, axis=1)
+    fallen = found["overturned"].sel(block="square").values[0]
+    for k, record in enumerate(motions.records(ground)):
+        components = record.acceleration, record.companion
+        floors = [
+            tower.floor_motions(motions.from_array(one, dt=record.dt), [3]).isel(floor=0, drop=True)
+            for one in components
+        ]
+        for at, shaken in ((k, [motions.from_array(one, dt=record.dt) for one in components]), (6 + k, floors)):
+            for level in range(3):
+                each = [tp.simulate(square, tp.HousnerImpact(), scale[level, k] * one) for one in shaken]
+                assert fallen[level, at] == any(bool(one.overturned) for one in each)
+    assert 0 < fallen[:, :6].sum() < fallen[:, 6:].sum()
+
+
+HELD = """
+[[blocks]]
+name = "shelf"
+width_m = 0.3
+height_m = 1.4
+depth_m = 0.35
+mass_kg = 60
+wall_gap_mm = 10
+restraint = "strap"
+[restraints.strap]
+kind = "strap"
+height_m = 1.2
+strength_n = 60
+stiffness_n_per_mm = 20
+"""
+
+
+@pytest.mark.parametrize("uncertain", [False, True])
+def test_a_block_at_a_wall_stands_free_along_its_depth(tmp_path, uncertain):
+    changes = [('law = "housner"', 'law = "housner"\ngeometry = "linear"')]
+    changes += [("[[models]]", UNCERTAIN)] if uncertain else []
+    found = study(tmp_path, *changes, more=HELD).run().sel(block="shelf")
+    if uncertain:
+        assert 0.0 < found["overturned"].mean() < 1.0
+        assert found.attrs["notes"].count("shelf: a wall, a restraint, an offset of the mass or a lean acts") == 1
+        return
+    assert found["ruptured"].any()
+    assert (found["axis"] == 2).any()
+    shaken = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
+    law, levels = tp.HousnerImpact(geometry="linear"), np.array([0.2, 0.4, 0.7]) * 9.80665
+    pairs = [[one.acceleration, one.companion] for one in motions.records(shaken)]
+    strap = tp.Restraint.strap(1.2, 60.0, 20e3)
+    held = tp.Block(0.3, 1.4, mass=60.0, wall=tp.Wall(0.01), restraint=strap)
+    ways = found["motion"].size // 6
+    for k, pair in enumerate(pairs):
+        for way in range(ways):
+            factors = levels / float(found["RotD50(pga)"][ways * k]) * (-1.0 if way else 1.0)
+            for level, factor in enumerate(factors.tolist()):
+                x, y = (
+                    tp.simulate(one, law, motions.from_array(factor * shake, dt=0.02))
+                    for one, shake in zip((held, tp.Block(0.35, 1.4)), pair, strict=True)
+                )
+                at = {"level": level, "motion": ways * k + way}
+                assert bool(found["overturned"][0].isel(at)) == (bool(x.overturned) or bool(y.overturned))
+                assert bool(found["ruptured"][0].isel(at)) == bool(x.ruptured)
+    assert found.attrs["notes"].count("shelf: a wall, a restraint, an offset of the mass or a lean acts") == 1
+
+
+FRICTION = """
+[friction]
+static = 0.25
+dispersion = 0.3
+kinetic_ratio = 0.9
+[hazard]
+levels = [0.05, 0.1, 0.3, 1.0, 2.0]
+rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
+unit = "g"
+"""
+
+
+def test_blocks_that_slide(tmp_path):
+    """Chances of slips and of falls over edges are those of `slide_runs`, and a wider band is near uplift."""
+    edge = ("depth_m = 0.3\n", 'depth_m = 0.4\nedge_distance_mm = 30\nfalls_when = "foot"\n')
+    found = study(tmp_path, edge, more=FRICTION).run()
+    shaken = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
+    levels = np.array([0.2, 0.4, 0.7]) * 9.80665
+    block = tp.Block(0.3, 1.4, name="square", depth=0.4, edge=tp.Edge(0.03, falls_when="foot"))
+    runs = tp.ida(block, tp.HousnerImpact(), shaken, levels, "RotD50(pga)")
+    friction = LognormalFriction(0.25, 0.3)
+    slid = fragility.slide_runs(runs, shaken, friction, 0.9, polarity="both")
+    for k, distance in enumerate((0.05, 0.1, 0.3)):
+        expected = (slid["slide_peak"] > distance).mean("motion").values[0, 0]
+        np.testing.assert_allclose(found["slip_probability"].sel(block="square").values[k], expected, rtol=1e-12)
+    expected = slid["fallen_off"].mean("motion").values[0, 0]
+    np.testing.assert_allclose(found["fall_off_probability"].sel(block="square").values, expected, rtol=1e-12)
+    assert 0.0 < expected.max() < 1.0
+    below = friction.below(np.array([0.3, 0.39, 0.4, 0.52]) / 1.4)
+    assert float(found["slides_instead"][0]) == pytest.approx(below[0], rel=1e-12)
+    assert float(found["friction_near_uplift"][0]) == pytest.approx(below[3] - below[0] - below[2] + below[1], rel=1e-9)
+    gated = found["probability"].sel(block="square") * (1.0 - below[0])
+    np.testing.assert_allclose(found["gated_probability"].sel(block="square"), gated, rtol=1e-12)
+    assert found.attrs["notes"].count("square root of the sum of the squares") == 1
+    assert "of either axis with a chance" in found.attrs["notes"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ([("depth_m = 0.3\n", "")], "'square' needs its depth"),
+        ([("depth_m = 0.3\n", "depth_m = 0.2\n")], "depth must be at least the width"),
+        ([("RotD50(pga)", "pga")], "im must be a measure of both components"),
+        ([('azimuth = "random"', 'azimuth = "north"')], "azimuth"),
+        ([('azimuth = "random"', "azimuth = 400")], "azimuth must be"),
+        ([('azimuth = "random"', "correlation = 1.5")], "correlation must be"),
+        ([('component = "pair"\n', "")], "motions.azimuth needs component = 'pair'"),
+        ([('component = "pair"', 'component = "h3"')], "component"),
+        ([("replicates = 100", "replicates = 100\nstate = 0.5")], "fit.state must be overturned or uplifted"),
+        ([("clough-penzien", "near-fault"), ("duration_s = 8.0", "duration_s = 60.0")], "direction of a pulse"),
+        ([('title = "Pairs"', 'title = "Pairs"\noutputs = ["restraint_force"]')], "outputs of runs about both axes"),
+    ],
+)
+def test_refusals(tmp_path, changes, said):
+    with pytest.raises(StudyError, match=said):
+        study(tmp_path, *changes)
+
+
+def test_one_component_against_a_hazard_of_both(tmp_path):
+    """A note says what levels of one component leave out; levels of RotD50 do not need it."""
+    from toppling.studies.text.axes import component_notes
+
+    assert component_notes("h1", "RotD50(pga)") == []
+    assert component_notes(None, "pga") == []
+    assert 'im = "RotD50(pga)"' in component_notes("h1", "pga")[0]

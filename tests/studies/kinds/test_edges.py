@@ -1,0 +1,353 @@
+"""Studies of pieces near edges: how likely they slide off, and fall at all, in results and on pages; refusals."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.fragility import fit_fragility, overturning_probability, slide_runs
+from toppling.models.friction import FixedFriction, LognormalFriction
+from toppling.studies import StudyError
+from toppling.studies.command.cli import main
+from toppling.studies.file.blocks import read_blocks
+from toppling.studies.report.page import write_report
+from toppling.studies.tables.slides import edge_rows, edge_sentences, slide_rows
+
+BENCH = """[[blocks]]
+name = "analyser"
+width_m = 0.2
+height_m = 0.6
+edge_distance_mm = 40
+falls_when = "foot"
+"""
+TEXT = """
+title = "A bench"
+{blocks}
+[[blocks]]
+name = "cabinet"
+width_m = 0.3
+height_m = 1.8
+[[models]]
+law = "housner"
+[[models]]
+law = "discrete"
+delta = 0.01
+[motions]
+generator = "clough-penzien"
+number = 20
+duration_s = 12
+dt_s = 0.01
+[ida]
+im = "pga"
+levels = {{ values = [0.1, 0.3, 0.5, 0.8, 1.2], unit = "g" }}
+{polarity}
+[screen]
+undecided = 0.0
+[fit]
+replicates = 100
+{fit}
+{more}
+"""
+FRICTION = "[friction]\nstatic = 0.35\ndispersion = 0.3\nkinetic_ratio = 0.85\n"
+YEAR = """
+[hazard]
+levels = [0.05, 0.1, 0.3, 1.0, 2.0]
+rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
+unit = "g"
+"""
+FALLS = ("fall_off_probability", "fall_off_rate", "fall_off_risk_probability", "falls_probability", "falls_rate")
+
+
+def study(folder, more=FRICTION + YEAR, blocks=BENCH, polarity="", fit="", name="study"):
+    (folder / f"{name}.toml").write_text(TEXT.format(blocks=blocks, more=more, polarity=polarity, fit=fit))
+    return tp.Study.from_toml(folder / f"{name}.toml")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("edges")
+
+
+@pytest.fixture(scope="module")
+def bench(folder):
+    return study(folder)
+
+
+@pytest.fixture(scope="module")
+def results(bench, folder):
+    return bench.run(folder / "out")
+
+
+@pytest.fixture(scope="module")
+def rocking(bench):
+    return tp.ida(bench.blocks[:1], bench.models, bench.design.motions, bench.design.levels)
+
+
+@pytest.fixture(scope="module")
+def slid(bench, rocking):
+    friction = LognormalFriction(0.35, 0.3)
+    return slide_runs(rocking, bench.design.motions, friction, 0.85, polarity="both")
+
+
+class TestResults:
+    def test_the_rocking_runs_stay_one_way(self, bench):
+        assert not bench.design.both_ways
+
+    def test_falls_over_the_edge_are_those_of_slide_runs_both_ways(self, results, slid):
+        found = overturning_probability(slid, state="fallen_off")
+        for ours, theirs in (("", "probability"), ("_lower", "lower"), ("_upper", "upper")):
+            np.testing.assert_array_equal(results[f"fall_off_probability{ours}"][0], found[theirs][0, 0])
+        assert 0.0 < float(found["probability"].max()) < 1.0
+
+    def test_either_is_counted_run_by_run(self, results, slid, rocking):
+        """Overturned as if it could not slide, or over the edge, under the same motion: by brute force."""
+        fell = slid["fallen_off"].values[0, 0].reshape(5, 20, 200)
+        for k in range(2):
+            either = rocking["overturned"].values[0, k][:, :, None] | fell
+            np.testing.assert_allclose(results["falls_probability"][0, k], either.mean(axis=(1, 2)), rtol=1e-12)
+        alone = results["probability"][0].values
+        product = 1.0 - (1.0 - alone) * (1.0 - results["fall_off_probability"][0].values)
+        assert (results["falls_probability"][0].values >= alone).all()
+        assert (results["falls_probability"][0].values != product).any()
+
+    def test_rate_of_falls_over_the_edge(self, results, slid, bench):
+        options = {"replicates": 100, "seed": bench.fit.seed, "keep_replicates": True}
+        rate = bench.risk.rates(fit_fragility(slid, state="fallen_off", **options), 0.95)
+        for end in ("", "_lower", "_upper"):
+            expected = float(rate[f"rate{end}"][0, 0])
+            assert float(results[f"fall_off_rate{end}"][0]) == pytest.approx(expected, rel=1e-12)
+            chance = -np.expm1(-50.0 * expected)
+            assert float(results[f"fall_off_risk_probability{end}"][0]) == pytest.approx(chance, rel=1e-12)
+
+    def test_either_has_the_rate_of_overturning_and_its_raise(self, results, bench):
+        """The raise between the levels: the difference of the two isotonic curves against the hazard."""
+        x = np.geomspace(0.1, 1.2, 400_001)
+        at = np.log(np.array([0.1, 0.3, 0.5, 0.8, 1.2]))
+        rates = bench.risk.hazard.rate_at(9.80665 * x)
+        for k in range(2):
+            names = ("falls_probability", "probability")
+            either, alone = (np.maximum.accumulate(results[name][0, k].values) for name in names)
+            more = np.interp(np.log(x), at, either - alone)
+            inside = np.sum(0.5 * (more[1:] + more[:-1]) * (rates[:-1] - rates[1:]))
+            below = float(either[0]) * (float(bench.risk.hazard.rate_at(9.80665e-6)) - rates[0]) if either[0] else 0.0
+            above = (1.0 - float(alone[-1])) * rates[-1]
+            raised = float(results["falls_rate"][0, k] - results["rate"][0, k])
+            assert raised == pytest.approx(inside + below + above, rel=1e-4)
+            assert raised > 0.0
+
+    def test_intervals_hold_their_estimates(self, results):
+        for name in (*FALLS, "falls_risk_probability"):  # (the block falls under both laws)
+            low, middle, high = (results[f"{name}{end}"][0].values for end in ("_lower", "", "_upper"))
+            assert (low <= middle).all()
+            assert (middle <= high).all()
+
+    def test_blocks_near_no_edge_have_none(self, results):
+        for name in FALLS:
+            assert np.isnan(results[name][1]).all()
+
+    def test_the_headline_does_not_move(self, results, folder):
+        plain = study(folder, YEAR, BENCH.partition("edge")[0], name="plain").run()
+        for name in ("probability", "median", "rate", "rate_upper"):
+            np.testing.assert_array_equal(results[name], plain[name])
+        assert not set(FALLS) & set(plain.data_vars)
+        assert "more_rate" not in results
+
+    def test_motions_as_recorded_when_the_file_says_so(self, folder, results):
+        found = study(folder, polarity='polarity = "as recorded"', name="recorded").run()
+        assert (found["fall_off_probability"][0] != results["fall_off_probability"][0]).any()
+        np.testing.assert_array_equal(found["slip_probability"], results["slip_probability"])
+
+    def test_an_edge_that_is_not_reached(self, folder, results):
+        found = study(folder, blocks=BENCH.replace("= 40", "= 40000"), name="far").run()
+        assert (found["fall_off_probability"][0] == 0.0).all()
+        np.testing.assert_array_equal(found["falls_probability"][0], found["probability"][0])
+
+    def test_floors(self, folder):
+        building = '[building]\nkind = "flexural-shear"\nstoreys = 3\nperiod_s = 0.4\nfloors = [0, 3]\n'
+        found = study(folder, FRICTION + YEAR + building, polarity='im_at = "ground"', name="floors").run()
+        assert found["fall_off_probability"].dims == ("block", "floor", "level")
+        assert found["falls_probability"].dims == ("block", "model", "floor", "level")
+        assert found["falls_rate"].dims == ("block", "model", "floor")
+        assert float(found["fall_off_rate"][0, 1]) > float(found["fall_off_rate"][0, 0])
+        assert len(edge_rows(found).rows) == 2
+
+    def test_stripes(self, folder):
+        (folder / "stripes.toml").write_text(
+            TEXT.format(blocks=BENCH, more=FRICTION + YEAR, polarity="", fit="").replace("[ida]", "[stripes]")
+            .replace('levels = { values = [0.1, 0.3, 0.5, 0.8, 1.2], unit = "g" }',
+                     'unit = "g"\nat = [{ level = 0.3 }, { level = 0.8 }]')
+        )  # fmt: skip
+        found = tp.Study.from_toml(folder / "stripes.toml").run()
+        assert found["fall_off_probability"].dims == ("block", "level")
+        assert (found["falls_probability"] >= found["probability"])[0].all()
+
+
+class TestOwnFriction:
+    """Blocks with friction or a contact of their own, beside that of the study."""
+
+    OWN = BENCH + "friction = 0.2\nfriction_dispersion = 0.1\n"
+
+    def test_slips_and_chances_are_of_it(self, folder, results):
+        found = study(folder, blocks=self.OWN, name="own").run()
+        below = LognormalFriction(0.2, 0.1).below(np.array([0.2 / 0.6]))
+        assert float(found["slides_instead"][0]) == pytest.approx(float(below[0]), rel=1e-12)
+        assert float(found["fall_off_rate"][0]) > float(results["fall_off_rate"][0])
+        for name in ("slides_instead", "slip_probability", "slip_rate"):
+            np.testing.assert_array_equal(found[name][1], results[name][1])
+
+    def test_a_contact_brings_its_kinetic_friction(self, folder):
+        own = study(folder, blocks=BENCH + 'contact = "vinyl"\n', more="[friction]\nstatic = 0.6\n", name="contact")
+        assert own.slides.ratio_of(own.blocks[0]) == 0.85
+        assert own.slides.friction_of(own.blocks[0]) == LognormalFriction(0.35, 0.30)
+        assert own.slides.ratio_of(own.blocks[1]) == 1.0
+        assert own.friction["cabinet"] == FixedFriction(0.6)
+        known = study(folder, blocks=BENCH + "friction = 0.4\n", name="known")
+        assert known.slides.ratio_of(known.blocks[0]) == 0.85
+
+    def test_the_screen_knows_it(self, folder):
+        found = study(folder, FRICTION, self.OWN, name="screened").run()
+        plain = study(folder, FRICTION, name="screened").run()
+        assert float(found["slides"][0].mean()) > float(plain["slides"][0].mean())
+        np.testing.assert_array_equal(found["slides"][1], plain["slides"][1])
+
+    @pytest.mark.parametrize(
+        ("block", "more", "message"),
+        [
+            ('friction = 0.3\ncontact = "vinyl"\n', FRICTION, "a block has friction or contact, got both"),
+            ("friction_dispersion = 0.3\n", FRICTION, "friction_dispersion goes with friction"),
+            ("friction = 0\n", FRICTION, r"blocks\[1\]\.friction: must be"),
+            ("friction = nan\n", FRICTION, r"blocks\[1\]\.friction: must be"),
+            ("friction = 10\n", FRICTION, r"blocks\[1\]\.friction: must be"),
+            ('contact = "castors"\n', FRICTION, "a piece on castors rolls"),
+            ('contact = "ice"\n', FRICTION, "contact must be one of"),
+            ("friction = 0.3\n", "", r"blocks\[1\]: its own friction needs \[friction\]"),
+        ],
+    )
+    def test_refusals(self, folder, block, more, message):
+        with pytest.raises(StudyError, match=message):
+            study(folder, more, BENCH + block, name="refused")
+
+    def test_other_kinds_of_studies(self, folder):
+        blocks = BENCH.partition("edge")[0] + "friction = 0.3\n"
+        text = TEXT.format(blocks=blocks, more=FRICTION, polarity="", fit="").replace("[fit]\nreplicates = 100\n", "")
+        (folder / "kind.toml").write_text(text + '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\n')
+        with pytest.raises(StudyError, match="its own friction is for fragility studies, not for a sensitivity study"):
+            tp.Study.from_toml(folder / "kind.toml")
+
+
+class TestNotes:
+    def test_an_edge_without_friction_is_told(self, folder):
+        found = study(folder, YEAR, name="unknown").run()
+        said = "falls over the edge are not evaluated for analyser: without [friction] a study does not know whether"
+        assert said in str(found.attrs["notes"])
+        assert "fall_off_probability" not in found
+
+    def test_other_states_and_clouds(self, folder):
+        found = study(folder, fit='state = "uplifted"', name="uplifted").run()
+        assert 'they are evaluated with fit.state = "overturned" alone' in str(found.attrs["notes"])
+        text = TEXT.format(blocks=BENCH, more=FRICTION, polarity="", fit="").replace("[ida]", "[cloud]")
+        (folder / "cloud.toml").write_text("\n".join(one for one in text.splitlines() if not one.startswith("levels")))
+        found = tp.Study.from_toml(folder / "cloud.toml").run()
+        assert "the motions of a cloud have no levels" in str(found.attrs["notes"])
+
+    def test_studies_with_edges_and_friction_have_none(self, results):
+        assert "not evaluated for analyser" not in str(results.attrs["notes"])
+
+
+class TestPages:
+    def test_report(self, results, folder):
+        (page, *_) = write_report(folder / "out" / "results.nc", folder, "md")
+        text = page.read_text().replace("\u00a0", " ")
+        assert "“analyser” slides off the shelf, bench or pedestal it stands on with a chance of" in text
+        assert "Falls over edges in 50 years" in text
+        assert "A piece falls off its shelf, bench or pedestal when it slides over the edge" in text
+
+    def test_table_holds_the_results(self, results):
+        (row,) = edge_rows(results).rows
+        for cell, name in zip(row[1:], ("fall_off_risk_probability", "risk_probability", "falls_risk_probability"),
+                              strict=True):  # fmt: skip
+            of = results[name].isel(block=0)
+            value = float(of.isel(model=0) if "model" in of.dims else of)
+            assert float(cell.split()[0].split("\u00a0")[0]) == pytest.approx(100.0 * value, rel=0.06)
+
+    def test_slips_have_words_that_are_called_judgement(self, results):
+        """Those of a study's own slips have none (`test_sliding`)."""
+        words = "over 5 cm it touches a neighbour, over 10 cm it tears its service line, over 30 cm it blocks an aisle"
+        assert f"; {words} (judgement)" in slide_rows(results).title
+
+    def test_without_a_hazard_they_are_of_a_level(self, folder, capsys):
+        study(folder, FRICTION, name="level")
+        assert main(["run", str(folder / "level.toml"), "--out", str(folder / "level"), "--verbose"]) == 0
+        assert "Falls over edges at 0." in capsys.readouterr().out
+        with xr.open_dataset(folder / "level" / "results.nc") as stored:
+            assert "fall_off_rate" not in stored
+            assert " at 0." in edge_sentences(stored.load())[0]
+
+    def test_stored_results_are_those_returned(self, results, folder):
+        with xr.open_dataset(folder / "out" / "results.nc") as stored:
+            for name in FALLS:
+                np.testing.assert_array_equal(stored[name], results[name])
+
+
+class TestKeys:
+    def test_all_keys(self, folder):
+        more = "edge_distance_back_mm = 0\n"
+        block = study(folder, blocks=BENCH + more, name="keys").blocks[0]
+        assert block.edge == tp.Edge(0.04, 0.0, "foot")
+        plain = study(folder, blocks=BENCH.replace('falls_when = "foot"\n', ""), name="keys").blocks[0]
+        assert plain.edge == tp.Edge(0.04)
+
+    @pytest.mark.parametrize(
+        ("more", "message"),
+        [
+            ("edge_distance_mm = -1\n", r"blocks\[1\]\.edge_distance_mm: must be >= 0 \(in mm\), got -1"),
+            ("edge_distance_mm = nan\n", "edge_distance_mm: must be .*, got nan"),
+            ("edge_distance_back_mm = inf\n", "edge_distance_back_mm: must be .*, got inf"),
+            ('edge_distance_mm = 40\nfalls_when = "toe"\n', "falls_when: must be one of centre, foot, got 'toe'"),
+            ('falls_when = "foot"\n', "falls_when needs edge_distance_mm or edge_distance_back_mm: there is no edge"),
+            ("edge_distance_mm = 40\nwall_gap_mm = 0\n", "a block near an edge must stand free, .*got touching wall"),
+            ("edge_distance_mm = 40\ncm_offset_mm = 5\n", "a block near an edge must stand free"),
+            ("edge_distance_mm = 40\nlean_deg = 1\n", "a block near an edge must stand free"),
+            (
+                'edge_distance_mm = 40\nmass_kg = 9\nrestraint = { kind = "strap", height_m = 0.5, strength_n = 9 }\n',
+                "a block near an edge must stand free",
+            ),
+        ],
+    )
+    def test_refusals(self, folder, more, message):
+        with pytest.raises(StudyError, match=message):
+            study(folder, blocks=BENCH.partition("edge")[0] + more, name="refused")
+
+    def test_fit_state(self, folder):
+        with pytest.raises(StudyError, match=r"fit\.state must be a state of rocking blocks, got 'fallen_off'"):
+            study(folder, fit='state = "fallen_off"', name="state")
+
+    def test_other_kinds_of_studies(self, folder):
+        text = TEXT.format(blocks=BENCH, more="", polarity="", fit="").replace("[fit]\nreplicates = 100\n", "")
+        (folder / "kind.toml").write_text(text + '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\n')
+        with pytest.raises(StudyError, match="edge_distance_mm is for fragility studies: a sensitivity study does not"):
+            tp.Study.from_toml(folder / "kind.toml")
+
+    def test_files_of_blocks(self, folder):
+        file = folder / "blocks.csv"
+        head = "name,width_m,height_m,wall_gap_mm,edge_distance_mm,edge_distance_back_mm,falls_when\n"
+        file.write_text(f"{head}a,0.4,0.6,,40,,foot\nb,0.4,0.6,,,10,\nc,0.4,0.6,,,,\n")
+        assert [one.edge for one in read_blocks(file)] == [tp.Edge(0.04, None, "foot"), tp.Edge(None, 0.01), None]
+        for line, message in (
+            ("a,0.4,0.6,,-1,,", "line 2, column 'edge_distance_mm'"),
+            ("a,0.4,0.6,,,nan,", "line 2, column 'edge_distance_back_mm'"),
+            ("a,0.4,0.6,,,,foot", "column 'falls_when': needs edge_distance_mm"),
+            ("a,0.4,0.6,,4,,toe", "column 'falls_when': must be one of centre, foot, got 'toe'"),
+            ("a,0.4,0.6,0,,4,", "column 'edge_distance_back_mm': a block near an edge must stand free"),
+        ):
+            file.write_text(f"{head}{line}\n")
+            with pytest.raises(StudyError, match=message):
+                read_blocks(file)
+
+
+def test_a_block_that_never_overturns_may_fall_off(folder):
+    """Its curve of overturning has no rate, which counts as 0."""
+    found = study(folder, blocks=BENCH.replace("0.2", "0.4"), name="squat").run()
+    assert (found["probability"][0] == 0.0).all()
+    assert np.isnan(found["rate"][0]).all()
+    np.testing.assert_allclose(found["falls_rate"][0], found["fall_off_rate"][0], rtol=1e-12)

@@ -1,0 +1,182 @@
+"""Inventories with friction, edges, castors and pedestals as studies: what is said of them, tables, files, refusals."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.studies import show
+from toppling.studies.buildings.pieces import pieces_of
+from toppling.studies.file.table import StudyError
+from toppling.studies.report.actions import next_steps
+from toppling.studies.report.basis import basis
+from toppling.studies.report.method import assumptions
+from toppling.studies.report.summary import plain_answer
+from toppling.studies.report.validity import SLIDING, checks_of
+from toppling.studies.tables.item_slides import NOT_MODELLED, falling_off_sentences, item_slide_rows
+from toppling.studies.tables.pieces import piece_rows, piece_table
+from toppling.wording import two_digits
+
+EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
+
+
+def study(folder, name, *changes):
+    for path in EXAMPLES.glob(f"{name}.*"):
+        shutil.copy(path, folder)
+    text = (folder / f"{name}.toml").read_text(encoding="utf-8")
+    for pattern, other in ((r"number = \d+\nseed", "number = 12\ndt_s = 0.02\nseed"), *changes):
+        text, found = re.subn(pattern, other, text)
+        assert found, pattern
+    (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    return tp.Study.from_toml(folder / f"{name}.toml")
+
+
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory):
+    return study(tmp_path_factory.mktemp("laboratory"), "laboratory").run()
+
+
+@pytest.fixture(scope="module")
+def gallery(tmp_path_factory):
+    return study(tmp_path_factory.mktemp("gallery"), "gallery").run()
+
+
+class TestLaboratory:
+    def test_what_rolls_and_what_is_locked_is_said_line_by_line(self, laboratory):
+        text = str(laboratory.attrs["notes"])
+        assert "instrument trolley: on castors that are not locked a piece rolls" in text
+        assert "ultra-low freezer, server rack: locked castors" in text
+        rows = item_slide_rows(laboratory)
+        cells = {row[0]: row for row in rows.rows}
+        assert cells["instrument trolley"][2:4] == ("castors", NOT_MODELLED)
+        assert {*cells["instrument trolley"][4:]} == {"–"}
+        assert "castors locked: as on feet" in rows.title
+        checks = {one.clause: one for one in checks_of(laboratory)}
+        assert "3 of 32 pieces stand on castors that can roll" in checks
+        assert "4 of 32 pieces stand on locked castors" in checks
+
+    def test_a_friction_without_dispersion_is_said(self, laboratory):
+        """The two lines on locked castors have a coefficient without dispersion; the trolley rolls."""
+        said = "the coefficient of friction of ultra-low freezer, server rack is taken as known exactly"
+        assert said in str(laboratory.attrs["notes"])
+        (one,) = (text for text in basis(laboratory) if "known exactly" in text)
+        assert one.startswith("The coefficient of friction of “ultra-low freezer”, “server rack” is taken")
+
+    def test_nothing_says_that_sliding_is_not_modelled(self, laboratory):
+        last = str(laboratory.attrs["notes"]).splitlines()[-1]
+        assert last == "vertical shaking, bouncing and sliding while a block rocks are not modelled"
+        assert not any("do not slide," in one for one in assumptions(laboratory))
+        (sliding,) = (one for one in checks_of(laboratory) if one.question == SLIDING)
+        assert sliding.cure.startswith("Read the table of sliding")
+
+    def test_safety_is_ranked_by_injuries(self, laboratory):
+        safe = [one for one in pieces_of(laboratory) if one.safety]
+        assert all(b.injuries.value <= a.injuries.value for a, b in zip(safe, safe[1:], strict=False))
+
+    def test_downtime_is_said_of_an_earthquake(self, laboratory):
+        """Days of downtime a year over the rate of any fall: the mean of the longest downtime when anything falls."""
+        whole = laboratory.isel(model=0).sel(place="building")
+        days = float(whole["annual_downtime"] / whole["any_rate"])
+        (one,) = (text for text in plain_answer(laboratory) if "out of use" in text)
+        assert f"is out of use for about {two_digits(days)} days on average" in one
+
+    def test_pieces_on_the_roof_are_named(self, laboratory):
+        assert not any("is the roof. If" in one for one in basis(laboratory))
+        file = json.loads(laboratory.attrs["study"])
+        file["building"]["storeys"] = 3
+        lower = laboratory.assign_attrs(study=json.dumps(file))
+        (one,) = (text for text in basis(lower) if "which is the roof" in text)
+        assert one.startswith("“server rack”, “standing cabinet”, “bench analyser”")
+        assert one.endswith("If the highest storey is meant, that is floor 2.")
+        floors = {row[0]: row[1] for row in piece_rows(lower).rows}
+        assert (floors["server rack"], floors["bookcase"]) == ("3 (roof)", "1")
+
+    def test_lines_have_their_own_friction_or_that_of_the_study(self, laboratory):
+        friction = dict(zip(laboratory["item"].values, laboratory["friction"].values, strict=True))
+        assert friction["bookcase"] == pytest.approx(0.55)  # (carpet)
+        assert friction["ultra-low freezer"] == 0.5
+        assert friction["standing cabinet"] == pytest.approx(0.35)  # (the study's)
+        assert np.isnan(friction["instrument trolley"])
+
+    def test_the_bench_is_among_what_falls(self, laboratory):
+        one = laboratory.sel(item="microscope").isel(model=0)
+        assert float(one["item_rate"]) >= float(one["item_overturning_rate"])
+        assert float(one["item_rate"]) >= float(one["item_off_rate"]) > 0.0
+        said = list(falling_off_sentences(laboratory))
+        assert len(said) == 3
+        start = "Each “microscope” (floor 3) slides off the edge of its support about once in"
+        assert any(text.startswith(start) for text in said)
+        assert {*said} <= {*plain_answer(laboratory)}
+        assert "overturns or falls off an edge" in plain_answer(laboratory)[0]
+        assert any("slides off an edge" in text for text in basis(laboratory))
+        steps = next_steps(laboratory, [])
+        assert any(one.startswith("“instrument trolley” stands on castors that can roll") for one in steps)
+        assert any(one.endswith("have the brakes checked, which the results assume to hold.") for one in steps)
+
+    def test_tables_of_pieces_hold_it(self, laboratory):
+        table = piece_table(laboratory)
+        rows = {row[0]: dict(zip(table.headings, row, strict=True)) for row in table.rows}
+        own = rows["microscope"]
+        assert own["contact"] == "vinyl"
+        assert own["slides_instead (1)"] == pytest.approx(float(laboratory["slides_instead"].sel(item="microscope")))
+        rate = float(laboratory["item_off_rate"].sel(item="microscope"))
+        assert own["sliding_off_in_50_years (1)"] == pytest.approx(-np.expm1(-50.0 * rate))
+        assert rows["instrument trolley"]["sliding_off_in_50_years (1)"] is None
+        assert "sliding_off_at_level (1)" not in table.headings
+        headings = [str(column.header) for one in show.tables(laboratory) for column in one.columns]
+        assert "slides off it" in headings
+
+
+class TestGallery:
+    def test_pedestals_that_move_are_said(self, gallery):
+        share = gallery["item_support_moves_share"].isel(model=0)
+        assert float(share.sel(item="marble bust")) == 0.0  # (its case is anchored)
+        assert float(share.sel(item="vase")) > 0.0
+        assert "of the falls of vase" in gallery.attrs["notes"]
+        question = "Does what objects stand on rest, so that it shakes them as the floor moves?"
+        assert question in {one.question for one in checks_of(gallery)}
+        steps = " ".join(next_steps(gallery, []))
+        assert "Fix “pedestal” before “vase”, which stands on it: in " in steps
+        assert "before “marble bust”" not in steps
+        falling = gallery.copy(deep=True)
+        falling["item_rate"].loc[{"item": "pedestal"}] = 1e-5
+        said = "Where “pedestal” falls (each about once in 100,000 years), it takes with it what stands on it: “vase”"
+        assert said in " ".join(next_steps(falling, []))
+        falling["item_rate"].loc[{"item": "pedestal"}] = 0.0
+        assert "it takes with it what stands on it" not in " ".join(next_steps(falling, []))
+
+    def test_each_object_has_its_own_friction(self, gallery):
+        assert gallery.attrs["pieces"] == "independent"
+        assert gallery["slip"].values.tolist() == [0.02, 0.05, 0.1]
+        assert bool((gallery["item_slip_rate"].sel(item="glazed bowl").diff("slip") <= 0.0).all())
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            [(r"shared = false", "shared = false\nslips_m = [0.1, 0.05]"), (r"slips_m = \[0\.02.*\n", "\n")],
+            "increasing",
+        ),
+        ([("kinetic_ratio = 0.9", "kinetic_ratio = 1.1")], r"friction\.kinetic_ratio: must be > 0 and <= 1, got 1\.1"),
+        (
+            [(r"\[friction\]", "[performance.variability]\nrestitution_sd = 0.02\npieces = 'together'\n[friction]")],
+            "friction.shared = false contradicts performance.variability.pieces = 'together'",
+        ),
+        ([("static = 0.4", "static = 0")], r"friction\.static: must be >= 0\.05 and <= 2, got 0"),
+        ([("static = 0.4", "static = inf")], "static"),
+        ([("static = 0.4", "static = nan")], "static"),
+        ([("static = 0.4", "static = 1e-9")], "static: must be"),
+        ([("static = 0.4", "static = 10")], "static: must be"),
+        ([(r"static = 0\.4\ndispersion = 0\.25", "contact = 'castors'")], "rolls, which is not modelled"),
+        ([(r"static = 0\.4\ndispersion = 0\.25", "contact = 'castors locked'")], "friction of locked castors"),
+    ],
+)
+def test_refusals(tmp_path, changes, words):
+    with pytest.raises(StudyError, match=words) as error:
+        study(tmp_path, "gallery", *changes)
+    assert "\n" not in str(error.value)

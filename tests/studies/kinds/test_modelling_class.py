@@ -1,0 +1,79 @@
+"""Classes of tested pieces by name in study files: their modelling uncertainty, and what is told of their tests."""
+
+import numpy as np
+import pytest
+from study_texts import CABINET, HAZARD, IDA, motions
+
+import toppling as tp
+from toppling.studies import StudyError
+from toppling.studies.plan.piece_classes import piece_classes
+from toppling.studies.report.summary import plain_answer
+
+FIT = "[fit]\nreplicates = 100\n"
+INVENTORY = "item,count,floor,width_m,height_m,value,anchored\nshelf,2,1,0.4,1.8,100,no\n"
+PERFORMANCE = """
+[[models]]
+law = "housner"
+[building]
+kind = "flexural-shear"
+period_s = 0.4
+storeys = 2
+[performance]
+inventory = "things.csv"
+levels = { from = 1.0, to = 12.0, number = 5, spacing = "log", unit = "m/s2" }
+replicates = 100
+"""
+
+
+def study(folder, *parts):
+    (folder / "study.toml").write_text('title = "A study"\n' + "".join(parts), encoding="utf-8")
+    (folder / "things.csv").write_text(INVENTORY, encoding="utf-8")
+    return tp.Study.from_toml(folder / "study.toml")
+
+
+def cabinet(folder, more):
+    return study(folder, CABINET, motions(12), IDA, HAZARD, FIT, more)
+
+
+class TestFragility:
+    def test_a_class_gives_its_dispersion_and_says_so(self, tmp_path):
+        """The rates are those of the same number given by hand."""
+        beta = piece_classes()["rock"].beta_m
+        found = cabinet(tmp_path, 'modelling_class = "rock"\n').run()
+        byhand = cabinet(tmp_path, f"modelling_dispersion = {beta}\n").run()
+        np.testing.assert_array_equal(found["rate"], byhand["rate"])
+        assert found.attrs["modelling_dispersion"] == beta
+        assert f"β_m = {beta:g}" in found.attrs["notes"]
+        assert piece_classes()["rock"].sentence in found.attrs["notes"]
+        assert "tests_of_class" not in byhand.attrs
+        said = " ".join(plain_answer(found))
+        assert "Class rock: 642 tests of 1 source" in said
+        assert "not corrected." in said
+
+    @pytest.mark.parametrize(("name", "said"), [("rack", "no test of this class (rack)"), ("bookcase-wall", "too few")])
+    def test_a_class_without_an_estimate_changes_no_rate(self, tmp_path, name, said):
+        plain = cabinet(tmp_path, "").run()
+        found = cabinet(tmp_path, f'modelling_class = "{name}"\n').run()
+        np.testing.assert_array_equal(found["rate"], plain["rate"])
+        assert found.attrs["modelling_dispersion"] == 0.0
+        assert said in found.attrs["notes"]
+        assert said in " ".join(plain_answer(found)).replace("No test", "no test")
+
+    def test_a_dispersion_of_its_own_holds(self, tmp_path):
+        found = cabinet(tmp_path, 'modelling_class = "rock"\nmodelling_dispersion = 0.2\n')
+        assert found.fit.modelling_dispersion == 0.2
+        assert cabinet(tmp_path, "").fit.modelling_class is None
+
+    def test_another_name_is_refused(self, tmp_path):
+        with pytest.raises(StudyError, match=r"fit\.modelling_class"):
+            cabinet(tmp_path, 'modelling_class = "sofa"\n')
+
+
+class TestPerformance:
+    def test_an_inventory(self, tmp_path):
+        beta = piece_classes()["rock"].beta_m
+        found = study(tmp_path, motions(12), PERFORMANCE, 'modelling_class = "rock"\n', HAZARD).run()
+        byhand = study(tmp_path, motions(12), PERFORMANCE, f"modelling_dispersion = {beta}\n", HAZARD).run()
+        np.testing.assert_array_equal(found["any_rate"], byhand["any_rate"])
+        assert piece_classes()["rock"].sentence in found.attrs["notes"]
+        assert "Class rock: 642 tests" in " ".join(plain_answer(found))

@@ -1,0 +1,187 @@
+"""Studies with friction: chances of sliding and of slips beside those of falling, in results and on pages."""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import norm
+
+import toppling as tp
+from toppling.fragility import Slip, fit_fragility, overturning_probability, slide_runs
+from toppling.models.friction import LognormalFriction
+from toppling.studies import StudyError
+from toppling.studies.command.cli import main
+from toppling.studies.report.page import write_report
+
+TEXT = """
+title = "A trolley and a shelf"
+[[blocks]]
+name = "trolley"
+width_m = 0.6
+height_m = 1.0
+[[blocks]]
+name = "shelf"
+width_m = 0.3
+height_m = 1.8
+[[blocks]]
+name = "at a wall"
+width_m = 0.3
+height_m = 1.8
+wall_gap_mm = 0
+[[models]]
+law = "housner"
+[motions]
+generator = "clough-penzien"
+number = 20
+duration_s = 12
+dt_s = 0.01
+[ida]
+im = "pga"
+levels = { values = [0.1, 0.3, 0.5, 0.8, 1.2], unit = "g" }
+polarity = "as recorded"
+[screen]
+undecided = 0.0
+[fit]
+replicates = 100
+[friction]
+static = 0.35
+dispersion = 0.3
+kinetic_ratio = 0.85
+slips_m = [0.02, 0.1]
+"""
+YEAR = """
+[hazard]
+levels = [0.05, 0.1, 0.3, 1.0, 2.0]
+rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
+unit = "g"
+"""
+FRICTION = LognormalFriction(0.35, 0.3)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("sliding")
+
+
+@pytest.fixture(scope="module")
+def study(folder):
+    (folder / "study.toml").write_text(TEXT + YEAR)
+    return tp.Study.from_toml(folder / "study.toml")
+
+
+@pytest.fixture(scope="module")
+def results(study, folder):
+    return study.run(folder / "out")
+
+
+@pytest.fixture(scope="module")
+def slid(study):
+    runs = tp.ida(study.blocks[:2], study.models, study.design.motions, study.design.levels)
+    return slide_runs(runs, study.design.motions, FRICTION, 0.85)
+
+
+class TestResults:
+    def test_chances_of_friction(self, results):
+        for i, level in enumerate((0.6, 0.3 / 1.8)):
+            below, near = (norm.cdf(np.log(level * times / 0.35) / 0.3) for times in (1.0, 1.3))
+            assert float(results["slides_instead"][i]) == pytest.approx(below, rel=1e-12)
+            assert float(results["friction_near_uplift"][i]) == pytest.approx(near - below, rel=1e-12)
+        assert np.isnan(results["slides_instead"][2])
+
+    def test_slips_are_those_of_slide_runs(self, results, slid):
+        for j, distance in enumerate((0.02, 0.1)):
+            found = overturning_probability(slid, state=Slip(distance))
+            for ours, theirs in (("", "probability"), ("_lower", "lower"), ("_upper", "upper")):
+                np.testing.assert_array_equal(results[f"slip_probability{ours}"][:2, j], found[theirs][:, 0])
+        assert np.isnan(results["slip_probability"][2]).all()
+        np.testing.assert_allclose(results["slide_probability"][:2], (slid["mode"] == 1).mean("motion")[:, 0])
+
+    def test_rates_are_those_of_the_isotonic_curve(self, results, slid, study):
+        options = {"form": "isotonic", "replicates": 100, "seed": study.fit.seed, "keep_replicates": True}
+        for i in range(2):  # (the curves of each block are drawn for themselves)
+            curve = fit_fragility(slid.isel(block=[i]), state=Slip(0.02), **options)
+            rate = study.risk.rates(curve, 0.95)
+            for end in ("", "_lower", "_upper"):
+                expected = float(rate[f"rate{end}"][0, 0])
+                assert float(results[f"slip_rate{end}"][i, 0]) == pytest.approx(expected, rel=1e-12)
+
+    def test_gated_chances_are_what_is_left(self, results):
+        rocks = 1.0 - results["slides_instead"]
+        for gated, plain in (("gated_rate", "rate"), ("gated_probability", "probability")):
+            expected = (results[plain] * rocks).transpose(*results[plain].dims)
+            np.testing.assert_array_equal(results[gated], expected)
+
+    def test_falls_stay_those_of_blocks_that_cannot_slide(self, results, folder):
+        (folder / "plain.toml").write_text(TEXT.partition("[friction]")[0] + YEAR)
+        plain = tp.Study.from_toml(folder / "plain.toml").run()
+        for name in ("probability", "median", "rate"):
+            np.testing.assert_array_equal(results[name], plain[name])
+        assert "slides_instead" not in plain
+
+    def test_notes(self, results):
+        said = str(results.attrs["notes"])
+        assert "sliding is not evaluated for at a wall: walls, restraints, offsets and leans change it" in said
+        assert "trolley: the mass centre is less than two half widths high" in said
+
+    def test_known_friction_and_no_hazard(self, folder):
+        text = TEXT.replace("dispersion = 0.3\n", "").replace('"pga"\n', '"pgv"\n').replace('"g"', '"m/s"')
+        (folder / "known.toml").write_text(text)
+        found = tp.Study.from_toml(folder / "known.toml").run()
+        assert found["slides_instead"].values[:2].tolist() == [1.0, 0.0]
+        assert (found["gated_probability"][0] == 0.0).all()
+        assert (found["slip_probability"][1] == 0.0).all()
+        assert "slip_rate" not in found
+
+    def test_a_cloud_has_chances_of_friction_alone(self, folder):
+        before, _, after = TEXT.partition("[ida]\n")
+        text = before + "[cloud]\n" + "\n".join(one for one in after.splitlines() if not one.startswith("levels"))
+        (folder / "cloud.toml").write_text(text)
+        found = tp.Study.from_toml(folder / "cloud.toml").run()
+        assert "slides_instead" in found
+        assert "slip_probability" not in found
+
+    def test_floors(self, folder):
+        building = '[building]\nkind = "flexural-shear"\nstoreys = 3\nperiod_s = 0.4\nfloors = [0, 3]\n'
+        text = TEXT.replace("[ida]\n", building + '[ida]\nim_at = "ground"\n') + YEAR
+        (folder / "floors.toml").write_text(text)
+        found = tp.Study.from_toml(folder / "floors.toml").run()
+        assert found["slip_probability"].dims == ("block", "slip", "floor", "level")
+        assert found["slip_rate"].dims == ("block", "slip", "floor")
+        assert float(found["slip_rate"][0, 0, 1]) > float(found["slip_rate"][0, 0, 0])
+
+
+class TestPages:
+    def test_report(self, results, folder):
+        (page, *_) = write_report(folder / "out" / "results.nc", folder, "md")
+        text = page.read_text()
+        assert "Sliding in 50 years" in text
+        assert "| slips over 2 cm |" in text
+        assert "judgement" not in text.partition("Sliding in 50 years")[2].partition("\n\n")[0]
+        assert "The chances of falling are those of pieces that cannot slide" in text
+        table = text[text.index("Sliding in 50 years") :]
+        line = next(one for one in table.splitlines() if one.startswith("| at a wall"))
+        assert re.fullmatch(r"\| at a wall \| – \| [0-9.]+ % \| – \| – \| – \|", line.replace("\u00a0", " "))
+
+    def test_without_a_hazard_the_table_is_of_a_level(self, folder, capsys):
+        (folder / "level.toml").write_text(TEXT)
+        assert main(["run", str(folder / "level.toml"), "--out", str(folder / "level"), "--verbose"]) == 0
+        assert re.search(r"Sliding at 0\.\d g", capsys.readouterr().out)
+
+    def test_stored_results_are_those_returned(self, results, folder):
+        with xr.open_dataset(folder / "out" / "results.nc") as stored:
+            for name in ("slides_instead", "slip_probability", "slip_rate", "gated_rate"):
+                np.testing.assert_array_equal(stored[name], results[name])
+
+
+@pytest.mark.parametrize("kind", ["uncertainty", "sensitivity"])
+def test_slips_of_other_kinds_are_refused(kind, folder):
+    tables = {
+        "uncertainty": '[uncertainty.inputs]\ne = { distribution = "uniform", lower = 0.8, upper = 0.9 }\n',
+        "sensitivity": '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\n',
+    }
+    text = TEXT
+    text = text.replace("[fit]\nreplicates = 100\n", tables[kind])
+    (folder / f"{kind}.toml").write_text(text)
+    with pytest.raises(StudyError, match=r"slips_m is for fragility and performance studies"):
+        tp.Study.from_toml(folder / f"{kind}.toml")

@@ -1,0 +1,174 @@
+"""Studies of blocks that may trip over obstacles: chances, rates, what is said, and refusals."""
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.fragility import fit_fragility, overturning_probability, slide_runs
+from toppling.models.friction import LognormalFriction
+from toppling.models.sliding.trip import tripping_velocity
+from toppling.studies import StudyError
+from toppling.studies.tables.slides import slide_rows, trip_sentences
+
+TEXT = """
+title = "Cables"
+[[blocks]]
+name = "shelf"
+width_m = 0.3
+height_m = 1.8
+[[blocks]]
+name = "cabinet"
+width_m = 0.4
+height_m = 1.2
+{own}
+[[models]]
+law = "housner"
+[motions]
+generator = "clough-penzien"
+number = 12
+duration_s = 12
+dt_s = 0.01
+[ida]
+im = "pga"
+levels = {{ values = [0.2, 0.5, 0.8, 1.5], unit = "g" }}
+polarity = "as recorded"
+[screen]
+undecided = 0.0
+[fit]
+replicates = 100
+{friction}
+"""
+FRICTION = "[friction]\nstatic = 0.15\ndispersion = 0.3\n{trip}"
+YEAR = """
+[hazard]
+levels = [0.05, 0.1, 0.3, 1.0, 2.0]
+rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
+unit = "g"
+"""
+
+
+def study(folder, own="trip_mm = 10", trip="trip_mm = 40\n", friction=FRICTION, more=YEAR, name="study"):
+    text = TEXT.format(own=own, friction=friction.format(trip=trip)) + more
+    (folder / f"{name}.toml").write_text(text)
+    return tp.Study.from_toml(folder / f"{name}.toml")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("trips")
+
+
+@pytest.fixture(scope="module")
+def cables(folder):
+    return study(folder)
+
+
+@pytest.fixture(scope="module")
+def results(cables):
+    return cables.run()
+
+
+@pytest.fixture(scope="module")
+def slid(cables):
+    runs = tp.ida(cables.blocks, cables.models, cables.design.motions, cables.design.levels)
+    trip = {"shelf": 0.04, "cabinet": 0.01}
+    return slide_runs(runs, cables.design.motions, LognormalFriction(0.15, 0.3), trip=trip)
+
+
+@pytest.mark.filterwarnings("ignore::toppling.doubts.ImplausibleInput")
+class TestResults:
+    def test_chances_are_those_of_slide_runs(self, results, slid):
+        found = overturning_probability(slid, state="trips")
+        for ours, theirs in (("", "probability"), ("_lower", "lower"), ("_upper", "upper")):
+            np.testing.assert_array_equal(results[f"trip_probability{ours}"], found[theirs][:, 0])
+        assert 0.0 < float(found["probability"].max()) < 1.0
+        assert results["trip_distance"].values.tolist() == [0.04, 0.01]
+
+    def test_flags_follow_from_velocities(self, slid, cables):
+        for i, block in enumerate(cables.blocks):
+            v = slid["trip_velocity"].values[i]
+            np.testing.assert_array_equal(slid["trips"].values[i], v >= tripping_velocity(block))
+            np.testing.assert_array_equal(np.isfinite(v), slid["slide_peak"].values[i] > (0.04, 0.01)[i])
+
+    def test_rates_are_those_of_the_isotonic_curve(self, results, slid, cables):
+        options = {"form": "isotonic", "replicates": 100, "seed": cables.fit.seed, "keep_replicates": True}
+        for i in range(2):
+            rate = cables.risk.rates(fit_fragility(slid.isel(block=[i]), state="trips", **options), 0.95)
+            for end in ("", "_lower", "_upper"):
+                expected = float(rate[f"rate{end}"][0, 0])
+                assert float(results[f"trip_rate{end}"][i]) == pytest.approx(expected, rel=1e-12)
+
+    def test_nothing_else_changes(self, results, folder):
+        plain = study(folder, own="", trip="", name="plain").run()
+        assert "trip_probability" not in plain
+        for name in ("probability", "rate", "slip_probability", "slip_rate", "gated_rate"):
+            np.testing.assert_array_equal(results[name], plain[name])
+
+    def test_own_distance_alone(self, folder):
+        found = study(folder, trip="", name="own").run()
+        assert np.isnan(found["trip_probability"][0]).all()
+        assert np.isnan(found["trip_distance"][0])
+        assert np.isfinite(found["trip_probability"][1]).all()
+
+    def test_both_ways_and_a_number(self, cables, slid):
+        runs = tp.ida(cables.blocks, cables.models, cables.design.motions, cables.design.levels)
+        both = slide_runs(runs, cables.design.motions, 0.1, trip=0.04, polarity="both")
+        assert both.sizes["motion"] == 24
+        once = slide_runs(runs, cables.design.motions, 0.1, trip=0.04)
+        assert float(both["trips"].sum()) == 2.0 * float(once["trips"].sum()) > 0.0
+
+    def test_what_is_said(self, results, slid):
+        notes = str(results.attrs["notes"])
+        assert "trips over obstacles are decided by a criterion, not simulated" in notes
+        assert "motions end while a block slides" in notes
+        assert "motions end while a block slides" in slid.attrs["notes"]
+        rows = slide_rows(results)
+        assert rows.headings[-2:] == ("obstacle at", "trips over it")
+        assert rows.title.endswith("trips over obstacles: a criterion, not a simulation")
+        assert rows.rows[1][-2] == "10\u00a0mm"
+        said = trip_sentences(results)
+        assert said[0].startswith("“shelf” slides into an obstacle 40 mm away fast enough to trip over it with a ch")
+        assert all(one.endswith("(a criterion, not a simulation).") for one in said)
+
+
+class TestRefusals:
+    @pytest.mark.parametrize("value", ["0", "-5", "nan", "inf", "1e9", '"near"', "true"])
+    def test_distances(self, value, folder):
+        with pytest.raises(StudyError, match=r"friction\.trip_mm"):
+            study(folder, trip=f"trip_mm = {value}\n", name="refused")
+        with pytest.raises(StudyError, match=r"blocks\[2\]\.trip_mm"):
+            study(folder, own=f"trip_mm = {value}", name="refused")
+
+    def test_without_friction(self, folder):
+        with pytest.raises(StudyError, match=r"blocks\[2\]\.trip_mm needs \[friction\], without which no block slides"):
+            study(folder, friction="", name="refused")
+
+    def test_other_kinds_of_studies(self, folder):
+        sensitivity = '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\n'
+        text = TEXT.format(own="", friction=FRICTION.format(trip="trip_mm = 9\n")) + sensitivity
+        (folder / "kind.toml").write_text(text.replace("[fit]\nreplicates = 100\n", ""))
+        with pytest.raises(StudyError, match=r"friction\.trip_mm is for fragility studies of blocks, not for a sens"):
+            tp.Study.from_toml(folder / "kind.toml")
+
+    def test_state(self, folder):
+        study(folder)
+        text = (folder / "study.toml").read_text().replace("[fit]\n", '[fit]\nstate = "trips"\n')
+        (folder / "state.toml").write_text(text)
+        with pytest.raises(StudyError, match=r"fit\.state must be a state of rocking blocks, got 'trips'"):
+            tp.Study.from_toml(folder / "state.toml")
+
+    @pytest.mark.parametrize(
+        ("trip", "message"),
+        [
+            (0.0, "trip must be"),
+            (-0.1, "trip must be"),
+            (float("nan"), "trip must be"),
+            ("far", "trip must be a number"),
+            ({"piano": 0.1}, "trip must name blocks of the runs, got 'piano'"),
+        ],
+    )
+    def test_of_slide_runs(self, trip, message):
+        shakes = tp.motions.CloughPenzien(duration=3.0, dt=0.01).sample(2)
+        runs = tp.ida(tp.Block(0.6, 1.0), tp.HousnerImpact(), shakes, [3.0])
+        with pytest.raises((TypeError, ValueError), match=message):
+            slide_runs(runs, shakes, 0.2, trip=trip)

@@ -1,0 +1,100 @@
+"""Studies in which the vertical components of recordings shake the blocks, too."""
+
+import json
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling import motions
+from toppling.motions.arrays import LIFTS
+from toppling.studies import StudyError
+from toppling.studies.report.page import content
+from toppling.studies.store.content import AS_WRITTEN
+from toppling.units import STANDARD_GRAVITY as G
+
+DT = 0.01
+STUDY = """
+title = "Vertical shaking"
+accept = ["drift", "displacement", "offset", "PGA", "spectra", "PGV/PGA", "level", "ringing"]
+[[blocks]]
+name = "cabinet"
+width_m = 0.4
+height_m = 1.6
+[[models]]
+law = "{law}"
+{model}
+[motions]
+{motions}
+[ida]
+im = "pga"
+levels = {{ values = [0.2, 0.5, 3.0], unit = "g" }}
+{more}
+"""
+
+
+def write(folder, law="housner", model="", keys='component = "h1"\nvertical = true', columns=3, more=""):
+    """A study of two recordings; the vertical component is as strong as half the horizontal one."""
+    for number in (1, 2):
+        drawn = [motions.CloughPenzien(duration=8.0, dt=DT).sample(1, seed=10 * number + k).values[0] for k in range(3)]
+        drawn[2] = drawn[2] * 0.5 * np.abs(drawn[0]).max() / np.abs(drawn[2]).max()
+        heading = ",".join(f"{name} (m/s2)" for name in ("NS", "EW", "UD")[:columns])
+        rows = "".join(
+            f"{i * DT:.2f},{','.join(f'{one[i]:.9f}' for one in drawn[:columns])}\n" for i in range(drawn[0].size)
+        )
+        (folder / f"event{number}.csv").write_text(f"time (s),{heading}\n{rows}", encoding="utf-8")
+    path = folder / "study.toml"
+    text = STUDY.format(law=law, model=model, motions=f'records = "*.csv"\n{keys}', more=more)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    return tp.Study.from_toml(write(tmp_path_factory.mktemp("vertical")))
+
+
+def test_the_runs_are_those_of_ida(study, tmp_path):
+    results = study.run(tmp_path)
+    arrays = study.arrays
+    assert all(LIFTS in array.coords for array in arrays)
+    runs = tp.ida(tp.Block(0.4, 1.6), tp.HousnerImpact(), arrays, np.array([0.2, 0.5, 3.0]) * G)
+    np.testing.assert_array_equal(results["overturned"], runs["overturned"])
+    np.testing.assert_array_equal(results["verdict"].values & 128, runs["verdict"].values & 128)
+    assert (runs["verdict"].values & 128).any()
+    notes = str(results.attrs["notes"])
+    assert "the vertical components of the motions shake, too" in notes
+    assert "the floor falls faster than g" in notes
+    assert "vertical shaking" not in notes.splitlines()[-1]
+    page = json.dumps(content(results, tmp_path / "results.nc", AS_WRITTEN), default=str)
+    assert "and vertical, scaled as the horizontal component" in page
+    assert "from front to back), and vertically" in page
+    assert "no vertical shaking" not in page
+    assert "and vertical shaking are not included" not in page
+
+
+def test_without_it(tmp_path):
+    """The report of a study without says that there is none."""
+    plain = tp.Study.from_toml(write(tmp_path, keys='component = "h1"'))
+    results = plain.run(tmp_path)
+    page = json.dumps(content(results, tmp_path / "results.nc", AS_WRITTEN), default=str)
+    assert "there is no vertical shaking" in page
+    assert "downward_acceleration" not in results.coords
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"keys": "vertical = true"}, "motions.vertical needs motions.component"),
+        ({"columns": 2}, "motions.vertical needs a vertical component of each recording, event1"),
+        ({"law": "discrete"}, "motions.vertical needs the exact geometry of the impact law.*got 'discrete'"),
+        ({"model": 'geometry = "linear"'}, "motions.vertical needs the exact geometry of the impact law"),
+        (
+            {"more": '[building]\nkind = "flexural-shear"\nstoreys = 3\nperiod_s = 0.5\nfloors = [3]\n'},
+            "a building answers horizontal shaking alone",
+        ),
+    ],
+)
+def test_what_is_refused(tmp_path, options, said):
+    with pytest.raises(StudyError, match=said):
+        tp.Study.from_toml(write(tmp_path, **options))

@@ -1,0 +1,83 @@
+"""Tables of published tests: what a row needs, errors of one sentence, and the project's own table."""
+
+import re
+from pathlib import Path
+
+import pytest
+from experiment_tables import ROW, table_of
+
+from toppling.studies.validation.table import NO, ExperimentError, read_experiments
+
+ROOT = Path(__file__).resolve().parents[3]
+OWN = ROOT / "docs" / "experiments.csv"
+
+
+class TestReading:
+    def test_a_row_in_three_parts(self, tmp_path):
+        (row,) = read_experiments(table_of(tmp_path / "t.csv", {**ROW, "width_m": "0.4|0.5", "height_m": "1.8|1.2"}))
+        assert (row.test.width, row.test.height, row.test.levels) == ((0.4, 0.5), (1.8, 1.2), (6.0, 6.5))
+        assert (row.outcome.overturned, row.test.trials) == (3, 4)
+        assert row.source.quality == "B"
+        assert row.test.predicted
+
+    @pytest.mark.parametrize(
+        ("changes", "column", "said"),
+        [
+            ({"id": ""}, "id", "must not be empty"),
+            ({"kind": "rumour"}, "kind", "must be one of"),
+            ({"width_m": "wide"}, "width_m", "must be a number"),
+            ({"width_m": "0.4|"}, "width_m", "both sides of |"),
+            ({"width_m": "0.4|0.5"}, "height_m", "as many sizes"),
+            ({"width_m": ""}, "predict", "needs width_m and height_m"),
+            ({"catalogue": "bookcase-of-gold"}, "catalogue", "has no item 'bookcase-of-gold'"),
+            ({"overturned": "5"}, "overturned", "at most the trials"),
+            ({"level_high": "6.0"}, "measure", "level_low below level_high"),
+            ({"motion": "history"}, "motion", "must be broadband"),
+            ({"fixing": "mat"}, "fixing", "can be wedge"),
+            ({"fixing": "pole"}, "fixing", "with mass_kg"),
+            ({"placement": ""}, "placement", "must be free or wall"),
+            ({"predict": "yes"}, "predict", "must be one of overturned"),
+            ({"predict": "no: "}, "predict", "must be one of|must say after"),
+            ({"predict": "median"}, "measure", "must be 'PGA' in m/s2"),
+            ({"predict": "friction"}, "contact", "must be one of vinyl"),
+            ({"predict": "restitution"}, "slenderness", "must be given"),
+            ({"predict": "replay"}, "measure", "must be 'PGV/PGA'"),
+            ({"quality": "Z"}, "quality", "must be one of A, B, C, D"),
+            ({"address": ""}, "address", "where the source is"),
+        ],
+    )
+    def test_errors_name_file_line_and_column(self, tmp_path, changes, column, said):
+        path = table_of(tmp_path / "t.csv", {**ROW, **changes})
+        with pytest.raises(ExperimentError, match=said) as caught:
+            read_experiments(path)
+        assert str(caught.value).startswith(f"{path}, line 2, column {column!r}: ")
+        assert "\n" not in str(caught.value)
+
+    def test_ids_used_twice_and_empty_tables(self, tmp_path):
+        with pytest.raises(ExperimentError, match="line 3, column 'id': is used twice"):
+            read_experiments(table_of(tmp_path / "t.csv", ROW, ROW))
+        with pytest.raises(ExperimentError, match="has no rows"):
+            read_experiments(table_of(tmp_path / "t.csv"))
+        with pytest.raises(ExperimentError, match="no such file"):
+            read_experiments(tmp_path / "missing.csv")
+
+
+class TestOwnTable:
+    def test_its_size(self):
+        """At least 60 rows of at least 15 sources."""
+        rows = read_experiments(OWN)
+        assert len(rows) >= 60
+        assert len({row.source.source for row in rows}) >= 15
+
+    def test_every_row_leads_to_its_source_and_says_what_was_read(self):
+        for row in read_experiments(OWN):
+            address = row.source.address
+            assert re.fullmatch(r"https?://\S+", address) if address else row.source.place, row.test.id
+            assert row.source.read, row.test.id
+            assert row.source.read != "recalled" or row.source.quality == "D", row.test.id
+
+    def test_rows_have_an_outcome_or_say_that_there_is_none(self):
+        for row in read_experiments(OWN):
+            found = row.outcome
+            known = found.overturned is not None or found.value is not None or bool(found.text)
+            assert known or row.test.predict.startswith(NO), row.test.id
