@@ -27,7 +27,7 @@ from .oscillators import OscillatorGrid
 # Planning figures, on the generous side of benchmarks/speed.py: one sample of one run on a present core, closed form
 # and exact geometry.
 SECONDS_PER_SAMPLE = 4e-9
-SECONDS_PER_EXACT_SAMPLE = 3.2e-8
+SECONDS_PER_EXACT_SAMPLE = 1.5e-8
 CHUNK_SECONDS = 1.0
 # A small analysis is divided more finely, so that there is work for every thread, but not so finely that storing chunks
 # takes a noticeable time.
