@@ -13,8 +13,14 @@ _COEFFICIENTS: dict[str, Any] = {"fastmath": {"reassoc", "contract", "nsz"}}
 
 DEAD = 14.0  # a response is dropped once its envelope has fallen by exp(14) = 1e6 (its variance by 1e12)
 SAMPLES = 8
-"""Samples that are computed together: a sum waits for its last term, but the sums of eight samples do not wait for each
-other.  `_add_samples` is written for this number."""
+"""Samples that are computed together: a response is loaded once for all of them.  `_add_samples` is written for this
+number."""
+LANES = 8
+"""Motions that are computed together, in vectors."""
+# A pulse has rows of `LANES` numbers; the sums are those of the responses, then those of their squares.
+PULSE, GROWTH, DECAY, STATE, LAST = range(0, 5 * LANES, LANES)
+WIDTH = 5 * LANES
+SQUARES = SAMPLES * LANES
 
 
 @kernel(**_COEFFICIENTS)
@@ -32,111 +38,146 @@ def _start(omega, zeta, dt, state, last, growth, decay, end):
         end[j] = j + 1 + DEAD / (zeta * omega[j] * dt)
 
 
-@kernel(**_FUSED)
-def _add(i, k, pulses, state, last, growth, decay, total, variance):
-    """Advance the response of pulse i by one sample, and add it to the sums of sample k of those computed together."""
-    new = growth[i] * state[i] - decay[i] * last[i]
-    last[i] = state[i]
-    state[i] = new
-    total[k] += pulses[i] * new
-    variance[k] += new * new
+@kernel()
+def _fill(lane, pulses, work, rows):
+    """Place the pulses of a lane, and what `_start` found of them, among the rows of all lanes."""
+    for j in range(pulses.size):
+        at = WIDTH * j + lane
+        rows[at + STATE] = work[0, j]
+        rows[at + LAST] = work[1, j]
+        rows[at + GROWTH] = work[2, j]
+        rows[at + DECAY] = work[3, j]
+        rows[at + PULSE] = pulses[j]
 
 
 @kernel(**_FUSED)
-def _add_samples(pulses, state, last, growth, decay, total, variance):
-    """Advance the responses of all these pulses by `SAMPLES` samples, and add them to the sums."""
-    t0, t1, t2, t3 = total[0], total[1], total[2], total[3]
-    t4, t5, t6, t7 = total[4], total[5], total[6], total[7]
-    v0, v1, v2, v3 = variance[0], variance[1], variance[2], variance[3]
-    v4, v5, v6, v7 = variance[4], variance[5], variance[6], variance[7]
-    for i in range(pulses.size):
-        u = pulses[i]
-        g = growth[i]
-        d = decay[i]
-        z = state[i]
-        a = g * z - d * last[i]
-        t0 += u * a
-        v0 += a * a
-        b = g * a - d * z
-        t1 += u * b
-        v1 += b * b
-        a = g * b - d * a
-        t2 += u * a
-        v2 += a * a
-        b = g * a - d * b
-        t3 += u * b
-        v3 += b * b
-        a = g * b - d * a
-        t4 += u * a
-        v4 += a * a
-        b = g * a - d * b
-        t5 += u * b
-        v5 += b * b
-        a = g * b - d * a
-        t6 += u * a
-        v6 += a * a
-        b = g * a - d * b
-        t7 += u * b
-        v7 += b * b
-        last[i] = a
-        state[i] = b
-    total[0], total[1], total[2], total[3] = t0, t1, t2, t3
-    total[4], total[5], total[6], total[7] = t4, t5, t6, t7
-    variance[0], variance[1], variance[2], variance[3] = v0, v1, v2, v3
-    variance[4], variance[5], variance[6], variance[7] = v4, v5, v6, v7
+def _add_samples(first, stop, lanes, rows, sums):
+    """Advance the responses first … stop - 1 of all lanes by `SAMPLES` samples, and add them to the sums.
+
+    Two flat arrays, rows at constant offsets, and a trip count that is known at run time only: so it vectorises.
+    """
+    for i in range(first, stop):
+        row = rows[WIDTH * i : WIDTH * i + WIDTH]
+        for lane in range(lanes):
+            u = row[PULSE + lane]
+            g = row[GROWTH + lane]
+            d = row[DECAY + lane]
+            z = row[STATE + lane]
+            a = g * z - d * row[LAST + lane]
+            sums[lane] += u * a
+            sums[SQUARES + lane] += a * a
+            b = g * a - d * z
+            sums[LANES + lane] += u * b
+            sums[SQUARES + LANES + lane] += b * b
+            a = g * b - d * a
+            sums[2 * LANES + lane] += u * a
+            sums[SQUARES + 2 * LANES + lane] += a * a
+            b = g * a - d * b
+            sums[3 * LANES + lane] += u * b
+            sums[SQUARES + 3 * LANES + lane] += b * b
+            a = g * b - d * a
+            sums[4 * LANES + lane] += u * a
+            sums[SQUARES + 4 * LANES + lane] += a * a
+            b = g * a - d * b
+            sums[5 * LANES + lane] += u * b
+            sums[SQUARES + 5 * LANES + lane] += b * b
+            a = g * b - d * a
+            sums[6 * LANES + lane] += u * a
+            sums[SQUARES + 6 * LANES + lane] += a * a
+            b = g * a - d * b
+            sums[7 * LANES + lane] += u * b
+            sums[SQUARES + 7 * LANES + lane] += b * b
+            row[LAST + lane] = a
+            row[STATE + lane] = b
+
+
+@kernel(**_FUSED)
+def _add(i, lane, s, rows, sums):
+    """Advance response i of one lane by one sample, and add it to its sums of sample s, as `_add_samples` does."""
+    row = rows[WIDTH * i + lane : WIDTH * i + WIDTH]
+    new = row[GROWTH] * row[STATE] - row[DECAY] * row[LAST]
+    row[LAST] = row[STATE]
+    row[STATE] = new
+    sums[LANES * s + lane] += row[PULSE] * new
+    sums[SQUARES + LANES * s + lane] += new * new
 
 
 @kernel()
-def _noise(pulses, omega, zeta, dt, out, work, total, variance, first):
-    """Compute one motion of `drifting_noise`; work (5, n), total, variance and first (SAMPLES,) are work arrays."""
-    n = pulses.size
-    state, last, growth, decay, end = work[0], work[1], work[2], work[3], work[4]
-    _start(omega[: n - 1], zeta, dt, state, last, growth, decay, end)
-    oldest = 0
-    for k in range(1, n, SAMPLES):
-        samples = min(SAMPLES, n - k)
-        for s in range(samples):
-            total[s] = 0.0
-            variance[s] = 0.0
-            while oldest < k + s - 1 and end[oldest] < k + s:
-                oldest += 1
-            first[s] = oldest
-        # every sum takes its pulses in their order: those that are dropped on the way, those that live through all of
-        # these samples, and those that begin on the way
-        whole = samples == SAMPLES
-        middle = min(first[samples - 1], k) if whole else k
-        for i in range(first[0], middle):
+def _drop(k, lane, oldest, end, rows, sums):
+    """Add the responses of a lane that die out within the samples from k on, each as long as it lives.
+
+    They are zero from then on.  Returns the oldest response that outlives these samples.
+    """
+    left = oldest
+    last = k + SAMPLES - 1
+    while left < k and end[left] < last:
+        left += 1
+    for s in range(SAMPLES):
+        while oldest < left and end[oldest] < k + s:
+            rows[WIDTH * oldest + STATE + lane] = 0.0
+            rows[WIDTH * oldest + LAST + lane] = 0.0
+            oldest += 1
+        for i in range(oldest, left):
+            _add(i, lane, s, rows, sums)
+    return left
+
+
+@kernel()
+def _noise(group, live, ends, rows, sums, oldest, out):
+    """Compute the motions `group`, one for each lane, from the rows of their pulses.
+
+    Every sum takes its pulses in their order: those that die out within the samples computed together, those that live
+    through all of them, and those that begin within them.
+    """
+    lanes = (group.size + 3) // 4 * 4  # (half of the lanes where they are enough)
+    longest = 0
+    for lane in range(group.size):
+        longest = max(longest, live[group[lane]])
+        oldest[lane] = 0
+    for k in range(1, longest, SAMPLES):
+        sums[:] = 0.0
+        first = k
+        for lane in range(group.size):
+            if k < live[group[lane]]:
+                oldest[lane] = _drop(k, lane, oldest[lane], ends[lane], rows, sums)
+                first = min(first, oldest[lane])
+        _add_samples(first, k, lanes, rows, sums)
+        for lane in range(group.size):
+            i = group[lane]
+            samples = min(SAMPLES, live[i] - k)
             for s in range(samples):
-                if i >= first[s]:
-                    _add(i, s, pulses, state, last, growth, decay, total, variance)
-        if whole:
-            live = slice(middle, k)
-            _add_samples(pulses[live], state[live], last[live], growth[live], decay[live], total, variance)
-        for i in range(k, k + samples - 1):
-            for s in range(i - k + 1, samples):
-                if i >= first[s]:
-                    _add(i, s, pulses, state, last, growth, decay, total, variance)
-        for s in range(samples):
-            out[k + s] = total[s] / math.sqrt(variance[s])
+                for j in range(k, k + s):
+                    _add(j, lane, s, rows, sums)
+                out[i, k + s] = sums[LANES * s + lane] / math.sqrt(sums[SQUARES + LANES * s + lane])
 
 
 @kernel(keep=True)
-def drifting_noise(pulses, omega, zeta, dt, live):
+def drifting_noise(pulses, omega, zeta, dt, live, order):
     """Return unit-variance filtered white noise x_k = sum_j s_kj u_j / sqrt(sum_j s_kj²), x_0 = 0.
 
     Pulse u_j starts the response s_kj = h(t_k - t_j) of an oscillator with the frequency omega_j of the instant t_j:
     h(t) = omega/sqrt(1 - zeta²) exp(-zeta omega t) sin(omega sqrt(1 - zeta²) t).  Each response is a two-term
-    recursion; all responses that have not died out advance together.  Shapes: pulses, omega (motion, n), rad/s; zeta
-    (motion,), below 1; live (motion,): number of samples that are computed of each motion; the others are zero.
+    recursion; all responses that have not died out advance together.  Shapes: pulses, omega (motion, n), rad/s, below
+    1.75/(zeta dt), so that no response dies out within `SAMPLES` samples; zeta (motion,), below 1; live (motion,):
+    number of samples that are computed of each motion; the others are zero; order: motions in the order in which they
+    share vectors, best those together whose responses live equally long.  A motion does not depend on it.
     """
     m, n = pulses.shape
     out = np.zeros((m, n))
-    work = np.empty((5, n))
-    total = np.empty(SAMPLES)
-    variance = np.empty(SAMPLES)
-    first = np.empty(SAMPLES, np.int64)
-    for i in range(m):
-        _noise(pulses[i, : live[i]], omega[i], zeta[i], dt, out[i], work, total, variance, first)
+    work = np.empty((4, n))
+    rows = np.zeros((n + SAMPLES) * WIDTH)
+    ends = np.empty((LANES, n))
+    sums = np.empty(2 * SQUARES)
+    oldest = np.empty(LANES, np.int64)
+    for start in range(0, m, LANES):
+        group = order[start : start + LANES]
+        rows[:] = 0.0
+        for lane in range(group.size):
+            i = group[lane]
+            some = live[i] - 1
+            _start(omega[i, :some], zeta[i], dt, work[0], work[1], work[2], work[3], ends[lane])
+            _fill(lane, pulses[i, :some], work, rows)
+        _noise(group, live, ends, rows, sums, oldest, out)
     return out
 
 

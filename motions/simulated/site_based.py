@@ -346,5 +346,7 @@ def site_based_motions(streams: Streams, own: Parameters, middle: float, f_c: fl
     density = times.density(time)
     density *= (2.0 * STANDARD_GRAVITY / math.pi) * own.arias[:, None]
     motions = np.zeros((len(streams), steps + 1))
-    motions[:, :live] = drifting_noise(normals(streams, live), omega, own.zeta, dt, ends) * np.sqrt(density)
+    life = (1.0 / omega).mean(axis=1) / own.zeta  # (the motions computed together should cost about the same)
+    order = np.argsort(ends * life, kind="stable")
+    motions[:, :live] = drifting_noise(normals(streams, live), omega, own.zeta, dt, ends, order) * np.sqrt(density)
     return filtered(motions, *high_pass(2.0 * math.pi * f_c, 1.0), dt)

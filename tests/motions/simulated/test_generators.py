@@ -110,7 +110,7 @@ class TestDriftingFilter:
         h = omega / root * np.exp(-zeta * omega * np.maximum(lag, 0.0)) * np.sin(omega * root * np.maximum(lag, 0.0))
         size = np.sqrt((h**2).sum(axis=1))
         expected = np.divide(h @ pulses[0], size, out=np.zeros(n), where=size > 0.0)
-        found = drifting_noise(pulses, omega, np.array([zeta]), dt, np.array([n]))[0]
+        found = drifting_noise(pulses, omega, np.array([zeta]), dt, np.array([n]), np.arange(1))[0]
         # responses are dropped at 1e-6 of their start, several at a time
         np.testing.assert_allclose(found, expected, atol=1e-5)
 
@@ -133,7 +133,9 @@ class TestDriftingFilter:
         """Zero up-crossings and small extremes per second of 40 motions of 50 s, at four standard errors."""
         dt, m, n = 0.005, 40, 10000
         streams = [stream(3, i) for i in range(m)]
-        x = drifting_noise(normals(streams, n), np.full((m, n), omega), np.full(m, zeta), dt, np.full(m, n))[:, 1000:]
+        x = drifting_noise(
+            normals(streams, n), np.full((m, n), omega), np.full(m, zeta), dt, np.full(m, n), np.arange(m)
+        )[:, 1000:]
         assert x.var() == pytest.approx(1.0, abs=4.0 * math.sqrt(2.0 / (m * 45.0 * zeta * omega)))
         ups = ((x[:, :-1] < 0.0) & (x[:, 1:] >= 0.0)).sum(axis=1)
         low = (x[:, 1:-1] < x[:, :-2]) & (x[:, 1:-1] < x[:, 2:]) & (x[:, 1:-1] > 0.0)
