@@ -82,15 +82,13 @@ def draw(results: xr.Dataset, folder: Path) -> list[Path]:
 
 def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path]:
     """Write figures as PNGs with their names; StudyError where that cannot be."""
+    from .plots.axes import settle  # noqa: PLC0415
+
     written = []
     for name, figure in named:
         path = folder / f"{name}.png"
         remove_leftovers(path)
-        engine = figure.get_layout_engine()
-        if engine is not None:
-            # the layout is computed here once: savefig would draw everything twice to compute it
-            engine.execute(figure)
-            figure.set_layout_engine("none")
+        settle(figure)
         try:
             with whole_file(path) as temporary:
                 figure.savefig(temporary, format="png", dpi=150)

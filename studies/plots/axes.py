@@ -86,6 +86,14 @@ def figure(width: float, height: float) -> Figure:
     return Figure(figsize=(min(width, _widest.get()), height), layout="constrained")
 
 
+def settle(figure: Figure) -> None:
+    """Compute the layout of a figure that is complete, once; saved without it, everything is drawn twice for it."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine()  # (none; a placeholder, which "none" leaves, has everything drawn twice)
+
+
 def new(width: float, height: float) -> Axes:
     """Return the axes of a new figure of a width and a height in inches."""
     return figure(width, height).add_subplot()

@@ -175,6 +175,9 @@ def _on_a_phone(draw: Draw) -> Iterator[Figure]:
 
 
 def _png(figure: Figure) -> bytes:
+    from ..plots.axes import settle  # noqa: PLC0415 - matplotlib loads slowly
+
+    settle(figure)
     file = BytesIO()
     figure.savefig(file, format="png", dpi=150, metadata={"Software": None})
     return file.getvalue()
@@ -182,6 +185,9 @@ def _png(figure: Figure) -> bytes:
 
 def _svg(figure: Figure, prefix: str) -> str:
     """Return a figure as an HTML element: without a file's header and metadata, its ids a prefix and short numbers."""
+    from ..plots.axes import settle  # noqa: PLC0415 - matplotlib loads slowly
+
+    settle(figure)
     file = StringIO()
     figure.savefig(file, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
     root = ElementTree.fromstring(_without_comments(file.getvalue()))
