@@ -42,6 +42,13 @@ from .tables import (
     span,
     speed_table,
 )
+from .whole.tables import (
+    first_use_answer,
+    first_use_table,
+    studies_answer,
+    studies_table,
+    threads_table,
+)
 
 FREE_CORES = 1.9
 """Number of cores, of two, below which other programs used the machine during the measurement."""
@@ -110,6 +117,10 @@ def summary(results: Row) -> list[Table]:
         tables.append(skipping_table(results["skipping"]))
     if "scale" in results:
         tables += [share_table(results["scale"]["share"]), scale_table(results["scale"]["points"])]
+    if "start" in results:
+        tables.append(first_use_table(results["start"]))
+    if "studies" in results:
+        tables += [studies_table(results["studies"]), threads_table(results["studies"])]
     if "precision" in results:
         tables.append(precision_table(results["precision"]["found"]))
     if "flags" in results:
@@ -275,6 +286,8 @@ _ANSWERS: dict[str, Callable[[Any], list[str]]] = {
     "sliding": _sliding_answer,
     "skipping": _skipping_answer,
     "scale": _scale_answer,
+    "start": first_use_answer,
+    "studies": studies_answer,
     "precision": _precision_answer,
     "flags": _flags_answer,
 }
@@ -368,6 +381,27 @@ def _scale_section(results: Row, pictures: set[str]) -> list[str]:
     return blocks
 
 
+def _start_section(results: Row, _: set[str]) -> list[str]:
+    return [
+        "## Starting up",
+        "CPU time of whole processes, median of repeats in turns: commands that compute nothing, and a first "
+        "simulation when everything is compiled, whose target is that of importing numba and xarray and 0.15 s.",
+        markdown(first_use_table(results["start"])),
+    ]
+
+
+def _studies_section(results: Row, _: set[str]) -> list[str]:
+    return [
+        "## Whole studies",
+        "Studies in `benchmarks/studies`, which never change: the office study (3 blocks, 6 laws, 20 levels, 200 "
+        "motions) from an empty cache, again, and its report; the large study has ten times as many motions and "
+        "linear geometry. CPU time holds all threads, imports, motions, files and figures. The serial part is "
+        "2 T₂ - T₁ of the wall times on two threads and on one, by Amdahl's law.",
+        markdown(studies_table(results["studies"])),
+        markdown(threads_table(results["studies"])),
+    ]
+
+
 def _precision_section(results: Row, pictures: set[str]) -> list[str]:
     found = results["precision"]["found"]
     laws = [law.label for law in LAWS if any(row["law"] == law.label for row in found)]
@@ -423,6 +457,8 @@ _SECTIONS: dict[str, Callable[[Row, set[str]], list[str]]] = {
     "sliding": _sliding_section,
     "skipping": _skipping_section,
     "scale": _scale_section,
+    "start": _start_section,
+    "studies": _studies_section,
     "precision": _precision_section,
     "flags": _flags_section,
 }

@@ -15,8 +15,10 @@ from .scenes import scenes
 from .sliding.cost import sliding_cost
 from .sliding.newmark import newmark
 from .speed import exact_over_linear, skipping, speed
+from .whole.first_use import first_use
+from .whole.studies import frozen_studies
 
-PARTS = ("speed", "scenes", "sliding", "skipping", "scale", "precision", "flags")
+PARTS = ("speed", "scenes", "sliding", "skipping", "scale", "start", "studies", "precision", "flags")
 COMMAND = "toppling bench"
 
 
@@ -35,6 +37,8 @@ _MEASURES: dict[str, Callable[[bool], Any]] = {
     "sliding": _sliding,
     "skipping": lambda full: skipping(repeats=9 if full else 5),
     "scale": lambda full: scale(),
+    "start": lambda full: first_use(repeats=9 if full else 5),
+    "studies": lambda full: frozen_studies(repeats=5 if full else 3),
     "precision": lambda full: precision(full=full),
     "flags": lambda full: flags(),
 }

@@ -35,8 +35,8 @@ models/slip motions/arrays motions/kernels studies/budget studies/codes
 
 models/block models/oscillator motions/corrections motions/intensity motions/polarity motions/readers
 
-models/assembly models/friction models/items models/restraint_force models/statics models/supports
-motions/pairs motions/plausibility motions/scaling
+models/assembly models/friction models/items models/restraint_force models/statics models/supports motions/pairs
+motions/plausibility motions/scaling
 
 models/sides motions/floors motions/simulated
 
@@ -51,16 +51,16 @@ models/history
 
 benchmarks/peers benchmarks/scenes benchmarks/speed fragility/fitting fragility/hazard fragility/validity
 
-benchmarks/flags benchmarks/precision benchmarks/sliding fragility/analyses fragility/curves
-fragility/efficiency studies/text
+benchmarks/flags benchmarks/precision benchmarks/sliding fragility/analyses fragility/curves fragility/efficiency
+studies/text
 
 benchmarks/figures benchmarks/scale benchmarks/tables fragility/exchange fragility/risk fragility/uncertainty
 
-benchmarks/suite fragility/exchange/nrml fragility/exchange/pelicun studies/plan
+benchmarks/whole fragility/exchange/nrml fragility/exchange/pelicun studies/plan
 
-benchmarks/page studies/file
+benchmarks/suite studies/file
 
-studies/inventory studies/reference studies/sensitivity studies/store
+benchmarks/page studies/inventory studies/reference studies/sensitivity studies/store
 
 studies/buildings
 

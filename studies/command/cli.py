@@ -338,12 +338,16 @@ def bench(
     *,
     out: Annotated[Path, Parameter(help="Folder for performance.md and its figures.")] = Path("results/bench"),
     parts: Annotated[
-        str, Parameter(help="What to measure, with commas: speed, scenes, sliding, skipping, scale, precision, flags.")
-    ] = "speed,scenes,sliding,skipping,scale,precision,flags",
+        str,
+        Parameter(
+            help="What to measure, with commas: speed, scenes, sliding, skipping, scale, start, studies, precision, "
+            "flags."
+        ),
+    ] = "speed,scenes,sliding,skipping,scale,start,studies,precision,flags",
     full: Annotated[bool, Parameter(negative="", help="The slowest rivals as well.")] = False,
     json: Annotated[bool, Parameter(negative="", help="Print all figures as JSON instead of tables.")] = False,
 ) -> None:
-    """Measure the engine beside other integrators, against a 40-digit truth; some 6 minutes (--full: some 25)."""
+    """Measure the engine beside other integrators, against a 40-digit truth; some 10 minutes (--full: some 30)."""
     from rich.console import Console
 
     from ...benchmarks import page, suite

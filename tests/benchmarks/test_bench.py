@@ -15,6 +15,8 @@ from toppling.benchmarks.problems import CASES, DT, HARD, LAWS, TRUTH_BLOCKS, TR
 from toppling.benchmarks.rivals import located_runge_kutta, newmark, runge_kutta
 from toppling.benchmarks.sliding.cost import SHAKING, sliding_cost
 from toppling.benchmarks.sliding.newmark import newmark as one_way
+from toppling.benchmarks.whole.processes import spent
+from toppling.benchmarks.whole.studies import speed_up
 from toppling.studies.command.cli import bench, main
 from toppling.units import STANDARD_GRAVITY
 
@@ -141,6 +143,20 @@ def results():
         "sliding": {"cost": sliding_cost(8, repeats=1), "newmark": one_way(2, (1, 4))},
         "skipping": speed.skipping(FEW, blocks, number=1, repeats=1),
         "scale": scale.scale(sizes=(1_000,), share_runs=1_000, repeats=1),
+        "start": [
+            {"what": "toppling --help", "cpu": 0.1, "target": 0.3},
+            {"what": "imports", "cpu": 0.7, "target": None},
+            {"what": "simulate", "cpu": 1.0, "target": 0.85},
+        ],
+        "studies": {
+            "first": 48.0,
+            "again": 6.0,
+            "compiling": 42.0,
+            "report": 5.0,
+            "large_cpu": 17.0,
+            "large_runs": 720_000,
+            **speed_up(20.0, 11.0),
+        },
         "precision": precision.precision(FEW, rivals, timed=np.linspace(0.1, 0.4, 4)),
         "flags": flags.flags(FEW, (runge_kutta(1), newmark(1)), blocks, number=3, levels=12),
     }
@@ -199,6 +215,28 @@ class TestParts:
             assert 0.0 < results["scale"]["share"][name]["of_cpu"] <= 1.05
         assert 0.2 < results["scale"]["share"]["cores"] < 2.2
         assert results["scale"]["first"]["loading"] > 0.0
+
+    def test_the_serial_part_is_that_of_amdahl(self):
+        """Of 20 s, 2 are serial: two threads take 11, sixteen 3.125."""
+        found = speed_up(20.0, 2.0 + 18.0 / 2.0)
+        assert found["serial"] == pytest.approx(2.0, rel=1e-14)
+        assert found["bound"] == pytest.approx(20.0 / (2.0 + 18.0 / 16.0), rel=1e-14)
+        assert speed_up(20.0, 9.0)["serial"] == 0.0
+        assert speed_up(20.0, 21.0)["bound"] == 1.0
+
+    def test_missed_targets_of_whole_commands_are_said(self, results):
+        said = page.text(results)
+        assert "simulate (1.00 s)" in said
+        assert "compiling takes 42.0 s once (target 34: **missed**)" in said
+        assert "6.4 times faster on 16 cores (target 12: **missed**)" in said
+
+    def test_time_of_a_process(self, tmp_path):
+        work = spent(["-c", "import os; sum(range(10 ** 7)); open(os.environ['NAME'], 'w')"], tmp_path, {"NAME": "x"})
+        assert (tmp_path / "x").is_file()
+        assert 0.02 < work.cpu < 20.0
+        assert work.wall > 0.02
+        with pytest.raises(RuntimeError, match="ended with 3: nothing to do"):
+            spent(["-c", "import sys; print('nothing to do', file=sys.stderr); sys.exit(3)"], tmp_path)
 
     def test_a_process_that_dies_is_a_result(self, monkeypatch):
         monkeypatch.setattr(scale, "_CHILD", "import sys; sys.exit('no memory left')")
@@ -384,7 +422,7 @@ class TestCommand:
         said = capsys.readouterr().err
         assert said.startswith(f"toppling: --parts {parts}: ")
         assert said.count("\n") == 1
-        assert "speed, scenes, sliding, skipping, scale, precision, flags" in said
+        assert "speed, scenes, sliding, skipping, scale, start, studies, precision, flags" in said
 
     def test_a_folder_that_cannot_be_written(self, tmp_path, capsys):
         (tmp_path / "file").write_text("")

@@ -1,0 +1,45 @@
+"""CPU and wall time of other processes, with all their threads and children."""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from time import perf_counter
+from typing import NamedTuple
+
+
+class Spent(NamedTuple):
+    """What a process took: CPU time of all its threads and its children, s; wall time, s."""
+
+    cpu: float
+    wall: float
+
+
+def spent(arguments: Sequence[str], folder: Path, settings: Mapping[str, str] | None = None) -> Spent:
+    """Run this Python with `arguments` in a folder, with further environment variables; return what it took.
+
+    Raises
+    ------
+    RuntimeError
+        The process failed; its last line says why.
+    """
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    start = perf_counter()
+    done = subprocess.run(
+        [sys.executable, *arguments],
+        cwd=folder,
+        env={**os.environ, **(settings or {})},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    wall = perf_counter() - start
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    if done.returncode:
+        reason = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        raise RuntimeError(f"{' '.join(arguments)}: ended with {done.returncode}: {reason}")
+    return Spent(after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, wall)

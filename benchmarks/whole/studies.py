@@ -1,0 +1,65 @@
+"""Frozen studies from the file to the report: CPU time, what compiling takes of it, and what cannot be divided."""
+
+from __future__ import annotations
+
+import statistics
+import tempfile
+from pathlib import Path
+
+from ..measure import Row
+from .processes import Spent, spent
+
+FOLDER = Path(__file__).parent.parent / "studies"
+CORES = 16
+LARGE = 10
+"""How many times as many motions the large study has as the frozen one."""
+
+
+def frozen_studies(repeats: int = 3) -> Row:
+    """Measure the frozen office study from an empty cache, again, and with its report; and the large one by threads."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        text = (FOLDER / "office.toml").read_text(encoding="utf-8")
+        (folder / "office.toml").write_text(text, encoding="utf-8")
+        large = (FOLDER / "office_linear.toml").read_text(encoding="utf-8")
+        (folder / "large.toml").write_text(large.replace("number = 200", f"number = {200 * LARGE}"), encoding="utf-8")
+        first = spent(_run("office"), folder, {"NUMBA_CACHE_DIR": str(folder / "cache")})
+        _again(folder, "office")  # (what this process's cache may lack)
+        runs = [_again(folder, "office") for _ in range(repeats)]
+        reports = [spent(["-m", "toppling", "report", "office/results.nc"], folder) for _ in range(repeats)]
+        by_threads = {n: [_again(folder, "large", threads=n) for _ in range(repeats)] for n in (1, 2)}
+    again = statistics.median(one.cpu for one in runs)
+    walls = {n: statistics.median(one.wall for one in some) for n, some in by_threads.items()}
+    return {
+        "first": first.cpu,
+        "again": again,
+        "compiling": first.cpu - again,
+        "report": statistics.median(one.cpu for one in reports),
+        "large_cpu": statistics.median(one.cpu for one in by_threads[2]),
+        "large_runs": 3 * 6 * 20 * 200 * LARGE,
+        **speed_up(walls[1], walls[2]),
+    }
+
+
+def speed_up(one: float, two: float) -> Row:
+    """Return what Amdahl's law makes of the wall times (s) on one and two threads.
+
+    With the serial part s and the divisible part p, one thread takes s + p and n take s + p/n, so that s = 2 T₂ - T₁;
+    noise can bring that outside 0 to T₁, and then it counts as the nearer end.
+    """
+    serial = min(max(0.0, 2.0 * two - one), one)
+    return {
+        "wall_one": one,
+        "wall_two": two,
+        "serial": serial,
+        "speed_up": one / two,
+        "bound": one / (serial + (one - serial) / CORES),
+    }
+
+
+def _run(study: str) -> list[str]:
+    return ["-m", "toppling", "run", f"{study}.toml", "--out", study, "--fresh"]
+
+
+def _again(folder: Path, study: str, threads: int = 2) -> Spent:
+    return spent(_run(study), folder, {"DASK_NUM_WORKERS": str(threads)})

@@ -1,0 +1,78 @@
+"""Tables and answers of what starting up costs, and of the frozen studies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..measure import Row
+from ..tables import Table, percent
+from .studies import CORES
+
+COMPILE_TARGET = 0.7 * 48.0
+"""CPU time of compiling the office study's kernels, s: 0.7 of what it took in July 2026."""
+SHARE_TARGET = 12.0
+"""Speed-up on `CORES` cores."""
+
+
+def first_use_table(rows: Sequence[Row]) -> Table:
+    """Return the CPU time of whole processes."""
+    lines = [
+        (row["what"], f"{row['cpu']:.2f}", "–" if row["target"] is None else f"{row['target']:.2f}") for row in rows
+    ]
+    return Table("Starting up, CPU time of a whole process", ("what", "CPU time, s", "target, s"), lines)
+
+
+def first_use_answer(rows: Sequence[Row]) -> list[str]:
+    """Return what starting up costs, in a sentence."""
+    over = [f"{row['what']} ({row['cpu']:.2f} s)" for row in rows if row["target"] and row["cpu"] > row["target"]]
+    held = sum(row["target"] is not None for row in rows)
+    verdict = f"**missed** by {', '.join(over)}" if over else "all met"
+    return [f"**Starting up.** {held} targets of CPU time ({rows[0]['target']:g} s for a command): {verdict}."]
+
+
+def studies_table(found: Row) -> Table:
+    """Return the costs of the frozen studies."""
+    lines = [
+        ("office study, first run after installation", f"{found['first']:.1f}"),
+        ("of it, compiling", f"{found['compiling']:.1f}"),
+        ("office study, later runs", f"{found['again']:.1f}"),
+        ("its report", f"{found['report']:.1f}"),
+        (f"large study, {found['large_runs']:,} runs, two threads", f"{found['large_cpu']:.1f}"),
+    ]
+    return Table("Frozen studies, CPU time", ("what", "CPU time, s"), lines)
+
+
+def threads_table(found: Row) -> Table:
+    """Return wall times of the large study by threads, and what Amdahl's law makes of them."""
+    serial = found["serial"]
+    lines = [
+        (
+            f"{found['wall_one']:.1f}",
+            f"{found['wall_two']:.1f}",
+            f"{found['speed_up']:.2f}",
+            f"{serial:.1f}",
+            percent(serial / found["wall_one"]),
+            f"{found['bound']:.1f}",
+        )
+    ]
+    headings = (
+        "one thread, s",
+        "two threads, s",
+        "speed-up",
+        "serial, s",
+        "of one thread's time",
+        f"bound on {CORES} cores",
+    )
+    return Table("The large study by threads, wall time", headings, lines)
+
+
+def studies_answer(found: Row) -> list[str]:
+    """Return what the frozen studies cost, in a sentence or two."""
+    compiling = "met" if found["compiling"] <= COMPILE_TARGET else "**missed**"
+    share = "met" if found["bound"] >= SHARE_TARGET else "**missed**"
+    return [
+        f"**Whole studies.** The frozen office study of 72,000 runs takes {found['again']:.1f} s of CPU time, and "
+        f"{found['report']:.1f} s more for its report; compiling takes {found['compiling']:.1f} s once (target "
+        f"{COMPILE_TARGET:.0f}: {compiling}). By Amdahl's law a study of {found['large_runs']:,} runs can become "
+        f"{found['bound']:.1f} times faster on {CORES} cores (target {SHARE_TARGET:g}: {share})."
+    ]
