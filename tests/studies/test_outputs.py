@@ -8,6 +8,8 @@ import pytest
 
 import toppling as tp
 
+pytestmark = pytest.mark.slow  # (every kind of study is run, once, for all of these tests)
+
 ROOT = Path(tp.__file__).parent
 EXAMPLES = ROOT / "studies/examples"
 PAGE = (ROOT / "docs/study.md").read_text(encoding="utf-8")

@@ -10,6 +10,8 @@ from scene_reference import G, Restraint, Scene, integrate, integrate_segments, 
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+pytestmark = pytest.mark.slow  # (compiling the independent integration takes most of their time)
+
 NONE = np.zeros((0, 7))
 ALPHA = 0.2
 
