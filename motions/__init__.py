@@ -28,6 +28,10 @@ if TYPE_CHECKING:
     from .readers.lines import RecordError
     from .readers.read import example_path, read, read_all
     from .scaling import parabolic_baseline, scale_to, scale_to_mean
+    from .selection.consistency import rebuilt_rates
+    from .selection.correlations import DoubtfulCorrelations
+    from .selection.select import InconsistentSelection, Selection, select
+    from .selection.target import Conditional, Mixture, Target
     from .simulated.envelopes import ENVELOPES, DoubleExponential, Envelope, Gamma, RiseStrongDecay, Stationary
     from .simulated.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
     from .simulated.generator import Generator, ensemble, steps_of
@@ -57,7 +61,9 @@ __all__ = [
     "AvgSa",
     "Building",
     "CloughPenzien",
+    "Conditional",
     "DoubleExponential",
+    "DoubtfulCorrelations",
     "Envelope",
     "EvolutionaryCloughPenzien",
     "EvolutionaryKanaiTajimi",
@@ -65,9 +71,11 @@ __all__ = [
     "Generator",
     "GeometricMean",
     "HalfSine",
+    "InconsistentSelection",
     "KanaiTajimi",
     "MavroeidisPapageorgiou",
     "Measure",
+    "Mixture",
     "NearFault",
     "OneCycleCosine",
     "OneCycleSine",
@@ -82,11 +90,13 @@ __all__ = [
     "Scenario",
     "Sd",
     "Seismological",
+    "Selection",
     "SiteBased",
     "SiteBasedScenario",
     "SpectrumCompatible",
     "Stationary",
     "Sv",
+    "Target",
     "TargetMissed",
     "TargetSpectrum",
     "ac156_acceptance",
@@ -115,6 +125,7 @@ __all__ = [
     "read_csv",
     "read_floors",
     "read_pairs",
+    "rebuilt_rates",
     "records",
     "resample",
     "response_spectrum",
@@ -122,6 +133,7 @@ __all__ = [
     "scale_to",
     "scale_to_mean",
     "scale_to_model",
+    "select",
     "steps_of",
     "taper",
     "trim",
@@ -166,6 +178,10 @@ __getattr__, __dir__ = face(
         "readers.lines": ("RecordError",),
         "readers.read": ("example_path", "read", "read_all"),
         "scaling": ("parabolic_baseline", "scale_to", "scale_to_mean"),
+        "selection.consistency": ("rebuilt_rates",),
+        "selection.correlations": ("DoubtfulCorrelations",),
+        "selection.select": ("InconsistentSelection", "Selection", "select"),
+        "selection.target": ("Conditional", "Mixture", "Target"),
         "simulated.envelopes": ("ENVELOPES", "DoubleExponential", "Envelope", "Gamma", "RiseStrongDecay", "Stationary"),
         "simulated.evolutionary": ("EvolutionaryCloughPenzien", "EvolutionaryKanaiTajimi"),
         "simulated.generator": ("Generator", "ensemble", "steps_of"),

@@ -36,7 +36,7 @@ models/slip motions/arrays motions/kernels studies/budget studies/codes
 models/block models/oscillator motions/corrections motions/intensity motions/polarity motions/readers
 
 models/assembly models/friction models/items models/restraint_force models/statics models/supports motions/pairs
-motions/plausibility motions/scaling
+motions/plausibility motions/scaling motions/selection
 
 models/sides motions/floors motions/simulated
 

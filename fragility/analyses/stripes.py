@@ -9,17 +9,18 @@ import numpy as np
 import xarray as xr
 
 from ... import checks
-from ...aliases import Progress
+from ...aliases import Array, Flags, Progress
 from ...models import Block, Model
 from ...motions.arrays import AS_GIVEN, RECORD, Record
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED, records_under
+from ...motions.selection.select import Selection
 from ...units import DIMENSIONLESS
 from ..runs.factors import dense, unscaled
 from ..runs.labels import measured
 from ..runs.provenance import GROUND, STRIPES
 from ..runs.request import check_request
-from ..runs.scaling import Scaling, ground_of, increasing, scaling
+from ..runs.scaling import Scaling, ground_of, increasing, intensity_measure, scaling
 from .analysis import Design, analyse, specimens_of
 
 if TYPE_CHECKING:
@@ -27,7 +28,11 @@ if TYPE_CHECKING:
 
     from ..runs.runners import Runner
 
-Motions = xr.DataArray | Iterable[xr.DataArray]
+Motions = xr.DataArray | Iterable[xr.DataArray] | Selection
+CONSISTENT = "hazard_consistent"
+CONSISTENCY = {"units": DIMENSIONLESS, "long_name": "whether the motions of the stripe agree with the hazard"}
+AT_LEVEL = 1e-9
+"""Relative difference of the level of a selection from that of its stripe which is rounding."""
 
 
 def stripes(
@@ -44,6 +49,7 @@ def stripes(
     scale: bool = True,
     ground: Sequence[Motions] | None = None,
     polarity: str = AS_RECORDED,
+    inconsistent: bool = False,
     progress: Progress | None = None,
     compute: bool = True,
 ) -> xr.Dataset:
@@ -54,7 +60,7 @@ def stripes(
     blocks, models : one or a sequence
         Blocks and damping laws, with unique labels.
     motions : sequence of motions or of sequences of them
-        The motions of each level (m s-2); a motion may be in several stripes.
+        The motions of each level (m s-2), or a `toppling.motions.Selection` for it; a motion may be in several stripes.
     levels : array_like, shape (level,)
         Level of each stripe, SI, > 0, strictly increasing.
     im : str or Measure
@@ -64,6 +70,8 @@ def stripes(
     scale : bool
         True (default) scales every motion of a stripe to its level; False runs the motions as they are, because they
         were selected, or simulated, for that level and scatter about it.
+    inconsistent : bool
+        True takes selections that do not agree with the hazard; False (default) refuses them.
     ground : sequence of motions or of sequences of them, optional
         For each stripe the ground motions of which `motions` are floor motions: the levels then refer to the measure of
         the ground motions.
@@ -73,12 +81,14 @@ def stripes(
     xarray.Dataset
         The outputs on (block, model, motion); on motion the coordinates `intensity` (the level of the motion's stripe),
         `stripe` (1, 2, …) and `record` (its label as given; if a motion is in several stripes, the stripe is added to
-        the labels of the dimension).  `overturning_probability` counts the runs by level.
+        the labels of the dimension); of selections also `hazard_consistent`.  `overturning_probability` counts the runs
+        by level.
 
     Raises
     ------
     TypeError, ValueError
-        Numbers of stripes and levels that differ; otherwise as `toppling.ida`.
+        Numbers of stripes and levels that differ; selections that are not hazard-consistent, of another level or of
+        another measure; otherwise as `toppling.ida`.
 
     Notes
     -----
@@ -102,7 +112,10 @@ def stripes(
     request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
     if not isinstance(scale, bool):
         raise TypeError(f"scale must be True or False, got {scale!r:.40}")
+    if not isinstance(inconsistent, bool):
+        raise TypeError(f"inconsistent must be True or False, got {inconsistent!r:.40}")
     values = increasing(levels)
+    consistent = _consistent(motions, values, im, inconsistent)
     sets = _sets("motions", motions, values.size, polarity)
     below = [None] * values.size if ground is None else _sets("ground", ground, values.size, polarity)
     plain = [record for own in sets for record in own]
@@ -129,6 +142,7 @@ def stripes(
         {
             "intensity": intensity,
             "stripe": xr.Variable("motion", stripe, {"units": DIMENSIONLESS, "long_name": "stripe"}),
+            **({} if consistent is None else {CONSISTENT: xr.Variable("motion", consistent[stripe - 1], CONSISTENCY)}),
             RECORD: xr.Variable("motion", np.array(given, dtype=object), AS_GIVEN),
             **measured(scaled),
         },
@@ -141,6 +155,31 @@ def stripes(
         },
     )
     return analyse(request, specimens_of(request), design)
+
+
+def _consistent(motions: Any, levels: Array, im: str | Measure, accepted: bool) -> Flags | None:
+    """Return whether the selection of each level agrees with the hazard, None where none is a selection.
+
+    ValueError for one of another level or measure, and for one that does not agree where that is not accepted.
+    """
+    chosen = list(motions) if isinstance(motions, list | tuple) else []
+    if not any(isinstance(one, Selection) for one in chosen):
+        return None
+    measure = intensity_measure(im)
+    if not all(isinstance(one, Selection) for one in chosen):
+        raise TypeError("motions must all be selections, or none of them")
+    for i, (one, level) in enumerate(zip(chosen, levels, strict=False), start=1):
+        given, at = one.report.attrs["given"], one.report.attrs["level"]
+        if measure is None or measure.label != given:
+            raise ValueError(f"motions[{i}] is selected for levels of {given}, im must be that, got {im!r}")
+        if abs(at / level - 1.0) > AT_LEVEL:
+            raise ValueError(f"motions[{i}] is selected for {given} = {at:g}, its level is {level:g}")
+        if not (one.consistent or accepted):
+            raise ValueError(
+                f"motions[{i}] is not hazard-consistent ({one.why}): select from other candidates, leave the level "
+                "out, or take it as it is with inconsistent=True"
+            )
+    return np.array([one.consistent for one in chosen])
 
 
 def _joined(scalings: Sequence[Scaling]) -> Scaling:
@@ -163,7 +202,7 @@ def _sets(name: str, motions: Sequence[Motions], n: int, polarity: str) -> list[
     found = []
     for i, one in enumerate(sets, start=1):
         try:
-            found.append(records_under(one, polarity))
+            found.append(records_under(one.motions if isinstance(one, Selection) else one, polarity))
         except (TypeError, ValueError) as error:
             raise type(error)(f"{name}[{i}]: {error}") from None
     return found

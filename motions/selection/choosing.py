@@ -1,0 +1,147 @@
+"""Choice of a set whose means and standard deviations are those asked for, among candidates: plain arrays.
+
+Latin-hypercube draws from the target, the nearest candidate to each, and passes that exchange one at a time, as in
+Baker and Lee (2018).  Every sum is taken in a fixed order, and of equals the first is taken: a choice depends on the
+seed and on nothing else.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ndtri
+
+from ...aliases import Array, Index
+
+DRAWS = 20
+RESTARTS = 5
+PASSES = 10
+SIGMA_WEIGHT, SKEWNESS_WEIGHT = 2.0, 0.3
+"""Weights of squared differences of standard deviations and of skewness, beside 1 of means."""
+
+
+class Problem(NamedTuple):
+    """What is chosen from, and what for.
+
+    values (candidate, measure): logarithms minus the target's means; sigmas (measure,); weights (measure,); groups
+    (candidate,): whole numbers; of a group at most `most` candidates are taken.
+    """
+
+    values: Array
+    sigmas: Array
+    weights: Array
+    groups: Index
+    most: int
+
+
+def misfit(problem: Problem, chosen: Index) -> float:
+    """Return J = sum of weight [mean² + 2 (sd - sigma)²] over the measures, of a set; sd with n - 1.
+
+    A set of one has no standard deviation, and is judged by its mean.
+    """
+    some = problem.values[chosen]
+    mean = some.mean(axis=0)
+    off = mean**2
+    if len(chosen) > 1:
+        off = off + SIGMA_WEIGHT * (some.std(axis=0, ddof=1) - problem.sigmas) ** 2
+    return float(problem.weights @ off)
+
+
+def choose(problem: Problem, covariance: Array, number: int, rng: np.random.Generator) -> Index:
+    """Return the indices (number,) of a set, sorted, of the least misfit over `RESTARTS` starts.
+
+    Parameters
+    ----------
+    problem : Problem
+        With at least `number` candidates that the groups allow.
+    covariance : ndarray, shape (measure, measure)
+        Of the target, with variances `sigmas` squared.
+    number : int
+    rng : numpy.random.Generator
+    """
+    draws = [_draw(covariance, number, rng) for _ in range(DRAWS)]
+    order = np.argsort([_roughness(one, problem.sigmas) for one in draws], kind="stable")
+    best, least = np.empty(0, int), np.inf
+    for i in order[:RESTARTS]:
+        found = improved(problem, nearest(problem, draws[i]))
+        value = misfit(problem, found)
+        if value < least:
+            best, least = found, value
+    return np.sort(best)
+
+
+def _draw(covariance: Array, number: int, rng: np.random.Generator) -> Array:
+    """Return a Latin hypercube of `number` points of N(0, covariance), shape (number, measure)."""
+    m = covariance.shape[0]
+    strata = np.stack([rng.permutation(number) for _ in range(m)], axis=1)
+    normal = ndtri((strata + rng.random((number, m))) / number)
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(normal @ (vectors * np.sqrt(np.maximum(values, 0.0))).T)
+
+
+def _roughness(draw: Array, sigmas: Array) -> float:
+    """Return by how much the moments of a draw are off the target's, whose means are zero."""
+    mean, off = draw.mean(axis=0), draw - draw.mean(axis=0)
+    spread = off.std(axis=0)
+    skewness = np.divide((off**3).mean(axis=0), spread**3, out=np.zeros_like(spread), where=spread > 1e-12)
+    terms = mean**2 + SIGMA_WEIGHT * (spread - sigmas) ** 2 + SKEWNESS_WEIGHT * skewness**2
+    return float(terms.sum())
+
+
+def nearest(problem: Problem, draw: Array) -> Index:
+    """Return, for each point of a draw in its order, the nearest candidate that is left."""
+    free = np.ones(len(problem.values), bool)
+    taken = np.zeros(int(problem.groups.max()) + 1, int)
+    found = np.empty(len(draw), int)
+    for i, point in enumerate(draw):
+        distance = ((problem.values - point) ** 2) @ problem.weights
+        distance[~free | (taken[problem.groups] >= problem.most)] = np.inf
+        found[i] = distance.argmin()
+        free[found[i]] = False
+        taken[problem.groups[found[i]]] += 1
+    return found
+
+
+def improved(problem: Problem, chosen: Index) -> Index:
+    """Return a set in which no exchange of one candidate for another lowers the misfit, or that of the last pass.
+
+    The misfit never increases.  Running sums of the values and their squares give the misfit of every exchange at once.
+    """
+    chosen = chosen.copy()
+    values, squares, n = problem.values, problem.values**2, len(chosen)
+    free = np.ones(len(values), bool)
+    free[chosen] = False
+    taken = np.bincount(problem.groups[chosen], minlength=int(problem.groups.max()) + 1)
+    mean, off, spread = (np.empty_like(values) for _ in range(3))
+    for _ in range(PASSES):
+        changed = False
+        for slot in range(n):
+            present = chosen[slot]
+            taken[problem.groups[present]] -= 1
+            rest = chosen[np.arange(n) != slot]
+            np.add(values, values[rest].sum(axis=0), out=mean)
+            mean /= n
+            np.multiply(mean, mean, out=off)
+            cost = np.einsum("ij,j->i", off, problem.weights)
+            if n > 1:
+                off *= n
+                np.add(squares, squares[rest].sum(axis=0), out=spread)
+                spread -= off
+                np.maximum(spread, 0.0, out=spread)
+                spread /= n - 1
+                np.sqrt(spread, out=spread)
+                spread -= problem.sigmas
+                np.multiply(spread, spread, out=spread)
+                cost += np.einsum("ij,j->i", spread, SIGMA_WEIGHT * problem.weights)
+            barred = ~free | (taken[problem.groups] >= problem.most)
+            barred[present] = False
+            cost[barred] = np.inf
+            best = int(cost.argmin())
+            if cost[best] < cost[present]:
+                free[present], free[best] = True, False
+                chosen[slot], changed = best, True
+            taken[problem.groups[chosen[slot]]] += 1
+        if not changed:
+            break
+    return chosen

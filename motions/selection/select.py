@@ -1,0 +1,306 @@
+"""Selection of motions for a level of a hazard, and the report that says how well they agree with it."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy import special, stats
+
+from ... import checks
+from ...aliases import Array, Index
+from ...streams import stream
+from ...units import provenance
+from ..arrays import Record, records
+from ..intensity.dataset import measure, measure_named, positive_measure
+from ..intensity.measure import MEASURES, Measure
+from .choosing import Problem, choose
+from .target import Conditional, Mixture, Target
+
+ALWAYS = ("pgv", "d5_95")
+"""Measures of which a selection reports, targeted or not: what blocks fall by, and for how long they are shaken."""
+BIAS, LOW_RATIO, HIGH_RATIO = 0.10, 0.8, 1.25
+"""Gate of a hazard-consistent set: bias of medians, ratio of standard deviations (judgement)."""
+AT_BOUND = 0.01
+"""A factor within a hundredth of its bound counts as one at the bound."""
+CONFIDENCE = 0.95
+SELECTION = 0
+"""Key of the random stream of a choice."""
+
+
+class InconsistentSelection(UserWarning):
+    """Warning that a selection does not agree with the hazard within the gate."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Motions chosen for one level, and how well they agree with the target.
+
+    Attributes
+    ----------
+    motions : xarray.DataArray, or a list of them
+        The chosen motions as they are, not scaled, in the order of the candidates, with the coordinates `factor` (what
+        scales each to the level), `candidate` (its number among the candidates) and `event` on motion; a list, an array
+        for each that holds a chosen motion, where the candidates are several arrays.
+    report : xarray.Dataset
+        On measure: target and achieved median and sigma, `bias` of the median, `sigma_ratio`, `ks` and its critical
+        value `ks_critical` (5 %), `gated` (whether the gate asks for it); attributes: `level`, `given`, `epsilon`,
+        `consistent` (1 or 0), factors, candidates allowed, events, and the repair of the correlations.
+    """
+
+    motions: Any
+    report: xr.Dataset
+
+    @property
+    def consistent(self) -> bool:
+        """True if the set passes the gate: targeted medians within 10 %, sigmas within 0.8 to 1.25 (judgement)."""
+        return bool(self.report.attrs["consistent"])
+
+    @property
+    def why(self) -> str:
+        """What is off, in words; empty where the set is consistent."""
+        found = self.report.where(self.report["gated"] & ~self.report["passes"], drop=True)
+        return "; ".join(
+            f"{name}: median {100.0 * bias:+.0f} %, sigma {ratio:.2f} times the target's"
+            for name, bias, ratio in zip(
+                found["measure"].values, found["bias"].values, found["sigma_ratio"].values, strict=True
+            )
+        )
+
+
+def select(
+    candidates: xr.DataArray | Iterable[xr.DataArray],
+    target: Target | Mixture,
+    number: int,
+    *,
+    level: float,
+    factor: tuple[float, float] = (0.25, 4.0),
+    weights: Mapping[str, float] | None = None,
+    per_event: int = 3,
+    seed: int = 0,
+) -> Selection:
+    """Choose motions whose measures, scaled to a level of the target's measure, are distributed as the target asks.
+
+    Parameters
+    ----------
+    candidates : xarray.DataArray or a sequence of them
+        Ground motions, m s-2; a coordinate `event` on motion names the earthquake of each, and each is one of its own
+        without it.
+    target : Target or Mixture
+    number : int
+        Size of the set, >= 1.
+    level : float
+        Level of the target's `given`, SI, > 0.
+    factor : tuple of float
+        Least and greatest factor of a motion.
+    weights : mapping, optional
+        Weight of a measure by its label, >= 0; 1 where not named.  They are divided by their mean.
+    per_event : int
+        How many motions of one event may be chosen, >= 1.
+    seed : int
+        The choice depends on it and on the candidates, the target and the level, and on nothing else.
+
+    Returns
+    -------
+    Selection
+
+    Warns
+    -----
+    InconsistentSelection
+        The set does not pass the gate (`Selection.consistent`).
+
+    Raises
+    ------
+    TypeError, ValueError
+        Wrong arguments; a target given a measure that scaling does not change; fewer than 2 `number` candidates within
+        the factors.
+
+    Notes
+    -----
+    A factor f multiplies a measure by f to its `power` (1 for Sa and PGV, 2 for the Arias intensity, 0 for durations).
+    The set of the least J = sum of weight [(mean - mu')² + 2 (sd - sigma')²] over the logarithms is looked for from
+    five Latin-hypercube draws of the target: the nearest candidate to each point, then exchanges until none lowers J.
+
+    References
+    ----------
+    Baker, J. W. and Lee, C. (2018). An improved algorithm for selecting ground motions to match a conditional spectrum.
+    Journal of Earthquake Engineering 22(4), 708-723.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> pool = motions.CloughPenzien(duration=10.0, dt=0.01).sample(40, seed=1)
+    >>> target = motions.Target(["pga", "pgv"], [4.0, 0.4], [0.6, 0.6], given="pga")
+    >>> import warnings
+    >>> with warnings.catch_warnings():
+    ...     warnings.simplefilter("ignore")
+    ...     chosen = select(pool, target, 10, level=4.0)
+    >>> chosen.motions.sizes["motion"], chosen.consistent
+    (10, False)
+    """
+    if not isinstance(target, Target | Mixture):
+        raise TypeError(f"target must be a Target or a Mixture, got {checks.kind(target)}")
+    n = checks.count("number", number, at_least=1)
+    most = checks.count("per_event", per_event, at_least=1)
+    low, high = _bounds(factor)
+    chance = checks.count("seed", seed)
+    arrays = [candidates] if isinstance(candidates, xr.DataArray) else list(candidates)
+    plain = records(arrays)
+    for one in arrays:
+        if "motion" not in one.dims or "floor" in one.dims:
+            raise ValueError(f"candidates must be ground motions with the dims (motion, time), got {one.dims}")
+    wanted = target.at(level)
+    labels = [one.label for one in wanted.measures]
+    weighted = _weights(weights, labels)
+    factors = wanted.given.factors(wanted.level / positive_measure(wanted.given, plain))
+    allowed = np.flatnonzero((factors >= low) & (factors <= high))
+    if allowed.size < 2 * n:
+        raise ValueError(
+            f"{allowed.size} of {len(plain)} candidates reach {wanted.given.label} = {wanted.level:g} with factors of "
+            f"{low:g} to {high:g}; a choice of {n} needs at least {2 * n}"
+        )
+    groups, events = _events(arrays)
+    scaled = {one.label: _scaled(one, plain, factors) for one in _reported(wanted)}
+    values = np.column_stack([scaled[label] for label in labels]) - wanted.mean
+    numbered = np.unique(groups[allowed], return_inverse=True)[1]
+    if np.minimum(np.bincount(numbered), most).sum() < n:
+        raise ValueError(
+            f"{n} motions of at most {most} per event cannot be chosen: {numbered.max() + 1} events are left"
+        )
+    problem = Problem(values[allowed], wanted.sigmas, weighted, numbered, most)
+    chosen = allowed[choose(problem, wanted.covariance, n, stream(chance, SELECTION))]
+    report = _report(wanted, scaled, chosen)
+    report.attrs |= {
+        "level": wanted.level,
+        "given": wanted.given.label,
+        "epsilon": wanted.epsilon,
+        "correlation_change": target.correlation_change,
+        "allowed": int(allowed.size),
+        "candidates": len(plain),
+        **_factor_figures(factors[chosen], low, high),
+        "events": int(np.unique(groups[chosen]).size),
+        "greatest_share_of_an_event": float(np.bincount(groups[chosen]).max() / n),
+        **provenance({"number": n, "factor": [low, high], "per_event": most, "seed": chance}),
+    }
+    kept = _chosen(arrays, chosen, factors, events)
+    found = Selection(kept[0] if isinstance(candidates, xr.DataArray) else kept, report)
+    if not found.consistent:
+        warnings.warn(
+            f"the selection for {wanted.given.label} = {wanted.level:g} is not hazard-consistent ({found.why})",
+            InconsistentSelection,
+            stacklevel=2,
+        )
+    return found
+
+
+def _bounds(factor: Any) -> tuple[float, float]:
+    pair = checks.finite_array("factor", factor)
+    if pair.shape != (2,) or not 0.0 < pair[0] <= pair[1]:
+        raise ValueError(f"factor must be a least and a greatest factor > 0, got {pair.tolist()}")
+    return float(pair[0]), float(pair[1])
+
+
+def _weights(given: Mapping[str, float] | None, labels: list[str]) -> Array:
+    by_label = {measure_named(name).label: value for name, value in (given or {}).items()}
+    unknown = sorted(set(by_label) - set(labels))
+    if unknown:
+        raise ValueError(f"weights name {unknown[0]}, which the target does not hold")
+    found = np.array([checks.number(f"weight of {one}", by_label.get(one, 1.0), at_least=0.0) for one in labels])
+    if found.sum() == 0.0:
+        raise ValueError("weights must not all be 0")
+    return np.asarray(found / found.mean())
+
+
+def _events(arrays: Sequence[xr.DataArray]) -> tuple[Index, Any]:
+    """Return the number of each candidate's event, and its name."""
+    names: list[str] = []
+    for one in arrays:
+        known = one["event"] if "event" in one.coords and one["event"].dims == ("motion",) else one["motion"]
+        names.extend(str(name) for name in known.values)
+    return np.unique(names, return_inverse=True)[1], np.array(names)
+
+
+def _chosen(arrays: Sequence[xr.DataArray], chosen: Index, factors: Array, events: Any) -> list[xr.DataArray]:
+    """Return the chosen motions of each array that holds one."""
+    found, first = [], 0
+    for one in arrays:
+        own = chosen[(chosen >= first) & (chosen < first + one.sizes["motion"])]
+        if own.size:
+            kept = one.isel(motion=own - first).assign_coords(
+                factor=("motion", factors[own], {"units": "1", "long_name": "factor to the level"}),
+                candidate=("motion", own, {"units": "1", "long_name": "number among the candidates"}),
+                event=("motion", events[own]),
+            )
+            found.append(kept)
+        first += one.sizes["motion"]
+    return found
+
+
+def _reported(wanted: Conditional) -> list[Measure]:
+    further = [MEASURES[name] for name in ALWAYS]
+    return [*wanted.measures, *(one for one in further if one not in wanted.measures)]
+
+
+def _scaled(one: Measure, plain: list[Record], factors: Array) -> Array:
+    """Return the logarithms of a measure of the candidates, each scaled by its factor."""
+    values = measure(one, plain)
+    if not np.all(values > 0.0):
+        label = plain[int(np.argmin(values > 0.0))].label
+        raise ValueError(f"candidate {label!r} has {one.label} = 0")
+    return np.asarray(np.log(values) + one.power * np.log(factors))
+
+
+def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> xr.Dataset:
+    names, n, m = list(scaled), len(chosen), len(wanted.measures)
+    values = np.column_stack([scaled[name][chosen] for name in names])
+    mean = values.mean(axis=0)
+    sigma = values.std(axis=0, ddof=1) if n > 1 else np.full(len(names), np.nan)
+    target_mean, target_sigma = np.full((2, len(names)), np.nan)
+    target_mean[:m], target_sigma[:m] = wanted.mean, wanted.sigmas
+    free = target_sigma > 1e-9  # (the measure that is given does not scatter)
+    bias = np.expm1(mean - target_mean)
+    ratio = np.divide(sigma, target_sigma, out=np.full(len(names), np.nan), where=free)
+    spread = n == 1 or (ratio >= LOW_RATIO) & (ratio <= HIGH_RATIO)
+    passes = (np.abs(bias) <= BIAS) & spread
+    distance = np.full(len(names), np.nan)
+    for j in np.flatnonzero(free):
+        placed = np.sort(special.ndtr((values[:, j] - target_mean[j]) / target_sigma[j]))
+        steps = np.arange(n + 1) / n
+        distance[j] = max(np.max(steps[1:] - placed), np.max(placed - steps[:-1]))
+    units = [next(one.units for one in _reported(wanted) if one.label == name) for name in names]
+    variables: dict[str, tuple[Any, str]] = {
+        "target_median": (np.exp(target_mean), "median of the target, in the unit of each measure"),
+        "median": (np.exp(mean), "geometric mean of the set, in the unit of each measure"),
+        "target_sigma": (target_sigma, "standard deviation of the logarithm, target"),
+        "sigma": (sigma, "standard deviation of the logarithm, set"),
+        "bias": (bias, "median over the target's, minus 1"),
+        "sigma_ratio": (ratio, "standard deviation over the target's"),
+        "ks": (distance, "Kolmogorov-Smirnov distance from the target"),
+        "gated": (free, "whether the gate asks for it"),
+        "passes": (passes & free, "whether it passes the gate"),
+    }
+    data = {name: ("measure", value, {"units": "1", "long_name": text}) for name, (value, text) in variables.items()}
+    return xr.Dataset(
+        data,
+        coords={"measure": names, "unit": ("measure", units)},
+        attrs={
+            "title": "Selected motions beside the target",
+            "ks_critical": float(stats.kstwo.ppf(CONFIDENCE, n)),
+            "number": n,
+            "consistent": int(np.all(passes[free])),
+        },
+    )
+
+
+def _factor_figures(factors: Array, low: float, high: float) -> dict[str, float | int]:
+    bound = (factors <= low * (1.0 + AT_BOUND)) | (factors >= high * (1.0 - AT_BOUND))
+    return {
+        "factor_median": float(np.median(factors)),
+        "factor_least": float(factors.min()),
+        "factor_greatest": float(factors.max()),
+        "factors_at_a_bound": int(bound.sum()),
+    }

@@ -1,0 +1,272 @@
+"""What a hazard asks of motions: the joint distribution of their measures, given the level of one of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ..intensity.dataset import measure_named
+from ..intensity.measure import Measure
+from ..intensity.parametric_measures import AvgSa, Sa
+from .correlations import Repair, by_formulas, repaired
+
+FORMULAS = "baker-jayaram+bradley"
+
+
+@dataclass(frozen=True)
+class Conditional:
+    """Joint lognormal distribution of measures at a level of the one on which it is conditioned.
+
+    Attributes
+    ----------
+    measures, given : tuple of Measure, Measure
+    level : float
+        Level of `given`, SI.
+    mean, covariance : ndarray, shapes (measure,), (measure, measure)
+        Of the logarithms (SI).
+    epsilon : float
+        Number of standard deviations by which the level lies above the median; of a mixture the weighted mean.
+    """
+
+    measures: tuple[Measure, ...]
+    given: Measure
+    level: float
+    mean: Array
+    covariance: Array
+    epsilon: float
+
+    @property
+    def medians(self) -> Array:
+        """Medians, SI, shape (measure,)."""
+        return np.asarray(np.exp(self.mean))
+
+    @property
+    def sigmas(self) -> Array:
+        """Standard deviations of the logarithms, shape (measure,)."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """The same with labels: `median` and `sigma` on measure, `covariance` on (measure, other)."""
+        labels = [one.label for one in self.measures]
+        return xr.Dataset(
+            {
+                "median": ("measure", self.medians, {"long_name": "median, in the unit of each measure", "units": "1"}),
+                "sigma": ("measure", self.sigmas, {"long_name": "standard deviation of the logarithm", "units": "1"}),
+                "covariance": (("measure", "other"), self.covariance, {"units": "1"}),
+            },
+            coords={"measure": labels, "other": labels, "unit": ("measure", [one.units for one in self.measures])},
+            attrs={"given": self.given.label, "level": self.level, "epsilon": self.epsilon},
+        )
+
+
+@dataclass(frozen=True)
+class Target:
+    """Joint lognormal distribution of the measures of one rupture's motions, to be conditioned on one of them.
+
+    Parameters
+    ----------
+    measures : sequence of measures or their names
+        `Sa(T)` of 5 % damping, ``pga``, ``pgv``, ``d5_95``; others with correlations of one's own.
+    medians : array_like, shape (measure,)
+        Medians, SI (m/s², m/s, s), > 0.
+    sigmas : array_like, shape (measure,)
+        Standard deviations of the natural logarithms, > 0.
+    correlations : str or array_like, shape (measure, measure)
+        ``"baker-jayaram+bradley"`` (default): Baker and Jayaram (2008) between spectral ordinates, Bradley (2012) with
+        the peak velocity and Bradley (2011) with the duration.  A labelled array is taken by its labels.  What does
+        not form a matrix is repaired; `correlation_change` says by how much.
+    given : measure or its name
+        The measure whose levels condition the others: one of `measures`, or an `AvgSa` of periods whose Sa are among
+        them.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Unknown measures or one twice, wrong sizes, values that are not positive, correlations that cannot be repaired.
+
+    Notes
+    -----
+    x = ln measures ~ N(mu, S), S_ij = rho_ij sigma_i sigma_j.  Given aᵀx = ln y, with c = S a and v = aᵀc,
+    mu' = mu + c (ln y - aᵀmu)/v and S' = S - c cᵀ/v; a picks one measure, or is 1/n on the n periods of an AvgSa.
+
+    References
+    ----------
+    Baker, J. W. (2011). Conditional mean spectrum: tool for ground-motion selection. Journal of Structural Engineering
+    137(3), 322-331.  Bradley, B. A. (2010). A generalized conditional intensity measure approach and holistic
+    ground-motion selection. Earthquake Engineering & Structural Dynamics 39(12), 1321-1342.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> target = Target(["Sa(0.5)", "Sa(1.0)", "pgv"], [2.7, 1.4, 0.15], [0.64, 0.69, 0.65], given="Sa(1.0)")
+    >>> target.at(4.0).medians.round(2).tolist()
+    [5.6, 4.0, 0.33]
+    """
+
+    measures: Sequence[Measure | str]
+    medians: Any
+    sigmas: Any
+    correlations: Any = FORMULAS
+    given: Measure | str = ""
+    correlation_change: float = field(init=False, default=0.0)
+    _mean: Array = field(init=False, repr=False, compare=False)
+    _covariance: Array = field(init=False, repr=False, compare=False)
+    _direction: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.measures, str | Measure) or not isinstance(self.measures, Iterable):
+            raise TypeError(f"measures must be a sequence of measures, got {checks.kind(self.measures)}")
+        chosen = tuple(measure_named(one) for one in self.measures)
+        labels = [one.label for one in chosen]
+        twice = sorted({label for label in labels if labels.count(label) > 1})
+        if twice:
+            raise ValueError(f"measures hold {twice[0]} twice")
+        medians = _positive("medians", self.medians, len(chosen), labels)
+        sigmas = _positive("sigmas", self.sigmas, len(chosen), labels)
+        given = measure_named(self.given or chosen[0], "given")
+        repair = _correlations(self.correlations, chosen, labels)
+        for name, value in {
+            "measures": chosen,
+            "medians": tuple(medians.tolist()),
+            "sigmas": tuple(sigmas.tolist()),
+            "given": given,
+            "correlation_change": repair.change,
+            "_mean": np.log(medians),
+            "_covariance": repair.matrix * sigmas[:, None] * sigmas,
+            "_direction": _direction(given, chosen),
+        }.items():
+            object.__setattr__(self, name, value)
+
+    def at(self, level: float) -> Conditional:
+        """Return the distribution at a level of `given`, SI, > 0."""
+        y = checks.number("level", level, above=0.0)
+        a = self._direction
+        c = self._covariance @ a
+        v = float(a @ c)
+        off = math.log(y) - float(a @ self._mean)
+        mean = self._mean + c * (off / v)
+        covariance = self._covariance - np.outer(c, c) / v
+        for i in np.flatnonzero(a == 1.0):
+            mean[i] = math.log(y)
+            covariance[i] = covariance[:, i] = 0.0
+        return Conditional(_measures(self), _given(self), y, mean, covariance, off / math.sqrt(v))
+
+
+@dataclass(frozen=True)
+class Mixture:
+    """Targets of several ruptures or ground-motion models, with the weights that they have at a level.
+
+    Parameters
+    ----------
+    targets : sequence of Target
+        Of the same measures, given the same one.
+    weights : array_like, shape (target,)
+        Their shares at the level, >= 0; they are divided by their sum.
+
+    Notes
+    -----
+    mu' = sum w mu'_r and S' = sum w [S'_r + (mu'_r - mu')(mu'_r - mu')ᵀ] (Lin, T., Harmsen, S. C., Baker, J. W. and
+    Luco, N. (2013). Conditional spectrum computation incorporating multiple causal earthquakes and ground-motion
+    prediction models. Bulletin of the Seismological Society of America 103(2A), 1103-1116).  The weights of a level
+    come from a disaggregation of its *rate of equalling* that level, where stripes are at levels.
+    """
+
+    targets: Sequence[Target]
+    weights: Any
+
+    def __post_init__(self) -> None:
+        parts = tuple(self.targets) if isinstance(self.targets, Iterable) else ()
+        if not parts or not all(isinstance(one, Target) for one in parts):
+            raise TypeError("targets must be a sequence of at least one Target")
+        if any((one.measures, one.given) != (parts[0].measures, parts[0].given) for one in parts):
+            raise ValueError("targets must be of the same measures in the same order, given the same one")
+        weights = checks.finite_array("weights", self.weights)
+        if weights.shape != (len(parts),) or weights.min() < 0.0 or weights.sum() == 0.0:
+            raise ValueError(f"weights must be {len(parts)} numbers >= 0 with a sum > 0, got {weights.tolist()}")
+        object.__setattr__(self, "targets", parts)
+        object.__setattr__(self, "weights", tuple((weights / weights.sum()).tolist()))
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """The measures of the targets."""
+        return _measures(self.targets[0])
+
+    @property
+    def given(self) -> Measure:
+        """The measure on which the targets are conditioned."""
+        return _given(self.targets[0])
+
+    @property
+    def correlation_change(self) -> float:
+        """Greatest repair of the correlations of a target."""
+        return max(one.correlation_change for one in self.targets)
+
+    def at(self, level: float) -> Conditional:
+        """Return the lognormal distribution with the mixture's means and covariances at a level, SI, > 0."""
+        parts = [one.at(level) for one in self.targets]
+        weights = np.array(self.weights)
+        means = np.array([one.mean for one in parts])
+        mean = weights @ means
+        apart = means - mean
+        covariance = np.einsum("r,rij->ij", weights, np.array([one.covariance for one in parts]))
+        covariance = covariance + np.einsum("r,ri,rj->ij", weights, apart, apart)
+        epsilon = float(weights @ np.array([one.epsilon for one in parts]))
+        return Conditional(self.measures, self.given, parts[0].level, mean, covariance, epsilon)
+
+
+def _measures(target: Target) -> tuple[Measure, ...]:
+    return target.measures  # type: ignore[return-value]  # (names became measures)
+
+
+def _given(target: Target) -> Measure:
+    return target.given  # type: ignore[return-value]
+
+
+def _positive(name: str, values: Any, number: int, labels: Sequence[str]) -> Array:
+    found = checks.finite_array(name, values)
+    if found.shape != (number,):
+        raise ValueError(f"{name} must be {number} numbers, one for each measure, got {found.size}")
+    if found.min() <= 0.0:
+        i = int(found.argmin())
+        raise ValueError(f"{name} must be > 0, got {found[i]:g} for {labels[i]}")
+    return found
+
+
+def _correlations(given: Any, measures: Sequence[Measure], labels: Sequence[str]) -> Repair:
+    if isinstance(given, str):
+        checks.choice("correlations", given, (FORMULAS,))
+        return repaired(by_formulas(measures), labels)
+    if isinstance(given, xr.DataArray):
+        if given.ndim != 2 or any(dim not in given.coords for dim in given.dims):
+            raise ValueError(f"labelled correlations must have two dimensions with labels, got {given.dims}")
+        for dim in given.dims:
+            missing = [label for label in labels if label not in given[dim].values]
+            if missing:
+                raise ValueError(f"correlations hold no {missing[0]} along {dim!r}")
+        first, second = given.dims
+        given = given.sel({first: list(labels), second: list(labels)}).values
+    return repaired(given, labels)
+
+
+def _direction(given: Measure, measures: Sequence[Measure]) -> Array:
+    """Return a with aᵀx = ln of the measure that is given."""
+    a = np.zeros(len(measures))
+    if given in measures:
+        a[measures.index(given)] = 1.0
+        return a
+    if not isinstance(given, AvgSa):
+        raise ValueError(f"given must be one of the measures, or an AvgSa of their periods, got {given.label}")
+    for period in given.periods:
+        one = Sa(period, given.damping)
+        if one not in measures:
+            raise ValueError(f"given {given.label} needs {one.label} among the measures")
+        a[measures.index(one)] += 1.0 / len(given.periods)
+    return a
