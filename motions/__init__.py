@@ -30,7 +30,11 @@ if TYPE_CHECKING:
     from .scaling import parabolic_baseline, scale_to, scale_to_mean
     from .selection.consistency import rebuilt_rates
     from .selection.correlations import DoubtfulCorrelations
+    from .selection.expected import expected_target
+    from .selection.files import TargetError, read_target
+    from .selection.ruptures import Disaggregation, read_disaggregation
     from .selection.select import InconsistentSelection, Selection, select
+    from .selection.stated import Stated
     from .selection.target import Conditional, Mixture, Target
     from .simulated.envelopes import ENVELOPES, DoubleExponential, Envelope, Gamma, RiseStrongDecay, Stationary
     from .simulated.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi
@@ -62,6 +66,7 @@ __all__ = [
     "Building",
     "CloughPenzien",
     "Conditional",
+    "Disaggregation",
     "DoubleExponential",
     "DoubtfulCorrelations",
     "Envelope",
@@ -94,9 +99,11 @@ __all__ = [
     "SiteBased",
     "SiteBasedScenario",
     "SpectrumCompatible",
+    "Stated",
     "Stationary",
     "Sv",
     "Target",
+    "TargetError",
     "TargetMissed",
     "TargetSpectrum",
     "ac156_acceptance",
@@ -107,6 +114,7 @@ __all__ = [
     "ensemble",
     "example_path",
     "expected_motions",
+    "expected_target",
     "from_array",
     "highpass",
     "join",
@@ -123,8 +131,10 @@ __all__ = [
     "read_all",
     "read_at2",
     "read_csv",
+    "read_disaggregation",
     "read_floors",
     "read_pairs",
+    "read_target",
     "rebuilt_rates",
     "records",
     "resample",
@@ -180,6 +190,10 @@ __getattr__, __dir__ = face(
         "scaling": ("parabolic_baseline", "scale_to", "scale_to_mean"),
         "selection.consistency": ("rebuilt_rates",),
         "selection.correlations": ("DoubtfulCorrelations",),
+        "selection.expected": ("expected_target",),
+        "selection.files": ("TargetError", "read_target"),
+        "selection.ruptures": ("Disaggregation", "read_disaggregation"),
+        "selection.stated": ("Stated",),
         "selection.select": ("InconsistentSelection", "Selection", "select"),
         "selection.target": ("Conditional", "Mixture", "Target"),
         "simulated.envelopes": ("ENVELOPES", "DoubleExponential", "Envelope", "Gamma", "RiseStrongDecay", "Stationary"),

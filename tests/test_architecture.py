@@ -33,18 +33,18 @@ FLOORS = """
 benchmarks/kernels benchmarks/multiprecision fragility/kernels fragility/numerics models/engine models/scenes
 models/slip motions/arrays motions/kernels studies/budget studies/codes
 
-models/block models/oscillator motions/corrections motions/intensity motions/polarity motions/readers
+models/block models/oscillator motions/corrections motions/polarity motions/readers
 
-models/assembly models/friction models/items models/restraint_force models/statics models/supports motions/pairs
-motions/plausibility motions/scaling motions/selection
+models/assembly models/friction models/items models/restraint_force models/statics models/supports motions/intensity
+motions/pairs
 
-models/sides motions/floors motions/simulated
+models/sides motions/plausibility motions/scaling
 
-models/laws motions/matching
+models/laws motions/floors motions/simulated
 
-benchmarks/problems models/sliding motions/generators
+benchmarks/problems models/sliding motions/matching motions/selection
 
-benchmarks/exact_motion benchmarks/rivals models/runs
+benchmarks/exact_motion benchmarks/rivals models/runs motions/generators
 
 benchmarks/measure benchmarks/solve_ivp benchmarks/taylor benchmarks/truth fragility/runs models/dissipation
 models/history

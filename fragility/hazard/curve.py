@@ -6,7 +6,6 @@ fragility curves.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,8 +16,7 @@ from ... import checks
 from ...aliases import Array
 from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
-from ...motions.readers.lines import unit_factor
-from ...units import ACCELERATION, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
+from ...motions.intensity.naming import in_si
 from ..runs.provenance import GROUND
 from ..runs.scaling import BLOCK_MEASURES, SCALE
 from .pieces import EXTEND, Pieces, pieces_of, segment_slopes
@@ -31,12 +29,6 @@ HIGHEST_RATE, LOWEST_RATE = 1.0, 1e-8
 FLAT = 1e-9
 ROUNDING = 1e-3
 """Greatest relative difference of given rates from the mean of their realisations: files print four digits or more."""
-
-_FACTORS: dict[str, dict[str, float]] = {
-    VELOCITY: {"m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "g s": STANDARD_GRAVITY, "g-s": STANDARD_GRAVITY},
-    METRE: {"m": 1.0, "cm": 0.01, "mm": 0.001},
-    SECOND: {"s": 1.0},
-}
 
 
 @dataclass(frozen=True)
@@ -354,17 +346,7 @@ def unit_to_si(units: str | None, im: str | Measure) -> float:
         return 1.0
     if not isinstance(units, str):
         raise TypeError(f"units must be a text, got {checks.kind(units)}")
-    factor: float | None
-    if measure.units == ACCELERATION:
-        factor, allowed = unit_factor(units), "g, gal, cm/s2, m/s2"
-    else:
-        known = _FACTORS[measure.units]
-        text = re.sub(r"\s+", " ", units.strip().lower().replace("sec", "s").replace("*", " ").replace("·", " "))
-        text = re.sub(r"^([cm]?m) s ?\^?-1$", r"\1/s", text)
-        factor, allowed = known.get(text), ", ".join(known)
-    if factor is None:
-        raise ValueError(f"units of {measure.label} must be one of {allowed}, got {units[:40]!r}")
-    return factor
+    return in_si(units, measure)
 
 
 def check_points(levels: Array, rows: Sequence[Array], units: str) -> None:

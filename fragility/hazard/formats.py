@@ -27,9 +27,9 @@ from .reading import (
     curve_of,
     measure_label,
     program_measure,
-    program_unit,
     rate_of_word,
     row_words,
+    unit_of_program,
 )
 
 Site = int | str | tuple[float, float] | None
@@ -185,7 +185,7 @@ def read_openquake(
     rates = [rate_of_word(lines, word, "poe", Quantity("probability", period), row.line) for word in row.words]
     fractile = float(quantile[1]) if quantile and 0.0 < float(quantile[1]) < 1.0 else None
     text = f"OpenQuake{f' {name}' if name else ''}, {_site_text(row)}"
-    return curve_of(lines.file, label, program_unit(label), levels, [rates], None, text, fractile)
+    return curve_of(lines.file, label, unit_of_program(label), levels, [rates], None, text, fractile)
 
 
 def read_nshmp(
@@ -208,7 +208,7 @@ def read_nshmp(
     quantity = Quantity("rate") if years is None else Quantity("probability", years)
     rates = [rate_of_word(lines, word, quantity.kind, quantity, row.line) for word in row.words]
     return curve_of(
-        lines.file, label, units or program_unit(label), levels, [rates], None, f"nshmp-haz, {_site_text(row)}"
+        lines.file, label, units or unit_of_program(label), levels, [rates], None, f"nshmp-haz, {_site_text(row)}"
     )
 
 
@@ -310,7 +310,7 @@ def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
     x, y = (_numbers(file, name, one) for name, one in (("levels", levels), ("rates", rates)))
     if x.size != y.size:
         raise HazardError(f"{file}: {label} must have one rate a level, got {y.size} for {x.size} levels")
-    return curve_of(file, label, program_unit(label), x, [y], None, f"USGS, {plain(component)}")
+    return curve_of(file, label, unit_of_program(label), x, [y], None, f"USGS, {plain(component)}")
 
 
 def _member(file: Path, holder: Any, key: str) -> Any:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import csv
 import math
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -16,14 +15,11 @@ import numpy as np
 
 from ...aliases import Array
 from ...motions.intensity.measure import Measure
+from ...motions.intensity.naming import our_name, program_unit
 from ...motions.readers.lines import Lines, plain
-from ...units import ACCELERATION
 from .curve import HazardCurve, check_points, hazard_measure, unit_to_si
 
 MOST_LEVELS = 10_000
-# Measures of other programs by their own names, and the units that OpenQuake and USGS use for them.
-_NAMES = {"PGA": "pga", "PGV": "pgv", "PGD": "pgd", "IA": "arias", "CAV": "cav"}
-_PROGRAM_UNITS = {"pgv": "cm/s", "pgd": "cm", "arias": "m/s", "cav": "g s"}
 
 
 class HazardError(ValueError):
@@ -102,16 +98,7 @@ def curve_of(
 
 def measure_label(im: str | Measure) -> str:
     """Return our label of a measure from the name that we or another program use; ValueError if unknown."""
-    if isinstance(im, str):
-        text = im.strip()
-        usgs = re.fullmatch(r"SA(\d{1,3})P(\d{1,3})", text, re.IGNORECASE)
-        spectral = re.fullmatch(r"SA\(([^()]{1,40})\)", text, re.IGNORECASE)
-        if usgs:
-            text = f"Sa({usgs[1]}.{usgs[2]})"
-        elif spectral:
-            text = f"Sa({spectral[1]})"
-        im = _NAMES.get(text.upper(), text)
-    return hazard_measure(im).label
+    return hazard_measure(our_name(im) if isinstance(im, str) else im).label
 
 
 def program_measure(lines: Lines, text: str) -> str:
@@ -122,9 +109,9 @@ def program_measure(lines: Lines, text: str) -> str:
         raise HazardError(f"{lines.file}: {error}") from None
 
 
-def program_unit(label: str) -> str:
+def unit_of_program(label: str) -> str:
     """Return the unit in which OpenQuake and USGS give the levels of a measure."""
-    return "g" if hazard_measure(label).units == ACCELERATION else _PROGRAM_UNITS.get(label, "")
+    return program_unit(hazard_measure(label))
 
 
 def agreed_measure(lines: Lines, stated: str | None, im: str | None) -> str:

@@ -19,6 +19,7 @@ from ..arrays import Record, records
 from ..intensity.dataset import measure, measure_named, positive_measure
 from ..intensity.measure import MEASURES, Measure
 from .choosing import Problem, choose
+from .stated import Stated
 from .target import Conditional, Mixture, Target
 
 ALWAYS = ("pgv", "d5_95")
@@ -74,7 +75,7 @@ class Selection:
 
 def select(
     candidates: xr.DataArray | Iterable[xr.DataArray],
-    target: Target | Mixture,
+    target: Target | Mixture | Stated,
     number: int,
     *,
     level: float,
@@ -90,7 +91,7 @@ def select(
     candidates : xarray.DataArray or a sequence of them
         Ground motions, m s-2; a coordinate `event` on motion names the earthquake of each, and each is one of its own
         without it.
-    target : Target or Mixture
+    target : Target, Mixture or Stated
     number : int
         Size of the set, >= 1.
     level : float
@@ -142,8 +143,8 @@ def select(
     >>> chosen.motions.sizes["motion"], chosen.consistent
     (10, False)
     """
-    if not isinstance(target, Target | Mixture):
-        raise TypeError(f"target must be a Target or a Mixture, got {checks.kind(target)}")
+    if not isinstance(target, Target | Mixture | Stated):
+        raise TypeError(f"target must be a Target, a Mixture or a Stated target, got {checks.kind(target)}")
     n = checks.count("number", number, at_least=1)
     most = checks.count("per_event", per_event, at_least=1)
     low, high = _bounds(factor)

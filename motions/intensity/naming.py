@@ -1,0 +1,56 @@
+"""Names and units of measures as people and other programs write them."""
+
+from __future__ import annotations
+
+import re
+
+from ...units import ACCELERATION, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
+from ..readers.lines import unit_factor
+from .measure import Measure
+
+# Measures of other programs by their own names, and the units that OpenQuake and USGS use for them.
+_NAMES = {"PGA": "pga", "PGV": "pgv", "PGD": "pgd", "IA": "arias", "CAV": "cav", "RSD595": "d5_95"}
+_PROGRAM_UNITS = {"pgv": "cm/s", "pgd": "cm", "arias": "m/s", "cav": "g s", "d5_95": "s"}
+_FACTORS: dict[str, dict[str, float]] = {
+    VELOCITY: {"m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "g s": STANDARD_GRAVITY, "g-s": STANDARD_GRAVITY},
+    METRE: {"m": 1.0, "cm": 0.01, "mm": 0.001},
+    SECOND: {"s": 1.0},
+}
+
+
+def our_name(text: str) -> str:
+    """Return our name of a measure from the one that another program writes; a name that is not known as it is.
+
+    Examples
+    --------
+    >>> our_name("SA0P5"), our_name("SA(1.0)"), our_name("PGV")
+    ('Sa(0.5)', 'Sa(1.0)', 'pgv')
+    """
+    found = text.strip()
+    usgs = re.fullmatch(r"SA(\d{1,3})P(\d{1,3})", found, re.IGNORECASE)
+    spectral = re.fullmatch(r"SA\(([^()]{1,40})\)", found, re.IGNORECASE)
+    if usgs:
+        found = f"Sa({usgs[1]}.{usgs[2]})"
+    elif spectral:
+        found = f"Sa({spectral[1]})"
+    return _NAMES.get(found.upper(), found)
+
+
+def program_unit(measure: Measure) -> str:
+    """Return the unit in which OpenQuake and USGS give a measure, '' where they do not give it."""
+    return "g" if measure.units == ACCELERATION else _PROGRAM_UNITS.get(measure.label, "")
+
+
+def in_si(units: str, measure: Measure) -> float:
+    """Return the SI value of a unit of a measure, as people write units; ValueError for a unit of another measure."""
+    factor: float | None
+    if measure.units == ACCELERATION:
+        factor, allowed = unit_factor(units), "g, gal, cm/s2, m/s2"
+    else:
+        known = _FACTORS[measure.units]
+        text = re.sub(r"\s+", " ", units.strip().lower().replace("sec", "s").replace("*", " ").replace("·", " "))
+        text = re.sub(r"^([cm]?m) s ?\^?-1$", r"\1/s", text)
+        factor, allowed = known.get(text), ", ".join(known)
+    if factor is None:
+        raise ValueError(f"units of {measure.label} must be one of {allowed}, got {units[:40]!r}")
+    return factor

@@ -1,0 +1,225 @@
+"""Targets from files: a table of one's own, and conditional spectra of OpenQuake; numbers without units are refused."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ...units import STANDARD_GRAVITY
+from ..intensity.dataset import measure_named
+from ..intensity.measure import MEASURES, Measure
+from ..intensity.naming import in_si, our_name
+from ..intensity.parametric_measures import Sa
+from ..readers.lines import Lines, RecordError
+from .stated import Stated
+from .target import FORMULAS, Mixture, Target
+
+MOST_ROWS = 20_000
+_OWN, _OF_RUPTURES = ("measure", "unit", "median", "sigma"), ("rupture", "weight")
+_OPENQUAKE = ("poe", "stat", "period", "mea", "std")
+
+
+class TargetError(ValueError):
+    """A file that holds no target; the message names the file, the line and the value."""
+
+
+def read_target(
+    path: str | os.PathLike[str],
+    given: str | Measure,
+    *,
+    correlations: Any = FORMULAS,
+    statistic: str = "mean",
+) -> Target | Mixture | Stated:
+    """Read what a hazard asks of motions from a file, whose format is detected.
+
+    Parameters
+    ----------
+    path : path
+        One of the files below.
+    given : measure or its name
+        The measure whose levels condition the others; of OpenQuake's file the one that it was computed for.
+    correlations : str, path or array_like
+        As for `Target`; or the path of a CSV file, a square table with the measures as its heading and first column.
+    statistic : str
+        Which curve of an OpenQuake file: ``mean`` (default), a quantile as it is named there, or a realisation.
+
+    Returns
+    -------
+    Target, Mixture or Stated
+        A `Mixture` where the table names several ruptures; a `Stated` target, known at its own levels alone, of
+        conditional spectra.
+
+    Raises
+    ------
+    TargetError
+        A file that cannot be read, of no known format, with values that are missing or no numbers, a measure or unit
+        that is not known, a negative sigma, a rupture without weight.
+    TypeError, ValueError
+        As `Target`.
+
+    Notes
+    -----
+    - **Table** (CSV): ``measure,unit,median,sigma`` with a row a measure: ``Sa(1.0),g,0.145,0.69``; sigma is that of
+      the natural logarithm, both given the rupture, not the level.  With the columns ``rupture,weight`` in front there
+      is a block of rows for each rupture, and its weight in each of its rows.
+    - **OpenQuake**, ``conditional-spectrum-….csv``: ``poe,stat,period,mea,std``, medians in g, standard deviations of
+      logarithms, period 0 for the PGA; a spectrum for each probability, that is each level.
+    """
+    measure = measure_named(given, "given")
+    file = Path(path)
+    known = _correlations_of(correlations)
+    try:
+        with Lines(path) as lines:
+            rows = rows_of(lines)
+            number, heading = next(rows, (0, []))
+            names = [name.lower() for name in heading]
+            body = list(rows)
+    except RecordError as error:
+        raise TargetError(
+            str(error).replace("no record is", "no target is").replace("not a record", "no target")
+        ) from None
+    if len(body) > MOST_ROWS:
+        raise TargetError(f"{file}: holds {len(body):,} rows, no target does")
+    if not body:
+        raise TargetError(f"{file}: holds no rows below its heading")
+    for at, words in body:
+        if len(words) != len(names):
+            raise TargetError(f"{file}: line {at} has {len(words)} columns, its heading {len(names)}")
+    table = [(at, dict(zip(names, words, strict=True))) for at, words in body]
+    if set(names) == set(_OPENQUAKE):
+        return _conditional_spectra(file, table, measure, known, statistic)
+    if set(names) in (set(_OWN), {*_OWN, *_OF_RUPTURES}):
+        return _own(file, table, measure, known)
+    raise TargetError(
+        f"{file}: line {number} must name the columns {','.join(_OWN)} (with {','.join(_OF_RUPTURES)} of several "
+        f"ruptures) or, of OpenQuake, {','.join(_OPENQUAKE)}, got {','.join(heading)[:80]!r}"
+    )
+
+
+@contextmanager
+def opened(file: Path) -> Iterator[Lines]:
+    """Open a text file line by line; TargetError where it cannot be read."""
+    try:
+        with Lines(file) as lines:
+            yield lines
+    except RecordError as error:
+        said = str(error).replace("no record is", "no target is").replace("not a record", "not a target")
+        raise TargetError(said) from None
+
+
+def rows_of(lines: Lines) -> Iterator[tuple[int, list[str]]]:
+    """Yield the words of each row with the number of its line; comments and empty lines are left out."""
+    for line in lines:
+        if line.strip() and not line.lstrip().startswith(("#", '"#')):
+            yield lines.number, [word.strip() for word in next(csv.reader([line]), [])]
+
+
+def numbered(file: Path, at: int, word: str, what: str, least: float, above: bool) -> float:
+    """Return a number of a line; TargetError where it is none, or is not at least (or above) the least one."""
+    try:
+        found = float(word)
+    except ValueError:
+        found = math.nan
+    if not math.isfinite(found) or found < least or (above and found == least):
+        sign = ">" if above else ">="
+        raise TargetError(f"{file}: line {at} gives {what} as {word[:30]!r}, must be a number {sign} {least:g}")
+    return found
+
+
+def _own(file: Path, table: list[tuple[int, dict[str, str]]], given: Measure, correlations: Any) -> Target | Mixture:
+    ruptures: dict[str, list[tuple[Measure, float, float]]] = {}
+    weights: dict[str, float] = {}
+    for at, row in table:
+        name = row.get("rupture", "")
+        try:
+            measure = measure_named(our_name(row["measure"]))
+            factor = in_si(row["unit"], measure)
+        except ValueError as error:
+            raise TargetError(f"{file}: line {at}: {error}") from None
+        median = factor * numbered(file, at, row["median"], f"the median of {measure.label}", 0.0, above=True)
+        sigma = numbered(file, at, row["sigma"], f"the sigma of {measure.label}", 0.0, above=True)
+        weight = numbered(file, at, row["weight"], "a weight", 0.0, above=False) if "weight" in row else 1.0
+        if weights.setdefault(name, weight) != weight:
+            raise TargetError(f"{file}: line {at} gives rupture {name!r} another weight than the lines above")
+        ruptures.setdefault(name, []).append((measure, median, sigma))
+    try:
+        targets = [
+            Target([one[0] for one in rows], [one[1] for one in rows], [one[2] for one in rows], correlations, given)
+            for rows in ruptures.values()
+        ]
+        return targets[0] if len(targets) == 1 else Mixture(targets, list(weights.values()))
+    except ValueError as error:
+        raise TargetError(f"{file}: {error}") from None
+
+
+def _conditional_spectra(
+    file: Path, table: list[tuple[int, dict[str, str]]], given: Measure, correlations: Any, statistic: str
+) -> Stated:
+    if not isinstance(given, Sa) and given != MEASURES["pga"]:
+        raise TargetError(f"{file}: conditional spectra are given a spectral ordinate or the PGA, not {given.label}")
+    kinds = list(dict.fromkeys(row["stat"] for _, row in table))
+    if statistic not in kinds:
+        raise TargetError(f"{file}: holds the statistics {', '.join(kinds)[:80]}, not {statistic!r}")
+    spectra: dict[float, dict[float, tuple[float, float]]] = {}
+    for at, row in table:
+        if row["stat"] != statistic:
+            continue
+        poe = numbered(file, at, row["poe"], "poe", 0.0, above=True)
+        period = numbered(file, at, row["period"], "a period", 0.0, above=False)
+        median = STANDARD_GRAVITY * numbered(file, at, row["mea"], "a median", 0.0, above=True)
+        own = spectra.setdefault(poe, {})
+        if period in own:
+            raise TargetError(f"{file}: line {at} gives period {period:g} twice")
+        own[period] = median, numbered(file, at, row["std"], "a standard deviation", 0.0, above=False)
+    periods = sorted(next(iter(spectra.values())))
+    if any(sorted(one) != periods for one in spectra.values()):
+        raise TargetError(f"{file}: the spectra must have the same periods at each probability")
+    measures: list[Measure] = [MEASURES["pga"] if period == 0.0 else Sa(period) for period in periods]
+    if given not in measures:
+        raise TargetError(f"{file}: holds no {given.label}, only {', '.join(one.label for one in measures)}"[:200])
+    medians = [[one[period][0] for period in periods] for one in spectra.values()]
+    sigmas = [[one[period][1] for period in periods] for one in spectra.values()]
+    try:
+        return Stated(measures, medians, sigmas, given, correlations)
+    except ValueError as error:
+        raise TargetError(f"{file}: {error}") from None
+
+
+def _correlations_of(correlations: Any) -> Any:
+    """Return correlations, those of a path as a labelled array."""
+    if not isinstance(correlations, str | os.PathLike) or correlations == FORMULAS:
+        return correlations
+    file = Path(correlations)
+    if not file.exists():
+        raise TargetError(f"{file}: no such file of correlations (or write {FORMULAS!r})")
+    with opened(file) as lines:
+        rows = list(rows_of(lines))
+    names = [_label(name) for name in rows[0][1][1:]] if rows else []
+    if len(names) < 2 or len(rows) != len(names) + 1:
+        raise TargetError(f"{file}: holds {max(len(rows) - 1, 0)} rows for {len(names)} columns, must be square")
+    values = np.empty((len(names), len(names)))
+    for i, (at, (name, *words)) in enumerate(rows[1:]):
+        if _label(name) != names[i]:
+            raise TargetError(f"{file}: line {at} is of {name[:30]!r}, the columns have {names[i]} in its place")
+        if len(words) != len(names):
+            raise TargetError(f"{file}: line {at} has {len(words)} values, its heading {len(names)}")
+        values[i] = [numbered(file, at, word, "a correlation", -1.0, above=False) for word in words]
+    return xr.DataArray(values, dims=("row", "column"), coords={"row": names, "column": names})
+
+
+def _label(name: str) -> str:
+    """Return our label of a measure; a plain number is a period of Sa."""
+    text = our_name(f"Sa({float(name):g})" if re.fullmatch(r"[\d.]{1,20}", name) else name)
+    try:
+        return measure_named(text).label
+    except ValueError:
+        return text

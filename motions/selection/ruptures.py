@@ -1,0 +1,201 @@
+"""Disaggregations: which magnitudes and distances a hazard comes from, as OpenQuake and the USGS write them."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ... import checks
+from ...aliases import Array
+from ..intensity.dataset import measure_named
+from ..intensity.measure import Measure
+from ..intensity.naming import in_si, our_name, program_unit
+from ..simulated.ground_motion_models import Scenario
+from .files import TargetError, numbered, opened, rows_of
+
+LEAST_SHARE = 1e-4
+"""Bins with a smaller share of the hazard are left out."""
+
+
+_LEVEL = ("ground motion", "Exceedance IML")
+"""How the USGS' programs call the level of a disaggregation, at the end of its name."""
+
+
+class Disaggregation(NamedTuple):
+    """Shares of magnitudes and distances in the rate at which a level of a measure is exceeded.
+
+    measure; level, SI; magnitude (bin,), moment magnitudes; distance (bin,), m; share (bin,), which sum to 1; kept, the
+    share of the file's rate that these bins are of.
+    """
+
+    measure: Measure
+    level: float
+    magnitude: Array
+    distance: Array
+    share: Array
+    kept: float
+
+    def scenarios(self, vs30: float, faulting: str = "strike-slip") -> list[Scenario]:
+        """Return a scenario of each bin at a site of V_S30 (m/s), with the rupture reaching the surface."""
+        speed = checks.number("vs30", vs30, above=0.0, unit="m/s")
+        pairs = zip(self.magnitude.tolist(), self.distance.tolist(), strict=True)
+        return [Scenario(magnitude, distance, speed, faulting) for magnitude, distance in pairs]
+
+
+def read_disaggregation(
+    path: str | os.PathLike[str], *, im: str | Measure | None = None, level: float | None = None, column: str = "mean"
+) -> Disaggregation:
+    """Read the disaggregation of a hazard by magnitude and distance.
+
+    Parameters
+    ----------
+    path : path
+        One of the files below.
+    im : measure or its name, optional
+        Which measure, where the file holds several.
+    level : float, optional
+        Which level, SI, where the file holds several; the nearest one, which must lie within 2 %.
+    column : str
+        Which column of an OpenQuake file: ``mean`` (default) or a realisation as ``rlz0``.
+
+    Returns
+    -------
+    Disaggregation
+        Bins with less than 1e-4 of the hazard left out.
+
+    Raises
+    ------
+    TargetError
+        A file that cannot be read, of no known format, with several measures or levels and no choice, or without any
+        rate.
+
+    Notes
+    -----
+    - **OpenQuake**, ``Mag_Dist-….csv`` and ``Mag_Dist_Eps-….csv``: a comment with ``investigation_time``, then
+      ``imt,iml,poe,mag,dist,[eps,]`` and a column a realisation or ``mean``; probabilities p in t years, which are
+      rates -ln(1 - p)/t.  Distances in km.
+    - **USGS**, JSON of the Unified Hazard Tool's disaggregation: ``response[i].metadata.imt`` and ``.data[]`` with the
+      component ``Total``: its ``summary`` states the level, its bins have ``r``, ``m`` and the percentages of each
+      epsilon.  The layout is that of the services' published code.
+
+    Both are of the rate at which the level is exceeded.  The shares in the rate of equalling it, which belong to a
+    stripe, are those of higher magnitudes a little less; the difference of two disaggregations gives them.
+    """
+    file = Path(path)
+    wanted = None if im is None else measure_named(im)
+    with opened(file) as lines:
+        first = next((line for line in lines.head if line.strip()), "")
+        if first.lstrip().startswith(("{", "[")):
+            found = _of_services(file, "\n".join(lines))
+        else:
+            found = _of_openquake(file, first, rows_of(lines), column)
+    return _one_of(file, found, wanted, level)
+
+
+Bins = dict[tuple[str, float], list[tuple[float, float, float]]]
+"""Magnitude, distance (m) and rate of each bin, by measure and level (SI)."""
+
+
+def _of_openquake(file: Path, comment: str, rows: Any, column: str) -> Bins:
+    number, heading = next(rows, (0, []))
+    names = [name.lower() for name in heading]
+    needed = ("imt", "iml", "mag", "dist", column.lower())
+    missing = [name for name in needed if name not in names]
+    if missing:
+        raise TargetError(f"{file}: line {number} names no column {missing[0]!r}: is it a disaggregation Mag_Dist?")
+    time = re.search(r"investigation_time=['\"]?([\d.eE+]{1,20})", comment)
+    if time is None:
+        raise TargetError(f"{file}: states no investigation_time in its first line")
+    years = numbered(file, 1, time[1], "investigation_time", 0.0, above=True)
+    found: Bins = {}
+    for at, words in rows:
+        if len(words) != len(names):
+            raise TargetError(f"{file}: line {at} has {len(words)} columns, its heading {len(names)}")
+        row = dict(zip(names, words, strict=True))
+        measure = _measure(file, row["imt"], at)
+        iml = numbered(file, at, row["iml"], "iml", 0.0, above=True) * in_si(program_unit(measure) or "", measure)
+        chance = numbered(file, at, row[column.lower()], "a probability", 0.0, above=False)
+        if chance >= 1.0:
+            raise TargetError(f"{file}: line {at} gives a probability of {chance:g}, must be below 1")
+        magnitude = numbered(file, at, row["mag"], "a magnitude", 0.0, above=True)
+        distance = 1e3 * numbered(file, at, row["dist"], "a distance", 0.0, above=False)
+        found.setdefault((measure.label, iml), []).append((magnitude, distance, -math.log1p(-chance) / years))
+    return found
+
+
+def _of_services(file: Path, text: str) -> Bins:
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise TargetError(f"{file}: is no valid JSON ({str(error)[:60]})") from None
+    found: Bins = {}
+    try:
+        for entry in data["response"]:
+            about = entry["metadata"]
+            name = about["imt"]["value"] if isinstance(about["imt"], dict) else about["imt"]
+            measure = _measure(file, str(name), None)
+            total = next(one for one in entry["data"] if one["component"] == "Total")
+            targets = next(one for one in total["summary"] if one["name"] == "Deaggregation targets")
+            stated = next(one for one in targets["data"] if str(one["name"]).endswith(_LEVEL))
+            level = float(stated["value"]) * in_si(str(stated["units"]), measure)
+            bins = [
+                (float(one["m"]), 1e3 * float(one["r"]), sum(float(part["value"]) for part in one["εdata"]))
+                for one in total["data"]
+            ]
+            found[measure.label, level] = bins
+    except StopIteration:
+        raise TargetError(
+            f"{file}: holds no component 'Total' with the level that it is of, among its 'Deaggregation targets'"
+        ) from None
+    except (KeyError, TypeError, ValueError) as error:
+        if isinstance(error, TargetError):
+            raise
+        raise TargetError(f"{file}: is no disaggregation of the USGS as known here ({str(error)[:60]})") from None
+    return found
+
+
+def _measure(file: Path, name: str, at: int | None) -> Measure:
+    where = f"{file}: line {at}" if at else f"{file}"
+    try:
+        return measure_named(our_name(name))
+    except ValueError as error:
+        raise TargetError(f"{where}: {error}") from None
+
+
+def _one_of(file: Path, found: Bins, wanted: Measure | None, level: float | None) -> Disaggregation:
+    """Return the disaggregation that is asked for; TargetError where that leaves none, or a choice."""
+    keys = [key for key in found if wanted is None or key[0] == wanted.label]
+    if not keys:
+        raise TargetError(f"{file}: holds {_named(list(found))}" + (f", none of {wanted.label}" if wanted else ""))
+    if level is not None:
+        y = checks.number("level", level, above=0.0)
+        keys = [key for key in keys if abs(key[1] / y - 1.0) < 0.02]
+        if not keys:
+            raise TargetError(f"{file}: holds {_named(list(found))} (SI), none within 2 % of {y:.4g}")
+    if len({key[0] for key in keys}) > 1 or (level is None and len(keys) > 1):
+        raise TargetError(f"{file}: holds {_named(keys)} (SI): say which with im and level")
+    if level is not None:
+        keys.sort(key=lambda key: abs(math.log(key[1] / level)))
+    label, at = keys[0]
+    bins = np.array(found[keys[0]], dtype=float).reshape(-1, 3)
+    if not np.all(np.isfinite(bins)) or np.any(bins < 0.0) or bins[:, 2].sum() == 0.0:
+        raise TargetError(f"{file}: the disaggregation of {label} holds no rates, or negative ones")
+    joined: dict[tuple[float, float], float] = {}
+    for magnitude, distance, rate in bins.tolist():  # (bins of each epsilon or region)
+        joined[magnitude, distance] = joined.get((magnitude, distance), 0.0) + rate
+    rates = np.array(list(joined.values()))
+    shares = rates / rates.sum()
+    keep = shares >= LEAST_SHARE
+    places = np.array(list(joined))[keep]
+    kept = float(shares[keep].sum())
+    return Disaggregation(measure_named(label), at, places[:, 0], places[:, 1], shares[keep] / kept, kept)
+
+
+def _named(keys: list[tuple[str, float]]) -> str:
+    return ", ".join(f"{label} = {level:.4g}" for label, level in keys)[:120] or "nothing"

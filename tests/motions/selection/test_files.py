@@ -1,0 +1,243 @@
+"""Targets and disaggregations from files, against the same numbers by hand; damaged ones are refused in a sentence."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from toppling import motions
+from toppling.motions.selection.files import TargetError, read_target
+from toppling.motions.selection.ruptures import read_disaggregation
+from toppling.units import STANDARD_GRAVITY as G
+
+TABLE = "measure,unit,median,sigma\nSa(0.5),g,0.2774773026,0.639513096\nSA(1.0),g,0.1450798388,0.6924081166\n"
+TABLE += "PGV,cm/s,14.86829403,0.651475249\nd5_95,s,12.22547952,0.4301162634\n"
+
+
+def written(tmp_path, text, name="target.csv"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+class TestTables:
+    def test_as_typed(self, tmp_path):
+        read = read_target(written(tmp_path, f"# of a study\n{TABLE}"), "Sa(1.0)")
+        medians = [0.2774773026 * G, 0.1450798388 * G, 0.1486829403, 12.22547952]
+        sigmas = [0.639513096, 0.6924081166, 0.651475249, 0.4301162634]
+        typed = motions.Target(["Sa(0.5)", "Sa(1.0)", "pgv", "d5_95"], medians, sigmas, given="Sa(1.0)")
+        np.testing.assert_allclose(read.at(4.0).mean, typed.at(4.0).mean, rtol=1e-13)
+        np.testing.assert_allclose(read.at(4.0).covariance, typed.at(4.0).covariance, rtol=1e-13)
+
+    def test_of_ruptures(self, tmp_path):
+        head, *rows = TABLE.splitlines()
+        lines = [f"rupture,weight,{head}", *(f"near,0.6,{row}" for row in rows), *(f"far,0.4,{row}" for row in rows)]
+        read = read_target(written(tmp_path, "\n".join(lines)), "pgv")
+        assert isinstance(read, motions.Mixture)
+        assert read.weights == (0.6, 0.4)
+        single = read_target(written(tmp_path, TABLE), "pgv")
+        np.testing.assert_allclose(read.at(0.3).covariance, single.at(0.3).covariance, atol=1e-15)
+
+    def test_correlations_of_a_file(self, tmp_path):
+        names = ["0.5", "1.0", "pgv", "d5_95"]
+        rho = np.array([[1.0, 0.5, 0.4, 0.1], [0.5, 1.0, 0.6, -0.2], [0.4, 0.6, 1.0, 0.0], [0.1, -0.2, 0.0, 1.0]])
+        rows = [
+            ",".join(["", *names]),
+            *(",".join([name, *map(str, row)]) for name, row in zip(names, rho, strict=True)),
+        ]
+        path = written(tmp_path, "\n".join(rows), "correlations.csv")
+        read = read_target(written(tmp_path, TABLE), "Sa(1.0)", correlations=path)
+        typed = motions.Target(read.measures, read.medians, read.sigmas, rho, "Sa(1.0)")
+        np.testing.assert_allclose(read.at(4.0).covariance, typed.at(4.0).covariance, rtol=1e-13)
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            ("", "empty"),
+            ("measure,unit,median,sigma\n", "no rows"),
+            ("measure,median,sigma\npga,1,0.5\n", "line 1 must name the columns measure,unit,median,sigma"),
+            (TABLE.replace("0.651475249", "-0.1"), "line 4 gives the sigma of pgv as '-0.1', must be a number > 0"),
+            (TABLE.replace("14.86829403", "nan"), "line 4 gives the median of pgv as 'nan'"),
+            (TABLE.replace("cm/s", "g"), "line 4: units of pgv must be one of"),
+            (TABLE.replace("PGV", "PGX"), "line 4: "),
+            (TABLE.replace(",0.651475249", ""), "line 4 has 3 columns, its heading 4"),
+            (TABLE + "PGV,cm/s,1,0.5\n", "hold pgv twice"),
+            ("<html>", "web page"),
+        ],
+    )
+    def test_refused(self, tmp_path, text, words):
+        with pytest.raises(TargetError, match=words) as caught:
+            read_target(written(tmp_path, text), "Sa(1.0)")
+        assert "target.csv" in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            (",a,b\na,1,0\n", "1 rows for 2 columns"),
+            (",pga,pgv\npga,1,0\npga,0,1\n", "is of 'pga', the columns have pgv"),
+            (",pga,pgv\npga,1,x\npgv,0,1\n", "a correlation as 'x'"),
+        ],
+    )
+    def test_refused_correlations(self, tmp_path, text, words):
+        path = written(tmp_path, text, "rho.csv")
+        with pytest.raises(TargetError, match=words):
+            read_target(written(tmp_path, TABLE), "Sa(1.0)", correlations=path)
+        with pytest.raises(TargetError, match="no such file of correlations"):
+            read_target(written(tmp_path, TABLE), "Sa(1.0)", correlations=tmp_path / "none.csv")
+
+
+SPECTRA = '#,,,,"generated_by=OpenQuake engine, site_id=0, lon=-122.0, lat=37.0"\npoe,stat,period,mea,std\n'
+for _poe, _level in ((0.02, 0.4), (0.1, 0.2)):
+    for _period, _ratio, _std in ((0.0, 0.9, 0.5), (0.5, 1.4, 0.42), (1.0, 1.0, 0.027), (2.0, 0.4, 0.46)):
+        SPECTRA += f"{_poe},mean,{_period},{_level * _ratio},{_std}\n"
+
+
+class TestConditionalSpectra:
+    def test_medians_are_the_files_and_correlations_the_formulas(self, tmp_path):
+        read = read_target(written(tmp_path, SPECTRA), "Sa(1.0)")
+        assert [one.label for one in read.measures] == ["pga", "Sa(0.5)", "Sa(1.0)", "Sa(2.0)"]
+        np.testing.assert_allclose(read.levels, [0.2 * G, 0.4 * G])
+        found = read.at(0.4 * G)
+        np.testing.assert_allclose(found.medians / G, [0.36, 0.56, 0.4, 0.16], rtol=1e-12)
+        np.testing.assert_allclose(found.sigmas, [0.5, 0.42, 0.0, 0.46], rtol=1e-12)
+        target = motions.Target(read.measures, np.ones(4), np.ones(4), given="Sa(1.0)")
+        rho = target._covariance
+        partial = (rho[1, 3] - rho[1, 2] * rho[3, 2]) / math.sqrt((1 - rho[1, 2] ** 2) * (1 - rho[3, 2] ** 2))
+        assert found.covariance[1, 3] == pytest.approx(partial * 0.42 * 0.46, rel=1e-9)
+
+    def test_levels_between_are_refused(self, tmp_path):
+        read = read_target(written(tmp_path, SPECTRA), "Sa(1.0)")
+        assert read.at(0.402 * G).medians[2] == pytest.approx(0.402 * G)
+        with pytest.raises(ValueError, match="stated at Sa"):
+            read.at(0.3 * G)
+
+    @pytest.mark.parametrize(
+        ("text", "given", "statistic", "words"),
+        [
+            (SPECTRA, "pgv", "mean", "given a spectral ordinate or the PGA, not pgv"),
+            (SPECTRA, "Sa(0.7)", "mean", r"holds no Sa\(0\.7\)"),
+            (SPECTRA, "Sa(1.0)", "quantile-0.5", "holds the statistics mean, not"),
+            (SPECTRA + "0.1,mean,1.0,0.2,0.0\n", "Sa(1.0)", "mean", "period 1 twice"),
+            (SPECTRA + "0.1,mean,3.0,0.2,0.1\n", "Sa(1.0)", "mean", "the same periods"),
+            (SPECTRA + "0.1,mean,3.0\n", "Sa(1.0)", "mean", "has 3 columns"),
+        ],
+    )
+    def test_refused(self, tmp_path, text, given, statistic, words):
+        with pytest.raises(TargetError, match=words):
+            read_target(written(tmp_path, text), given, statistic=statistic)
+
+
+def openquake(rows, head="imt,iml,poe,mag,dist,mean"):
+    return f'#,,,,,"generated_by=OpenQuake, investigation_time=50.0, mag_bin_edges=[6, 7, 8]"\n{head}\n' + "\n".join(
+        rows
+    )
+
+
+BINS = ["SA(1.0),0.4,0.02,6.5,10.0,0.008", "SA(1.0),0.4,0.02,7.5,30.0,0.012", "SA(1.0),0.4,0.02,5.5,30.0,0.0"]
+
+
+class TestDisaggregations:
+    def test_of_openquake(self, tmp_path):
+        found = read_disaggregation(written(tmp_path, openquake(BINS)))
+        assert found.measure.label == "Sa(1.0)"
+        assert found.level == pytest.approx(0.4 * G)
+        np.testing.assert_allclose(found.magnitude, [6.5, 7.5])
+        np.testing.assert_allclose(found.distance, [10e3, 30e3])
+        rates = -np.log1p(-np.array([0.008, 0.012])) / 50.0
+        np.testing.assert_allclose(found.share, rates / rates.sum(), rtol=1e-12)
+        assert found.kept == pytest.approx(1.0)
+        assert found.scenarios(400.0)[1] == motions.Scenario(7.5, 30e3, 400.0)
+
+    def test_bins_of_epsilon_are_joined(self, tmp_path):
+        rows = [f"SA(1.0),0.4,0.02,6.5,10.0,{eps},0.004" for eps in (-1, 0, 1)]
+        found = read_disaggregation(written(tmp_path, openquake(rows, "imt,iml,poe,mag,dist,eps,mean")))
+        assert found.share.tolist() == [1.0]
+
+    def test_a_choice_is_needed_of_several(self, tmp_path):
+        path = written(tmp_path, openquake([*BINS, "PGA,0.5,0.02,6.5,10.0,0.01", "PGA,0.9,0.02,6.5,10.0,0.01"]))
+        with pytest.raises(TargetError, match="say which with im and level"):
+            read_disaggregation(path)
+        with pytest.raises(TargetError, match="say which with im and level"):
+            read_disaggregation(path, im="pga")
+        assert read_disaggregation(path, im="pga", level=0.9 * G).level == pytest.approx(0.9 * G)
+        with pytest.raises(TargetError, match="none within 2 %"):
+            read_disaggregation(path, im="pga", level=0.7 * G)
+
+    def services(self):
+        targets = {
+            "name": "Deaggregation targets",
+            "data": [{"name": "1.0 s SA ground motion", "value": 0.4, "units": "g"}],
+        }
+        bins = [
+            {"r": 11.2, "m": 6.6, "εdata": [{"εbin": 0, "value": 30.0}, {"εbin": 1, "value": 10.0}]},
+            {"r": 40.0, "m": 7.8, "εdata": [{"εbin": 1, "value": 60.0}]},
+        ]
+        total = {"component": "Total", "summary": [targets], "data": bins}
+        return {"response": [{"metadata": {"imt": {"value": "SA1P0"}}, "data": [total]}]}
+
+    def test_of_the_services(self, tmp_path):
+        found = read_disaggregation(written(tmp_path, json.dumps(self.services()), "usgs.json"))
+        assert found.measure.label == "Sa(1.0)"
+        assert found.level == pytest.approx(0.4 * G)
+        np.testing.assert_allclose(found.share, [0.4, 0.6])
+        np.testing.assert_allclose(found.distance, [11.2e3, 40e3])
+
+    def test_damaged_services(self, tmp_path):
+        whole = json.dumps(self.services())
+        for text, words in (
+            (whole[:-30], "no valid JSON"),
+            (whole.replace("Total", "Fault"), "no component 'Total'"),
+            (whole.replace("ground motion", "of what"), "no component 'Total' with the level"),
+            (whole.replace("SA1P0", "SAXX"), "usgs.json: "),
+            (whole.replace("response", "answer"), "is no disaggregation of the USGS"),
+            (whole.replace("60.0", "-60.0"), "negative"),
+        ):
+            with pytest.raises(TargetError, match=words):
+                read_disaggregation(written(tmp_path, text, "usgs.json"))
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            (openquake(BINS).replace("investigation_time", "time"), "no investigation_time"),
+            (openquake(BINS, "imt,iml,poe,mag,dist,rlz0"), "names no column 'mean'"),
+            (openquake([BINS[0].replace("0.008", "1.0")]), "probability of 1, must be below 1"),
+            (openquake([BINS[2]]), "holds no rates"),
+            (openquake([]), "holds nothing"),
+            (openquake([BINS[0][:-8]]), "has 5 columns|gives a probability as"),
+        ],
+    )
+    def test_refused(self, tmp_path, text, words):
+        with pytest.raises(TargetError, match=words):
+            read_disaggregation(written(tmp_path, text))
+
+
+class TestExpected:
+    def test_one_earthquake(self):
+        """The numbers of an independent computation with the same models."""
+        names = ["Sa(0.1)", "Sa(0.5)", "Sa(1.0)", "pgv", "d5_95"]
+        found = motions.expected_target(motions.Scenario(6.5, 20e3, 400.0), "Sa(1.0)", names)
+        known = [0.294692134 * G, 0.2774773026 * G, 0.1450798388 * G, 0.1486829403, 12.22547952]
+        np.testing.assert_allclose(found.medians, known, rtol=2e-6)
+        np.testing.assert_allclose(found.sigmas, [0.7088335489, 0.639513096, 0.6924081166, 0.651475249, 0.4301162634])
+
+    def test_a_disaggregation(self):
+        two = [motions.Scenario(6.5, 20e3, 400.0), motions.Scenario(7.0, 10e3, 760.0, "reverse")]
+        found = motions.expected_target(two, "Sa(1.0)", weights=[3.0, 1.0])
+        assert found.weights == (0.75, 0.25)
+        assert {one.label for one in found.measures} >= {"Sa(1.0)", "pgv", "d5_95"}
+        level = found.at(4.0)
+        parts = [motions.expected_target(one, "Sa(1.0)").at(4.0) for one in two]
+        np.testing.assert_allclose(level.mean, 0.75 * parts[0].mean + 0.25 * parts[1].mean, rtol=1e-12)
+
+    def test_refused(self):
+        one = motions.Scenario(6.5, 20e3, 400.0)
+        for scenarios, given, measures, weights, words in (
+            ([], "pga", None, None, "sequence of them"),
+            ([one, one], "pga", None, None, "weights must be given for 2"),
+            (one, "arias", ["pga", "arias"], None, "not arias"),
+            (one, "pga", "pga", None, "sequence of measures"),
+        ):
+            with pytest.raises((TypeError, ValueError), match=words):
+                motions.expected_target(scenarios, given, measures, weights=weights)
