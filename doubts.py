@@ -23,6 +23,7 @@ KINDS: dict[str, str] = {
     "PGA": "records with a PGA above 3 g",
     "PGV/PGA": "records whose PGV/PGA lies outside 0.01 to 0.8 s",
     "duration": "records longer than 900 s",
+    "selection": "stripes whose motions do not agree with the hazard, disaggregations of another level",
     "ringing": "floor motions that end while the building sways with more than a fifth of its peak acceleration",
     "slides on": "motions at whose end blocks still slide: they lack their end, or friction is next to nothing",
     "misfit": "matched motions whose mean misfit is above what is allowed, or whose PGV or PGD leave their bounds",

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .readers.lines import RecordError
     from .readers.read import example_path, read, read_all
     from .scaling import parabolic_baseline, scale_to, scale_to_mean
+    from .selection.candidates import Candidates
     from .selection.consistency import rebuilt_rates
     from .selection.correlations import DoubtfulCorrelations
     from .selection.expected import expected_target
@@ -64,6 +65,7 @@ __all__ = [
     "PULSES",
     "AvgSa",
     "Building",
+    "Candidates",
     "CloughPenzien",
     "Conditional",
     "Disaggregation",
@@ -188,6 +190,7 @@ __getattr__, __dir__ = face(
         "readers.lines": ("RecordError",),
         "readers.read": ("example_path", "read", "read_all"),
         "scaling": ("parabolic_baseline", "scale_to", "scale_to_mean"),
+        "selection.candidates": ("Candidates",),
         "selection.consistency": ("rebuilt_rates",),
         "selection.correlations": ("DoubtfulCorrelations",),
         "selection.expected": ("expected_target",),

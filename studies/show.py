@@ -104,13 +104,15 @@ def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
     from .tables.breaks import break_rows  # noqa: PLC0415
     from .tables.fragility import fragility_table, measure_rows, risk_table, size_table  # noqa: PLC0415
     from .tables.gains import gain_rows  # noqa: PLC0415
+    from .tables.selections import selection_rows  # noqa: PLC0415
     from .tables.slides import edge_rows, slide_rows  # noqa: PLC0415
 
     first = shown(results)
     yield fragility_table(first)
     if "rate" in results:
         yield risk_table(shown(results, RATE))
-    for rows in (gain_rows(results), break_rows(results), edge_rows(results), slide_rows(results), axis_rows(first)):
+    of_blocks = gain_rows(results), break_rows(results), edge_rows(results), slide_rows(results), axis_rows(first)
+    for rows in (*of_blocks, selection_rows(results)):
         if rows is not None:
             yield plain_table(*rows)
     spread = spread_rows(shown(results, RATE) if "rate" in results else results)

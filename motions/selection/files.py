@@ -76,7 +76,7 @@ def read_target(
     """
     measure = measure_named(given, "given")
     file = Path(path)
-    known = _correlations_of(correlations)
+    known = correlations_in(correlations)
     try:
         with Lines(path) as lines:
             rows = rows_of(lines)
@@ -194,8 +194,8 @@ def _conditional_spectra(
         raise TargetError(f"{file}: {error}") from None
 
 
-def _correlations_of(correlations: Any) -> Any:
-    """Return correlations, those of a path as a labelled array."""
+def correlations_in(correlations: Any) -> Any:
+    """Return correlations as they are, those of the CSV file of a path as a labelled array; TargetError as `read_target`."""
     if not isinstance(correlations, str | os.PathLike) or correlations == FORMULAS:
         return correlations
     file = Path(correlations)

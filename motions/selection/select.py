@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,9 +15,9 @@ from ... import checks
 from ...aliases import Array, Index
 from ...streams import stream
 from ...units import provenance
-from ..arrays import Record, records
-from ..intensity.dataset import measure, measure_named, positive_measure
+from ..intensity.dataset import measure_named
 from ..intensity.measure import MEASURES, Measure
+from .candidates import Candidates
 from .choosing import Problem, choose
 from .stated import Stated
 from .target import Conditional, Mixture, Target
@@ -74,7 +74,7 @@ class Selection:
 
 
 def select(
-    candidates: xr.DataArray | Iterable[xr.DataArray],
+    candidates: xr.DataArray | Iterable[xr.DataArray] | Candidates,
     target: Target | Mixture | Stated,
     number: int,
     *,
@@ -88,9 +88,9 @@ def select(
 
     Parameters
     ----------
-    candidates : xarray.DataArray or a sequence of them
+    candidates : xarray.DataArray, a sequence of them, or Candidates
         Ground motions, m s-2; a coordinate `event` on motion names the earthquake of each, and each is one of its own
-        without it.
+        without it.  Measures of `Candidates` are taken once for all levels.
     target : Target, Mixture or Stated
     number : int
         Size of the set, >= 1.
@@ -149,25 +149,20 @@ def select(
     most = checks.count("per_event", per_event, at_least=1)
     low, high = _bounds(factor)
     chance = checks.count("seed", seed)
-    arrays = [candidates] if isinstance(candidates, xr.DataArray) else list(candidates)
-    plain = records(arrays)
-    for one in arrays:
-        if "motion" not in one.dims or "floor" in one.dims:
-            raise ValueError(f"candidates must be ground motions with the dims (motion, time), got {one.dims}")
+    pool = candidates if isinstance(candidates, Candidates) else Candidates(candidates)
     wanted = target.at(level)
     labels = [one.label for one in wanted.measures]
     weighted = _weights(weights, labels)
-    factors = wanted.given.factors(wanted.level / positive_measure(wanted.given, plain))
+    factors = pool.factors(wanted.given, wanted.level)
     allowed = np.flatnonzero((factors >= low) & (factors <= high))
     if allowed.size < 2 * n:
         raise ValueError(
-            f"{allowed.size} of {len(plain)} candidates reach {wanted.given.label} = {wanted.level:g} with factors of "
+            f"{allowed.size} of {len(pool)} candidates reach {wanted.given.label} = {wanted.level:g} with factors of "
             f"{low:g} to {high:g}; a choice of {n} needs at least {2 * n}"
         )
-    groups, events = _events(arrays)
-    scaled = {one.label: _scaled(one, plain, factors) for one in _reported(wanted)}
+    scaled = {one.label: pool.scaled(one, factors) for one in _reported(wanted)}
     values = np.column_stack([scaled[label] for label in labels]) - wanted.mean
-    numbered = np.unique(groups[allowed], return_inverse=True)[1]
+    numbered = np.unique(pool.groups[allowed], return_inverse=True)[1]
     if np.minimum(np.bincount(numbered), most).sum() < n:
         raise ValueError(
             f"{n} motions of at most {most} per event cannot be chosen: {numbered.max() + 1} events are left"
@@ -181,14 +176,14 @@ def select(
         "epsilon": wanted.epsilon,
         "correlation_change": target.correlation_change,
         "allowed": int(allowed.size),
-        "candidates": len(plain),
+        "candidates": len(pool),
         **_factor_figures(factors[chosen], low, high),
-        "events": int(np.unique(groups[chosen]).size),
-        "greatest_share_of_an_event": float(np.bincount(groups[chosen]).max() / n),
+        "events": int(np.unique(pool.groups[chosen]).size),
+        "greatest_share_of_an_event": float(np.bincount(pool.groups[chosen]).max() / n),
         **provenance({"number": n, "factor": [low, high], "per_event": most, "seed": chance}),
     }
-    kept = _chosen(arrays, chosen, factors, events)
-    found = Selection(kept[0] if isinstance(candidates, xr.DataArray) else kept, report)
+    kept = pool.chosen(chosen, factors)
+    found = Selection(kept[0] if pool.single else kept, report)
     if not found.consistent:
         warnings.warn(
             f"the selection for {wanted.given.label} = {wanted.level:g} is not hazard-consistent ({found.why})",
@@ -216,43 +211,9 @@ def _weights(given: Mapping[str, float] | None, labels: list[str]) -> Array:
     return np.asarray(found / found.mean())
 
 
-def _events(arrays: Sequence[xr.DataArray]) -> tuple[Index, Any]:
-    """Return the number of each candidate's event, and its name."""
-    names: list[str] = []
-    for one in arrays:
-        known = one["event"] if "event" in one.coords and one["event"].dims == ("motion",) else one["motion"]
-        names.extend(str(name) for name in known.values)
-    return np.unique(names, return_inverse=True)[1], np.array(names)
-
-
-def _chosen(arrays: Sequence[xr.DataArray], chosen: Index, factors: Array, events: Any) -> list[xr.DataArray]:
-    """Return the chosen motions of each array that holds one."""
-    found, first = [], 0
-    for one in arrays:
-        own = chosen[(chosen >= first) & (chosen < first + one.sizes["motion"])]
-        if own.size:
-            kept = one.isel(motion=own - first).assign_coords(
-                factor=("motion", factors[own], {"units": "1", "long_name": "factor to the level"}),
-                candidate=("motion", own, {"units": "1", "long_name": "number among the candidates"}),
-                event=("motion", events[own]),
-            )
-            found.append(kept)
-        first += one.sizes["motion"]
-    return found
-
-
 def _reported(wanted: Conditional) -> list[Measure]:
     further = [MEASURES[name] for name in ALWAYS]
     return [*wanted.measures, *(one for one in further if one not in wanted.measures)]
-
-
-def _scaled(one: Measure, plain: list[Record], factors: Array) -> Array:
-    """Return the logarithms of a measure of the candidates, each scaled by its factor."""
-    values = measure(one, plain)
-    if not np.all(values > 0.0):
-        label = plain[int(np.argmin(values > 0.0))].label
-        raise ValueError(f"candidate {label!r} has {one.label} = 0")
-    return np.asarray(np.log(values) + one.power * np.log(factors))
 
 
 def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> xr.Dataset:

@@ -30,6 +30,7 @@ from ..plan.piece_classes import NAMES, with_class
 from ..plan.slides import DISTANCES, Slides
 from .code import CodeTable
 from .motions import MotionsTable
+from .selecting import OwnTarget, SelectTable
 from .table import KeyInfo, PartialTable, RelativePath, Table, nearest, one_of, shown
 
 # The SI value of each unit that a level may be written in, and the SI unit that it belongs to.
@@ -170,7 +171,7 @@ class IdaTable(Table):
     levels: Annotated[LevelsTable, Field(description="Levels of the measure.")]
 
 
-class StripeTable(Table):
+class StripeTable(OwnTarget):
     """One stripe: its level, and what its motions have that [motions] has not."""
 
     level: Annotated[float, KeyInfo(unit="as `unit` of [stripes] says"), Field(description="Level of the measure.")]
@@ -190,6 +191,11 @@ class StripesTable(Table):
     polarity: Polarity = None
     unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the levels.")]
     scale: Annotated[bool, Field(description="Whether motions are scaled to their level, or taken as they are.")] = True
+    select: Annotated[
+        SelectTable | None,
+        KeyInfo("no selection: every motion is run"),
+        Field(description="Selection of the motions of each stripe."),
+    ] = None
     at: Annotated[
         list[StripeTable], Field(min_length=1, max_length=1000, description="The stripes, with increasing levels.")
     ]
@@ -197,6 +203,12 @@ class StripesTable(Table):
     @model_validator(mode="after")
     def _in_order(self) -> Self:
         refuse_unordered("the levels of stripes", [stripe.level for stripe in self.at], self.unit)
+        if self.select is not None:
+            if not self.scale:
+                raise ValueError("stripes.scale = false does not go with stripes.select, whose motions are scaled")
+            self.select.refuse_without_target(self.at)
+        elif any(stripe.target or stripe.disaggregation for stripe in self.at):
+            raise ValueError("a target or disaggregation of a stripe needs [stripes.select]")
         return self
 
     def levels(self) -> Array:

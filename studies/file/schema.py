@@ -25,6 +25,7 @@ from ..plan.designs import Cloud, Design, Incremental, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
 from .analyses import (
+    LEVEL_UNITS,
     CloudTable,
     FitTable,
     FrictionTable,
@@ -35,13 +36,13 @@ from .analyses import (
     StripesTable,
 )
 from .blocks import BlockTable, RestraintTable
-from .branches import OF_HAZARD, OF_MOTIONS, BranchTable, HazardSetTable, MotionSetTable
-from .hazard import HazardTable
+from .hazard import OF_HAZARD, OF_MOTIONS, BranchTable, HazardSetTable, HazardTable, MotionSetTable
 from .include import read_content
 from .models import ModelTable
 from .motions import PAIR, BuildingTable, MotionsTable
 from .refusals import refusal, refusals
 from .report import ReportTable
+from .selecting import Levels, SelectTable, selected
 from .sensitivity import SensitivityTable
 from .table import KeyInfo, RelativePath, StudyError, Table, all_errors, one_of
 from .uncertainty import UncertaintyTable
@@ -50,12 +51,14 @@ from .uncertainty import UncertaintyTable
 class MotionSet(NamedTuple):
     """Motions that shake the blocks, and the ground motions below them where the levels are of their measure.
 
-    `reading`: what is doubted of the motions as they were read, and what was done to them.
+    `reading`: what is doubted of the motions as they were read, and what was done to them.  `selection`: how well they
+    agree with the hazard, None of motions that are not selected.
     """
 
     motions: tuple[xr.DataArray, ...]
     ground: tuple[xr.DataArray, ...]
     reading: Reading
+    selection: xr.Dataset | None = None
 
     @property
     def both_ways(self) -> MotionSet:
@@ -335,6 +338,8 @@ class StudyFile(Table):
         if self.stripes is None:
             return [self._shaking(self.motions, folder)]
         tables = self._stripes_motions(self.stripes)
+        if self.stripes.select is not None:
+            return self._selected(self.stripes, self.stripes.select, tables, folder)
         samples = 0.0
         for i, table in enumerate(tables, start=1):
             try:
@@ -355,6 +360,26 @@ class StudyFile(Table):
                 raise ValueError(f"stripes.at[{i}]: {error}") from None
         return found
 
+    def _selected(
+        self, stripes: StripesTable, select: SelectTable, tables: list[MotionsTable], folder: Path
+    ) -> list[MotionSet]:
+        """Return the sets of the stripes whose motions are selected to agree with the hazard."""
+        if self.kind != "fragility":
+            raise ValueError(f"stripes.select is for fragility studies of known blocks, not for a {self.kind} study")
+        if self._stand and stripes.im_at != "ground":
+            raise ValueError(
+                "stripes.select with a building needs im_at = 'ground': the hazard that motions agree with is there"
+            )
+        levels = Levels(stripes.im, stripes.unit, LEVEL_UNITS[stripes.unit][0], stripes.levels().tolist())
+        found, doubts = selected(select, stripes.at, tables, levels, folder)
+        sets = []
+        for i, stripe in enumerate(found):
+            reading = Reading.of(stripe.ground)
+            reading = reading._replace(doubts=(*(doubts if i == 0 else ()), *reading.doubts))
+            sets.append(self._in_buildings(stripe.ground, reading)._replace(selection=stripe.report))
+        refuse_samples(sum(array.size for one in sets for array in one.motions), "the motions of all stripes")
+        return sets
+
     def _stripes_motions(self, stripes: StripesTable) -> list[MotionsTable]:
         """Return the table of motions of each level: [motions] with the keys that differ there."""
         common = self.motions.model_dump(by_alias=True, exclude_unset=True)
@@ -372,7 +397,11 @@ class StudyFile(Table):
         counts = self._floor_counts()
         refuse_samples(motions.samples(folder) * (1 + sum(counts)), "motions on all floors")
         ground = motions.build(folder)
-        reading = Reading.of(ground, motions.made_by(folder))
+        return self._in_buildings(ground, Reading.of(ground, motions.made_by(folder)))
+
+    def _in_buildings(self, ground: list[xr.DataArray], reading: Reading) -> MotionSet:
+        """Return what ground motions make of the buildings that the blocks stand in."""
+        counts = self._floor_counts()
         if not self._stand:
             return MotionSet(tuple(ground), (), reading)
         refuse_samples(sum(array.size for array in ground) * (1 + sum(counts)), "motions on all floors")
@@ -421,7 +450,10 @@ class StudyFile(Table):
             ground = tuple(one.ground for one in sets) if self.stripes.im_at == "ground" else ()
             reading = Reading.joined([one.reading for one in sets])
             shaken = tuple(one.motions for one in sets)
-            return Stripes(shaken, ground, self.stripes.im, levels, self.stripes.scale, reading)
+            selections = tuple(one.selection for one in sets if one.selection is not None)
+            if selections:  # (stripes that do not agree with the hazard may be left out)
+                levels = np.array([one.attrs["level"] for one in selections])
+            return Stripes(shaken, ground, self.stripes.im, levels, self.stripes.scale, reading, selections)
         if self.ida is not None:
             return Incremental(first.motions, first.ground, self.ida.im, levels, first.reading)
         return Cloud(first.motions, first.ground, self.analysis.im, first.reading)

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from ...fragility import HazardCurve
 from ...models import Law
-from ..file.branches import OF_HAZARD, OF_MODELS, OF_MOTIONS
+from ..file.hazard import OF_HAZARD, OF_MODELS, OF_MOTIONS
 from ..file.schema import StudyFile
 from ..text.words import reference_position
 

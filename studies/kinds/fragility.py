@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import xarray as xr
 
@@ -24,12 +24,13 @@ from ...motions.polarity import BOTH
 from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
-from ..plan.designs import Design
+from ..plan.designs import Design, Stripes
 from ..plan.estimates import LOW_SHARE, Fit, ranked
 from ..plan.gains import OTHER, gains
 from ..plan.piece_classes import class_attribute, class_notes
 from ..plan.restraints import DESIGN, FLAG, any_held, ruptures
 from ..plan.risk import Risk
+from ..plan.selections import selection_notes, selection_variables
 from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, slide_notes
 from ..text.axes import axis_notes, component_notes, held_notes
 from ..text.curve_notes import branches_beyond_note, modelling_note
@@ -212,6 +213,18 @@ class FragilityStudy(BlockStudy, Study):
         return self.runs * self.design.about
 
     @property
+    def selections(self) -> xr.Dataset | None:
+        """How well the motions of stripes agree with the hazard; None where they are not selected."""
+        if not isinstance(self.design, Stripes) or not self.design.selections:
+            return None
+        return selection_variables(self.design.selections, self.design.motions)
+
+    @property
+    def _read(self) -> list[Any]:
+        chosen = self.selections
+        return [*super()._read, *([] if chosen is None else [chosen.to_dict()])]
+
+    @property
     def further(self) -> dict[str, Design]:
         """The designs of branches beside the study's own, by name."""
         return {} if self.branches is None else self.branches.designs
@@ -363,6 +376,11 @@ class FragilityStudy(BlockStudy, Study):
                 coordinates |= {name: spread.coords[name] for name in BRANCH_COORDINATES}
             said.append(modelling_note(self.fit.modelling_dispersion, self.fit.modelling))
             said += class_notes(self.fit.modelling_class)
+        chosen = self.selections
+        if chosen is not None:
+            found |= chosen.data_vars
+            coordinates |= chosen.coords
+            said += selection_notes(chosen)
         kept = curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
         found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
         if self.design.levels.size:

@@ -61,7 +61,7 @@ from ..buildings.variables import JOINT, fall_flags, variable
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
 from ..file.analyses import LevelsTable
-from ..file.branches import OF_MOTIONS
+from ..file.hazard import OF_MOTIONS
 from ..file.schema import StudyFile
 from ..inventory.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
 from ..inventory.contents import Contents, Inventory

@@ -169,7 +169,10 @@ class Incremental(Design):
 
 @dataclass(frozen=True)
 class Stripes(Design):
-    """A set of motions at each level, scaled to it where `scale` is set, or as they are."""
+    """A set of motions at each level, scaled to it where `scale` is set, or as they are.
+
+    `selections` says, for each level, how well selected motions agree with the hazard; empty where none are selected.
+    """
 
     motions: tuple[Motions, ...]
     ground: tuple[Motions, ...]
@@ -177,6 +180,7 @@ class Stripes(Design):
     at: Array
     scale: bool
     reading: Reading = UNREAD
+    selections: tuple[xr.Dataset, ...] = ()
     name: ClassVar[str] = "stripes"
 
     @property

@@ -65,6 +65,7 @@ ODD = {
     "duration": "a record is longer than any earthquake",
     "ringing": "the floor motions end before the building has come to rest",
     "slides on": "motions end while blocks slide",
+    "selection": "some selected motions do not agree with the hazard",
     "misfit": "the motions do not match their target spectrum",
 }
 """What is odd about the inputs, by the kind of doubt."""

@@ -1,0 +1,96 @@
+"""Candidates of a selection: motions whose measures are taken once, for all levels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array, Index
+from ..arrays import records
+from ..intensity.dataset import measure, positive_measure
+from ..intensity.measure import Measure
+
+FACTOR, CANDIDATE, EVENT = "factor", "candidate", "event"
+"""Coordinates of chosen motions."""
+
+
+class Candidates:
+    """Ground motions to select from, whose measures are taken when they are first needed, and kept.
+
+    Parameters
+    ----------
+    motions : xarray.DataArray or a sequence of them
+        Ground motions, m s-2; a coordinate `event` on motion names the earthquake of each, and each is one of its own
+        without it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        No labelled motions, floor motions, a label used twice.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> pool = Candidates(motions.CloughPenzien(duration=10.0, dt=0.01).sample(40, seed=1))
+    >>> len(pool)
+    40
+    """
+
+    def __init__(self, motions: xr.DataArray | Iterable[xr.DataArray]) -> None:
+        self.single = isinstance(motions, xr.DataArray)
+        self.arrays: Sequence[xr.DataArray] = [motions] if isinstance(motions, xr.DataArray) else list(motions)
+        self._plain = records(self.arrays)
+        for one in self.arrays:
+            if "motion" not in one.dims or "floor" in one.dims:
+                raise ValueError(f"candidates must be ground motions with the dims (motion, time), got {one.dims}")
+        names = [str(name) for one in self.arrays for name in _events(one).values]
+        self.events = np.array(names)
+        self.groups: Index = np.unique(names, return_inverse=True)[1]
+        self._known: dict[str, Array] = {}
+
+    def __len__(self) -> int:
+        return len(self._plain)
+
+    def values(self, one: Measure) -> Array:
+        """Return a measure of the candidates as they are, SI, shape (candidate,)."""
+        if one.label not in self._known:
+            self._known[one.label] = measure(one, self._plain)
+        return self._known[one.label]
+
+    def factors(self, given: Measure, level: float) -> Array:
+        """Return the factor of each candidate that brings a measure to a level, shape (candidate,).
+
+        ValueError for a measure that scaling does not change, or one that is zero.
+        """
+        if given.label not in self._known:
+            self._known[given.label] = positive_measure(given, self._plain)
+        return np.asarray(given.factors(level / self._known[given.label]))
+
+    def scaled(self, one: Measure, factors: Array) -> Array:
+        """Return the logarithms of a measure of the candidates, each scaled by its factor."""
+        values = self.values(one)
+        if not np.all(values > 0.0):
+            label = self._plain[int(np.argmin(values > 0.0))].label
+            raise ValueError(f"candidate {label!r} has {one.label} = 0")
+        return np.asarray(np.log(values) + one.power * np.log(factors))
+
+    def chosen(self, places: Index, factors: Array) -> list[xr.DataArray]:
+        """Return the motions at places (sorted), of each array that holds one, with their coordinates."""
+        found, first = [], 0
+        for one in self.arrays:
+            own = places[(places >= first) & (places < first + one.sizes["motion"])]
+            if own.size:
+                coordinates = {
+                    FACTOR: ("motion", factors[own], {"units": "1", "long_name": "factor to the level"}),
+                    CANDIDATE: ("motion", own, {"units": "1", "long_name": "number among the candidates"}),
+                    EVENT: ("motion", self.events[own]),
+                }
+                found.append(one.isel(motion=own - first).assign_coords(coordinates))
+            first += one.sizes["motion"]
+        return found
+
+
+def _events(one: xr.DataArray) -> xr.DataArray:
+    return one[EVENT] if EVENT in one.coords and one[EVENT].dims == ("motion",) else one["motion"]

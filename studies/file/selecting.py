@@ -1,0 +1,273 @@
+"""The table of a study file by which the motions of each stripe are selected to agree with the hazard."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple, Self
+
+import xarray as xr
+from pydantic import Field, model_validator
+
+from ... import motions as shaking
+from ...doubts import Doubt
+from ...motions.selection.files import correlations_in
+from ...motions.selection.select import HIGH_RATIO, LOW_RATIO
+from ...motions.simulated.ground_motion_models import MODELS
+from ...motions.simulated.scenario import FAULTINGS
+from ..plan.size import refuse_samples
+from .motions import MotionsTable
+from .table import KeyInfo, RelativePath, Table, one_of
+
+LEAVE_OUT, KEEP = "leave-out", "keep"
+NEAR = 0.02
+"""Relative difference of the level of a disaggregation from that of its stripe which is not worth a note."""
+OF_RUPTURES = ("vs30_m_s", "faulting", "model", "measures")
+"""Keys of targets that come from a disaggregation and a ground-motion model."""
+
+
+class OwnTarget(Table):
+    """What a stripe's motions are to agree with, where that is not the same at all levels."""
+
+    target: Annotated[
+        str | None,
+        KeyInfo("that of [stripes.select]"),
+        RelativePath(),
+        Field(description="Of a selection: the target of this level, instead of that of all."),
+    ] = None
+    disaggregation: Annotated[
+        str | None,
+        KeyInfo("that of [stripes.select]"),
+        RelativePath(),
+        Field(description="Of a selection: the disaggregation of this level, instead of that of all."),
+    ] = None
+
+
+class SelectTable(Table):
+    """Selection of each stripe's motions, so that their measures are distributed as the hazard asks."""
+
+    number: Annotated[int, Field(ge=1, description="Motions of each stripe.")]
+    target: Annotated[
+        str | None,
+        KeyInfo("from `disaggregation`"),
+        RelativePath(),
+        Field(description="CSV of medians and sigmas, or OpenQuake's conditional spectra, relative to the study file."),
+    ] = None
+    statistic: Annotated[
+        str | None, KeyInfo("mean"), Field(description="Which curve of OpenQuake's file, or column of disaggregation.")
+    ] = None
+    correlations: Annotated[
+        str | None,
+        KeyInfo("Baker & Jayaram (2008), Bradley (2011, 2012)"),
+        RelativePath(),
+        Field(description="CSV of correlations, a square table."),
+    ] = None
+    disaggregation: Annotated[
+        str | None,
+        KeyInfo("from `target`"),
+        RelativePath(),
+        Field(description="Instead of a target: shares of magnitudes and distances, of OpenQuake or the USGS."),
+    ] = None
+    vs30_m_s: Annotated[
+        float | None, KeyInfo(above=0.0), Field(description="With a disaggregation: V_S30 of the site, m/s.")
+    ] = None
+    faulting: Annotated[
+        str | None, one_of(FAULTINGS), KeyInfo("strike-slip"), Field(description="With it: faulting.")
+    ] = None
+    model: Annotated[str | None, one_of(MODELS), KeyInfo("BSSA14"), Field(description="Its ground-motion model.")] = (
+        None
+    )
+    measures: Annotated[
+        list[str] | None,
+        KeyInfo("Sa from 0.1 to 4 s, pgv, d5_95"),
+        Field(min_length=1, max_length=200, description="With it: the measures that are to agree."),
+    ] = None
+    factor: Annotated[
+        list[float] | None,
+        KeyInfo("[0.25, 4]", unit="1", above=0.0),
+        Field(min_length=2, max_length=2, description="Least and greatest factor of a motion."),
+    ] = None
+    weights: Annotated[
+        dict[str, float] | None, KeyInfo("1 each", unit="1"), Field(description="Weights of measures in the choice.")
+    ] = None
+    seed: Annotated[int, Field(ge=0, description="Seed of the choice.")] = 0
+    outside: Annotated[
+        str | None,
+        one_of((LEAVE_OUT, KEEP)),
+        KeyInfo(LEAVE_OUT),
+        Field(description="What is done with a stripe that does not agree with the hazard."),
+    ] = None
+    also: Annotated[
+        list[MotionsTable] | None,
+        KeyInfo("none"),
+        Field(min_length=1, max_length=100, description="Further candidates, each table as [motions]."),
+    ] = None
+
+    @model_validator(mode="after")
+    def _one_target(self) -> Self:
+        if self.target is not None and self.disaggregation is not None:
+            raise ValueError("stripes.select has a target or a disaggregation, not both")
+        if self.disaggregation is not None:
+            if self.vs30_m_s is None:
+                raise ValueError("stripes.select.disaggregation needs vs30_m_s, the site's V_S30")
+        elif self.target is not None:
+            for name in OF_RUPTURES:
+                if getattr(self, name) is not None:
+                    raise ValueError(f"stripes.select.{name} is of a disaggregation, a target has its own")
+        return self
+
+    def refuse_without_target(self, stripes: Sequence[OwnTarget]) -> None:
+        """Raise a ValueError where a stripe has no target, or keys of stripes do not go with a selection."""
+        for i, stripe in enumerate(stripes, start=1):
+            if stripe.target is not None and stripe.disaggregation is not None:
+                raise ValueError(f"stripes.at[{i}] has a target or a disaggregation, not both")
+            if (stripe.target or stripe.disaggregation or self.target or self.disaggregation) is None:
+                raise ValueError(
+                    f"stripes.select needs a target or a disaggregation, or stripes.at[{i}] one of its own"
+                )
+            if stripe.disaggregation is not None and self.vs30_m_s is None:
+                raise ValueError(f"stripes.at[{i}].disaggregation needs stripes.select.vs30_m_s, the site's V_S30")
+
+    def pool(self, table: MotionsTable, folder: Path) -> shaking.Candidates:
+        """Return the candidates: the motions of a table and the further ones; ValueError as of the tables."""
+        found = table.build(folder)
+        for k, further in enumerate(self.also or [], start=1):
+            try:
+                built = further.build(folder)
+            except ValueError as error:
+                raise ValueError(f"stripes.select.also[{k}]: {error}") from None
+            found += [
+                one.assign_coords(motion=("motion", [f"{name} ({k})" for name in one["motion"].values]))
+                for one in built
+            ]
+            refuse_samples(sum(array.size for array in found), "the candidates of a selection")
+        for one in found:
+            if "component" in one.dims or "floor" in one.dims:
+                raise ValueError(
+                    "stripes.select chooses ground motions of one component: no pairs and no floor motions"
+                )
+        return shaking.Candidates(found)
+
+    def chosen(
+        self, candidates: shaking.Candidates, stripe: OwnTarget, levels: Levels, level: float, folder: Path
+    ) -> tuple[shaking.Selection, list[Doubt]]:
+        """Return the selection for a stripe at a level (SI), and what is to be said of it; ValueError as `select`."""
+        target, said = self._target(stripe, levels, level, folder)
+        low, high = self.factor or (0.25, 4.0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", shaking.InconsistentSelection)  # (said among the notes)
+            found = shaking.select(
+                candidates,
+                target,
+                self.number,
+                level=level,
+                factor=(low, high),
+                weights=self.weights,
+                seed=self.seed,
+            )
+        return found, said
+
+    def _target(self, stripe: OwnTarget, levels: Levels, level: float, folder: Path) -> tuple[Any, list[Doubt]]:
+        im = levels.im
+        own_table = None if self.correlations is None else correlations_in(folder / self.correlations)
+        correlations: Any = {} if own_table is None else {"correlations": own_table}
+        own = stripe.target is not None or stripe.disaggregation is not None
+        path = stripe.target if own else self.target
+        if path is not None:
+            return shaking.read_target(folder / path, im, statistic=self.statistic or "mean", **correlations), []
+        file = folder / str(stripe.disaggregation if own else self.disaggregation)
+        column = self.statistic or "mean"
+        try:
+            parts = shaking.read_disaggregation(file, im=im, level=level, column=column)
+        except shaking.TargetError:  # (of one level, for all stripes; where there are several it is refused)
+            parts = shaking.read_disaggregation(file, im=im, column=column)
+        said = []
+        if abs(parts.level / level - 1.0) > NEAR:
+            name = Path(file).name
+            said.append(
+                Doubt(
+                    SELECTION,
+                    f"the disaggregation in {name} is of {levels.text(parts.level)} and is used for the stripe at "
+                    f"{levels.text(level)}: at other levels other earthquakes count",
+                )
+            )
+        assert self.vs30_m_s is not None
+        target = shaking.expected_target(
+            parts.scenarios(self.vs30_m_s, self.faulting or "strike-slip"),
+            im,
+            self.measures,
+            weights=parts.share,
+            model=self.model or "BSSA14",
+            **correlations,
+        )
+        return target, said
+
+
+SELECTION = "selection"
+"""Kind of doubts about selections."""
+
+
+class Levels(NamedTuple):
+    """Levels of the stripes: the measure, their unit as it is written, its SI value, and the levels in SI."""
+
+    im: str
+    unit: str
+    factor: float
+    values: Sequence[float]
+
+    def text(self, level: float) -> str:
+        """A level (SI) as people write it."""
+        return f"{self.im} = {level / self.factor:.3g}{'' if self.unit == '1' else f' {self.unit}'}"
+
+
+class Stripe(NamedTuple):
+    """A stripe with its selection: the level (SI), the chosen ground motions, and how well they agree."""
+
+    level: float
+    ground: list[xr.DataArray]
+    report: xr.Dataset
+
+
+def selected(
+    select: SelectTable,
+    stripes: Sequence[OwnTarget],
+    tables: Sequence[MotionsTable],
+    levels: Levels,
+    folder: Path,
+) -> tuple[list[Stripe], list[Doubt]]:
+    """Return the stripes that are run, with their selections, and doubts; ValueError where none agrees.
+
+    tables: the motions that each stripe is chosen from; the same pool is made and measured once.
+    """
+    pools: dict[str, shaking.Candidates] = {}
+    found: list[Stripe] = []
+    doubts: list[Doubt] = []
+    for i, (stripe, table, level) in enumerate(zip(stripes, tables, levels.values, strict=True), start=1):
+        key = table.model_dump_json()
+        try:
+            if key not in pools:
+                pools[key] = select.pool(table, folder)
+            chosen, said = select.chosen(pools[key], stripe, levels, level, folder)
+        except ValueError as error:
+            raise ValueError(f"stripes.at[{i}]: {error}") from None
+        doubts += said
+        if not chosen.consistent:
+            kept = select.outside == KEEP
+            doubts.append(Doubt(SELECTION, _inconsistent(levels.text(level), chosen.why, kept)))
+            if not kept:
+                continue
+        ground = chosen.motions if isinstance(chosen.motions, list) else [chosen.motions]
+        bare = [one.drop_vars(["factor", "candidate", "event"]) for one in ground]
+        found.append(Stripe(level, bare, chosen.report))
+    if not found:
+        raise ValueError(
+            "stripes.select: no stripe agrees with the hazard (a median off by more than 10 %, or a scatter outside "
+            f"{LOW_RATIO:g} to {HIGH_RATIO:g} times the target's): {doubts[-1].sentence}"
+        )
+    return found, list(dict.fromkeys(doubts))
+
+
+def _inconsistent(level: str, why: str, kept: bool) -> str:
+    what = "is used all the same" if kept else "is left out"
+    return f"the stripe at {level} is not hazard-consistent and {what} ({why})"

@@ -1,0 +1,184 @@
+"""Stripes whose motions are selected: what a study file asks for, what its results say, and what is refused."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.studies import StudyError
+
+EXAMPLES = Path(tp.__file__).parent / "studies/examples"
+STUDY = """title = "selected"
+[[blocks]]
+width_m = 0.3
+height_m = 1.5
+[[models]]
+law = "housner"
+[motions]
+generator = "clough-penzien"
+number = 60
+duration_s = 10
+dt_s = 0.01
+omega_g_dispersion = 0.4
+[stripes]
+im = "pga"
+unit = "g"
+[stripes.select]
+number = 10
+target = "target.csv"
+factor = [0.01, 100]
+correlations = "rho.csv"
+[[stripes.at]]
+level = 0.3
+[[stripes.at]]
+level = 3.0
+"""
+RHO = ",pga,pgv\npga,1,0.6\npgv,0.6,1\n"
+
+
+@pytest.fixture(scope="module")
+def target():
+    """What the candidates are like where their PGA is 0.3 g."""
+    pool = tp.motions.CloughPenzien(duration=10.0, dt=0.01, omega_g_dispersion=0.4).sample(60)
+    found = tp.motions.measures(pool, ["pga", "pgv"])
+    ratio = np.log((found["pgv"] / found["pga"]).values)
+    pga = 0.3 * 9.80665
+    sigma = float(ratio.std() / 0.8)  # (given the PGA what is left of the scatter is 0.8 of it)
+    return f"measure,unit,median,sigma\npga,m/s2,{pga},0.5\npgv,m/s,{pga * np.exp(ratio.mean())},{sigma}\n"
+
+
+def study(tmp_path, target, text=STUDY, **files):
+    for name, content in {"target.csv": target, "rho.csv": RHO, **files}.items():
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+    return tp.Study.from_toml(tmp_path / "study.toml")
+
+
+def test_stripes_that_agree_are_run_and_others_left_out(tmp_path, target):
+    """At ten times the level the target's PGV grows less than the PGA, and scaled motions have ten times the PGV."""
+    found = study(tmp_path, target)
+    assert found.design.levels.tolist() == pytest.approx([0.3 * 9.80665])
+    left = [one.sentence for one in found.doubts if one.kind == "selection"]
+    assert len(left) == 1
+    assert left[0].startswith("the stripe at pga = 3 g is not hazard-consistent and is left out (pgv: median +")
+    results = found.run()
+    assert results["selection_consistent"].values.tolist() == [True]
+    assert results.sizes["motion"] == 10
+    assert "in 1 of 1" in results.attrs["notes"]
+
+
+def test_the_study_is_the_selection_by_hand(tmp_path, target):
+    found = study(tmp_path, target)
+    pool = tp.motions.CloughPenzien(duration=10.0, dt=0.01, omega_g_dispersion=0.4).sample(60)
+    aim = tp.motions.read_target(tmp_path / "target.csv", "pga", correlations=tmp_path / "rho.csv")
+    level = 0.3 * 9.80665
+    chosen = tp.motions.select(pool, aim, 10, level=level, factor=(0.01, 100.0))
+    runs = tp.stripes(found.blocks, found.models, [chosen], [level], outputs=["overturned", "peak_rotation"])
+    results = found.run()
+    np.testing.assert_array_equal(results["peak_rotation"].values, runs["peak_rotation"].values)
+    np.testing.assert_allclose(
+        results["selection_median"].sel(selected_measure="pgv"), chosen.report["median"].sel(measure="pgv"), rtol=1e-12
+    )
+
+
+def test_kept_where_asked(tmp_path, target):
+    found = study(tmp_path, target, STUDY.replace("number = 10", 'number = 10\noutside = "keep"'))
+    assert found.design.levels.size == 2
+    assert any("is used all the same" in one.sentence for one in found.doubts)
+    results = found.run()
+    assert results["selection_consistent"].values.tolist() == [True, False]
+    assert results["hazard_consistent"].values.sum() == 10
+
+
+def test_the_target_is_part_of_the_identity(tmp_path, target):
+    first = study(tmp_path, target).identity
+    assert study(tmp_path, target).identity == first
+    assert study(tmp_path, f"# the same\n{target}").identity == first
+    lines = target.splitlines()
+    other = "\n".join([*lines[:2], lines[2].replace("pgv,m/s,", "pgv,m/s,1.02e0".replace("1.02e0", ""))[:-4] + "1\n"])
+    assert study(tmp_path, other).identity != first
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('target = "target.csv"', "", r"needs a target or a disaggregation, or stripes\.at\[1\]"),
+        ('target = "target.csv"', 'target = "target.csv"\ndisaggregation = "d.csv"', "not both"),
+        ('target = "target.csv"', 'disaggregation = "d.csv"', "needs vs30_m_s"),
+        ('target = "target.csv"', 'target = "target.csv"\nvs30_m_s = 400', "vs30_m_s is of a disaggregation"),
+        ('target = "target.csv"', 'target = "none.csv"', r"none\.csv: no such file"),
+        ("number = 10", "number = 40", r"stripes\.at\[1\]: .* a choice of 40 needs at least 80"),
+        ("number = 10", "number = 10\nweights = { pgx = 1 }", r"stripes\.at\[1\]: .*pgx"),
+        ('unit = "g"', 'unit = "g"\nscale = false', "scale = false does not go with"),
+        ('correlations = "rho.csv"', 'correlations = "none.csv"', "no such file of correlations"),
+        ("[stripes.select]\n", "[stripes.other]\n", "other"),
+        (
+            "level = 0.6",
+            'level = 0.6\ntarget = "target.csv"\ndisaggregation = "d.csv"',
+            r"stripes\.at\[2\] has a target",
+        ),
+        ('generator = "clough-penzien"', 'generator = "clough-penzien"\ncomponent = "pair"', "no pairs"),
+        ("[stripes]\n", '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\n[stripes]\n', "im_at = 'ground'"),
+    ],
+)
+def test_refused(tmp_path, target, old, new, words):
+    with pytest.raises(StudyError, match=words) as caught:
+        study(tmp_path, target, STUDY.replace(old, new, 1))
+    assert "\n" not in str(caught.value)
+
+
+def test_nothing_that_agrees_is_refused(tmp_path, target):
+    text = STUDY.replace("level = 3.0", "level = 4").replace("level = 0.3", "level = 3")
+    with pytest.raises(StudyError, match="no stripe agrees with the hazard"):
+        study(tmp_path, target, text)
+
+
+def test_further_candidates(tmp_path, target):
+    also = (
+        '[[stripes.select.also]]\ngenerator = "clough-penzien"\nnumber = 30\nduration_s = 10\ndt_s = 0.01\nseed = 3\n'
+    )
+    found = study(tmp_path, target, STUDY.replace("[[stripes.at]]", f"{also}[[stripes.at]]", 1))
+    assert found.run()["selection_candidates"].values.tolist() == [90.0]
+
+
+def test_a_building_moves_the_chosen_motions(tmp_path, target):
+    building = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\nfloors = [0, 3]\nmodes = 2\n'
+    text = STUDY.replace("[stripes]\n", f'{building}[stripes]\nim_at = "ground"\n')
+    found = study(tmp_path, target, text)
+    plain = study(tmp_path, target).run()
+    results = found.run()
+    assert results["selection_median"].equals(plain["selection_median"])
+    on_ground = results.isel(motion=(results["motion_floor"] == "0").values)
+    np.testing.assert_array_equal(on_ground["overturned"].values, plain["overturned"].values)
+
+
+def test_a_disaggregation(tmp_path, target):
+    head = '#,,,,,"generated_by=OpenQuake, investigation_time=50.0"\nimt,iml,poe,mag,dist,mean\n'
+    bins = "PGA,0.3,0.1,6.5,20.0,0.06\nPGA,0.3,0.1,7.0,30.0,0.04\n"
+    keys = 'disaggregation = "d.csv"\nvs30_m_s = 400\nmeasures = ["pga", "pgv"]\noutside = "keep"'
+    text = STUDY.replace('target = "target.csv"', keys)
+    found = study(tmp_path, target, text, **{"d.csv": head + bins})
+    said = [one.sentence for one in found.doubts if "disaggregation" in one.sentence]
+    assert said == [
+        "the disaggregation in d.csv is of pga = 0.3 g and is used for the stripe at pga = 3 g: at other levels other "
+        "earthquakes count"
+    ]
+    scenarios = [tp.motions.Scenario(6.5, 20e3, 400.0), tp.motions.Scenario(7.0, 30e3, 400.0)]
+    shares = -np.log1p(-np.array([0.06, 0.04]))
+    rho = np.array([[1.0, 0.6], [0.6, 1.0]])
+    aim = tp.motions.expected_target(scenarios, "pga", ["pga", "pgv"], weights=shares, correlations=rho)
+    results = found.run()
+    wanted = aim.at(0.3 * 9.80665).medians
+    np.testing.assert_allclose(results["selection_target_median"][0, :2], wanted, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_the_example_agrees_at_every_level(tmp_path):
+    for name in ("selected.toml", "selected_target.csv"):
+        shutil.copy(EXAMPLES / name, tmp_path)
+    found = tp.Study.from_toml(tmp_path / "selected.toml")
+    assert found.design.levels.size == 7
+    results = found.run()
+    assert results["selection_consistent"].values.all()
