@@ -53,10 +53,10 @@ WHAT = {
     "Makris–Konstantinidis underestimates peaks under shaking": LARGER.replace("larger", "smaller"),
     "Vassiliou et al. overestimates overturning": ABOVE.replace("above 1: falls too late", "below 1: falls too soon"),
     "Vassiliou et al. overestimates peaks under shaking": LARGER,
-    "defect 1: discrete damping dissipates too little": (
+    "discrete damping dissipates less than an impact does": (
         "its last peak of free rocking over the rigid block's; above 1: too little"
     ),
-    "defect 2: a spurious elastic mode": (
+    "discrete damping has an elastic mode that a rigid block has not": (
         "its median over that of the same law at rest until uplift; below 1: the mode topples"
     ),
     "energy-consistent damping is the rigid block": "its median over the rigid block's; 1: the same",

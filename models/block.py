@@ -222,6 +222,9 @@ class Block:
         The centre of mass lies at width/(2 tan angle) above the floor; this height must be below `height` (m).
         `inertia_factor` must be given unless the centre of mass is at mid-height.
 
+        Never tilt a loaded piece of furniture or a rack: it and its contents can injure people.  Measure an unloaded
+        sample, or take the centre of mass of a loaded piece from a plan and a list of what it holds (`cm_height`).
+
         Examples
         --------
         >>> round(Block.from_tilt_test(0.25, width=0.4, height=1.8, inertia_factor=1.3).cm_height, 3)

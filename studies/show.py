@@ -13,6 +13,7 @@ from ..writing import remove_leftovers, whole_file
 from .file.table import StudyError
 from .text.block_order import MOST_DRAWN, RATE, chosen_of, shown
 from .text.names import drawable
+from .text.reached import within_levels
 from .text.rows import plain_table
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ MOST_RANKINGS = 8
 
 def tables(results: xr.Dataset) -> list[Table]:
     """Return the tables of a study's results."""
-    kind = str(results.attrs["kind"])
+    kind, results = str(results.attrs["kind"]), within_levels(results)
     if kind == FRAGILITY:
         return list(_TABLES[kind](results))
     first = shown(results)
@@ -49,7 +50,8 @@ def short(results: xr.Dataset) -> list[Table]:
     from .text.words import reference_law  # noqa: PLC0415
 
     kits = short_kit_rows(results, reference_law(results)[0], MOST)
-    return [plain_table(*rows, wrapped=rows is kits) for rows in (short_rows(results), kits) if rows is not None]
+    first = short_rows(within_levels(results))
+    return [plain_table(*rows, wrapped=rows is kits) for rows in (first, kits) if rows is not None]
 
 
 def hints(results: xr.Dataset) -> list[str]:
@@ -67,7 +69,7 @@ def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
         yield from _FIGURES[kind](plain)
         return
     first = shown(plain, most=MOST_DRAWN)
-    for name, figure in _FIGURES[kind](first):
+    for name, figure in _FIGURES[kind](within_levels(first) if kind == SENSITIVITY else first):
         heading = figure.get_suptitle()
         for text in figure.texts if chosen_of(first) else ():
             if text.get_text() == heading:

@@ -181,10 +181,11 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[str]:
     if share > 0.0:
         lowest, highest = settings["factors"]
         factors = _factors(screened)
-        least, greatest = (two_digits(float(end)) for end in (factors.min(), factors.max()))
+        known = factors[np.isfinite(factors)]
+        ends = [two_digits(float(end)) for end in (known.min(), known.max())] if known.size else []
         found.append(
             f"{two_digit_percent(share)} of the runs have motions scaled by less than {lowest:g} or more than "
-            f"{highest:g} (from {least} to {greatest} in all)"
+            f"{highest:g}{f' (from {ends[0]} to {ends[1]} in all)' if ends else ''}"
         )
     if settings.get("vertical", False):
         share = float(_shares(screened, AIRBORNE).mean())

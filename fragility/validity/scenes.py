@@ -42,7 +42,7 @@ def scene_notes(blocks: Iterable[Block]) -> list[str]:
         "the base is assumed not to slip when the wall is struck; a real base slips, which dissipates energy",
     )
     say(
-        [block for block in walled if _drifts(block)],
+        [block for block in walled if pushed_by_drift(block)],
         f"the wall is assumed to move with the floor; at a storey drift of {100.0 * DRIFT:g} % it moves by more than a "
         "third of the gap where it meets the block and may push it, so forward falls may be more frequent",
     )
@@ -76,7 +76,8 @@ def scene_notes(blocks: Iterable[Block]) -> list[str]:
     return found
 
 
-def _drifts(block: Block) -> bool:
+def pushed_by_drift(block: Block) -> bool:
+    """Return whether a wall that moves with `DRIFT` moves by more than a third of the gap where it meets the block."""
     wall = block.wall
     if wall is None:
         return False

@@ -195,7 +195,7 @@ def _conditional_spectra(
 
 
 def correlations_in(correlations: Any) -> Any:
-    """Return correlations as they are, those of the CSV file of a path as a labelled array; TargetError as `read_target`."""
+    """Return correlations as they are, or those in the CSV file of a path, labelled; TargetError as `read_target`."""
     if not isinstance(correlations, str | os.PathLike) or correlations == FORMULAS:
         return correlations
     file = Path(correlations)

@@ -148,7 +148,8 @@ def _line(one: xr.Dataset, i: int, smoothed: float) -> Line:
         note.append(f"Its fall means: {', '.join(filter(None, meant))}.")
     if smoothed > 1e-9:
         note.append(
-            f"The probabilities were made not to fall with the level, which changed them by up to {smoothed:.2g}."
+            "Probabilities that were lower at a stronger level were averaged with those before, which changed them by "
+            f"up to {smoothed:.2g}."
         )
     note.append("The pieces of this line fall together." if together else "Each piece has a capacity of its own.")
     number = int(values["count"])

@@ -21,7 +21,7 @@ from ..tables.kits import kit_table
 from ..tables.pieces import piece_table
 from ..tables.values import Cell, ValueTable, csv_bytes
 from ..text.names import clean
-from ..text.words import axis_of, level_text, reference_law
+from ..text.words import axis_of, level_text, measure_name, reference_law
 from .export import PERFORMANCE, laws_of
 
 if TYPE_CHECKING:
@@ -157,7 +157,8 @@ def _code(results: xr.Dataset) -> str:
 
 
 def _level(results: xr.Dataset) -> str:
-    return f"{results.attrs['im']} = {level_text(float(results.attrs['at_level']), results['level'])}"
+    name = measure_name(str(results.attrs["im"]))
+    return f"{name} = {level_text(float(results.attrs['at_level']), results['level'])}"
 
 
 def _format(heading: str, value: float) -> str:

@@ -7,6 +7,8 @@ from itertools import islice
 import xarray as xr
 
 from ..report.actions import budget_steps
+from ..report.crossed import crossed_pieces
+from ..report.law_choice import law_choice
 from ..report.summary import plain_answer
 from ..report.validity import badge, checks_of
 from ..tables.breaks import break_sentences
@@ -35,5 +37,6 @@ def _beside_table(results: xr.Dataset) -> list[str]:
         more = [f"{len(claims) - MOST_CLAIMS} more: see the report"] if len(claims) > MOST_CLAIMS else []
         said = [f"{one.verdict}: {one.claim} ({one.text})" for one in claims[:MOST_CLAIMS]]
         return [*islice(plain_answer(results), 1), *said, *more]
+    choice = [one for one in (law_choice(results),) if one]
     slid = [*edge_sentences(results), *trip_sentences(results)]
-    return [*gain_sentences(results), *break_sentences(results), *slid]
+    return [*crossed_pieces(results), *choice, *gain_sentences(results), *break_sentences(results), *slid]

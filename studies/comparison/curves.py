@@ -22,10 +22,13 @@ from ..plan.estimates import Fit
 from ..plan.ratios import ratio_of, verdict_of
 from ..plan.risk import Risk
 from ..plan.samples import pooled_curves
-from ..text.words import axis_of, display_unit, floor_name, measure_name
+from ..text.reached import EDGE, highest_level
+from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, measure_name
 from .ratios import Found, Line, Quantity
 from .sides import Matched, Side, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
 
+NO_RANGE = Range(math.nan, math.nan, math.nan)
+"""In place of a median that lies above the highest level that was run."""
 MEDIAN, DISPERSION, RATE, CHANCE = "median", "dispersion", "rate", "chance"
 """Quantities of a curve; the chance is of at least one fall in some years."""
 MOST_RESAMPLED = 2000
@@ -188,6 +191,10 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
             "" if math.isfinite(value.value) else side.status(where)
             for side, value, where in ((a, one, at), (b, other, to))
         ]
+        if quantity == MEDIAN:
+            far = [value.value > EDGE * highest_level(side.side.results) for side, value in ((a, one), (b, other))]
+            said = [NOT_REACHED if beyond else text for beyond, text in zip(far, said, strict=True)]
+            one, other = (NO_RANGE if beyond else value for beyond, value in zip(far, (one, other), strict=True))
         ratio = Range(*ratio_of(one.value, other.value, *drawn, confidence))
         found.append(Line(quantity, name, place, laws, one, other, ratio, verdict_of(ratio), *said))
         if quantity == RATE:

@@ -15,6 +15,7 @@ from ...fragility.curves.curve import LEAST, curve_arrays, has_replicates
 from ...fragility.fitting.bootstrap import percentile_interval
 from ..plots import axes
 from ..text.names import short_name
+from ..text.reached import EDGE, highest_level
 from ..text.words import axis_name, axis_of, display_unit
 from .curves import MEDIAN, CurveComparison, Curves, Place
 from .ratios import Found, Line, Quantity, law_text
@@ -87,10 +88,12 @@ def _curve(curves: Curves, at: Place, ax: Axes, x: Array, scale: float) -> None:
     ax.plot([], [], color=colour, ls=line, lw=1.8, label=label)
     if curves.fit is None:
         one = curves.value(MEDIAN, at)
-        ax.axvline(one.value / scale, color=colour, ls=line, lw=1.2)
+        if one.value <= EDGE * highest_level(curves.side.results):
+            ax.axvline(one.value / scale, color=colour, ls=line, lw=1.2)
         return
     here = curves.fit.isel(block=at[0], model=at[1])
     here = here.isel(floor=at[2]) if "floor" in here.dims else here
+    x = np.minimum(x, highest_level(curves.side.results) / scale)  # (a curve ends where its runs do)
     log_x = np.log(x * scale)
     ax.plot(x, np.ravel(curve_arrays(here)[0].probability(log_x, LEAST)), color=colour, ls=line, lw=1.8)
     if has_replicates(here):

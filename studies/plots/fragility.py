@@ -19,7 +19,8 @@ from ...fragility.runs.provenance import number_of_motions
 from ...motions.arrays import POLARITY
 from ...wording import percent
 from ..text.block_order import MEDIAN, ORDERS, places
-from ..text.words import axis_name, axis_of, display_unit, floor_name
+from ..text.reached import highest_level
+from ..text.words import axis_name, axis_of, display_unit, floor_name, measure_name
 from . import axes, selection
 
 MOST_PANELS = 36
@@ -89,9 +90,10 @@ def fragility(
     Notes
     -----
     Levels that are spaced logarithmically are drawn on a logarithmic axis, other levels on a linear axis from zero.
-    Points lie at their levels; those of several laws may cover each other, which `model` avoids.  The motions of a
-    cloud are ticks: below the curves where the block stands, above them where it falls.  The points of a cloud are
-    fractions in bins of equally many motions, with Wilson intervals, at the bin's geometric mean.
+    Curves end at the highest level that was run.  Points lie at their levels; those of several laws may cover each
+    other, which `model` avoids.  The motions of a cloud are ticks: below the curves where the block stands, above them
+    where it falls.  The points of a cloud are fractions in bins of equally many motions, with Wilson intervals, at the
+    bin's geometric mean.
 
     Examples
     --------
@@ -114,9 +116,10 @@ def fragility(
     scale, _ = display_unit(axis)
     span = _span(results, axis, scale)
     cloud = "level" not in results.coords and "intensity" in results.coords
-    lines = np.full((len(laws), span.points().size), np.nan)
+    x = _drawn_levels(results, span, scale)
+    lines = np.full((len(laws), x.size), np.nan)
     if curves:
-        lines[:] = _curves(here if model is None else laws[0].results, span.points() * scale)
+        lines[:] = _curves(here if model is None else laws[0].results, x * scale)
     for i, law in enumerate(laws):
         if observed and cloud and "overturned" in law.results:
             _motions(law, ax, scale, i, floor)
@@ -124,7 +127,7 @@ def fragility(
             _fractions(law, ax, scale)
         fitted = bool(np.isfinite(lines[i]).any())
         if fitted:
-            ax.plot(span.points(), lines[i], color=law.colour, lw=1.8, ls=law.line)
+            ax.plot(x, lines[i], color=law.colour, lw=1.8, ls=law.line)
         style = law.line if fitted else "none"
         marker = law.marker if observed and (cloud or _observed(law.results)) else "none"
         text = label or law.label or "curve"
@@ -147,7 +150,7 @@ def _axis(results: xr.Dataset) -> xr.DataArray:
     if "level" in results.coords or "intensity" in results.coords:
         return axis_of(results)
     # (curves without levels hold their unit and the name of their measure)
-    name = str(results.attrs.get("im", "")).upper() or "level"
+    name = measure_name(str(results.attrs.get("im", "level")))
     return results["median"].assign_attrs(long_name=name)
 
 
@@ -180,6 +183,11 @@ def _span(results: xr.Dataset, axis: xr.DataArray, scale: float) -> Span:
         # (a few strong motions must not compress all curves at the left)
         return Span(0.0, 1.02 * min(float(x.max()), far), False)
     return Span(0.0, far if math.isfinite(far) else 1.0, False)
+
+
+def _drawn_levels(results: xr.Dataset, span: Span, scale: float) -> Array:
+    """Return the levels at which curves are drawn: they end at the highest level that was run."""
+    return np.minimum(span.points(), highest_level(results) / scale)
 
 
 def _fractions(law: selection.DrawnLaw, ax: Axes, scale: float) -> None:
@@ -291,7 +299,7 @@ def _others(here: xr.Dataset, ax: Axes, own: int) -> None:
         return
     axis = _axis(here)
     scale, _ = display_unit(axis)
-    x = _span(here, axis, scale).points()
+    x = _drawn_levels(here, _span(here, axis, scale), scale)
     for j, line in enumerate(_curves(here, x * scale)):
         if j != own:
             ax.plot(x, line, color="0.75", lw=1.0, zorder=0)

@@ -326,7 +326,7 @@ def _rigid_line(drawn: xr.Dataset, quantity: str, ax: Axes, scale: float, refere
     colour, _, line = axes.REFERENCE
     if quantity == "median":
         ratio = drawn["median_ratio"].sel(comparison=RIGID)
-        y = np.nanmedian(_finite_or_nan((drawn["median"] / ratio).transpose("model", "value").values), axis=0) / scale
+        y = _middle(_finite_or_nan((drawn["median"] / ratio).transpose("model", "value").values)) / scale
     elif quantity == "probability":
         y = (drawn["probability"] - drawn["excess"].sel(comparison=RIGID)).transpose("model", "value").values[0]
     elif quantity in ("median_ratio", "decay_error", "excess"):
@@ -394,6 +394,14 @@ def _closed_form(one: xr.Dataset) -> tuple[Any, Any]:
 def _measure_text(results: xr.Dataset) -> str:
     im = str(results["level"].attrs.get("im", ""))
     return im.upper() if im in ("pga", "pgv", "pgd") else str(results["level"].attrs.get("long_name", "level"))
+
+
+def _middle(values: Array) -> Array:
+    """Return the medians over the rows of finite values; NaN of a column without any."""
+    found = np.full(values.shape[1], np.nan)
+    known = np.isfinite(values).any(axis=0)
+    found[known] = np.nanmedian(values[:, known], axis=0)
+    return found
 
 
 def _finite_or_nan(values: Any) -> Array:

@@ -39,6 +39,7 @@ from ..tables.assessment import (
 from ..tables.sensitivity import GREEK, PARAMETERS, claims_of
 from ..text.block_order import places, shown
 from ..text.curve_notes import reached_of, verb_of
+from ..text.reached import EDGE, highest_level, within_levels
 from ..text.rows import Rows
 from ..text.spread import sample_range
 from ..text.words import INPUTS, axis_of, display_unit, floor_name, is_one_piece, quantity_name, reference_law
@@ -46,6 +47,8 @@ from .results_file import without_motions
 
 SPREAD = (0.1, 0.5, 0.9)
 """Shares of many blocks for which the answer gives the median."""
+BEYOND = 1e300
+"""In place of a median that is not reached, where shares are interpolated (SI)."""
 CHANCES = (0.5, 0.1, 0.01)
 """Probabilities in the study's years for which the answer counts the blocks that reach them."""
 MOST_NAMED = 3
@@ -64,7 +67,7 @@ class Answer(NamedTuple):
 
 def answer(results: xr.Dataset) -> Answer:
     """Return a study's question and its answer."""
-    return _ANSWERS[str(results.attrs["kind"])](results)
+    return _ANSWERS[str(results.attrs["kind"])](within_levels(results))
 
 
 def _fragility(results: xr.Dataset) -> Answer:
@@ -101,16 +104,24 @@ def _spread(results: xr.Dataset, verb: str) -> Iterator[str]:
     at, _ = reference_law(results)
     one = results.isel(model=at)
     medians = one["median"].values.ravel()
-    known = medians[np.isfinite(medians)]
+    known = medians[~np.isnan(medians)]
     every = f"{medians.size:,} {'blocks' if 'floor' not in results.dims else 'blocks and floors'}"
     if known.size:
         scale, unit = display_unit(axis_of(results))
-        few, half, most = (three_digits(float(value) / scale) for value in np.quantile(known, SPREAD))
         unit = f" {unit}" if unit else ""
-        yield (
-            f"Of {every} a tenth {verb} below {few}{unit} and half below {half}{unit}, nine tenths below {most}{unit} "
-            f"(medians of the {known.size:,} that have one)."
-        )
+        # (a median that is not reached counts as one above all others)
+        ends = np.quantile(np.where(np.isinf(known), BEYOND, known), SPREAD)
+        few, half, most = (f"below {three_digits(float(end) / scale)}{unit}" for end in ends)
+        reached = int((ends <= EDGE * highest_level(results)).sum())
+        said = (
+            f"fewer than a tenth {verb} in half of the runs at any level that was run",
+            f"a tenth {verb} {few}; half do so at no level that was run",
+            f"a tenth {verb} {few} and half {half}; nine tenths do so at no level that was run",
+            f"a tenth {verb} {few} and half {half}, nine tenths {most}",
+        )[reached]
+        beyond = int(np.isinf(known).sum())
+        of = f", of which {beyond:,} {'is' if beyond == 1 else 'are'} not reached" if beyond else ""
+        yield f"Of {every} {said} (medians of the {known.size:,} that have one{of})."
     if "risk_probability" in one:
         chance = one["risk_probability"].values.ravel()
         told = int(np.isfinite(chance).sum())
@@ -168,7 +179,11 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
     scale, unit = display_unit(axis)
     unit = f" {unit}" if unit else ""
     if median == np.inf:
-        text = f"{verb} in fewer than half of the runs at every level {law}, so there is no median."
+        most = f"{three_digits(float(axis.max()) / scale)}{unit}"
+        text = (
+            f"does not reach a probability of 50 % {law}, up to the highest shaking that was run ({most}): its median "
+            "is not reached."
+        )
     elif not np.isfinite(median):
         text = f"has no median {law}: {one['status'].item()}."
     else:
@@ -182,10 +197,10 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
             f"{verb} with a probability of 50 %{once} at {article} {measure} of {three_digits(median / scale)}{unit} "
             f"{interval} {law}."
         )
-        outside = "above the highest" if median > float(axis.max()) else "below the lowest"
-        if not float(axis.min()) <= median <= float(axis.max()):
-            text += f" That is {outside} shaking that was run: an extrapolation."
+        if median < float(axis.min()):
+            text += " That is below the lowest shaking that was run: an extrapolation."
     others = np.delete(here["median"].values.astype(float), at) / scale
+    beyond = int(np.isposinf(others).sum())
     found = others[np.isfinite(others)]
     if found.size:
         low, high = found.min(), found.max()
@@ -199,8 +214,12 @@ def curve_sentence(here: xr.Dataset, verb: str, axis: xr.DataArray) -> str:
         ratio = f"{max(every) / min(every):.2g}"
         apart = f": a factor of {ratio} between laws" if ratio != "1" else ""
         text += f" The other {them} {ends}{unit}{apart}."
-        if found.size < others.size:
-            text += f" ({others.size - found.size} of them have no median.)"
+        if beyond:
+            text += f" (Under {beyond} of them it is not reached.)"
+        if found.size + beyond < others.size:
+            text += f" ({others.size - found.size - beyond} of them have no median.)"
+    elif beyond:
+        text += " Nor is it reached under any other law." if median == np.inf else " It is reached under no other law."
     elif others.size:
         text += " No other law has a median."
     return text

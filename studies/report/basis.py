@@ -12,11 +12,12 @@ import xarray as xr
 from ...doubts import first_of
 from ...fragility.fitting.states import DIRECTIONS, state_name
 from ...fragility.runs.provenance import SCENE, about_both_axes, blocks_of, number_of_motions
+from ...fragility.validity.scenes import DRIFT, pushed_by_drift
 from ...motions.arrays import POLARITY
 from ...wording import confidence_text, counted, given_number
 from ..buildings.variables import FALLEN, levels_have_own_motions
 from ..plan.slides import FALL_OFF, INSTEAD
-from ..text.words import reference_law, roof_of
+from ..text.words import block_title, reference_law, roof_of
 from .method import lifted, study_of
 
 LOST = "The energy that a piece loses in rocking follows"
@@ -46,6 +47,14 @@ def _scenes(results: xr.Dataset) -> Iterator[str]:
             "Walls are rigid and move with the floor. “Forward” means away from the wall, into the room; “backward” "
             "means towards the wall."
         )
+        moved = [f"“{block_title(block.label)}”" for block in blocks if pushed_by_drift(block)]
+        if moved:
+            yield (
+                f"In a building the wall moves with the drift of the storey: at a drift of {100.0 * DRIFT:g} % of the "
+                f"height it moves, where it meets {first_of(moved)}, by more than a third of the gap and may push "
+                f"{'it' if len(moved) == 1 else 'them'}. That is not included, and falls into the room may be more "
+                "frequent than stated."
+            )
     if any(block.restraint is not None for block in blocks):
         yield (
             "Straps, brackets and other restraints are elastic up to the strength given for them; at that force they "
@@ -173,8 +182,9 @@ def _sentences(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[str]:
     one_way = str(results.attrs.get("state")) in {state_name(one) for one in DIRECTIONS}
     if one_way and str(results.attrs.get("form")) == "isotonic":
         yield (
-            "The chance of such a fall at each level of shaking is the share of the motions that cause it, made not to "
-            "fall as the shaking grows; no smooth curve is fitted. Compared with a study that counts falls in both "
+            "The chance of such a fall at each level of shaking is the share of the motions that cause it; where that "
+            "share is lower at a stronger level, the two are averaged, so that it never decreases. No smooth curve is "
+            "fitted. Compared with a study that counts falls in both "
             "directions, for which a smooth (lognormal) curve is fitted, small differences between the two can come "
             "from that alone."
         )

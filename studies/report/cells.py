@@ -15,7 +15,10 @@ from ..text.names import clean
 _FIGURE = re.compile(r"[-−+≈–∞]?\s*[\d∞]|–$|no fall|no width")
 _NUMBERS = re.compile(r"(?:[-−+≈]\s*)?(?:[\d.,()%\s–±]|inf|nan)+")
 _BRACKETS = re.compile(r"(\([^()]{1,24}\))")
-_MARKDOWN = re.compile(r"([\\`*_{}\[\]()#+!|~$<>&])")
+_MARKDOWN = re.compile(r"([\\`*_{}\[\]|~$<>&]|(?<=.)#+$)")
+_LINE_START = re.compile(r"^(#|\+(?= |$)|-(?= |-|$)|=+$|\d+(?=[.)](?: |$)))")
+"""Characters with a meaning in Markdown: anywhere (round brackets have none without square ones) or at the end of a
+heading, which they close; at the start of a line."""
 
 
 class Line(NamedTuple):
@@ -109,4 +112,10 @@ def markdown(text: object) -> str:
     """
     entities = {"<": "&lt;", ">": "&gt;", "&": "&amp;"}
     plain = " ".join(clean(str(text)).split())
-    return _MARKDOWN.sub(lambda found: entities.get(found[1], f"\\{found[1]}"), plain)
+    marked = _LINE_START.search(plain)
+    text = _MARKDOWN.sub(lambda found: entities.get(found[1], f"\\{found[1]}"), plain)
+    if marked is None:
+        return text
+    # (a number is kept from being a list by its stop or bracket: a digit cannot be escaped)
+    at = marked.end() if marked[1].isdigit() else 0
+    return f"{text[:at]}\\{text[at:]}"

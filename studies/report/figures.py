@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     """Draws figures, each with its file name."""
 
 MOST_PANELS_DESCRIBED = 6
+LONGEST_ALT = 150
+"""Largest length of an alternative text, which a screen reader reads without a pause."""
 PIXELS_AN_INCH = 96.0
 NARROWEST, WIDEST = 0.72, 1.15
 """Widths of a figure on a page over the width for which it was drawn: text of 9 points has at least 9 pixels."""
@@ -37,7 +39,10 @@ _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 
 
 class Picture(NamedTuple):
-    """A figure on a page: its file name, its caption, its description in words, and the image."""
+    """A figure on a page: its file name, its caption, its description in words, and the image.
+
+    The description is a text of its own; the short alternative text of the image is `alt`.
+    """
 
     name: str
     caption: str
@@ -45,6 +50,15 @@ class Picture(NamedTuple):
     svg: str
     phone: str
     png: bytes
+
+    @property
+    def alt(self) -> str:
+        """The alternative text of the image: the caption, of a long one the first sentences or words."""
+        text = self.caption
+        if len(text) > LONGEST_ALT:
+            stop = text.rfind(". ", 0, LONGEST_ALT)
+            text = text[: stop + 1] if stop > 0 else f"{text[: text.rfind(' ', 0, LONGEST_ALT - 1)]} …"
+        return text
 
 
 # The captions, by the first part of a figure's name; the description of its contents is read from the figure.

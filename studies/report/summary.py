@@ -38,6 +38,7 @@ from ..tables.slides import edge_sentences, trip_sentences
 from ..text.block_order import MEDIAN, RATE, places
 from ..text.curve_notes import action_of, reached_of, verb_of
 from ..text.one_side import falling_both_ways
+from ..text.reached import within_levels
 from ..text.spread import (
     amount_sentence,
     building_spread,
@@ -58,6 +59,8 @@ from ..text.words import (
     that_has,
 )
 from .answers import largest_share
+from .crossed import case_name, crossed, crossing_laws
+from .law_choice import law_choice
 from .results_file import without_motions
 from .validity import resonant_laws
 
@@ -107,7 +110,7 @@ def plain_answer(results: xr.Dataset) -> list[str]:
     -------
     list of str
     """
-    return list(_PLAIN[str(results.attrs["kind"])](results))
+    return list(_PLAIN[str(results.attrs["kind"])](within_levels(results)))
 
 
 def _curves(results: xr.Dataset) -> Iterator[str]:
@@ -123,6 +126,7 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     if by == MEDIAN and not np.isfinite(cases.values).any():
         status = np.where(cases.values.ravel() == np.inf, NEVER_HALF, status)
         yield f"The runs do not show how strong the shaking must be: {_missing_curves(status)}."
+        yield from _at_the_strongest(results, small, cases, verb_of(state))
         return
     always = int((status == ALL).sum())
     if always:
@@ -136,7 +140,14 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     where = f" on {floor_name(first['floor'].item())}" if "floor" in small.dims else ""
     verb = verb_of(state)
     if cases.size > 1:
-        yield _most_vulnerable(f"{name}{where}", small, cases, order[always if by == MEDIAN else 0 :], by, always)
+        ranked = order[always if by == MEDIAN else 0 :]
+        found = list(crossed(results, small, cases, ranked, verb))
+        none_first = any(of_first for of_first, _ in found)
+        if not none_first:
+            yield _most_vulnerable(f"{name}{where}", small, cases, ranked, by, always)
+        yield from (said for _, said in found)
+        if none_first and by == RATE:
+            yield f"At this site, over all levels of shaking, {name}{where} is expected to do so most often."
         yield from _other_falls(results, verb)
     yield from _hundred_earthquakes(first, results, f"{name}{where}", verb)
     most = largest_share(first, SOURCES) if str(results.attrs["kind"]) == "uncertainty" else None
@@ -161,6 +172,19 @@ def _curves(results: xr.Dataset) -> Iterator[str]:
     yield from break_sentences(results)
     yield from edge_sentences(results)
     yield from trip_sentences(results)
+
+
+def _at_the_strongest(results: xr.Dataset, small: xr.Dataset, cases: xr.DataArray, verb: str) -> Iterator[str]:
+    """Yield how many of 100 earthquakes at the highest level bring down what falls first, if no median is reached."""
+    reached = np.flatnonzero(cases.values.ravel() == np.inf)
+    if not reached.size:
+        return
+    order = np.argsort(places(results).values.ravel(), kind="stable")
+    first = next(one for one in order.tolist() if one in reached)
+    at = np.unravel_index(first, cases.shape)
+    one = small.isel({str(dim): int(i) for dim, i in zip(cases.dims, at, strict=True)})
+    where = f" on {floor_name(one['floor'].item())}" if "floor" in small.dims else ""
+    yield from _hundred_earthquakes(one, results, f"“{block_title(str(one['block'].item()))}”{where}", verb)
 
 
 def _most_vulnerable(
@@ -188,11 +212,7 @@ def _most_vulnerable(
             f"By these motions {name} is the most vulnerable of {of}, but the intervals of all others overlap with its "
             "own."
         )
-    named = []
-    for one in close:
-        row, *on = np.unravel_index(one, cases.shape)
-        where = f" on {floor_name(small['floor'][on[0]].item())}" if on else ""
-        named.append(f"“{block_title(str(small['block'][row].item()))}”{where}")
+    named = [case_name(small, cases, tuple(int(i) for i in np.unravel_index(one, cases.shape))) for one in close]
     overlap = "interval overlaps" if len(close) == 1 else "intervals overlap"
     return (
         f"By these motions {name} is {most} of {of}, but not with certainty: the {overlap} with that of "
@@ -310,11 +330,14 @@ def _other_laws(every: xr.Dataset, results: xr.Dataset, name: str, verb: str) ->
     others = np.delete(values, at)
     others = others[np.isfinite(others) & (others > 0.0)]
     text = _where_laws_disagree(float(values[at]), others, write)
+    crosses = crossing_laws(every, results, name, verb)
     if text:
         with np.errstate(invalid="ignore"):
             less = values < values[at] / DISAGREE if "risk_probability" in every else values > values[at] * DISAGREE
-        why = _why_laws_differ(results, less)
-        yield f"{_under_others(every.sizes['model'] - 1)}, {what} {text}{unit}.{why}"
+        why = " ".join(filter(None, (_why_laws_differ(results, less).strip(), crosses, law_choice(results))))
+        yield f"{_under_others(every.sizes['model'] - 1)}, {what} {text}{unit}. {why}".rstrip()
+    elif crosses or law_choice(results):
+        yield " ".join(filter(None, (crosses, law_choice(results))))
 
 
 def _under_others(number: int) -> str:
@@ -336,6 +359,12 @@ def _why_laws_differ(results: xr.Dataset, milder: NDArray[np.bool_]) -> str:
     milder: which laws overturn notably less than the reference law.
     """
     return f"{_elastic(results)}{_damped_throughout(results, milder)}"
+
+
+def _choice(results: xr.Dataset) -> str:
+    """Return which law to use, with a space before it; '' where there is no choice."""
+    said = law_choice(results)
+    return f" {said}" if said else ""
 
 
 def _damped_throughout(results: xr.Dataset, milder: NDArray[np.bool_]) -> str:
@@ -418,7 +447,7 @@ def _building(results: xr.Dataset) -> Iterator[str]:
             if text:
                 laws = results.sizes["model"] - 1
                 why = _why_laws_differ(results, results["any_rate"].sel(place=BUILDING).values < rate / DISAGREE)
-                yield f"{_under_others(laws)}, this happens about once in {text} years.{why}"
+                yield f"{_under_others(laws)}, this happens about once in {text} years.{why}{_choice(results)}"
         else:
             yield "Nothing falls under any of the motions."
     else:
@@ -436,7 +465,7 @@ def _building(results: xr.Dataset) -> Iterator[str]:
         if text:
             laws = results.sizes["model"] - 1
             why = _why_laws_differ(results, falls < number / DISAGREE)
-            yield f"{_under_others(laws)}, on average {text} of them would fall.{why}"
+            yield f"{_under_others(laws)}, on average {text} of them would fall.{why}{_choice(results)}"
     yield from _tests(results)
     if branches and "annual_loss" in one:
         money = f" {currency_of(results)}" if currency_of(results) else ""

@@ -35,6 +35,7 @@ from ..plan.slides import INSTEAD
 from ..store.content import AS_WRITTEN, EDITED
 from ..text.curve_notes import NOTABLE
 from ..text.one_side import FORCED
+from ..text.reached import within_levels
 from ..text.words import reference_law
 
 GOOD, CARE, INVALID, UNKNOWN = "good", "use with care", "not valid", "not checked"
@@ -124,7 +125,7 @@ def checks_of(results: xr.Dataset, state: str = AS_WRITTEN) -> list[Check]:
     -------
     list of Check
     """
-    return [*_edited(state), *_model(results), *_numbers(results)]
+    return [*_edited(state), *_model(results), *_numbers(within_levels(results))]
 
 
 def worst_word(found: list[Check]) -> str:
@@ -402,13 +403,16 @@ def _other_modes(results: xr.Dataset, at: list[int]) -> str:
     )
 
 
+def fewest_motions(results: xr.Dataset) -> int:
+    """Return the number of motions of a curve at the level that has the fewest."""
+    screened = json.loads(str(results.attrs.get("screen", "{}")))
+    return int(screened.get("fewest_motions", number_of_motions(results)))
+
+
 def _motions(results: xr.Dataset) -> Check:
     question = "Are there enough motions?"
-    screened = json.loads(str(results.attrs.get("screen", "{}")))
-    n, widest = (
-        int(screened.get("fewest_motions", number_of_motions(results))),
-        float(screened.get("half_width", HALF_WIDTH)),
-    )
+    widest = float(json.loads(str(results.attrs.get("screen", "{}"))).get("half_width", HALF_WIDTH))
+    n = fewest_motions(results)
     at = " at each level" if "stripe" in results.coords else ""
     half = float(results["interval_half_width"]) if "interval_half_width" in results else wilson_half_width(n)
     reason = f"With {counted(n, 'motion')} a probability of 1/2 is known to ±{half:.2f} (95 %)."
@@ -431,12 +435,11 @@ def _inputs(results: xr.Dataset) -> Check:
     kinds = dict.fromkeys(str(kind) for kind, _, accepted in doubts if not accepted)
     if kinds:
         said = (str(sentence).rstrip(".?") for _, sentence, accepted in doubts if not accepted)
-        names = ", ".join(f'"{kind}"' for kind in kinds)
         return Check(
             question,
             CARE,
             " ".join(f"{one[:1].upper()}{one[1:]}." for one in said),
-            f"Correct them; where they are intended, put accept = [{names}] at the top of the study file.",
+            "Correct what is wrong. What is intended can be accepted in the study, which the report then states.",
             "; ".join(ODD[kind] for kind in kinds),
         )
     if doubts:
@@ -479,13 +482,13 @@ def _one_side(results: xr.Dataset) -> Check:
         INVALID,
         f"{results.attrs[FORCED]} may fall to the other side instead, but {clause}: chances and rates may be wrong by "
         "a factor.",
-        'Leave fit.form out, or take fit.form = "isotonic".',
+        "Take curves without a fixed form (isotonic), which are the default for falls to one side.",
         clause,
     )
 
 
 def _curves(results: xr.Dataset) -> Check:
-    question = "Is every curve based on runs that fell and runs that stood?"
+    question = "Does every curve rest both on runs in which the piece fell and on runs in which it did not?"
     status = results["status"].values.astype(str)
     none = ~results["converged"].values.astype(bool)
     guessed = status == SEPARATED
@@ -501,7 +504,7 @@ def _curves(results: xr.Dataset) -> Check:
         reason = f"{clause[:1].upper()}{clause[1:]}: fewer than two levels have runs of both outcomes."
         return Check(question, CARE, reason, cure, clause)
     if (status == OK).all():
-        return Check(question, GOOD, "All curves are." if total > 1 else "The curve is.")
+        return Check(question, GOOD, "All curves do." if total > 1 else "The curve does.")
     marked = status[status != OK]
     of = "the curve" if total == 1 else f"{marked.size:,} of {counted(total, 'curve')}"
     clause = f"{of} {'is' if marked.size == 1 else 'are'} marked “{'”, “'.join(dict.fromkeys(marked))}”"
@@ -517,7 +520,7 @@ def _intervals(results: xr.Dataset) -> Check:
         ratio = results["median_upper"] / results["median_lower"]
     known = ratio.where(np.isfinite(results["median"]))
     if bool((results["median"] == np.inf).all()):
-        reason = "Fewer than half of the runs reach the state at any level, so there is no median."
+        reason = "No curve reaches a probability of 50 % at the levels that were run, so no median is reached."
         cure = "Judge by the intervals of the probabilities and rates in the tables."
         return Check(question, UNKNOWN, reason, cure, "no curve reaches a probability of 50 %")
     if not bool(known.notnull().any()):

@@ -1,4 +1,4 @@
-"""Outcomes of a sensitivity study for the paper's claims and the two defects of its law: verdict, number, interval.
+"""Outcomes of a sensitivity study for the paper's claims and what its law gets wrong: verdict, number, interval.
 
 Every sentence is made from the results.  Medians are compared with paired replicates of the bootstrap over motions,
 averaged (as logarithms) over the blocks.  Free rocking has no scatter, so its interval is the range over the blocks
@@ -34,6 +34,11 @@ NAMES = {
     "vassiliou": "Vassiliou et al.",
     "energy-consistent": "energy-consistent damping",
 }
+
+
+LOSS = "discrete damping dissipates less than an impact does"
+MODE = "discrete damping has an elastic mode that a rigid block has not"
+"""What the discrete law gets wrong."""
 
 
 class Claim(NamedTuple):
@@ -320,7 +325,7 @@ def _loss(evidence: Evidence) -> Claim | None:
     # (without loss nothing can be dissipated, and the ratio is 1)
     more, less = found[1] >= 1.0 - SAME, found[2] <= 1.0 + SAME
     verdict = OPEN if more == less else HOLDS if more else FAILS
-    return Claim("defect 1: discrete damping dissipates too little", OURS, verdict, *found, _range(evidence), text)
+    return Claim(LOSS, OURS, verdict, *found, _range(evidence), text)
 
 
 def _mode(evidence: Evidence) -> Claim | None:
@@ -346,7 +351,7 @@ def _mode(evidence: Evidence) -> Claim | None:
         "motions uplift it alone"
     )
     verdict = HOLDS if found.upper < 1.0 else FAILS if found.lower > 1.0 else OPEN
-    return Claim("defect 2: a spurious elastic mode", OURS, verdict, *found.numbers, _bootstrap(results), text)
+    return Claim(MODE, OURS, verdict, *found.numbers, _bootstrap(results), text)
 
 
 def _consistent(evidence: Evidence) -> Claim | None:

@@ -22,9 +22,11 @@ from ...wording import (
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import NOTABLE, action_of, verb_of
 from ..text.one_side import falling_both_ways
+from ..text.reached import within_levels
 from ..text.rows import Rows
 from ..text.spread import OUTER, range_text, sample_range
 from ..text.words import (
+    NOT_REACHED,
     axis_of,
     block_title,
     display_unit,
@@ -44,6 +46,7 @@ NEVER, ALWAYS, UNKNOWN = "never seen", "at every level", "not known"
 
 def lead_rows(results: xr.Dataset) -> list[Rows]:
     """Return the tables of a report's first part: of its pieces; levels and statements of a sensitivity study."""
+    results = within_levels(results)
     if str(results.attrs["kind"]) == "sensitivity":
         statements = statement_rows(results)
         return [level_rows(results), *([] if statements is None else [statements])]
@@ -54,7 +57,7 @@ def client_rows(results: xr.Dataset) -> Rows:
     """Return the table of the pieces of a performance study, or of the blocks of a fragility or uncertainty study."""
     if str(results.attrs["kind"]) == "performance":
         return piece_rows(results, reference_law(results)[0], branches=True)
-    return _blocks(results)
+    return _blocks(within_levels(results))
 
 
 def _blocks(results: xr.Dataset) -> Rows:
@@ -120,7 +123,7 @@ def _median(one: xr.Dataset, scale: float, most: float) -> str:
     if np.isfinite(middle):
         return estimate_text(middle, low, high)
     if middle == np.inf:  # (fewer than half of the motions do so at any level)
-        return f"above {two_digits(most / scale)}"
+        return f"{NOT_REACHED} (above {two_digits(most / scale)})"
     return {ALL: ALWAYS, NONE: NEVER}.get(str(one["status"].item()), UNKNOWN)
 
 

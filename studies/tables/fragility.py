@@ -33,6 +33,7 @@ from ..plan.estimates import LOW_SHARE, ranking_of_measures
 from ..text.block_order import chosen_of
 from ..text.curve_notes import reached_of, verb_of
 from ..text.level_advice import other_levels
+from ..text.reached import within_levels
 from ..text.rows import Rows
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, fractile_text, measure_name
 from .values import Cell, ValueTable, known, with_units
@@ -172,6 +173,7 @@ def rate_values(results: xr.Dataset, laws: Sequence[int] | None = None) -> Value
     laws : sequence of int, optional
         Positions of the laws; all where not given.
     """
+    results = within_levels(results)
     years, level = float(results.attrs["years"]), str(axis_of(results).attrs.get("units", "1"))
     in_all = f"chance_in_{years:g}_years"
     ends = ("", "_lower", "_upper")

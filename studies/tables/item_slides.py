@@ -43,7 +43,7 @@ def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
     for i in at[:MOST]:
         one = results.isel(item=i, model=model)
         head = (str(results["item"].values[i]), floor_name(str(results["floor"].values[i])).removeprefix("floor "))
-        where = contacts[i] or ("" if math.isnan(known[i]) else f"μ = {float(one['friction']):.2g}")
+        where = contacts[i] or ("" if math.isnan(known[i]) else f"coefficient of friction {float(one['friction']):.2g}")
         if bool(one["anchored"]):
             cells = ["anchored", *["–"] * (len(slips) + 4)]
         elif contacts[i] == ROLLING:
@@ -59,7 +59,7 @@ def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
     headings = (
         "piece",
         "floor",
-        "stands on",
+        "contact with what it stands on",
         "slides, never rocks",
         *(f"slips over {100.0 * one:g} cm" for one in slips),
         "edge",

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
+from ...aliases import Array
+from ...doubts import first_of
+from ...fragility.runs.provenance import blocks_of
+from ...models import Block
 from ...wording import two_digits, whole_percent
 from ..plan.estimates import middle_level
 from ..sensitivity.claims import FAILS, HOLDS, NAMES, OPEN, Claim, evidence_of
+from ..text.reached import within_levels
 from ..text.rows import Rows
-from ..text.words import block_title, display_unit, level_text, measure_name, quantity_name
+from ..text.words import NOT_REACHED, axis_of, block_title, display_unit, level_text, measure_name, quantity_name
 
 LAW_NAMES = {**NAMES, "housner": "Housner’s impacts", "viscous": "viscous damping"}
 """Laws in words, by their short names."""
@@ -24,6 +31,8 @@ OUTCOMES = {HOLDS: HOLDS, FAILS: FAILS, OPEN: "cannot be decided"}
 """Verdicts in words."""
 PARAMETERS = {"delta": "δ, the width of the zone of damping", "e": "e, the coefficient of restitution"}
 """Parameters in words."""
+SLIPS, SQUAT, ABOVE = "†", "‡", "*"
+"""Marks of values of e: not possible with the friction there is, for so squat a block; and possible, but above e_R."""
 SLIGHT = 1.1
 """Ratio of two levels up to which their difference is written in per cent."""
 MOST_SAID = 3
@@ -78,18 +87,75 @@ def law_name(results: xr.Dataset, at: int) -> str:
 
 
 def level_rows(results: xr.Dataset) -> Rows:
-    """Return the levels at which half of the motions overturn each block, by the value, under the law of the answer."""
+    """Return the levels at which half of the motions overturn each block, by the value, under the law of the answer.
+
+    Over e, a column gives each block's own e_R; a value that is not possible for a block has a mark and no level.
+    """
     at = law_of_answer(results)
-    scale, unit = display_unit(results["level"])
+    axis = axis_of(results)
+    scale, unit = display_unit(axis)
     symbol = GREEK[str(results.attrs["parameter"])]
     medians = results["median"].isel(model=at).transpose("block", "value").values / scale
-    rows = [
-        (block_title(str(block)), *(two_digits(one) if np.isfinite(one) else "–" for one in own))
-        for block, own in zip(results["block"].values, medians.tolist(), strict=True)
-    ]
-    name = f"{measure_name(str(results['level'].attrs.get('im', 'level')))}{f', {unit},' if unit else ''}"
-    title = f"{name} at which half of the motions overturn each piece, by {symbol} ({law_name(results, at)})"
-    return Rows(title, (f"{symbol} =", *(f"{one:g}" for one in results["value"].values)), rows)
+    marks, own_e = marks_of(results), own_restitution(results)
+    rows = []
+    for i, block in enumerate(results["block"].values):
+        cells = [mark or _level(one) for one, mark in zip(medians[i].tolist(), marks[i].tolist(), strict=True)]
+        if own_e is not None:
+            e, values = own_e[i], results["value"].values
+            above = [bool(value > e) and not mark for value, mark in zip(values, marks[i], strict=True)]
+            cells = [f"{cell} {ABOVE}" if beyond else cell for cell, beyond in zip(cells, above, strict=True)]
+            cells = ["none" if math.isnan(e) else f"{e:.3f}", *cells]
+        rows.append((block_title(str(block)), *cells))
+    name = f"{measure_name(str(axis.attrs.get('im', 'level')))}{f', {unit},' if unit else ''}"
+    said = [law_name(results, at), *_legend(results, marks)]
+    if any(ABOVE in cell for row in rows for cell in row):
+        said.append(f"{ABOVE}: above e_R, so less energy is lost than in an impact at the edge")
+    title = f"{name} at which half of the motions overturn each piece, by {symbol} ({'; '.join(said)})"
+    heading = () if own_e is None else ("its e_R",)
+    return Rows(title, (f"{symbol} =", *heading, *(f"{one:g}" for one in results["value"].values)), rows)
+
+
+def _level(value: float) -> str:
+    return NOT_REACHED if value == math.inf else "–" if math.isnan(value) else two_digits(value)
+
+
+def own_restitution(results: xr.Dataset) -> Array | None:
+    """Return each block's own e_R (block,), NaN of a block too squat for one; None where e is not what is varied."""
+    if str(results.attrs["parameter"]) != "e":
+        return None
+    return np.array([_restitution(block) for block in blocks_of(results)])
+
+
+def _restitution(block: Block) -> float:
+    try:
+        return block.restitution
+    except ValueError:  # (an impact at its edge stops so squat a block)
+        return math.nan
+
+
+def marks_of(results: xr.Dataset) -> NDArray[np.str_]:
+    """Return the marks of the values (block, value) that are not possible for a block, '' for all others.
+
+    A value of e is not possible where an impact needs more friction than there is, and none is for a block that is too
+    squat to rock on after an impact at its edge (its e_R is not positive).
+    """
+    marks = np.full((results.sizes["block"], results.sizes["value"]), "", dtype="<U1")
+    own = own_restitution(results)
+    if own is None:
+        return marks
+    marks[~results["in_use"].transpose("block", "value").values.astype(bool)] = SLIPS
+    marks[np.isnan(own)] = SQUAT
+    return marks
+
+
+def _legend(results: xr.Dataset, marks: NDArray[np.str_]) -> list[str]:
+    """Return what the marks that occur mean."""
+    limit = f"{float(results.attrs.get('friction', 1.0)):g}"
+    words = {
+        SLIPS: f"not possible, because the impact needs a coefficient of friction above {limit}",
+        SQUAT: "not possible, because so squat a block stops at an impact at its edge (its e_R is not positive)",
+    }
+    return [f"{mark}: {text}" for mark, text in words.items() if (marks == mark).any()]
 
 
 def statement_rows(results: xr.Dataset) -> Rows | None:
@@ -105,13 +171,23 @@ def statement_rows(results: xr.Dataset) -> Rows | None:
 
 
 def swings_of(results: xr.Dataset, model: int) -> list[tuple[str, float, float, float, float]]:
-    """Return of each block the first and the last value in use with a median, and these medians (SI)."""
+    """Return of each block the values of its lowest and its highest median, in their order, and these medians (SI).
+
+    All values that were run count, but those that are not possible for the block and those whose median is not reached:
+    the numbers are those that `level_rows` shows.
+    """
+    results = within_levels(results)
+    every = results["median"].isel(model=model).transpose("block", "value").values
+    values, marks = results["value"].values, marks_of(results)
     found = []
     for i, block in enumerate(results["block"].values):
-        medians = results["median"].isel(model=model).transpose("block", "value").values[i]
-        known = np.flatnonzero(np.isfinite(medians) & results["in_use"].values[i])
+        known = np.flatnonzero(np.isfinite(every[i]) & (marks[i] == ""))
         if known.size > 1:
-            ends = [(float(results["value"].values[k]), float(medians[k])) for k in (known[0], known[-1])]
+            own = every[i][known]
+            first, last = sorted((int(known[own.argmin()]), int(known[own.argmax()])))
+            if first == last:  # (all medians are the same)
+                first, last = int(known[0]), int(known[-1])
+            ends = [(float(values[k]), float(every[i][k])) for k in (first, last)]
             found.append((str(block), ends[0][0], ends[1][0], ends[0][1], ends[1][1]))
     return found
 
@@ -119,31 +195,50 @@ def swings_of(results: xr.Dataset, model: int) -> list[tuple[str, float, float, 
 def sensitivity_sentences(results: xr.Dataset) -> Iterator[str]:
     """Yield how far the level that overturns half of the motions moves with the value, and how far laws lie apart."""
     at = law_of_answer(results)
-    scale, unit = display_unit(results["level"])
+    axis = axis_of(results)
+    scale, unit = display_unit(axis)
     unit = f" {unit}" if unit else ""
-    symbol, measure = GREEK[str(results.attrs["parameter"])], quantity_name(results["level"])
+    symbol, measure = GREEK[str(results.attrs["parameter"])], quantity_name(axis)
     law = law_name(results, at)
+    names = [str(one) for one in results["block"].values]
+    own_e, marks = own_restitution(results), marks_of(results)
     for block, low, high, first, last in swings_of(results, at)[:MOST_SAID]:
         ratio = max(first, last) / min(first, last)
         apart = f"a factor of {two_digits(ratio)}" if ratio > SLIGHT else f"{whole_percent(ratio - 1.0)} apart"
+        i = names.index(block)
+        possible = results["value"].values[marks[i] == ""]
+        over = f"of all {symbol} from {possible.min():g} to {possible.max():g} that were run"
+        over += "" if marks[i].tolist().count("") == marks.shape[1] else " and are possible for it"
+        over += "" if own_e is None else f" (its own e_R is {own_e[i]:.3f})"
         yield (
-            f"“{block_title(block)}”: under {law}, half of the motions overturn it at a {measure} of "
+            f"“{block_title(block)}”: {over}, under {law}, half of the motions overturn it at a {measure} of "
             f"{two_digits(first / scale)}{unit} with {symbol} = {low:g} and of {two_digits(last / scale)}{unit} with "
             f"{symbol} = {high:g}: {apart}."
+        )
+    squat = [f"“{block_title(name)}”" for name, own in zip(names, marks, strict=True) if (own == SQUAT).all()]
+    if squat:
+        yield (
+            f"{first_of(squat)}: too squat to rock on after an impact at the edge (e_R is not positive), so no level "
+            "is given."
         )
     laws = laws_apart(results)
     if laws:
         (near, least), (far, most) = laws[0], laws[-1]
-        text = f"Of the damping laws, {near} agrees best with a rigid block (on average {least:.2f} times its levels)"
+        usual = str(results.attrs["usual"])
+        text = (
+            f"Of the damping laws, {near} agrees best with a rigid block (on average {least:.2f} times its levels, "
+            f"over {usual})"
+        )
         yield f"{text}, {far} worst ({most:.2f} times)." if len(laws) > 1 else f"{text}."
 
 
 def laws_apart(results: xr.Dataset) -> list[tuple[str, float]]:
     """Return the laws with the geometric mean of their medians over the rigid block's, the nearest to 1 first."""
+    results = within_levels(results)
     ratio = results["median_ratio"].sel(comparison="rigid").transpose("model", "block", "value").values
     found = []
     for k, own in enumerate(ratio):
-        known = results["in_use"].values & np.isfinite(own) & (own > 0.0)
+        known = results["in_use"].values & (marks_of(results) == "") & np.isfinite(own) & (own > 0.0)
         if known.any():
             found.append((law_name(results, k), float(np.exp(np.log(own[known]).mean()))))
     return sorted(found, key=lambda one: abs(np.log(one[1])))
@@ -192,14 +287,21 @@ def claim_table(results: xr.Dataset) -> Table:
 
 def _table(results: xr.Dataset, title: str, cells: xr.DataArray, write: Callable[[float], str]) -> Rows:
     symbol = GREEK[str(results.attrs["parameter"])]
+    marks = marks_of(results)[results["block"].values.astype(str).tolist().index(str(cells["block"].item()))]
     rows = [
-        (str(model), *(write(float(one)) for one in cells.sel(model=model).values)) for model in results["model"].values
+        (
+            str(model),
+            *(mark or write(float(one)) for one, mark in zip(cells.sel(model=model).values, marks, strict=True)),
+        )
+        for model in results["model"].values
     ]
+    said = _legend(results, marks)
+    title += f" ({'; '.join(said)})" if said else ""
     return Rows(title, (f"{symbol} =", *(f"{one:g}" for one in results["value"].values)), rows)
 
 
 def _factor(value: float) -> str:
-    return "" if np.isnan(value) else "no fall" if value == np.inf else f"{value:.2f}"
+    return "" if np.isnan(value) else NOT_REACHED if value == np.inf else f"{value:.2f}"
 
 
 def _percent(value: float) -> str:

@@ -17,7 +17,8 @@ from ...wording import (
 )
 from ..plan.estimates import middle_level
 from ..text.rows import Rows
-from ..text.words import display_unit, fractile_text, input_name
+from ..text.spread import sample_range
+from ..text.words import NOT_REACHED, display_unit, fractile_text, input_name
 
 
 def median_rows(results: xr.Dataset) -> Rows:
@@ -29,10 +30,13 @@ def median_rows(results: xr.Dataset) -> Rows:
     for block in results["block"].values:
         for model in results["model"].values:
             one = results.sel(block=block, model=model)
-            own = one["sample_median"].values / scale
-            low, high = np.nanquantile(own, [0.05, 0.95]) if np.isfinite(own).any() else (np.nan, np.nan)
+            low, high = (end / scale for end in sample_range(one))
             median, least, most = (one[f"median{end}"].item() / scale for end in ("", "_lower", "_upper"))
-            cells = [three_digits(median), interval_text(least, most), three_digits(one["dispersion"].item())]
+            cells = [
+                NOT_REACHED if median == np.inf else three_digits(median),
+                interval_text(least, most),
+                three_digits(one["dispersion"].item()),
+            ]
             cells += [fractile_text(one, p, scale) for p in fractions]
             if not bool(one["converged"]):
                 cells = [str(one["status"].item()), *("" for _ in cells[1:])]

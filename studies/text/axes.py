@@ -11,6 +11,7 @@ from ...fragility.runs.axes import AXIS
 from ...motions.arrays import HORIZONTAL
 from ...motions.intensity.directions import PAIR_MEASURES
 from ...wording import listed_name, two_digit_percent
+from .words import measure_name
 
 MOST_NAMED = 8
 
@@ -47,7 +48,8 @@ def component_notes(component: str | None, im: str) -> list[str]:
     """Return a sentence where recordings are scaled by one of their components, and rates are computed from that."""
     if component not in HORIZONTAL or im.partition("(")[0] in PAIR_MEASURES:
         return []
+    name = measure_name(im)
     return [
-        f"the levels are of {im} of the component that shakes, while hazard curves as a rule are of RotD50 of both: "
-        f'im = "RotD50({im})" takes the differences between components into account'
+        f"the levels are of {name} of the component that shakes, while hazard curves as a rule are of RotD50 of both: "
+        f"levels of RotD50({name}) take the differences between components into account"
     ]

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from ...fragility.fitting.states import ALL
+from .reached import within_levels
 from .words import reference_law
 
 MOST_BLOCKS = 100
@@ -25,7 +26,7 @@ def places(results: xr.Dataset, by: str = MEDIAN) -> xr.DataArray:
     a median, from the lowest; then the blocks without a median, by the share of their runs that fell.  By rate, the
     blocks with a rate come first, from the highest, then the rest.
     """
-    one = results.isel(model=reference_law(results)[0])
+    one = within_levels(results).isel(model=reference_law(results)[0])
     value = one[by].transpose("block", ...)
     always = np.zeros(value.shape, bool)
     if "status" in one:

@@ -64,7 +64,7 @@ def reached_of(state: str) -> str:
 def action_of(verb: str, name: str) -> str:
     """What a motion does to a block, in the infinitive: overturn it, uplift it, bring it to a rotation."""
     if verb.startswith("falls "):
-        return f"make {name} {_without_s(verb)}"
+        return f"make {name} {infinitive_of(verb)}"
     return f"{verb[:-1]} {name}" if verb.endswith("s") else f"bring {name} to {verb.removeprefix('reaches ')}"
 
 
@@ -377,11 +377,11 @@ def family_notes(curves: xr.Dataset, along: str) -> list[str]:
 
 
 def _infinitive(state: str) -> str:
-    return _without_s(verb_of(state))
+    return infinitive_of(verb_of(state))
 
 
-def _without_s(verb: str) -> str:
-    """The infinitive of a verb with its object."""
+def infinitive_of(verb: str) -> str:
+    """The infinitive of a verb with its object: overturn, fall forward."""
     first, _, rest = verb.partition(" ")
     return f"{first.removesuffix('es' if first == 'reaches' else 's')} {rest}".strip()
 

@@ -6,6 +6,7 @@ Nothing here draws, so that tables and messages load no plotting library.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,7 +14,7 @@ import xarray as xr
 
 from ...models import catalogue
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
-from ...wording import value_text
+from ...wording import interval_text, value_text
 
 MEASURES = {
     "pga": "PGA",
@@ -26,6 +27,9 @@ MEASURES = {
     "pgv_normalised": "p·PGV/(g tan α)",
     "scale": "scale factor",
 }
+_PERIOD = re.compile(r"\b(S[avd]|FIV3)\((\d[\d.e+-]*)(?:, (\d[\d.e+-]*))?\)")
+_PERIODS = re.compile(r"\bAvgSa\((\d[\d.e+-]*):(\d[\d.e+-]*):(\d+)(?:, (\d[\d.e+-]*))?\)")
+"""Labels of spectral values at a period, and of averages over periods, with their damping where it is not 5 %."""
 REFERENCE_LAW = "housner"
 CONSEQUENCES = {
     "injury": ("injury", "that can injure people"),
@@ -70,11 +74,11 @@ def fractile_text(curve: xr.Dataset, p: float, scale: float) -> str:
     """The level at which a curve reaches the probability p, divided by `scale`, with its interval."""
     at = curve.sel(fraction=p)
     value, low, high = (at[f"fractile{end}"].item() / scale for end in ("", "_lower", "_upper"))
-    return value_text(value, low, high)
+    return f"{NOT_REACHED} ({interval_text(low, high)})" if np.isposinf(value) else value_text(value, low, high)
 
 
 NOT_REACHED = "not reached"
-"""In place of a median where fewer than half of the runs reach the state at any level (isotonic curves)."""
+"""In place of a median that lies above the highest level that was run."""
 
 
 def axis_of(results: xr.Dataset) -> xr.DataArray:
@@ -104,12 +108,30 @@ def measure_name(label: str, power: float = 1.0) -> str:
     """The written name of a measure; for a measure that grows with the square of the amplitude, its square root.
 
     `power` is the exponent of the motion's amplitude in the measure.
+
+    Examples
+    --------
+    >>> measure_name("pgv"), measure_name("Sa(0.5)"), measure_name("Sa(1.0, 0.02)")
+    ('PGV', 'Sa(0.5 s)', 'Sa(1 s, 2 % damping)')
+    >>> measure_name("RotD50(Sa(0.5))"), measure_name("AvgSa(0.2:2.0:10)")
+    ('RotD50(Sa(0.5 s))', 'AvgSa(0.2–2 s, 10 periods)')
     """
     if power == 2.0:
         return f"√({measure_name(label)})"
     if label.startswith("ground_"):
         return f"{measure_name(label.removeprefix('ground_'))}, ground"
-    return MEASURES.get(label, label)
+    known = MEASURES.get(label)
+    if known is not None:
+        return known
+    named = _PERIOD.sub(lambda found: f"{found[1]}({float(found[2]):g} s{_damping(found[3])})", label)
+    return _PERIODS.sub(
+        lambda found: f"AvgSa({float(found[1]):g}–{float(found[2]):g} s, {found[3]} periods{_damping(found[4])})",
+        named,
+    )
+
+
+def _damping(share: str | None) -> str:
+    return "" if share is None else f", {100.0 * float(share):g} % damping"
 
 
 def input_name(name: str) -> str:

@@ -591,6 +591,17 @@ class TestNotes:
         )
         assert any("1.67, which very few floors provide" in s for s in bare)
 
+    def test_scale_factors_that_are_not_known(self, found):
+        """Motions without an amplitude of their own have no factor: the range is that of the others."""
+        _, _, result = found
+        factors = result.copy(deep=True)
+        factors["scale_factor"] = xr.full_like(result["scale_factor"], 7.0)
+        factors["scale_factor"][0] = np.nan
+        factors["scale_factor"][-1] = 0.12
+        assert any(text.endswith("or more than 5 (from 0.12 to 7.0 in all)") for text in notes(factors))
+        factors["scale_factor"][:] = np.nan
+        assert any(text.endswith("scaled by less than 0.2 or more than 5") for text in notes(factors))
+
     def test_undecided_flags(self, found):
         runs, shakes, _ = found
         text = next(one for one in notes(screen(runs, shakes, undecided=True)) if "undecided" in one)

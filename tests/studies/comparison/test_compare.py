@@ -11,7 +11,7 @@ import xarray as xr
 import toppling as tp
 from toppling.fragility.fitting.fit import fit_lognormal
 from toppling.studies.command.cli import main
-from toppling.studies.comparison import curves, pieces, sides
+from toppling.studies.comparison import curves, figures, pieces, sides
 from toppling.studies.comparison.compare import compare
 from toppling.studies.file.table import StudyError
 from toppling.studies.store.outputs import RECORD
@@ -192,6 +192,46 @@ class TestCurves:
         said = compare(folder / "base", folder / "site", tmp_path).head
         assert "  hazard: k0 0.002 in A, 0.004 in B" in said
         assert not any("seed" in line for line in said)
+
+
+class TestMediansAboveTheLevels:
+    """A median above the highest level that was run is not compared: no run says how far above it lies."""
+
+    @pytest.fixture(scope="class")
+    @staticmethod
+    def low(folder):
+        """The base study without the levels at which half of the motions overturn the wide block."""
+        text = curves_study("Weak shaking").replace("to = 12.0", "to = 6.0")
+        (folder / "low.toml").write_text(text, encoding="utf-8")
+        tp.Study.from_toml(folder / "low.toml").run(folder / "low")
+        with xr.open_dataset(folder / "low" / "results.nc") as stored:
+            median = stored["median"].load()
+        wide = median.sel(block="wide", model="housner e=e_R")
+        assert 6.0 < float(wide) < 100.0
+        return folder / "low"
+
+    def test_a_line(self, folder, low):
+        line = one(lines_of(folder, "low", "base"), "median", "wide", "housner")
+        assert math.isnan(line.a.value)
+        assert math.isfinite(line.b.value)
+        assert math.isnan(line.ratio.value)
+        assert line.said_a == "not reached"
+
+    def test_in_the_file(self, folder, low, tmp_path):
+        compare(low, folder / "base", tmp_path)
+        rows = list(csv.DictReader((tmp_path / "comparison.csv").open(encoding="utf-8")))
+        row = next(row for row in rows if row["name"] == "wide" and row["quantity"].startswith("Median"))
+        assert (row["a"], row["ratio"], row["a_is"]) == ("", "", "not reached")
+        assert float(row["b"]) > 6.0
+
+    def test_curves_end_at_the_highest_level(self, folder, low):
+        """The levels of A end at 6 m/s², those of B at 12."""
+        with sides.two_sides(low, folder / "base", False) as (a, b):
+            both = curves.compare_curves(a, b, None)
+            _, figure = next(figures.of_curves(both, ("A", "B"), "95 %"))
+        for ax in figure.axes:
+            ends = [line.get_xdata().max() for line in ax.lines if len(line.get_xdata()) > 2]
+            assert sorted(ends) == pytest.approx([6.0 / 9.80665, 12.0 / 9.80665], rel=1e-9)
 
 
 class TestPieces:

@@ -277,7 +277,7 @@ class TestManyBlocks:
         """A block that fell in every run has no median: no reason to leave it out."""
         law, status = 1, results["status"].values.copy()
         median, probability = results["median"].values.copy(), results["probability"].values.copy()
-        median[:, law], status[:, law], probability[:, law] = np.arange(120) + 1.0, "ok", 0.5
+        median[:, law], status[:, law], probability[:, law] = (np.arange(120) + 1.0) / 30.0, "ok", 0.5
         median[[110, 115], law], status[[110, 115], law] = np.nan, "all overturned"
         median[:10, law], status[:10, law] = np.nan, "no overturning"
         median[3, law], status[3, law], probability[3, law] = np.nan, "not increasing", 0.6
@@ -343,15 +343,31 @@ class TestManyBlocks:
     def test_answers_are_of_all(self, results):
         first = str(results["block"].values[int(np.nanargmin(results["median"].isel(model=1).values))])
         spread, which, *named = answer(results).sentences
-        known = results["median"].isel(model=1).values / 9.80665
-        few, half, most = np.nanquantile(known, [0.1, 0.5, 0.9])
+        known = np.sort(results["median"].isel(model=1).values)
+        known = known[np.isfinite(known)]
+        few, half = np.quantile(known, [0.1, 0.5])
+        assert few < 4.0 < half  # (the highest level: what lies above it is not reached)
         assert spread == (
-            f"Of 120 blocks a tenth overturns below {few:.3f} g and half below {half:.3f} g, nine tenths below "
-            f"{most:.3f} g (medians of the {np.isfinite(known).sum()} that have one)."
+            f"Of 120 blocks a tenth overturns below {few / 9.80665:.3f} g; half do so at no level that was run "
+            f"(medians of the {known.size} that have one, of which {(known > 4.0).sum()} are not reached)."
         )
         assert which == "The 12 that fall first of 120; tables hold more, the results all."
         assert first in named[0]
         assert f"“{first}”" in plain_answer(results)[0]
+
+    @pytest.mark.parametrize(
+        ("greatest", "said"),
+        [
+            (3.9, "a tenth overturns below 0.0428 g and half below 0.201 g, nine tenths below 0.358 g (medians of"),
+            (6.0, "a tenth overturns below 0.0658 g and half below 0.308 g; nine tenths do so at no level that was"),
+            (60.0, "fewer than a tenth overturns in half of the runs at any level that was run (medians of the 120"),
+        ],
+    )
+    def test_spread_of_medians_within_the_levels(self, results, greatest, said):
+        """Medians k greatest/120: the quantile q lies at (1 + 119 q) greatest/120."""
+        medians = results["median"].copy()
+        medians[:, 1] = np.arange(1, 121) * greatest / 120.0
+        assert said in answer(results.assign(median=medians)).sentences[0]
 
     def test_few_sentences_of_many_blocks(self):
         squat = [tp.Block(1.0, 1.0 + 0.01 * i, name=f"s{i}") for i in range(8)]

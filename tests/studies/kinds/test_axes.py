@@ -299,4 +299,5 @@ def test_one_component_against_a_hazard_of_both(tmp_path):
 
     assert component_notes("h1", "RotD50(pga)") == []
     assert component_notes(None, "pga") == []
-    assert 'im = "RotD50(pga)"' in component_notes("h1", "pga")[0]
+    assert "levels of RotD50(PGA) take the differences" in component_notes("h1", "pga")[0]
+    assert component_notes("h1", "Sa(0.5)")[0].startswith("the levels are of Sa(0.5 s) of the component")

@@ -1,0 +1,143 @@
+"""Tables and sentences of sensitivity studies: what is not possible has a mark, and both are over the same values."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.models.friction import friction_at_impact
+from toppling.studies.tables.sensitivity import (
+    ABOVE,
+    SLIPS,
+    SQUAT,
+    laws_apart,
+    level_rows,
+    marks_of,
+    median_rows,
+    own_restitution,
+    sensitivity_sentences,
+    swings_of,
+)
+
+SLENDER, SQUAT_BLOCK = tp.Block(0.4, 1.9, name="slender"), tp.Block(2.0, 1.0, name="squat")
+VALUES = [0.5, 0.7, 0.9, 1.0]
+MEDIANS = [[4.0, 3.0, 2.0, 1.0], [9.0, 8.0, 7.0, 6.0]]
+
+
+def results_of(parameter="e", medians=MEDIANS, blocks=(SLENDER, SQUAT_BLOCK), axis="level"):
+    """Results of a sensitivity study with given medians (block, value), under one law; levels up to 12 m/s²."""
+    values = VALUES if parameter == "e" else [0.001, 0.01, 0.1, 0.2]
+    in_use = [[True] * len(values)] * len(blocks)
+    if parameter == "e":
+        in_use = [(friction_at_impact(one.h / one.b, values) <= 1.0).tolist() for one in blocks]
+    else:
+        in_use = [[False, True, True, False]] * len(blocks)
+    shakes = {"units": "m s-2", "long_name": "peak ground acceleration", "im": "pga"}
+    median = np.array(medians)[:, None]
+    return xr.Dataset(
+        {
+            "median": (("block", "model", "value"), median),
+            "median_ratio": (("block", "model", "value", "comparison"), (median / 2.0)[..., None]),
+        },
+        {
+            "block": [one.label for one in blocks],
+            "model": ["housner e"],
+            "law": ("model", ["housner"]),
+            "value": values,
+            "comparison": ["rigid"],
+            "in_use": (("block", "value"), in_use),
+            axis: ("level" if axis == "level" else "motion", [1.0, 12.0], shakes),
+            **{name: ("block", [getattr(one, name) for one in blocks]) for name in ("width", "height", "cm_height")},
+            "inertia_factor": ("block", [one.inertia for one in blocks]),
+        },
+        {"parameter": parameter, "friction": 1.0, "usual": "the usual ones", "reference": "rigid"},
+    )
+
+
+class TestMarks:
+    def test_the_least_e_is_that_of_the_friction(self):
+        """(h/b)(1 - e)/(1 + e) = 1 at e = (4.75 - 1)/(4.75 + 1) = 0.652."""
+        assert marks_of(results_of())[0].tolist() == [SLIPS, "", "", ""]
+
+    def test_of_a_squat_block(self):
+        """e_R = 1 - 1.5 sin² α is not positive from α = 0.955 on; this block has α = 1.107."""
+        found = results_of()
+        assert marks_of(found)[1].tolist() == [SQUAT] * 4
+        own = own_restitution(found)
+        assert own[0] == pytest.approx(1.0 - 1.5 * math.sin(SLENDER.alpha) ** 2, rel=1e-12)
+        assert np.isnan(own[1])
+
+    def test_delta_is_possible_everywhere(self):
+        found = results_of("delta")
+        assert (marks_of(found) == "").all()
+        assert own_restitution(found) is None
+
+
+class TestTables:
+    def test_levels(self):
+        rows = level_rows(results_of())
+        assert rows.headings == ("e =", "its e_R", "0.5", "0.7", "0.9", "1")
+        own = f"{SLENDER.restitution:.3f}"
+        assert rows.rows[0] == ("slender", own, SLIPS, "0.31", "0.20", f"0.10 {ABOVE}")
+        assert rows.rows[1] == ("squat", "none", *[SQUAT] * 4)
+        assert f"{SLIPS}: not possible, because the impact needs a coefficient of friction above 1" in rows.title
+        assert f"{SQUAT}: not possible, because so squat a block" in rows.title
+        assert f"{ABOVE}: above e_R" in rows.title
+
+    def test_levels_over_delta_have_no_such_column(self):
+        rows = level_rows(results_of("delta"))
+        assert rows.headings == ("δ =", "0.001", "0.01", "0.1", "0.2")
+        assert rows.rows[0] == ("slender", "0.41", "0.31", "0.20", "0.10")
+        assert SLIPS not in rows.title
+
+    def test_ratios_are_marked_as_well(self):
+        slender, squat = median_rows(results_of())
+        assert slender.rows == [("housner e", SLIPS, "1.50", "1.00", "0.50")]
+        assert squat.rows == [("housner e", *[SQUAT] * 4)]
+        assert "not possible" in slender.title
+
+    def test_what_is_not_reached(self):
+        """Lead tables are of results whose medians above the levels are infinite."""
+        found = results_of(medians=[[4.0, np.inf, np.nan, 1.0], [1.0] * 4])
+        assert level_rows(found).rows[0][2:] == (SLIPS, "not reached", "–", f"0.10 {ABOVE}")
+
+
+class TestSentences:
+    def test_over_the_whole_range_of_the_table(self):
+        """Over δ all values count, also those that are not the usual ones; over e those that are possible."""
+        assert swings_of(results_of("delta"), 0)[0] == ("slender", 0.001, 0.2, 4.0, 1.0)
+        assert swings_of(results_of(), 0) == [("slender", 0.7, 1.0, 3.0, 1.0)]
+        first = next(sensitivity_sentences(results_of()))
+        assert "of all e from 0.7 to 1 that were run and are possible for it" in first
+        assert f"(its own e_R is {SLENDER.restitution:.3f})" in first
+        assert first.endswith("0.31 g with e = 0.7 and of 0.10 g with e = 1: a factor of 3.0.")
+
+    def test_the_extremes_need_not_be_at_the_ends(self):
+        found = results_of("delta", medians=[[2.0, 1.0, 5.0, 2.0], [3.0] * 4])
+        assert swings_of(found, 0) == [("slender", 0.01, 0.1, 1.0, 5.0), ("squat", 0.001, 0.2, 3.0, 3.0)]
+
+    def test_a_median_above_the_levels_does_not_count(self):
+        found = results_of("delta", medians=[[20.0, 4.0, 2.0, 2.0], [30.0] * 4])
+        assert swings_of(found, 0) == [("slender", 0.01, 0.1, 4.0, 2.0)]
+        assert laws_apart(found) == [("Housner’s impacts", pytest.approx(math.sqrt(2.0)))]
+
+    def test_a_squat_block_is_said(self):
+        said = list(sensitivity_sentences(results_of()))
+        assert (
+            "“squat”: too squat to rock on after an impact at the edge (e_R is not positive), so no level is given."
+            in said
+        )
+        assert not any("squat" in one and "half of the motions" in one for one in said)
+
+    @pytest.mark.parametrize("axis", ["level", "intensity"])
+    def test_without_a_median_or_levels_nothing_warns(self, axis):
+        found = results_of(medians=np.full((2, 4), np.nan), axis=axis)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert swings_of(found, 0) == []
+            assert laws_apart(found) == []
+            assert level_rows(found).rows[0][3:5] == ("–", "–")
+            assert len(list(sensitivity_sentences(found))) == 1

@@ -1,0 +1,156 @@
+"""Medians above the strongest shaking that was run: not reached in every table and sentence, kept where curves are."""
+
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.studies.report.answers import answer
+from toppling.studies.report.summary import plain_answer
+from toppling.studies.report.validity import UNKNOWN, checks_of
+from toppling.studies.show import tables
+from toppling.studies.tables.client import client_rows
+from toppling.studies.tables.short import short_rows
+from toppling.studies.text.block_order import places
+from toppling.studies.text.reached import FITTED, highest_level, within_levels
+from toppling.studies.text.words import measure_name
+
+STUDY = """
+title = "Two pieces"
+[[blocks]]
+width_m = 0.4
+height_m = 1.8
+name = "shelf"
+[[blocks]]
+width_m = 0.9
+height_m = 1.8
+name = "chest"
+[[models]]
+law = "housner"
+[motions]
+generator = "clough-penzien"
+number = 20
+seed = 1
+duration_s = 10
+dt_s = 0.02
+[ida]
+im = "pga"
+levels = { from = 0.1, to = 0.7, number = 7, unit = "g" }
+[fit]
+replicates = 200
+"""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """The shelf falls within the levels; the median of the chest is set above them, as a fit extrapolates it."""
+    folder = tmp_path_factory.mktemp("reached")
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    found = tp.Study.from_toml(folder / "study.toml").run(folder / "out").load().copy(deep=True)
+    chest = {"block": 1, "model": 0}
+    for name, value in (("median", 14.7), ("median_lower", 7.5), ("median_upper", 400.0), ("dispersion", 0.6)):
+        found[name][chest] = value
+    found["status"] = found["status"].astype(object)
+    found["status"][chest], found["converged"][chest] = "ok", True
+    return found
+
+
+class TestWithinLevels:
+    def test_of_each_array(self, results):
+        found = within_levels(results)
+        top = float(results["level"].max())
+        assert highest_level(results) == top
+        assert found["median"].values[1, 0] == np.inf
+        assert found["median_lower"].values[1, 0] == top  # (its interval is above all levels: above the highest)
+        assert found["median_upper"].values[1, 0] == np.inf
+        assert found[FITTED].values[1, 0] == 14.7
+        assert found["median"].attrs == results["median"].attrs
+        assert (found["median"].values[0] == results["median"].values[0]).all()
+        xr.testing.assert_identical(found, within_levels(found))
+        assert results["median"].values[1, 0] == 14.7  # (what is given is not changed)
+
+    def test_the_level_itself_is_reached(self):
+        curves = xr.Dataset({"median": ("block", [2.0, 2.0 * (1.0 + 1e-12), 2.001, np.nan])}, {"level": [1.0, 2.0]})
+        assert np.isinf(within_levels(curves)["median"].values).tolist() == [False, False, True, False]
+
+    def test_of_a_cloud_and_of_curves_without_levels(self):
+        curves = xr.Dataset({"median": ("block", [2.0, 5.0])})
+        assert highest_level(curves) == np.inf
+        assert within_levels(curves) is curves
+        cloud = curves.assign_coords(intensity=("motion", [0.5, 3.0]))
+        assert within_levels(cloud)["median"].values.tolist() == [2.0, np.inf]
+
+    def test_of_ratios(self):
+        """A ratio of what is not reached is infinite; one to what is not reached says nothing."""
+        ratio = xr.DataArray([[2.0, 0.5], [4.0, 0.5]], dims=("block", "comparison"))
+        found = xr.Dataset({"median": ("block", [2.0, 5.0]), "median_ratio": ratio}, {"level": [1.0, 3.0]})
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            now = within_levels(found)["median_ratio"].values
+        assert now[0].tolist()[0] == 2.0
+        assert np.isnan(now[0, 1])  # the reference is at 4, above the levels
+        assert now[1, 0] == np.inf  # the reference is at 1.25
+        assert np.isnan(now[1, 1])
+
+
+class TestWhereItIsRead:
+    def test_tables(self, results):
+        assert [row[1] for row in client_rows(results).rows][1] == "not reached (above 0.70)"
+        assert "not reached" in [str(cell) for table in tables(results) for cell in table.columns[1].cells]
+        assert "1.50" not in [str(cell) for table in tables(results) for cell in table.columns[1].cells]
+        assert short_rows(within_levels(results)).rows[1][1] == "not reached"
+
+    def test_sentences(self, results):
+        chest = next(one for one in answer(results).sentences if "chest" in one)
+        assert "its median is not reached" in chest
+        assert "1.50" not in chest
+        assert not any("1.5 g" in one for one in plain_answer(results))
+
+    def test_where_nothing_is_reached(self, results):
+        """The answer gives no level, and how many would fall at the strongest shaking."""
+        chest = results.isel(block=[1])
+        first, second = plain_answer(chest)
+        assert first == (
+            "The runs do not show how strong the shaking must be: fewer than half of the runs do so at any level."
+        )
+        share = round(100.0 * float(chest["probability"][0, 0, -1]))
+        assert f"of 0.70 g, the strongest shaking that was run, about {share} (" in second
+
+    def test_widths_of_intervals(self, results):
+        """The interval that spans a factor of 53 is of no median that is known."""
+        narrow = next(one for one in checks_of(results) if "narrow" in one.question)
+        assert "(shelf" in narrow.reason
+        alone = next(one for one in checks_of(results.isel(block=[1])) if "narrow" in one.question)
+        assert alone.word == UNKNOWN
+        assert alone.reason.startswith("No curve reaches a probability of 50 % at the levels that were run")
+
+    def test_order(self, results):
+        """What is not reached comes after what is, whatever was fitted."""
+        lower = results.copy(deep=True)
+        lower["median"][0, 0] = 6.8
+        lower["median"][1, 0] = 6.9
+        assert places(lower).values.ravel().tolist() == [0, 1]
+
+    def test_the_curve_ends_at_the_highest_level(self, results):
+        ax = tp.plot.fragility(results, block="chest")
+        line = max(ax.lines, key=lambda one: one.get_xdata().size)
+        assert line.get_xdata().max() == pytest.approx(0.7, rel=1e-12)
+        assert ax.get_xlim()[1] > 0.71
+
+
+@pytest.mark.parametrize(
+    ("label", "name"),
+    [
+        ("Sa(0.5)", "Sa(0.5 s)"),
+        ("Sa(1.0, 0.02)", "Sa(1 s, 2 % damping)"),
+        ("ground_Sa(0.5)", "Sa(0.5 s), ground"),
+        ("RotD50(Sa(0.5))", "RotD50(Sa(0.5 s))"),
+        ("AvgSa(0.2:2.0:10, 0.02)", "AvgSa(0.2–2 s, 10 periods, 2 % damping)"),
+        ("FIV3(1.0)", "FIV3(1 s)"),
+        ("pgv", "PGV"),
+    ],
+)
+def test_periods_have_their_unit(label, name):
+    assert measure_name(label) == name
