@@ -55,8 +55,8 @@ def anchoring(
     xarray.Dataset
         On (model, item), the items that count for the objective and are not anchored: ``saving`` by anchoring this one
         alone, ``saving_share`` of all that can be saved, ``alone`` (the objective if this one stood alone: more than
-        its saving where others have the same effect in the same motions), ``cost``, ``saving_per_cost``, ``payback``
-        (years, for loss in a year), ``rank`` (1 is the first to anchor).  On (model, step): ``anchored_item``, the next
+        its saving where others have the same effect in the same motions), ``cost``, ``saving_per_cost``,
+        ``rank`` (1 is the first to anchor).  On (model, step): ``anchored_item``, the next
         to anchor when each is chosen for its saving beside those before, the objective ``left`` then, and the
         ``total_cost``; step 0 is the present state.
 
@@ -129,12 +129,11 @@ def anchoring(
 
 
 class _Goal(NamedTuple):
-    """An objective: the items that count for it (item,), its unit and name; `pays`: it is money per year."""
+    """An objective: the items that count for it (item,), its unit and name."""
 
     members: Flags
     units: str
     text: str
-    pays: bool = False
 
 
 class Resampling(NamedTuple):
@@ -168,7 +167,7 @@ def _goal(assessment: xr.Dataset, objective: str, yearly: bool) -> _Goal:
         attributes = assessment[objective].attrs
         units = per_year(attributes["units"]) if yearly else attributes["units"]
         text = f"{'expected annual' if yearly else 'mean of'} {attributes['long_name']}"
-        return _Goal(everything, units, text, yearly and objective == "loss")
+        return _Goal(everything, units, text)
     what = "at least one piece overturns"
     if objective != ANY:
         lists = [str(one).split(JOINT) for one in assessment["consequences"].values]
@@ -224,8 +223,6 @@ def _savings(
     }
     with np.errstate(divide="ignore", invalid="ignore"):
         each["saving_per_cost"] = (mean / cost, _over(goal.units, money), "saving over cost")
-        if goal.pays:
-            each["payback"] = (cost / mean, "year", "cost over what is saved in a year")
     found = {name: variable(("model", "item"), *one) for name, one in each.items()}
     found["cost"] = variable(("item",), cost, money, "cost of anchoring its pieces")
     return found

@@ -3,101 +3,44 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ...aliases import Array
+from ...aliases import Array, Flags
 from ...fragility.fitting.isotonic import crossings, isotonic_probabilities
+from ...fragility.validity.screen import SQUAT_RATIO
 from ..budget import Choice, best_set
-from ..codes.check import REQUIRED, CodeCheck
 from .code_checks import checks_of_items
+from .money import DISCOUNT
+from .recommendations import (
+    ANCHORED,
+    DUTY,
+    INDICATIVE,
+    ORDER,
+    OUTSIDE,
+    UNKNOWN,
+    WEAK,
+    KitEffect,
+    Piece,
+    Range,
+    carriers,
+    harm_of,
+    recommended,
+    settled,
+)
+from .sliding import ITEM_MOVES_SHARE, MOVES_SHARE, shares_with_moving_supports
 from .variables import JOINT
 
 SAFETY = ("injury", "blocks-exit", "release")
 """Consequences that rank before money, where a study names no others."""
-YEARS = 50.0
-"""Years in which anchoring has to save its cost, without discounting, to be worth it; and of the chance of falling."""
-MOST = 0.8
-"""Share of the risk that the pieces which reduce it most make up together."""
 SHARES = (0.1, 0.5)
 """Probabilities of falling at whose levels of shaking a piece is described."""
 
-DUTY, WEAK, REDUCES, SAFER, SAVES, PREVENTS, WORTH, UNRESOLVED, UNPRICED, UNVALUED, SMALL, ANCHORED = (
-    "required by code",
-    "anchor below code force",
-    "reduces risk most",
-    "makes people safer",
-    "reduces loss most",
-    "prevents most other falls",
-    "worth its cost",
-    "not resolved",
-    "anchoring cost not given",
-    "value not given",
-    "small effect",
-    "anchored",
-)
-_ORDER = (DUTY, WEAK, REDUCES, SAFER, SAVES, PREVENTS, WORTH, UNRESOLVED, UNPRICED, UNVALUED, SMALL, ANCHORED)
-HELD = (ANCHORED, WEAK)
-"""Recommendations for pieces that are anchored; those without a kit do not fall in any run."""
+NOTABLE_MOVES = 0.05
+"""Share of the falls of a piece in runs in which what it stands on moves, above which its chance is only indicative."""
 SORTS = ("recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item")
 """What pieces can be sorted by."""
-
-
-class Range(NamedTuple):
-    """A value with the ends of its interval, NaN where there is none."""
-
-    value: float
-    lower: float
-    upper: float
-
-    def times(self, factor: float) -> Range:
-        """Return all three multiplied."""
-        return Range(*(one * factor for one in self))
-
-
-UNKNOWN = Range(math.nan, math.nan, math.nan)
-
-
-class Piece(NamedTuple):
-    """One line of an inventory under one law.
-
-    chance: annual rate of falling of a piece (1/year), or its probability at the study's level where there is no
-    hazard.  levels: shaking (SI) at which it falls with the probabilities `SHARES`; 0 below all levels, inf above.
-    saving: money a year by anchoring the line; payback: years.  NaN where something is not known.  code: what the
-    study's building code says of it, None where there is none.  chosen: whether it is among the lines to anchor for the
-    study's budget, None where there is none.  downtime: expected days a year for which one piece is out of use;
-    injuries: expected number of persons a year whom the line injures.  kit: the kit that holds it and can break, ''
-    for none.  carried: value of what stands on the pieces of the line, which is lost where they fall and is part of the
-    saving.
-    """
-
-    item: str
-    room: str
-    floor: str
-    number: int
-    chance: Range
-    levels: tuple[float, float]
-    consequences: tuple[str, ...]
-    value: float
-    cost: float
-    saving: Range
-    payback: float
-    safety: bool
-    recommendation: str
-    code: CodeCheck | None = None
-    chosen: bool | None = None
-    downtime: Range = UNKNOWN
-    injuries: Range = UNKNOWN
-    kit: str = ""
-    carried: float = 0.0
-
-    @property
-    def held(self) -> bool:
-        """Whether it is anchored for good, so that it does not fall in any run; a kit can break."""
-        return self.recommendation in HELD and not self.kit
 
 
 def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
@@ -123,13 +66,20 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
     *reduces risk most* for those that, taken from the one that contributes most, make up four fifths of the expected
     falls of all such pieces (of the expected injuries, where the inventory gives these for all of them), *makes people
     safer* for the others.  For pieces that are no matter of safety: *worth its cost*, if the lower end of what
-    anchoring saves in 50 years, without discounting, is more than its cost; *small effect*, if the upper end is less;
-    *not resolved* between the two; *anchoring cost not given*, *value not given* where there is nothing to compare.
-    Without a hazard, or
-    where no piece has a value, *reduces loss most* are those that make up four fifths of the expected loss
-    (*prevents most other falls*: of the falls, where nothing has a value), and *small effect* the others; both are
-    *reduces risk most* in an inventory of which nothing that is not anchored is a matter of safety.  A piece that falls
-    under no motion is *not resolved*.
+    anchoring saves in 50 years, discounted (``discount_rate``, `studies.buildings.money`), is at least its cost; *small
+    effect*, if the upper end is less; *not resolved* between the two; *anchoring cost not given*, *value not given*
+    where there is nothing to compare.  Where a line has no cost of anchoring and kits were tried, the costs and the
+    savings are those of the kits.  Without a hazard, or where no piece has a value, *reduces loss most* are those that
+    make up four fifths of the expected loss (*prevents most other falls*: of the falls, where nothing has a value), and
+    *small effect* the others; both are *reduces risk most* in an inventory of which nothing that is not anchored is a
+    matter of safety.  A small effect is *little money saved* (*few falls prevented*) *; danger to people not stated* of
+    lines without any consequence: that is not known to be harmless.  A piece that falls under no motion is *not
+    resolved*.
+
+    No advice follows from chances of falling that do not apply: *outside the model* is a squat piece, whose mass centre
+    is less than two half widths high, *indicative only* one of whose falls more than 5 % are in runs in which what it
+    stands on slides or rocks.  The latter is *fix before what stands on it*, unless there is another reason to fix it.
+    None of these has a saving or a payback.
     """
     here = results.isel(model=model)
     yearly = "item_rate" in here
@@ -145,6 +95,8 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
     checks = checks_of_items(results)
     chosen = here["budget_chosen"].values if "budget_chosen" in here else None
     kits = here["anchored_with"].values if "anchored_with" in here.coords else np.full(here.sizes["item"], "")
+    squat, uncertain = squat_items(results), on_moving_supports(results)
+    discount = float(results.attrs.get("discount_rate", DISCOUNT))
     found = []
     for i, item in enumerate(here["item"].values):
         one = {name: here[name].values[i] for name in ("floor", "count", "anchored", "value", "anchoring_cost")}
@@ -167,18 +119,57 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
                 value=value,
                 cost=cost,
                 saving=saving,
-                payback=count * cost / saving.value if saving.value > 0.0 else math.nan,
+                payback=math.nan,
                 safety=bool({*words} & {*safety}),
-                recommendation=_settled(bool(one["anchored"]), bool(kits[i]), None if checks is None else checks[i]),
+                recommendation=settled(bool(one["anchored"]), bool(kits[i]), None if checks is None else checks[i]),
                 code=None if checks is None else checks[i],
                 chosen=None if chosen is None else bool(chosen[i]),
                 downtime=_a_year(here, "downtime", i),
                 injuries=_a_year(here, "injuries", i),
                 kit=str(kits[i]),
                 carried=carried,
+                discount=discount,
+                tried=_tried(here, i, count, count * value if yearly and value > 0.0 else math.nan),
+                doubt=OUTSIDE if squat[i] else INDICATIVE if uncertain[i] else "",
             )
         )
-    return _sorted(_recommended(found), str(results.attrs.get("sort", SORTS[0])))
+    moving = {str(below) for below in here["stands_on"].values[uncertain]} if uncertain.any() else set()
+    return _sorted(carriers(recommended(found), moving), str(results.attrs.get("sort", SORTS[0])))
+
+
+def squat_items(results: xr.Dataset) -> Flags:
+    """Return which lines are squat (item,): outside the model, because they bounce rather than rock."""
+    if "friction_uplift" in results:
+        needs = results["friction_uplift"].values
+    elif "alpha" in results.coords and results["alpha"].dims == ("item",):
+        needs = np.tan(results["alpha"].values)
+    else:
+        return np.zeros(results.sizes["item"], bool)
+    return np.asarray(needs > 1.0 / SQUAT_RATIO)
+
+
+def on_moving_supports(results: xr.Dataset) -> Flags:
+    """Return the lines whose chances of falling are only indicative (item,), because what they stand on moves."""
+    if ITEM_MOVES_SHARE not in results and MOVES_SHARE not in results:
+        return np.zeros(results.sizes["item"], bool)
+    return np.asarray(shares_with_moving_supports(results) > NOTABLE_MOVES)
+
+
+def _tried(here: xr.Dataset, i: int, count: int, value: float) -> tuple[KitEffect, ...]:
+    """Return what the kits that were tried on a line do; value: of all its pieces, NaN where savings are not known."""
+    if "kit_falls_saved" not in here:
+        return ()
+    one = here.isel(item=i)
+    found = []
+    for name in one["kit"].values[one["kit_fits"].values.astype(bool)]:
+        kit = one.sel(kit=name)
+        saved, share = (
+            Range(*(float(kit[f"{each}{end}"]) for end in ("", "_lower", "_upper")))
+            for each in ("kit_falls_saved", "kit_share_saved")
+        )
+        cost = count * float(kit["kit_cost"]) if "kit_cost" in kit else math.nan
+        found.append(KitEffect(str(name), cost, saved, share, saved.times(value)))
+    return tuple(found)
 
 
 def _carried(here: xr.Dataset, support: str) -> float:
@@ -205,8 +196,9 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
 
     What the code requires comes first (as many pieces as the budget allows), then the most falls of pieces that are a
     matter of safety (the most injuries, where these are known of all such pieces), then of the others what they save in
-    50 years beyond their cost: none is chosen that costs more
-    than it saves.  Without a hazard, or where nothing has a value, the loss or the falls of the others.
+    50 years, discounted, beyond their cost: none is chosen that costs more than it saves.  Without a hazard, or where
+    nothing has a value, the loss or the falls of the others.  Pieces whose chances are no ground for advice are chosen
+    only where the code requires it.
 
     Parameters
     ----------
@@ -232,88 +224,18 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
     valued = any(one.value > 0.0 for one in pieces)
     priced = any(math.isfinite(one.saving.value) for one in pieces)
     goals: list[list[float]] = [[], [], []]
-    harm = _harm(pieces)
+    harm = harm_of(pieces)
     for one in pieces:
         falls = 0.0 if one.held else one.number * one.chance.value
         goals[0].append(float(one.number) if one.recommendation == DUTY else 0.0)
-        goals[1].append(harm(one) if one.safety and not one.held else 0.0)
+        goals[1].append(harm(one) if one.safety and one.judged and not one.held else 0.0)
         gain = falls * one.value + (0.0 if one.held else one.chance.value * one.carried) if valued else falls
         if priced:
-            gain = YEARS * one.saving.value - one.number * one.cost
-            gain = gain if math.isfinite(gain) else 0.0
-        goals[2].append(0.0 if one.safety or one.held or one.recommendation == DUTY else max(gain, 0.0))
-    costs: Array = np.array([one.number * one.cost for one in pieces])
+            gain = one.worth if math.isfinite(one.worth) else 0.0
+        apart = one.safety or one.held or not one.judged or one.recommendation == DUTY
+        goals[2].append(0.0 if apart else max(gain, 0.0))
+    costs: Array = np.array([one.cost_of_all for one in pieces])
     return best_set(costs, budget, [np.array(one) for one in goals])
-
-
-def _settled(anchored: bool, held: bool, code: CodeCheck | None) -> str:
-    """Return the recommendation that is settled before any risk is looked at, '' where there is none.
-
-    anchored: for good; held: by a kit, which can break.
-    """
-    if (anchored or held) and code is not None and code.ratio > 1.0:
-        return WEAK
-    if anchored or held:
-        return ANCHORED if anchored else ""
-    return DUTY if code is not None and code.status == REQUIRED else ""
-
-
-def _recommended(pieces: Sequence[Piece]) -> list[Piece]:
-    """Return the pieces with their recommendations."""
-    free = [one for one in pieces if not one.recommendation and one.chance.value > 0.0]
-    safety = _most([one for one in free if one.safety], _harm(pieces))
-    others = [one for one in free if not one.safety]
-    known = any(math.isfinite(one.saving.value) and math.isfinite(one.cost) for one in others)
-    valued = any(one.value > 0.0 or one.carried > 0.0 for one in others)
-    # (money is never called the greatest risk beside a piece that can injure people)
-    first = (SAVES if valued else PREVENTS) if any(one.safety and not one.held for one in pieces) else REDUCES
-    most = _most(
-        others, lambda one: one.chance.value * ((one.number * one.value + one.carried) if valued else one.number)
-    )
-
-    def words(one: Piece) -> str:
-        if one.chance.value == 0.0:
-            return UNRESOLVED
-        if one.safety:
-            return REDUCES if one.item in safety else SAFER
-        if known:
-            return _by_cost(one)
-        return first if one.item in most else SMALL
-
-    return [one if one.recommendation else one._replace(recommendation=words(one)) for one in pieces]
-
-
-def _harm(pieces: Sequence[Piece]) -> Callable[[Piece], float]:
-    """Return how much a piece contributes to the danger to people, the measure by which these are ranked.
-
-    The expected injuries, where they are known of all pieces that are a matter of safety and not held; else the falls.
-    """
-    of = [one for one in pieces if one.safety and not one.held and one.chance.value > 0.0]
-    if of and all(one.injuries.value > 0.0 for one in of):
-        return lambda one: one.injuries.value if one.injuries.value > 0.0 else 0.0
-    return lambda one: one.number * one.chance.value
-
-
-def _most(pieces: Sequence[Piece], contribution: Callable[[Piece], float]) -> set[str]:
-    """Return the names of the pieces that contribute most, and together `MOST` of all."""
-    whole = sum(map(contribution, pieces))
-    found, part = set(), 0.0
-    for one in sorted(pieces, key=contribution, reverse=True):
-        if part >= MOST * whole:
-            break
-        found.add(one.item)
-        part += contribution(one)
-    return found
-
-
-def _by_cost(one: Piece) -> str:
-    cost = one.number * one.cost
-    if math.isnan(one.saving.value):
-        return UNVALUED
-    if math.isnan(cost):
-        return UNPRICED
-    least, most = (YEARS * end if math.isfinite(end) else math.nan for end in one.saving[1:])
-    return WORTH if least >= cost else SMALL if most < cost else UNRESOLVED
 
 
 def _sorted(pieces: list[Piece], by: str) -> list[Piece]:
@@ -322,7 +244,7 @@ def _sorted(pieces: list[Piece], by: str) -> list[Piece]:
     def last(value: float) -> tuple[bool, float]:
         return math.isnan(value), value
 
-    harm = _harm(pieces)
+    harm = harm_of(pieces)
 
     def falls(one: Piece) -> float:
         return -one.number * one.chance.value
@@ -352,4 +274,4 @@ def _sorted(pieces: list[Piece], by: str) -> list[Piece]:
 
 
 def _place(one: Piece) -> int:
-    return _ORDER.index(one.recommendation)
+    return ORDER.index(one.recommendation)

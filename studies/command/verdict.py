@@ -6,7 +6,7 @@ from itertools import islice
 
 import xarray as xr
 
-from ..report.actions import budget_steps
+from ..report.actions import money_steps
 from ..report.crossed import crossed_pieces
 from ..report.law_choice import law_choice
 from ..report.summary import plain_answer
@@ -31,7 +31,7 @@ def _beside_table(results: xr.Dataset) -> list[str]:
     kind = str(results.attrs["kind"])
     if kind == "performance":
         # (how often anything falls, and what is lost, come first)
-        return [*islice(plain_answer(results), 1 + ("annual_loss" in results)), *budget_steps(results)]
+        return [*islice(plain_answer(results), 1 + ("annual_loss" in results)), *money_steps(results)]
     if kind == "sensitivity":
         claims = claims_of(results)
         more = [f"{len(claims) - MOST_CLAIMS} more: see the report"] if len(claims) > MOST_CLAIMS else []

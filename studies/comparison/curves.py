@@ -14,7 +14,7 @@ import xarray as xr
 from ...aliases import Array
 from ...fragility.hazard.rates import probability_in
 from ...units import DIMENSIONLESS, PER_YEAR
-from ..buildings.pieces import YEARS, Range
+from ..buildings.recommendations import YEARS, Range
 from ..file.analyses import FitTable
 from ..file.hazard import HazardTable
 from ..file.table import StudyError

@@ -16,9 +16,11 @@ from ...units import DIMENSIONLESS, PER_YEAR
 from ...wording import currency_of
 from ..buildings.assessment import BUILDING
 from ..buildings.outcomes import DAY
-from ..buildings.pieces import YEARS, Piece, Range, pieces_of
+from ..buildings.pieces import pieces_of
+from ..buildings.recommendations import YEARS, Piece, Range
 from ..buildings.variables import Year, fall_flags, level_index, per_year
 from ..plan.ratios import ratio_of, verdict_of
+from ..tables.unseen import at_most
 from ..text.words import floor_name, level_text
 from .ratios import ANCHORED_IN, NONE, Found, Line, Quantity
 from .sides import Side, matched_laws, matched_names, measure_of, same_motions
@@ -43,7 +45,7 @@ AT_LEVEL = {
 }
 """Names of the totals in the results, with a hazard and without."""
 WHOLE = "the building"
-NEVER = "never seen to fall"
+NEVER = "none seen to fall"
 PERIOD = "in 1,000 years"
 
 
@@ -133,7 +135,7 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
                 found[str(side.results["item"].values[at])]
                 for found, side, at in zip(pieces, (a, b), (i, m), strict=True)
             ]
-            lines.append(_line(both, rates, names, yearly, float(a.results.attrs["confidence"])))
+            lines.append(_line((a, b), both, rates, names, yearly))
     alone = items.only_a or items.only_b
     notes = ["the totals of the building hold the pieces that only one side has"] if alone else []
     if not _lossy(a, b) and any(map(_valued, (a, b))):
@@ -186,12 +188,16 @@ def _strata(side: Side) -> tuple[Index, ...]:
     return year_of(side).strata(side.results.sizes["motion"])
 
 
-def _line(both: list[Piece], rates: list[Array], laws: tuple[str, str], yearly: bool, confidence: float) -> Line:
+def _line(sides: tuple[Side, Side], both: list[Piece], rates: list[Array], laws: tuple[str, str], yearly: bool) -> Line:
     """Return the line of one piece: its chance in some years, or at the level."""
     held = [one.held for one in both]
     ranges = [NONE if kept else _in_years(one.chance, yearly) for one, kept in zip(both, held, strict=True)]
     samples = [_in_years_all(one, yearly) for one in rates]
-    said = ["anchored" if kept else NEVER if one.value == 0.0 else "" for one, kept in zip(ranges, held, strict=True)]
+    said = [
+        "anchored" if kept else at_most(side.results) if one.value == 0.0 else ""
+        for one, kept, side in zip(ranges, held, sides, strict=True)
+    ]
+    confidence = float(sides[0].results.attrs["confidence"])
     ratio = Range(*ratio_of(ranges[0].value, ranges[1].value, samples[0], samples[1], confidence))
     verdict = verdict_of(ratio)
     if any(held):
@@ -223,7 +229,10 @@ def _totals(
             _in_years_all(getattr(one, quantity) @ weights.T, of_years)
             for one, weights in zip(shaken, drawn, strict=True)
         ]
-        said = [NEVER if one.value == 0.0 else "" for one in ranges]
+        said = [
+            "" if one.value != 0.0 else at_most(side.results) if quantity == ANY else NEVER
+            for one, side in zip(ranges, (a, b), strict=True)
+        ]
         confidence = float(a.results.attrs["confidence"])
         ratio = Range(*ratio_of(ranges[0].value, ranges[1].value, samples[0], samples[1], confidence))
         found.append(Line(quantity, WHOLE, "", laws, ranges[0], ranges[1], ratio, verdict_of(ratio), *said))

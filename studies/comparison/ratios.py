@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..buildings.pieces import Range
+from ..buildings.recommendations import Range
 from .sides import Matched
 
 ANCHORED_IN = {where: f"anchored in {where}" for where in ("A", "B", "both")}

@@ -409,6 +409,11 @@ class PerformanceTable(Table):
         Literal["recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item"],
         Field(description="Order of the pieces in their table."),
     ] = "recommendation"
+    discount_rate: Annotated[
+        float,
+        KeyInfo(unit="1/year"),
+        Field(ge=0.0, le=0.5, description="Discount rate of what anchoring saves in later years; 0: no discounting."),
+    ] = 0.04
     modelling_dispersion: Annotated[
         float,
         Field(

@@ -23,6 +23,8 @@ MAX_ROWS = 10_000
 MAX_COUNT = 1_000_000
 MAX_VALUE = 1e15
 MAX_CONSEQUENCES = 40
+HARMLESS = "none"
+"""The word, in place of consequences, that says that nobody is harmed where a piece falls."""
 RESERVED = ("number", "loss", "any")
 """Words that cannot be consequences, because results use them for everything that falls."""
 
@@ -46,7 +48,8 @@ class Contents:
     value : float
         The loss when a piece overturns, without spread, in the inventory's currency, >= 0.
     consequences : tuple of str
-        The consequences when at least one piece overturns, such as ``blocks-exit``.
+        The consequences when at least one piece overturns, such as ``blocks-exit``; ``none`` alone says that there are
+        none, which an empty tuple does not.
     anchored : bool
         True where the pieces are fixed already, so that they do not overturn.
     kit : str
@@ -161,6 +164,11 @@ class Contents:
                 raise ValueError(f"consequence must not be one of {', '.join(RESERVED)}, got {word!r}")
         self._check_distributions()
         self._check_friction()
+        if HARMLESS in self.consequences and (len(self.consequences) > 1 or self.injury is not None):
+            raise ValueError(
+                f"consequence must be {HARMLESS!r} alone, without other consequences and persons exposed, got "
+                f"{', '.join(map(repr, self.consequences))}"
+            )
         injures = ("injury",) if self.injury is not None and self.injury.mean > 0.0 else ()
         object.__setattr__(self, "consequences", tuple(dict.fromkeys((*self.consequences, *injures))))
 
@@ -295,7 +303,8 @@ class Inventory:
     @property
     def consequences(self) -> tuple[str, ...]:
         """All consequences, each once, in the order of the rows."""
-        return tuple(dict.fromkeys(word for row in self.rows for word in row.consequences))
+        words = dict.fromkeys(word for row in self.rows for word in row.consequences)
+        return tuple(word for word in words if word != HARMLESS)
 
 
 def _text(name: str, value: Any) -> None:

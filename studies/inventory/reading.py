@@ -133,7 +133,7 @@ def read_inventory(
     ``currency``               of ``value``, ``cost_median`` and ``anchoring_cost``, the same in every line that states
                                it, such as EUR
     ``consequence``            consequences when at least one piece overturns, such as blocks-exit; several are
-                               separated by |
+                               separated by |; none: nobody is harmed (an empty cell says nothing of that)
     ``anchored``               yes or no (no): pieces with yes do not overturn; or the name of a kit, with which they
                                are run, and which can break
     ``anchoring_cost``         cost of fixing a piece

@@ -44,6 +44,7 @@ from ..buildings.axes import axes_notes, placed_on_axes, sideways_notes
 from ..buildings.branches import InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.code_checks import code_variables
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
+from ..buildings.money import DISCOUNT
 from ..buildings.notes import (
     UNDIRECTED,
     branch_notes,
@@ -146,6 +147,7 @@ class PerformanceStudy(Study):
     of_axes: tuple[str, ...] = ()
     slipping: Slipping = USUAL
     piece_class: str | None = None
+    discount: float = DISCOUNT
     kind: ClassVar[str] = "performance"
 
     @classmethod
@@ -244,6 +246,7 @@ class PerformanceStudy(Study):
             of_axes=tuple(axes_notes(inventory, as_read, shaking.axes)),
             slipping=slipping,
             piece_class=asked.modelling_class,
+            discount=asked.discount_rate,
         )
         study = replace(study, branches=_branches(content, folder, study, as_read))
         used = [inventory, *(one.inventory for one in study.further.values())]
@@ -578,7 +581,9 @@ class PerformanceStudy(Study):
 
     def _decided(self, results: xr.Dataset) -> xr.Dataset:
         earlier = [name for name in results.data_vars if str(name).startswith(DECIDED)]
-        found = results.drop_vars(earlier).assign_attrs(safety=JOINT.join(self.safety), sort=self.sort)
+        found = results.drop_vars(earlier).assign_attrs(
+            safety=JOINT.join(self.safety), sort=self.sort, discount_rate=self.discount
+        )
         for name in ("code", "code_site", "budget", "target"):
             found.attrs.pop(name, None)
         if self.code is not None:

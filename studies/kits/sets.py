@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from ...aliases import Array, Flags
 from ..budget import SAME, best_set, cheapest_set
-from ..buildings.pieces import DUTY, YEARS, Piece, pieces_of
+from ..buildings.money import present_value
+from ..buildings.pieces import pieces_of
+from ..buildings.recommendations import DUTY, YEARS, Piece
 
 FALLS, FRONT_FALLS, INJURIES, LOSS = "falls", "front_falls", "injuries", "loss"
 TARGETS = (FALLS, FRONT_FALLS, INJURIES, LOSS)
@@ -98,9 +100,10 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
     Kits come first for what the code requires to be anchored (as many pieces as the budget allows, with kits that are
     as strong as the code's demand on the anchor where that is known), then for the most falls saved of pieces that are
     a matter of safety, then of pieces that the code requires to be anchored, then of the others for what they save in
-    50 years beyond their cost; without a hazard, or where nothing has a value, the loss or the falls of the others that
-    they save.  Of sets that serve all of this equally it is the cheapest.  A kit whose interval of the falls it saves
-    holds 0 counts as one that saves none: it is bought only where the code requires an anchor.
+    50 years, discounted, beyond their cost; without a hazard, or where nothing has a value, the loss or the falls of
+    the others that they save.  Of sets that serve all of this equally it is the cheapest.  A kit whose interval of the
+    falls it saves holds 0 counts as one that saves none: it is bought only where the code requires an anchor.  So does
+    any kit for pieces whose chances of falling are no ground for advice (`Piece.judged`).
 
     Parameters
     ----------
@@ -125,12 +128,14 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
     one = [pieces[i] for i in options.item]
     duty = np.array([each.recommendation == DUTY for each in one], bool)
     safe = np.array([each.safety for each in one], bool)
-    falls = np.maximum(options.surely_saved(FALLS), 0.0)
+    judged = np.array([each.judged for each in one], bool)
+    falls = np.where(judged, np.maximum(options.surely_saved(FALLS), 0.0), 0.0)
     gain = falls
     if (options.weights(LOSS) > 0.0).any():
-        gain = np.maximum(options.surely_saved(LOSS), 0.0)
+        gain = np.where(judged, np.maximum(options.surely_saved(LOSS), 0.0), 0.0)
         if "item_rate" in results:
-            gain = np.maximum(YEARS * gain - options.costs, 0.0)
+            factor = present_value(pieces[0].discount, YEARS)
+            gain = np.maximum(factor * gain - options.costs, 0.0)
     demand = np.array([math.nan if each.code is None else each.code.demand for each in one])
     strong = ~(options.strengths[options.kit] < demand)  # (a demand that is not known is none)
     goals = [

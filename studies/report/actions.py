@@ -15,36 +15,39 @@ from ...wording import (
     about_years,
     currency_of,
     given_number,
+    given_percent,
     interval_text,
     percent,
     two_digits,
     whole_percent,
 )
-from ..buildings.pieces import (
+from ..buildings.pieces import SAFETY, on_moving_supports, pieces_of
+from ..buildings.recommendations import (
     ANCHORED,
     DUTY,
+    INDICATIVE,
+    LITTLE,
+    OUTSIDE,
     PREVENTS,
     REDUCES,
     SAFER,
-    SAFETY,
     SAVES,
-    SMALL,
     UNPRICED,
     UNRESOLVED,
     UNVALUED,
     WEAK,
     WORTH,
     Piece,
-    pieces_of,
 )
-from ..buildings.pieces import YEARS as PIECE_YEARS
+from ..buildings.recommendations import YEARS as PIECE_YEARS
 from ..buildings.sliding import MOVES, shares_with_moving_supports
 from ..buildings.variables import FALLEN, JOINT
 from ..codes.check import UNCHECKED as NOT_CHECKED
 from ..tables.item_slides import contacts_of
 from ..tables.sensitivity import law_name, law_of_answer, laws_apart, swings_of
+from ..tables.unseen import at_most
 from ..text.words import block_title, consequence_name, floor_name, reference_law, that_has
-from .kits import purchases, restraint_steps
+from .kits import kits_without_effect, purchases, restraint_steps
 from .validity import GOOD, SLIDING, Check
 
 SLIDE_STEP = (
@@ -62,6 +65,11 @@ MEASURE_STEP = (
     "empty duplicate, or on a sample of the same base and the same floor: the force that just makes it slide, divided "
     "by its weight, is the coefficient. Do not push heavy, fragile, valuable or hazardous pieces."
 )
+NO_TILT = (
+    "Do not tilt loaded furniture or racks to measure anything: take sizes and the mass centre from a plan and a list "
+    "of what they hold."
+)
+"""What keeps a measurement safe."""
 NOTABLE_SWING = 1.15
 """Ratio of levels from which a parameter or a law is said to matter."""
 MOST_PIECES = 5
@@ -94,10 +102,16 @@ def _actions(results: xr.Dataset) -> Iterator[str]:
         yield from _first(pieces, results)
         worth = [one for one in pieces if one.recommendation == WORTH]
         if worth:
-            yield f"Anchoring saves more than it costs within {PIECE_YEARS:g} years: {_pieces(worth)}."
-        yield from _undecided(pieces)
+            yield (
+                f"Anchoring saves more than it costs within {PIECE_YEARS:g} years, with later savings discounted at "
+                f"{given_percent(worth[0].discount)} a year: {_pieces(worth, kits=True)}."
+            )
+        yield from _undecided(pieces, results)
+        yield from _not_judged(pieces)
+        yield from _unstated(pieces)
         yield from _spent(pieces, results)
         yield from purchases(results, pieces)
+        yield from kits_without_effect(results, pieces)
         yield from _anchored(pieces)
         yield from _supports(results)
         yield from _carried(pieces, results)
@@ -128,35 +142,81 @@ def _first(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     valued = any(one.value > 0.0 for one in pieces if not one.safety)
     of = "the expected loss comes" if valued else "the expected falls come"
     if first and not any(one.safety for one in first):
-        yield f"Most of {of} from {_pieces(first)}: anchor {_them(first)} first."
+        yield f"Most of {of} from {_pieces(first)}: anchor {_them(first)} first{_with_kits(first)}."
     elif first:
         words = dict.fromkeys(word for one in first for word in one.consequences if word in _safety(results))
         named = ", ".join(map(consequence_name, words))
-        yield f"Anchor first, for safety ({named}): {_pieces(first)}."
+        yield f"Anchor first, for safety ({named}): {_pieces(first, kits=True)}."
     if also:
-        yield f"Anchoring these also makes people safer: {_pieces(also)}."
+        yield f"Anchoring these also makes people safer: {_pieces(also, kits=True)}."
     if most:
         yield (
-            f"Among the pieces that do not affect safety, most of {of} from {_pieces(most)}: anchor {_them(most)} next."
+            f"Among the pieces that do not affect safety, most of {of} from {_pieces(most)}: anchor {_them(most)} next"
+            f"{_with_kits(most)}."
         )
 
 
-def _undecided(pieces: list[Piece]) -> Iterator[str]:
+def _with_kits(pieces: list[Piece]) -> str:
+    """Return with which kits pieces are to be anchored, after the advice to anchor them; '' where none were tried."""
+    said = [f"“{one.item}”{_kit_of(one)}" for one in pieces[:MOST_PIECES] if one.tried]
+    return f" ({'; '.join(said)})" if said else ""
+
+
+def _kit_of(one: Piece) -> str:
+    """Return which kit is meant where a piece is to be anchored, and what it prevents; '' where none were tried."""
+    if not one.tried:
+        return ""
+    if one.meant is None:
+        return ": none of the kits that were tried is shown to prevent enough of its falls, so choose a stronger one"
+    return f" with “{one.meant.kit}”, which prevents about {whole_percent(one.meant.share.value)} of its falls"
+
+
+def _not_judged(pieces: list[Piece]) -> Iterator[str]:
+    """Yield for which pieces nothing is advised, because their chances of falling are no ground for it."""
+    for word, why in (
+        (
+            OUTSIDE,
+            "a piece whose mass centre is less than two half widths high slides or bounces rather than rocks, which is "
+            "outside the model",
+        ),
+        (INDICATIVE, "what it stands on moves itself, so that the chance given is only indicative"),
+    ):
+        named = [one for one in pieces if one.recommendation == word]
+        if named:
+            yield f"No advice on anchoring follows from these results for {_pieces(named, len(named))}: {why}."
+        if people := [one for one in named if one.safety]:
+            can = "can endanger people all the same: have an engineer judge whether to fix"
+            yield f"{_pieces(people, len(people))} {can} {_them(people)}."
+
+
+def _unstated(pieces: list[Piece]) -> Iterator[str]:
+    """Yield for which pieces the inventory does not say whether their falling is a danger."""
+    if named := [one for one in pieces if not one.stated and not one.held]:
+        yield (
+            "The inventory does not say what it means for people if these fall, so that they are judged by money "
+            f"alone, and none of them is known to be harmless: {_pieces(named)}. Let the inventory say it of each line "
+            "(“none” where nobody can be harmed)."
+        )
+
+
+def _undecided(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     """Yield for which pieces it is not known whether anchoring is worth its cost, and what would tell."""
     open_ = [one for one in pieces if one.recommendation == UNRESOLVED and not one.safety]
     seen = [one for one in open_ if one.chance.value > 0.0]
-    never = [one for one in open_ if one.chance.value == 0.0]
+    never = [one for one in pieces if one.recommendation == UNRESOLVED and one.chance.value == 0.0]
     if seen:
         yield (
             f"Not resolved: whether anchoring {_pieces(seen, len(seen))} saves more than it costs within "
-            f"{PIECE_YEARS:g} years. The interval of the saving includes the cost: run more motions, or decide on "
-            "other grounds."
+            f"{PIECE_YEARS:g} years. The interval of the saving, discounted, includes the cost: run more motions, or "
+            "decide on other grounds."
         )
     if never:
         does = "falls" if len(never) == 1 else "fall"
+        bound = f"in {PIECE_YEARS:g} years" if "level_weight" in results else "at this level"
         yield (
-            f"{_pieces(never, len(never))} {does} under none of the motions, so that the benefit of anchoring is not "
-            "known: run more motions or stronger shaking if it matters."
+            f"{_pieces(never, len(never))} {does} under none of the motions, which shows no more than a chance of "
+            f"{at_most(results)} {bound} for each. The benefit of anchoring is not known: run more motions or stronger "
+            "shaking if it matters."
         )
     for word, what in ((UNPRICED, "cost of anchoring"), (UNVALUED, "value")):
         missing = [one for one in pieces if one.recommendation == word]
@@ -175,8 +235,8 @@ def _of_sensitivity(results: xr.Dataset) -> Iterator[str]:
     if swings and max(swings) > NOTABLE_SWING:
         by, law = f"by a factor of up to {two_digits(max(swings))}", law_name(results, at)
         yield (
-            f"The restitution changes the level {by}. Where a decision depends on it, measure it on the piece (release "
-            "it from a small tilt and compare successive peaks), or treat it as uncertain in the study."
+            f"The restitution changes the level {by}. Where a decision depends on it, treat it as uncertain in the "
+            f"study, or have it measured on an unloaded sample with the same base and floor. {NO_TILT}"
             if e
             else f"The width δ changes the level {by} even under {law}: choose it as small as in the flat part of the "
             "figure."
@@ -213,7 +273,7 @@ def _supports(results: xr.Dataset) -> Iterator[str]:
     if MOVES not in results:
         return
     shares = shares_with_moving_supports(results)
-    for i in np.flatnonzero(shares > 0.01)[:MOST_PIECES].tolist():
+    for i in np.flatnonzero(on_moving_supports(results))[:MOST_PIECES].tolist():
         below = results["stands_on"].values[i]
         yield (
             f"Fix “{below}” before “{results['item'].values[i]}”, which stands on it: in {about_percent(shares[i])} of "
@@ -231,8 +291,8 @@ def _carried(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
         above = [f"“{item}”" for item in results["item"].values[on == one.item]]
         yield (
             f"Where “{one.item}” falls (each about once in {about_years(one.chance.value)} years), it takes with it "
-            f"what stands on it: {first_of(above)}, also if this is fixed to it. The payback of “{one.item}” counts "
-            "the value of both."
+            f"what stands on it: {first_of(above)}, also if this is fixed to it."
+            + ("" if math.isnan(one.payback) else f" The payback of “{one.item}” counts the value of both.")
         )
 
 
@@ -333,9 +393,13 @@ def _duties(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
         yield f"The code requirements could not be checked for {_pieces(unknown, len(unknown))}: {why}."
 
 
-def budget_steps(results: xr.Dataset) -> list[str]:
-    """Return what is best done with the study's budget under the reference law; nothing without a budget."""
-    return list(_spent(pieces_of(results, reference_law(results)[0]), results))
+def money_steps(results: xr.Dataset) -> list[str]:
+    """Return what is best done with the study's budget, and which kits are not worth buying, under the reference law.
+
+    Nothing without a budget or kits.
+    """
+    pieces = pieces_of(results, reference_law(results)[0])
+    return [*_spent(pieces, results), *kits_without_effect(results, pieces)]
 
 
 def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
@@ -351,7 +415,7 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     if not chosen:
         yield f"No line of the inventory that would reduce the risk can be anchored for {budget}."
         return
-    cost = sum(one.number * one.cost for one in chosen)
+    cost = sum(one.cost_of_all for one in chosen)
     names = _pieces(chosen, len(chosen))
     effect = _effect(pieces, chosen, money, _safety(results))
     if open_ := [one for one in chosen if one.recommendation == UNRESOLVED and not one.safety]:
@@ -362,7 +426,7 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
     others = [one for one in pieces if not one.chosen and one.number * one.cost <= over and not one.held]
     wanted = (REDUCES, SAFER, WORTH)
     dear = [one for one in pieces if not one.chosen and one.recommendation in wanted and one.number * one.cost > over]
-    if others and gap == 0.0 and all(one.recommendation == SMALL for one in others):
+    if others and gap == 0.0 and all(one.recommendation in LITTLE for one in others):
         yield (
             f"{given_number(over)}{money} would be left over; none of the other lines that it would pay for saves more "
             "than it costs."
@@ -373,7 +437,7 @@ def _spent(pieces: list[Piece], results: xr.Dataset) -> Iterator[str]:
         yield (
             f"{_pieces(dear, money=money)} {'is' if len(dear) == 1 else 'are'} beyond this budget, of which "
             f"{given_number(over)}{money} would be left over{first}.{together} Judged by safety first, then by what is "
-            f"saved in {PIECE_YEARS:g} years less what it costs, no other choice within it does better."
+            f"saved in {PIECE_YEARS:g} years, discounted, less what it costs, no other choice within it does better."
         )
     if gap > 0.0:
         by = f", by up to {two_digits(100.0 * gap)} %" if math.isfinite(gap) else ""
@@ -411,12 +475,16 @@ def _effect(pieces: list[Piece], chosen: list[Piece], money: str, safety: list[s
     return f"; this {', and '.join(said)}" if said else ""
 
 
-def _pieces(pieces: list[Piece], most: int = MOST_PIECES, money: str | None = None) -> str:
-    """Name pieces with their floors, the kits that hold them, and the costs of their lines where `money` is given."""
+def _pieces(pieces: list[Piece], most: int = MOST_PIECES, money: str | None = None, kits: bool = False) -> str:
+    """Name pieces with their floors, the kits that hold them, and the costs of their lines where `money` is given.
+
+    kits: name the kits that are meant to hold them as well, and what these prevent.
+    """
     named = []
     for one in pieces[:most]:
         kit = f", now held by “{one.kit}”" if one.kit else ""
         cost = "" if money is None else f", {given_number(one.number * one.cost)}{money}"
-        named.append(f"“{one.item}” ({floor_name(one.floor)}{kit}{cost})")
+        named.append(f"“{one.item}” ({floor_name(one.floor)}{kit}{cost}){_kit_of(one) if kits else ''}")
     more = f" and {len(pieces) - most} more" if len(pieces) > most else ""
-    return f"{', '.join(named)}{more}"
+    comma = "; " if kits and any(one.tried for one in pieces) else ", "
+    return f"{comma.join(named)}{more}"

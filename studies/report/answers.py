@@ -28,6 +28,7 @@ from ..kinds.performance import ranking_of
 from ..plan.estimates import middle_level
 from ..sensitivity.claims import FAILS, HOLDS, OPEN
 from ..tables.assessment import (
+    ABOVE,
     DRAWN,
     annual_rows,
     common_modelling,
@@ -347,7 +348,9 @@ def _whole_building(rows: Rows, law: str, results: xr.Dataset) -> str:
                 amounts.append(f"expected {words} is {text}{unit}{heading.removeprefix(DRAWN[name])}")
     if yearly:
         often = found["anything falls, once in"]
-        rest = "Nothing falls under any motion" if often == "–" else f"At least one piece falls once in {often}"
+        rest = "Nothing that stands free can fall" if often == "–" else f"At least one piece falls once in {often}"
+        if often.startswith(ABOVE):
+            rest = f"Nothing falls under any motion, which shows no more than: less than once in {often[len(ABOVE) :]}"
     else:
         chance = "0 %" if found["anything falls"] == "–" else found["anything falls"]
         shaken = rows.title.partition(" (")[0].partition(",")[0]

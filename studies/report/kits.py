@@ -12,8 +12,17 @@ import xarray as xr
 from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.runs.provenance import SCENE, blocks_of, number_of_motions
 from ...models import Block
-from ...wording import about_percent, about_years, counted, currency_of, given_number, short_digits, two_digits
-from ..buildings.pieces import Piece
+from ...wording import (
+    about_percent,
+    about_years,
+    counted,
+    currency_of,
+    given_number,
+    short_digits,
+    two_digits,
+    whole_percent,
+)
+from ..buildings.recommendations import NOTHING, TOO_LITTLE, WORSE, Piece
 from ..plan.gains import GAIN, comparable
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of
 from ..tables.gains import gains_of
@@ -23,6 +32,7 @@ from ..text.words import axis_of, block_title, display_unit, floor_name, quantit
 from .results_file import without_motions
 
 HALF = 0.5
+STRONGER = "Do not rely on it: choose one that is more flexible or stronger, and check it in the same way."
 MOST_SAID = 4
 """Most restraints whose use has a sentence."""
 COUNTED = {"falls": "fall", "front_falls": "fall into the room", "injuries": "person injured"}
@@ -79,6 +89,39 @@ def purchases(results: xr.Dataset, pieces: list[Piece]) -> Iterator[str]:
         if gap > 0.0:
             by = f", by up to {two_digits(100.0 * gap)} %" if math.isfinite(gap) else ""
             yield f"Another set of kits may be better than this one{by}, because the search was stopped early."
+
+
+def kits_without_effect(results: xr.Dataset, pieces: list[Piece]) -> Iterator[str]:
+    """Yield the kits that prevent nothing measurable, or too little, or cause more falls, and of which pieces.
+
+    Parameters
+    ----------
+    results : xarray.Dataset
+        Of a performance study; nothing is said without kits.
+    pieces : list of Piece
+        Its pieces under the reference law.
+    """
+    motions = counted(number_of_motions(results), "motion") if "kit_falls" in results else ""
+    for kit in dict.fromkeys(tried.kit for one in pieces for tried in one.tried):
+        of: dict[str, list[tuple[Piece, float]]] = {}
+        for one in pieces:
+            for tried in one.tried:
+                if tried.kit == kit:
+                    of.setdefault(tried.effect, []).append((one, tried.share.value))
+        for word, made in ((WORSE, of.get(WORSE)), (NOTHING, of.get(NOTHING)), (TOO_LITTLE, of.get(TOO_LITTLE))):
+            if not made:
+                continue
+            names = ", ".join(f"“{one.item}” ({floor_name(one.floor)})" for one, _ in made)
+            if word == WORSE:
+                yield f"Do not fit “{kit}” as it is to {names}: with it falls are more frequent than without it."
+            elif word == NOTHING:
+                yield (
+                    f"“{kit}” achieves nothing measurable for {names}: with it falls are about as frequent as without "
+                    f"it under these {motions}. Do not rely on it there."
+                )
+            else:
+                shares = ", ".join(dict.fromkeys(whole_percent(share) for _, share in made))
+                yield f"“{kit}” is too little for {names}: it prevents only about {shares} of the falls."
 
 
 def _then(here: xr.Dataset, name: str, yearly: bool) -> str:
@@ -183,14 +226,19 @@ def _by_chance(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int,
         name = f"“{block_title(one.block)}”{f' on {one.floor}' if one.floor else ''}"
         chances = f"{about_percent(one.chance)} instead of {about_percent(one.of_other)} in {years}"
         word = verdict_of(one.ratio)
-        if word == LOWER:
+        if word == LOWER and one.ratio.lower > HALF:
+            yield (
+                f"The restraint of {name} is too little: it prevents only about {whole_percent(1.0 - one.ratio.value)} "
+                f"of the falls ({chances}). {STRONGER}"
+            )
+        elif word == LOWER:
             yield f"The restraint of {name} {HELPS}it lowers the chance of falling ({chances})."
         elif word == HIGHER:
             yield f"Do not fit the restraint of {name} as it is: it raises the chance of falling ({chances})."
         elif word in (OPEN, SAME):
             yield (
-                f"Do not rely on the restraint of {name}: {motions} do not show that it lowers the chance of falling "
-                f"({chances}). Choose one that is more flexible or stronger, and check it in the same way."
+                f"The restraint of {name} achieves nothing measurable: {motions} do not show that it lowers the chance "
+                f"of falling ({chances}). {STRONGER}"
             )
 
 
@@ -233,6 +281,6 @@ def _by_level(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, 
                 yield f"Do not fit the restraint of {name} as it is: {compared}."
             else:
                 yield (
-                    f"Do not rely on the restraint of {name}: these motions do not show that it helps ({compared}). "
-                    "Choose one that is more flexible or stronger, and check it in the same way."
+                    f"The restraint of {name} achieves nothing measurable: these motions do not show that it helps "
+                    f"({compared}). {STRONGER}"
                 )

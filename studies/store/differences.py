@@ -14,7 +14,7 @@ MOST_SAID = 3
 
 APART = ("title", "accept", "report")
 """Keys of a study file that change no result, and are no part of a study's identity."""
-DECISIONS = {"performance": ("sort", "safety", "code", "budget", "target")}
+DECISIONS = {"performance": ("sort", "safety", "code", "budget", "target", "discount_rate")}
 """Keys by table that change no run: what they decide is computed from results, and they are no part of the identity."""
 FILES = ("records", "floors_file", "floors_index", "target")
 """Keys of motions that name files."""

@@ -11,6 +11,7 @@ from ... import checks
 from ...fragility.risk.modelling import MODELLING
 from ...units import DIMENSIONLESS
 from ...wording import (
+    about_years,
     confidence_text,
     currency_of,
     given_percent,
@@ -24,7 +25,10 @@ from ..buildings.variables import FALLEN, PER_YEAR, level_index
 from ..plan.estimates import MEAN as IN_MEAN
 from ..text.rows import Rows
 from ..text.words import consequence_name, floor_cell, floor_name, level_text, measure_name
+from .unseen import most_rate
 
+ABOVE = "above "
+"""Before the fewest years between two events of which no motion showed one."""
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
 """Headings of amounts that only some inventories give; of amounts in a year with the `span` of time."""
 SELDOM = 0.1
@@ -126,7 +130,7 @@ def consequence_rows(assessment: xr.Dataset, level: float | None = None, model: 
         # (floors have no interval in the table, which must fit a page)
         whole, *floors = (said(one.sel(place=place), name) for place in places)
         rows.append((consequence_name(word), whole, *(text.partition(" (")[0] for text in floors)))
-    return Rows(_dashed(title, rows), ("", *map(place_name, places)), rows)
+    return Rows(_dashed(title, rows, "nothing there has it"), ("", *map(place_name, places)), rows)
 
 
 def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) -> Rows:
@@ -142,8 +146,6 @@ def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) 
     scale, unit = objective_unit(ranking)
     saves = f"saves, {unit}" if unit else "saves"
     headings = ["rank", "item", "floor", "pieces", saves, "share", *(["cost"] if paid else [])]
-    pays = "payback" in here and paid
-    headings += ["payback"] if pays else []
     rows = []
     order = np.argsort(here["rank"].values)
     for i in order[: checks.count("most", most, at_least=1)]:
@@ -154,10 +156,8 @@ def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) 
         cells = [rank, str(one["item"].item()), floor_cell(str(one["floor"].item())), str(int(one["count"]))]
         cells += [_interval(one, "saving", scale), "–" if math.isnan(share) else whole_percent(share)]
         if paid:
-            cells.append(short_digits(float(one["cost"])))
-        if pays:
-            years = float(one["payback"])
-            cells.append(f"{three_digits(years)} years" if math.isfinite(years) else "never")
+            cost = float(one["cost"])
+            cells.append(short_digits(cost) if math.isfinite(cost) else "–")
         rows.append(tuple(cells))
     common = common_modelling(ranking)
     title = f"What anchoring saves of the {ranking.attrs['objective_text']}{f' ({common})' if common else ''}"
@@ -216,9 +216,9 @@ def _words(here: xr.Dataset) -> list[str]:
     return [str(word) for word in here["consequence"].values] if "consequence" in here.coords else []
 
 
-def _dashed(title: str, rows: list[tuple[str, ...]]) -> str:
+def _dashed(title: str, rows: list[tuple[str, ...]], why: str = "nothing there can fall") -> str:
     """Return a title that explains the dash where the rows hold one."""
-    return f"{title} (–: nothing fell under any motion)" if any("–" in row for row in rows) else title
+    return f"{title} (–: {why})" if any("–" in row for row in rows) else title
 
 
 def pieces_at(here: xr.Dataset, place: str) -> int:
@@ -248,6 +248,8 @@ def _interval(one: xr.Dataset, name: str, scale: float = 1.0) -> str:
 
 def _percent(one: xr.Dataset, name: str) -> str:
     value, lower, upper = (100.0 * float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+    if value == 0.0 and upper > 0.0:
+        return f"at most {upper:.0f} %"
     return "–" if upper == 0.0 else f"{value:.0f} % ({lower:.0f}–{upper:.0f})"
 
 
@@ -255,7 +257,9 @@ def _period(one: xr.Dataset, name: str, unit: str = " years") -> str:
     """The mean number of years between two events of a rate, with its interval."""
     rate, lower, upper = (float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
     if rate == 0.0:
-        return "–"
+        probability = name.replace("_rate", "_probability_upper")
+        possible = probability in one and float(one[probability].max()) > 0.0
+        return f"{ABOVE}{about_years(most_rate(one))}{unit}" if possible else "–"
     text = f"{three_digits(1.0 / rate)}{unit}"
     return text if math.isnan(lower) else f"{text} ({years_between(upper, lower)})"
 

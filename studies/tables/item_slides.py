@@ -15,11 +15,12 @@ from ...models import Edge
 from ...models.friction import LOCKED, ROLLING
 from ...models.scenes.edge import FOOT
 from ...wording import about_percent, about_years, chances_between, confidence_text
-from ..buildings.pieces import YEARS
+from ..buildings.recommendations import YEARS
 from ..buildings.sliding import GATED_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE, SLIP_RATE
 from ..plan.slides import ENDS, GATED, INSTEAD, SLIP
 from ..text.rows import Rows
 from ..text.words import floor_name, level_text
+from .unseen import at_most, at_most_once, most_probability
 
 MOST = 60
 """Most lines in the table."""
@@ -39,7 +40,7 @@ def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
     at = [i for i, _ in enumerate(contacts) if contacts[i] or edges[i] or not math.isnan(known[i])]
     slips = results["slip"].values.tolist() if "slip" in results.coords else []
     yearly = "item_rate" in results
-    rows = []
+    rows, most = [], at_most(results)
     for i in at[:MOST]:
         one = results.isel(item=i, model=model)
         head = (str(results["item"].values[i]), floor_name(str(results["floor"].values[i])).removeprefix("floor "))
@@ -50,11 +51,14 @@ def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
             cells = [NOT_MODELLED, *["–"] * (len(slips) + 4)]
         else:
             cells = ["–" if math.isnan(known[i]) else about_percent(float(known[i]))]
-            cells += [_chance(one.isel(slip=k), SLIP, SLIP_RATE, yearly) for k in range(len(slips))]
+            cells += [_chance(one.isel(slip=k), SLIP, SLIP_RATE, yearly, most) for k in range(len(slips))]
             edge = edges[i]
-            cells += ["–" if edge is None else edge.label.removeprefix("edge "), _chance(one, OFF, OFF_RATE, yearly)]
+            cells += [
+                "–" if edge is None else edge.label.removeprefix("edge "),
+                _chance(one, OFF, OFF_RATE, yearly, most),
+            ]
             alone = (OVERTURNING, OVERTURNING_RATE) if OVERTURNING in results else ("probability", "item_rate")
-            cells += [_chance(one, *alone, yearly), _chance(one, GATED, GATED_RATE, yearly)]
+            cells += [_chance(one, *alone, yearly, most), _chance(one, GATED, GATED_RATE, yearly, most)]
         rows.append((*head, where or "–", *cells))
     headings = (
         "piece",
@@ -91,10 +95,14 @@ def falling_off_sentences(results: xr.Dataset) -> Iterator[str]:
                 ends = f" ({_years(high, low)})" if math.isfinite(low) and math.isfinite(high) else ""
                 yield f"Each {name} {_over(edge)} about once in {about_years(rate)} years{ends}."
             else:
-                yield f"No {name} {_over(edge)} in any of the runs."
+                yield f"No {name} {_over(edge)} in any of the runs: each does so {at_most_once(results)}."
         else:
             here = one.sel(level=float(results.attrs["at_level"]))
             chance, low, high = (float(here[f"{OFF}{end}"]) for end in ENDS)
+            if chance == 0.0:
+                most = f"at most {100.0 * most_probability(results):.0f} of 100 such earthquakes"
+                yield f"No {name} {_over(edge)} in any of the runs: each does so in {most}."
+                continue
             yield (
                 f"Each {name} {_over(edge)} in about {100.0 * chance:.0f} "
                 f"({100.0 * low:.0f} to {100.0 * high:.0f}) of 100 such earthquakes."
@@ -105,7 +113,8 @@ def _over(edge: Edge) -> str:
     """Return what counts as falling off, in words: the foot at the edge or the glass, or the centre of mass over it."""
     if edge.falls_when == FOOT:
         least = min(one for one in (edge.front, edge.back) if one is not None)
-        return f"slides by more than the clearance of {1000.0 * least:.4g} mm at its foot, which counts as a fall,"
+        free = f"the {1000.0 * least:.4g} mm that are free between its foot and the nearest edge or glass"
+        return f"slides beyond its clearance ({free}), which counts as a fall,"
     return "slides off the edge of its support"
 
 
@@ -129,8 +138,11 @@ def edges_of(results: xr.Dataset) -> list[Edge | None]:
     return [None if one is None else Edge(**one) for one in every]
 
 
-def _chance(one: xr.Dataset, name: str, rate: str, yearly: bool) -> str:
-    """Return the chance of something in 50 years, or at the level, with its interval; a dash where it is not known."""
+def _chance(one: xr.Dataset, name: str, rate: str, yearly: bool, most: str) -> str:
+    """Return the chance of something in 50 years, or at the level, with its interval; a dash where it is not known.
+
+    most: the bound of what no motion showed.
+    """
     if name not in one:
         return "–"
     if yearly:
@@ -141,6 +153,8 @@ def _chance(one: xr.Dataset, name: str, rate: str, yearly: bool) -> str:
     chance, low, high = values
     if math.isnan(chance):
         return "–"
+    if chance == 0.0:
+        return most
     if math.isnan(low) or math.isnan(high):
         return about_percent(chance)
     return f"{about_percent(chance)} ({chances_between(low, high, about_percent)})"

@@ -10,12 +10,15 @@ import xarray as xr
 
 from ...units import STANDARD_GRAVITY
 from ...wording import about_percent, chances_between, confidence_text, currency_of, given_number, two_digits
-from ..buildings.pieces import YEARS, Piece, Range, pieces_of
+from ..buildings.money import payback
+from ..buildings.pieces import pieces_of
+from ..buildings.recommendations import HELPS, NOT_KNOWN, NOTHING, UNKNOWN, YEARS, Piece, Range
 from ..buildings.variables import RUPTURE
 from ..text.rows import Rows
 from ..text.words import floor_name, level_text
 from .breaks import ENDS, breaks_by_level
-from .pieces import in_years
+from .pieces import at_rate, in_years, payback_text
+from .unseen import at_most, most_probability
 from .values import Cell, ValueTable, known, with_units
 
 MOST_ROWS = 60
@@ -42,6 +45,7 @@ COLUMNS = {
     "share_saved": "share",
     "share_saved_lower": "share",
     "share_saved_upper": "share",
+    "effect": "",
     "breaks": "rate",
     "breaks_lower": "rate",
     "breaks_upper": "rate",
@@ -57,9 +61,6 @@ COLUMNS = {
     "static_capacity": "m s-2",
 }
 """Columns of the table in a file, and the kind of their units."""
-
-
-UNKNOWN = Range(math.nan, math.nan, math.nan)
 
 
 class KitRow(NamedTuple):
@@ -88,9 +89,20 @@ class KitRow(NamedTuple):
     at_design: Range = UNKNOWN
 
     @property
+    def effect(self) -> str:
+        """What the kit does for the piece, as far as the motions show it; '' of the piece as it is."""
+        every = {one.kit: one.effect for one in self.piece.tried}
+        return every.get(self.kit, "")
+
+    @property
     def payback(self) -> float:
-        """Years after which the saving has paid the cost, NaN where it never does."""
-        return self.piece.number * self.cost / self.saving if self.saving > 0.0 else math.nan
+        """Years after which the discounted saving has paid the cost, infinite where it never does.
+
+        NaN where cost or saving is not known, or no saving is shown.
+        """
+        if not self.kit or self.effect in (NOTHING, NOT_KNOWN) or not self.piece.judged:
+            return math.nan
+        return payback(self.piece.number * self.cost, self.saving, self.piece.discount)
 
 
 def kit_lines(results: xr.Dataset, model: int = 0) -> list[KitRow]:
@@ -146,7 +158,7 @@ def kit_lines(results: xr.Dataset, model: int = 0) -> list[KitRow]:
     return found
 
 
-def kit_rows(results: xr.Dataset, model: int = 0, most: int = MOST_ROWS) -> Rows | None:
+def kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Rows | None:
     """Return what falls with each kit and what it saves, in at most so many rows; None without kits."""
     if "kit_falls" not in results:
         return None
@@ -157,36 +169,47 @@ def kit_rows(results: xr.Dataset, model: int = 0, most: int = MOST_ROWS) -> Rows
     priced = any(math.isfinite(one.cost) and one.kit for one in lines)
     sets = [name for name in ("budget", "target") if f"{name}_kit" in results]
     when = f"in {YEARS:g} years" if yearly else "at the level"
-    headings = ["piece", "floor", "number", "kit", f"chance of falling {when}, each", "into the room", "falls saved"]
+    headings = [
+        "piece",
+        "floor",
+        "number",
+        "kit",
+        f"chance of falling {when}, each",
+        "into the room",
+        "falls saved",
+        "effect",
+    ]
     headings += [f"kit breaks {when}"]
     headings += [f"all save {'a year' if yearly else 'then'}"] if valued else []
     headings += ["all cost"] if priced else []
-    headings += ["pays back, years"] if valued and priced and yearly else []
+    headings += [f"pays back, years{at_rate([one.piece for one in lines])}"] if valued and priced and yearly else []
     headings += [f"for the {name}" for name in sets]
     rows = []
-    for one in lines[:most]:
+    most = at_most(results)
+    for one in lines[:number]:
         first = not one.kit
         floor = floor_name(one.piece.floor).removeprefix("floor ")
         cells = [one.piece.item, floor, f"{one.piece.number:,}"] if first else ["", "", ""]
         cells.append(one.kit or (f"{AS_IT_IS} ({one.piece.kit})" if one.piece.kit else AS_IT_IS))
-        cells += [_chance(each, yearly) for each in (one.falls, one.front)]
+        cells += [_chance(each, yearly, most) for each in (one.falls, one.front)]
         cells.append("" if first else _share(one.share))
-        cells.append("" if math.isnan(one.breaks.value) else _chance(one.breaks, yearly, "never"))
+        cells.append(one.effect)
+        cells.append("" if math.isnan(one.breaks.value) else _chance(one.breaks, yearly, most))
         cells += ["" if first else _digits(one.saving)] if valued else []
         cost = one.piece.number * one.cost
         cells += ["" if first else given_number(cost) if math.isfinite(cost) else "–"] if priced else []
-        pays = two_digits(one.payback) if math.isfinite(one.payback) else "–"
+        pays = payback_text(one.payback)
         cells += ["" if first else pays] if valued and priced and yearly else []
         cells += ["yes" if one.chosen[("budget", "target").index(name)] else "" for name in sets]
         rows.append(tuple(cells))
     said = [f"{confidence_text(results)} intervals"]
     said += [f"values in {money}"] if money and (valued or priced) else []
-    said += [f"the first {most} of {len(lines):,} rows"] if len(lines) > most else []
+    said += [f"the first {number} of {len(lines):,} rows"] if len(lines) > number else []
     said += _sets(results.isel(model=model), sets, money)
     return Rows(f"Each kit on each piece that it fits ({', '.join(said)})", tuple(headings), rows)
 
 
-def short_kit_rows(results: xr.Dataset, model: int = 0, most: int = MOST_ROWS) -> Rows | None:
+def short_kit_rows(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Rows | None:
     """Return the table of kits for a narrow terminal, of at most so many lines of pieces and kits; None without kits.
 
     A piece has a row of its own.  A kit has two lines of text: its name and cost with the values, and below them
@@ -198,7 +221,8 @@ def short_kit_rows(results: xr.Dataset, model: int = 0, most: int = MOST_ROWS) -
     yearly = "item_rate" in results
     money = currency_of(results)
     rows: list[tuple[str, ...]] = []
-    for one in lines[:most]:
+    most = at_most(results)
+    for one in lines[:number]:
         piece = one.piece
         if not one.kit:
             many = "" if piece.number == 1 else f", {piece.number:,} pieces"
@@ -208,15 +232,17 @@ def short_kit_rows(results: xr.Dataset, model: int = 0, most: int = MOST_ROWS) -
         name += f", {given_number(cost)} {money}".rstrip() if one.kit and math.isfinite(cost) else ""
         sets = [of for of, chosen in zip(("budget", "target"), one.chosen, strict=True) if chosen]
         said = f"\n  for {', '.join(sets)}" if sets and one.kit else ""
-        cells = [_chance(one.falls, yearly), _chance(one.front, yearly), _share(one.share) if one.kit else ""]
-        cells.append("" if math.isnan(one.breaks.value) else _chance(one.breaks, yearly, "never"))
+        said += f"\n  {one.effect}" if one.kit and one.effect not in (HELPS, NOT_KNOWN) else ""
+        cells = [_chance(each, yearly, most) for each in (one.falls, one.front)]
+        cells += [_share(one.share) if one.kit else ""]
+        cells.append("" if math.isnan(one.breaks.value) else _chance(one.breaks, yearly, most))
         # (the interval below its value)
         rows.append(
             (f"  {name}{said}", *(cell.replace(" (", "\n(").replace(" to ", "\u00a0to\u00a0") for cell in cells))
         )
     when = f" in {YEARS:g} years" if yearly else ""
     notes = [f"chances of one piece{when} with {confidence_text(results)} intervals, costs of all pieces of a line"]
-    notes += [f"the first {most} of {len(lines):,} rows"] if len(lines) > most else []
+    notes += [f"the first {number} of {len(lines):,} rows"] if len(lines) > number else []
     notes += _sets(results.isel(model=model), [n for n in ("budget", "target") if f"{n}_kit" in results], money)
     return Rows(f"Kits ({'; '.join(notes)})", ("", "falls", "into room", "saved", "breaks"), rows)
 
@@ -238,12 +264,13 @@ def static_rows(results: xr.Dataset) -> Rows | None:
     )
     rows = []
     lines = [one for one in kit_lines(results) if one.kit]
+    most = f"at most {about_percent(most_probability(results))}"
     for one in lines[:MOST_ROWS]:
         peak = float(results["kit_peak_acceleration"].sel(item=one.piece.item)) / STANDARD_GRAVITY
         floor = floor_name(one.piece.floor).removeprefix("floor ")
         force = _digits(one.force) if one.force != 0.0 else "no uplift"
         cells = [one.piece.item, floor, _digits(peak), one.kit, _digits(one.strength), force, _digits(one.half)]
-        breaks = "–" if math.isnan(one.at_design.value) else _chance(one.at_design, False, "never")
+        breaks = "–" if math.isnan(one.at_design.value) else _chance(one.at_design, False, most)
         rows.append((*cells, _digits(one.capacity / STANDARD_GRAVITY), breaks))
     at = (
         "10 % in 50 years" if "item_rate" in results else level_text(float(results.attrs["at_level"]), results["level"])
@@ -252,9 +279,19 @@ def static_rows(results: xr.Dataset) -> Rows | None:
     title = (
         f"Static checks by hand, of one piece ({first}at {at}; they take a kit as rigid and leave out slack, stiffness "
         "and the duration of the shaking, so the last column, the share of the motions in which the kit breaks there, "
-        "may be higher or lower than they suggest)"
+        f"may be higher or lower than they suggest{_nodes(results)})"
     )
     return Rows(title, headings, rows)
+
+
+def _nodes(results: xr.Dataset) -> str:
+    """Return why a higher floor has a smaller peak than a lower one, where one has; '' where none has."""
+    floors = results["floor"].values
+    peaks = results["kit_peak_acceleration"].values
+    known = [(int(floor), peak) for floor, peak in zip(floors, peaks, strict=True) if str(floor).isdecimal()]
+    if not any(low < high and peak > above for low, peak in known for high, above in known):
+        return ""
+    return "; a higher floor can have a smaller peak than one below it, because higher modes move it less"
 
 
 def level_break_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
@@ -306,6 +343,7 @@ def kit_table(results: xr.Dataset, model: int = 0) -> ValueTable | None:
             "cost": one.cost,
             "cost_of_all": one.piece.number * one.cost,
             "payback": one.payback,
+            "effect": one.effect,
             "for_budget": "yes" if one.chosen[0] else "no",
             "for_target": "yes" if one.chosen[1] else "no",
             "required_force": one.force,
@@ -347,10 +385,11 @@ def _chosen(one: xr.Dataset, kit: str) -> tuple[bool | None, bool | None]:
     return found[0], found[1]
 
 
-def _chance(rate: Range, yearly: bool, never: str = "never seen") -> str:
+def _chance(rate: Range, yearly: bool, most: str) -> str:
+    """Return a chance with its interval; `most` is the bound of what no motion showed."""
     chance = in_years(rate, YEARS) if yearly else rate
     if chance.value == 0.0:
-        return never
+        return most
     ends = "" if math.isnan(chance.lower) else f" ({chances_between(chance.lower, chance.upper, about_percent)})"
     return f"{about_percent(chance.value)}{ends}".replace("\u00a0%)", ")")
 

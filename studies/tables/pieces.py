@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -14,10 +15,12 @@ from ...wording import (
     confidence_text,
     currency_of,
     given_number,
+    given_percent,
     three_digits,
     two_digits,
 )
-from ..buildings.pieces import SHARES, YEARS, Piece, Range, pieces_of
+from ..buildings.pieces import SHARES, pieces_of
+from ..buildings.recommendations import UNKNOWN, YEARS, Piece, Range
 from ..buildings.sliding import GATED_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
 from ..buildings.variables import RUPTURE
 from ..plan.slides import GATED, INSTEAD
@@ -25,6 +28,7 @@ from ..text.rows import Rows
 from ..text.spread import OUTER
 from ..text.words import consequence_name, display_unit, floor_cell, floor_name, level_text, measure_name, roof_of
 from .assessment import drawn_heading, span
+from .unseen import at_most, most_rate
 from .values import ValueTable, known, with_units
 
 OVER_BRANCHES = (
@@ -94,6 +98,7 @@ COLUMNS = {
     "injured_a_year_lower": "persons a year",
     "injured_a_year_upper": "persons a year",
     "recommendation": "",
+    "kit": "",
     "within_budget": "",
     "code": "",
     "code_clause": "",
@@ -123,7 +128,10 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
     meant = any(one.consequences for one in pieces)
     valued = any(one.value > 0.0 for one in pieces)
     priced = any(math.isfinite(one.cost) for one in pieces)
-    pays = any(math.isfinite(one.payback) for one in pieces)
+    pays = any(not math.isnan(one.payback) for one in pieces)
+    tried = any(one.tried for one in pieces)
+    most = at_most(results)
+    bounds = [at_most(results, 1.0), most] if yearly else [most]
     coded = any(one.code is not None for one in pieces)
     spent = any(one.chosen is not None for one in pieces)
     kits = any(one.kit for one in pieces)
@@ -138,6 +146,7 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
     breaking = _breaks(results, model) if kits else {}
     headings += [f"its kit breaks in {YEARS:g} years" if yearly else "its kit breaks"] if breaking else []
     headings.append("recommendation")
+    headings += ["with kit"] if tried else []
     headings += ["code"] if coded else []
     headings += [f"with a budget of {given_number(budget)} {money}".rstrip()] if spent else []
     shares = " / ".join(f"{100.0 * share:g}" for share in SHARES)
@@ -145,7 +154,7 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
     headings += ["consequence"] if meant else []
     headings += ["mean cost, each" if "cost_median" in results.coords else "value, each"] if valued else []
     headings += ["anchoring, each"] if priced else []
-    headings += ["payback, years"] if pays else []
+    headings += [f"payback, years{at_rate(pieces)}"] if pays else []
     amounts = _annual_amounts(results)
     headings += [heading for heading, _ in amounts.values()]
     rows, roof = [], roof_of(results)
@@ -158,9 +167,10 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
         if yearly:
             rate = spread.get(one.item, one.chance)
             chances = [in_years(rate, 1.0).value, in_years(rate, YEARS)]
-        cells += ["–" if held else _chance(chance) for chance in chances]
-        cells += [_chance(breaking[one.item]) if one.item in breaking else "–"] if breaking else []
+        cells += ["–" if held else _chance(chance, text) for chance, text in zip(chances, bounds, strict=True)]
+        cells += [_chance(breaking[one.item], most) if one.item in breaking else "–"] if breaking else []
         cells.append(one.recommendation)
+        cells += ["–" if one.meant is None or one.held else one.meant.kit] if tried else []
         cells += ["–" if one.code is None else one.code.status] if coded else []
         cells += ["anchor" if one.chosen else "–"] if spent else []
         if several:
@@ -171,7 +181,7 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
         write = two_digits if mean else given_number  # (a mean is computed, a value is as it was given)
         cells += [write(one.value) if one.value > 0.0 else "–"] if valued else []
         cells += [given_number(one.cost) if math.isfinite(one.cost) else "–"] if priced else []
-        cells += [two_digits(one.payback) if math.isfinite(one.payback) else "–"] if pays else []
+        cells += [payback_text(one.payback)] if pays else []
         cells += ["–" if held else _amount(years * getattr(one, name).value) for name, (_, years) in amounts.items()]
         rows.append(tuple(cells))
     when = (
@@ -247,6 +257,7 @@ def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> 
         if f"item_annual_{quantity}" not in results:
             left += [column for column in COLUMNS if column.startswith(name)]
     left += [] if "budget_chosen" in results else ["within_budget"]
+    left += [] if "kit_falls" in results else ["kit"]
     left += [] if "anchored_with" in results.coords else ["anchored_with"]
     left += [name for name in ("contact", "friction") if name not in results.coords]
     left += [] if INSTEAD in results else [INSTEAD]
@@ -260,7 +271,8 @@ def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> 
         "level": math.nan if yearly else float(results.attrs["at_level"]),
     }
     spread = over_branches(results)
-    every = [of_all | _values(one, yearly, spread.get(one.item)) for one in pieces_of(results, model)]
+    bound = most_rate(results) if yearly else math.nan
+    every = [of_all | _values(one, yearly, spread.get(one.item), bound) for one in pieces_of(results, model)]
     sliding = _sliding(results, model)
     every = [one | sliding[str(one["item"])] for one in every]
     rows = [[known(_divided(one[name], scale if COLUMNS[name] == "level" else 1.0)) for name in kept] for one in every]
@@ -310,6 +322,29 @@ def _breaks(results: xr.Dataset, model: int) -> dict[str, Range]:
     return {item: in_years(one, YEARS) for item, one in known.items()} if yearly else known
 
 
+def payback_text(years: float) -> str:
+    """Return a payback in a cell: never where the saving does not pay the cost, a dash where it is not known.
+
+    Examples
+    --------
+    >>> payback_text(12.3), payback_text(math.inf), payback_text(math.nan)
+    ('12', 'never', '–')
+    """
+    return "–" if math.isnan(years) else "never" if math.isinf(years) else two_digits(years)
+
+
+def at_rate(pieces: Sequence[Piece]) -> str:
+    """Return the clause on the discount rate of paybacks, in a heading.
+
+    Examples
+    --------
+    >>> at_rate([])
+    ''
+    """
+    rates = {one.discount for one in pieces}
+    return "".join(f" (at {given_percent(rate)} a year)" for rate in rates)
+
+
 def over_branches(results: xr.Dataset) -> dict[str, Range]:
     """Return the mean rate of each piece over all branches with its 5 and 95 % fractiles; empty without branches."""
     if "epistemic_item_rate" not in results:
@@ -324,7 +359,8 @@ def in_years(rate: Range, years: float) -> Range:
     return Range(*(float(probability_in(np.float64(one), years)) for one in rate))
 
 
-def _values(one: Piece, yearly: bool, spread: Range | None) -> dict[str, str | float | int]:
+def _values(one: Piece, yearly: bool, spread: Range | None, bound: float) -> dict[str, str | float | int]:
+    """Return the values of a piece by column; bound: the largest rate of what no motion showed, 1/year."""
     found: dict[str, str | float | int] = {
         "item": one.item,
         "room": one.room,
@@ -339,6 +375,7 @@ def _values(one: Piece, yearly: bool, spread: Range | None) -> dict[str, str | f
         "anchoring_cost_of_all": one.number * one.cost,
         "payback": one.payback,
         "recommendation": one.recommendation,
+        "kit": "" if one.meant is None or one.held else one.meant.kit,
         "within_budget": "" if one.held else "yes" if one.chosen else "no",
     }
     if spread is not None:
@@ -356,8 +393,10 @@ def _values(one: Piece, yearly: bool, spread: Range | None) -> dict[str, str | f
             "code_demand_over_strength": one.code.ratio,
         }
     ranges = {"saving_a_year": one.saving, "downtime_of_one_a_year": one.downtime, "injured_a_year": one.injuries}
-    if one.held or (one.chance.value == 0.0 and math.isnan(one.chance.upper)):
-        one = one._replace(chance=Range(math.nan, math.nan, math.nan))  # (held, or never seen to fall)
+    if one.held:
+        one = one._replace(chance=UNKNOWN)
+    elif one.chance.value == 0.0 and math.isnan(one.chance.upper):
+        one = one._replace(chance=Range(math.nan, math.nan, bound))  # (no motion made it fall)
     if yearly:
         ranges |= {"chance_in_a_year": in_years(one.chance, 1.0), "chance_in_50_years": in_years(one.chance, YEARS)}
     else:
@@ -390,11 +429,12 @@ def _first(number: int) -> list[str]:
     return [f"the first {MOST_ROWS} of {number:,}; the exported table holds all of them"]
 
 
-def _chance(chance: Range | float) -> str:
+def _chance(chance: Range | float, most: str) -> str:
+    """Return a chance, with its interval; `most` is the bound of what no motion showed."""
     if isinstance(chance, float):
-        return about_percent(chance) if chance > 0.0 else "never seen"
+        return about_percent(chance) if chance > 0.0 else most
     if chance.value == 0.0:
-        return "never seen"
+        return most
     ends = "" if math.isnan(chance.lower) else f" ({chances_between(chance.lower, chance.upper, about_percent)})"
     return f"{about_percent(chance.value)}{ends}".replace("\u00a0%)", ")")
 

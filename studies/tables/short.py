@@ -18,7 +18,8 @@ from ...wording import (
     three_digits,
     years_between,
 )
-from ..buildings.pieces import YEARS, Range, pieces_of
+from ..buildings.pieces import pieces_of
+from ..buildings.recommendations import YEARS, Range
 from ..text.block_order import RATE, chosen_of, shown
 from ..text.curve_notes import verb_of
 from ..text.one_side import FORCED
@@ -28,6 +29,7 @@ from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, measure
 from .pieces import code_text, over_branches
 from .pieces import in_years as chances_in
 from .sensitivity import median_rows
+from .unseen import at_most
 
 MOST = 9
 """Most lines of the table."""
@@ -84,11 +86,11 @@ def _pieces(results: xr.Dataset) -> Rows:
     at, _ = reference_law(results)
     yearly = "item_rate" in results
     every = pieces_of(results, at)
-    spread = over_branches(results)
+    spread, most = over_branches(results), at_most(results)
     rows: list[tuple[str, ...]] = []
     for one in every[:MOST]:
         chance = chances_in(one.chance, YEARS) if yearly else one.chance
-        falls = "–" if one.held else _chance(chance)
+        falls = "–" if one.held else _chance(chance, most)
         floor = floor_name(one.floor).removeprefix("floor ")
         cells = [one.item, floor, f"{one.number:,}", falls]
         if spread:
@@ -102,10 +104,10 @@ def _pieces(results: xr.Dataset) -> Rows:
     return Rows(f"Each piece under {results['model'].values[at]} ({sure}; {code_text(results)}{first})", headings, rows)
 
 
-def _chance(chance: Range) -> str:
-    """Return a chance with its interval, or that no motion made the piece fall."""
+def _chance(chance: Range, most: str) -> str:
+    """Return a chance with its interval, or `most`, its bound, where no motion made the piece fall."""
     if not chance.value > 0.0:
-        return "never seen"
+        return most
     if math.isnan(chance.lower) or math.isnan(chance.upper):
         return about_percent(chance.value)
     ends = chances_between(chance.lower, chance.upper, about_percent)

@@ -84,8 +84,10 @@ TERMS = (
     ),
     Term(
         "payback",
-        "The cost of anchoring a piece divided by the loss that anchoring prevents in an average year, without "
-        "discounting: at an interest of 4 % a year, 50 years of savings are worth some 21 of them today.",
+        "The years after which the loss that anchoring prevents has paid what it costs, with later savings discounted "
+        "at the rate that stands beside it: a saving next year at 4 % is worth 1/1.04 of one today, and 50 years of "
+        "savings are worth some 21 of them. Never: the saving of a year is no more than a year's interest on the cost. "
+        "A dash: the cost or the value is not given, or the chance of falling is no ground for advice.",
         r"\bpayback\b|\bpays back\b",
     ),
     Term(
@@ -94,10 +96,14 @@ TERMS = (
         "below code force: the anchors given are weaker than the code requires. Reduces risk most: the pieces that "
         "together make up four fifths of the expected falls that endanger people (of the expected injuries, where the "
         "inventory gives these; of the expected loss, where no piece endangers people). Makes people safer: the other "
-        "pieces that endanger people. Reduces loss most, prevents "
+        "pieces that endanger people, however rarely they fall. Reduces loss most, prevents "
         "most other falls: the same share of the loss, or of the falls, of pieces that endanger nobody. Worth its "
-        "cost: prevents more loss in 50 years than anchoring costs. Not resolved: these motions cannot show whether it "
-        "does. Small effect: prevents less loss than it costs, or little of it.",
+        "cost: prevents more loss in 50 years, discounted, than anchoring costs. Not resolved: these motions cannot "
+        "show whether it does. Small effect: prevents less loss than it costs, or little of it. Little money saved "
+        "(few falls prevented); danger to people not stated: the same, of a piece of which the inventory does not say "
+        "whether its fall can harm people, so that it is not known to be harmless. Fix before what stands on it: it "
+        "slides or rocks while something on it falls. Indicative only: what it stands on moves itself, so that its own "
+        "chance is uncertain. Outside the model: too squat to rock, so that its chance is no ground for advice.",
         r"\brecommendations?\b",
     ),
     Term(

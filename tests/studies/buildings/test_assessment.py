@@ -404,7 +404,6 @@ class TestAnchoring:
         assert ranked.item.values.tolist() == ["left", "right", "heap"]
         np.testing.assert_allclose(ranked.saving, [0.5, 2.25, 0.25], rtol=1e-12)
         np.testing.assert_allclose(ranked.saving_share, np.array([0.5, 2.25, 0.25]) / 3.0, rtol=1e-12)
-        np.testing.assert_allclose(ranked.payback, [100.0, 300 / 2.25, 40.0], rtol=1e-12)
         assert ranked["rank"].values.tolist() == [2, 1, 3]
         assert ranked.anchored_item.values.tolist() == ["", "right", "left", "heap"]
         np.testing.assert_allclose(ranked.left, [3.0, 0.75, 0.25, 0.0], atol=1e-15)
@@ -423,7 +422,6 @@ class TestAnchoring:
         np.testing.assert_allclose(ranked.saving, [0.5, 0.75, 5.0])
         assert ranked.saving.attrs["units"] == "1"
         assert ranked.saving_per_cost.attrs["units"] == "EUR-1"
-        assert "payback" not in ranked
 
     def test_a_consequence_of_which_either_is_enough(self, monkeypatch):
         """Left falls only where right falls: alone it saves nothing, after right it saves what is left."""
@@ -564,7 +562,7 @@ def test_hostile(options, error, message):
 class TestTablesAndFigures:
     def test_annual_rows(self, found):
         title, headings, rows = annual_rows(found)
-        assert title == "In a year, EUR (95 % intervals, for the given hazard curve) (–: nothing fell under any motion)"
+        assert title == "In a year, EUR (95 % intervals, for the given hazard curve) (–: nothing there can fall)"
         assert headings[:4] == ("", "unanchored pieces", "overturned a year", "lost a year")
         assert [row[0] for row in rows] == ["building", "ground", "floor 1", "floor 3"]
         assert [row[1] for row in rows] == ["12", "2", "0", "10"]
@@ -576,7 +574,7 @@ class TestTablesAndFigures:
 
     def test_level_rows(self, found):
         title, headings, rows = level_rows(found, LEVELS[3], model=tp.DiscreteDamping().label)
-        assert title == f"At PGA = {LEVELS[3] / 9.80665:.3g} g, EUR (95 % intervals) (–: nothing fell under any motion)"
+        assert title == f"At PGA = {LEVELS[3] / 9.80665:.3g} g, EUR (95 % intervals) (–: nothing there can fall)"
         assert headings[3] == "10 % / 50 % / 90 %"
         assert rows[2][2:] == ("0 (0–0)", "0 / 0 / 0", "0 (0–0)", "–")
         with pytest.raises(ValueError, match="level must be one of"):
@@ -599,7 +597,7 @@ class TestTablesAndFigures:
 
     def test_ranking_rows(self, found):
         _, headings, rows = ranking_rows(anchoring(found), most=2)
-        assert headings == ("rank", "item", "floor", "pieces", "saves, EUR a year", "share", "cost", "payback")
+        assert headings == ("rank", "item", "floor", "pieces", "saves, EUR a year", "share", "cost")
         assert len(rows) == 2
         _, headings, rows = ranking_rows(anchoring(found, "blocks-exit"))
         assert headings[4] == "saves, a year" or headings[4] == "saves, in 1,000 years"

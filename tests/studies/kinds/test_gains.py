@@ -83,7 +83,9 @@ def test_whether_to_fit_the_restraint(results):
     assert said((0.5, 0.4, 0.6))[0].startswith("The restraint of “kit” helps: it lowers the chance of falling (")
     assert len(said((0.5, 0.4, 0.6))) == 2  # (and: have the fixings checked)
     (doubt,) = said((0.9, 0.7, 1.1))
-    assert doubt.startswith("Do not rely on the restraint of “kit”: 20 motions do not show that it lowers the chance")
+    assert doubt.startswith("The restraint of “kit” achieves nothing measurable: 20 motions do not show that it lowers")
+    (little,) = said((0.8, 0.7, 0.9))
+    assert little.startswith("The restraint of “kit” is too little: it prevents only about 20 % of the falls (")
     (worse,) = said((1.5, 1.2, 1.8))
     assert worse.startswith("Do not fit the restraint of “kit” as it is: it raises the chance of falling (")
     bare = results.drop_vars(names)
@@ -98,7 +100,7 @@ def test_whether_to_fit_the_restraint(results):
         bare[f"median{end}"][1] = value
     bare["upper"][:] = 1.0
     assert by_level(2.5, 2.7, 3.0)[0].startswith("The restraint of “kit” helps: it overturns in half of the motions at")
-    assert by_level(2.3, 2.7, 3.0)[0].startswith("Do not rely on the restraint of “kit”: ")
+    assert by_level(2.3, 2.7, 3.0)[0].startswith("The restraint of “kit” achieves nothing measurable: ")
     assert by_level(1.2, 1.4, 1.6)[0].startswith("Do not fit the restraint of “kit” as it is: ")
     bare["upper"][2] = 0.4
     seldom = by_level(np.nan, np.inf, np.nan)

@@ -168,9 +168,9 @@ class TestResults:
 
     def test_tables(self, results):
         rows = kit_rows(results)
-        assert rows.headings[:8] == (
+        assert rows.headings[:9] == (
             "piece", "floor", "number", "kit", "chance of falling in 50 years, each", "into the room", "falls saved",
-            "kit breaks in 50 years",
+            "effect", "kit breaks in 50 years",
         )  # fmt: skip
         kits = [(one.piece.item, one.kit) for one in kit_lines(results)]
         assert sorted(kits) == sorted(
@@ -205,7 +205,7 @@ class TestResults:
             assert line.piece.item.split()[0] in text
         chosen = {"budget", "target"} & {name for row in rows.rows for name in ("budget", "target") if name in row[0]}
         assert chosen == {name for name in ("budget", "target") if any(results[f"{name}_kit"].values.ravel() != "")}
-        assert len(short_kit_rows(results, most=4).rows) < len(rows.rows)
+        assert len(short_kit_rows(results, number=4).rows) < len(rows.rows)
 
     def test_a_study_without_kits_has_no_tables(self, tmp_path):
         start, _, rest = STUDY.partition("[restraints.bracket]")

@@ -1,0 +1,300 @@
+"""What anchoring a line of an inventory does, in a few words: the rules by which pieces and kits are judged.
+
+Numbers come in, words go out; how results hold the numbers is not known here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from ..codes.check import REQUIRED, CodeCheck
+from .money import DISCOUNT, payback, present_value
+
+YEARS = 50.0
+"""Years in which anchoring has to save its cost to be worth it, discounted; and of the chance of falling."""
+MOST = 0.8
+"""Share of the risk that the pieces which reduce it most make up together."""
+HALF = 0.5
+"""Share of the falls that a kit must be able to prevent to be enough."""
+
+DUTY, WEAK, FIRST, REDUCES, SAFER, SAVES, PREVENTS, WORTH = (
+    "required by code",
+    "anchor below code force",
+    "fix before what stands on it",
+    "reduces risk most",
+    "makes people safer",
+    "reduces loss most",
+    "prevents most other falls",
+    "worth its cost",
+)
+UNRESOLVED, UNPRICED, UNVALUED, SMALL, UNSTATED, FEW_UNSTATED, INDICATIVE, OUTSIDE, ANCHORED = (
+    "not resolved",
+    "anchoring cost not given",
+    "value not given",
+    "small effect",
+    "little money saved; danger to people not stated",
+    "few falls prevented; danger to people not stated",
+    "indicative only",
+    "outside the model",
+    "anchored",
+)
+ORDER = (
+    *(DUTY, WEAK, FIRST, REDUCES, SAFER, SAVES, PREVENTS, WORTH),
+    *(UNRESOLVED, UNPRICED, UNVALUED, SMALL, UNSTATED, FEW_UNSTATED, INDICATIVE, OUTSIDE, ANCHORED),
+)
+"""Every recommendation, in the order of the table."""
+LITTLE = (SMALL, UNSTATED, FEW_UNSTATED)
+"""Recommendations for pieces whose anchoring saves less than it costs, or little."""
+HELD = (ANCHORED, WEAK)
+"""Recommendations for pieces that are anchored; those without a kit do not fall in any run."""
+BY_MONEY = (WORTH, UNRESOLVED, UNPRICED, UNVALUED, *LITTLE)
+"""Recommendations that say nothing of danger."""
+
+HELPS, TOO_LITTLE, NOTHING, WORSE, NOT_KNOWN = (
+    "prevents falls",
+    "prevents too little",
+    "nothing measurable",
+    "causes more falls",
+    "not known",
+)
+"""What a kit does for a piece."""
+
+
+class Range(NamedTuple):
+    """A value with the ends of its interval, NaN where there is none."""
+
+    value: float
+    lower: float
+    upper: float
+
+    def times(self, factor: float) -> Range:
+        """Return all three multiplied."""
+        return Range(*(one * factor for one in self))
+
+
+UNKNOWN = Range(math.nan, math.nan, math.nan)
+
+
+class KitEffect(NamedTuple):
+    """What a kit does for the pieces of a line.
+
+    cost: of the kits of all pieces.  saved: falls of one piece that it prevents, in a year or at the level; share: of
+    all falls of the piece.  saving: money a year of all pieces, NaN where it is not known.
+    """
+
+    kit: str
+    cost: float
+    saved: Range
+    share: Range
+    saving: Range
+
+    @property
+    def effect(self) -> str:
+        """What it does, as far as the motions show it: by the intervals of the falls that it saves, and their share."""
+        if math.isnan(self.saved.lower) or math.isnan(self.saved.upper):
+            return NOT_KNOWN
+        if self.saved.lower > 0.0:
+            return TOO_LITTLE if self.share.upper < HALF else HELPS
+        return WORSE if self.saved.upper < 0.0 else NOTHING
+
+
+class Piece(NamedTuple):
+    """One line of an inventory under one law.
+
+    chance: annual rate of falling of a piece (1/year), or its probability at the study's level where there is no
+    hazard.  levels: shaking (SI) at which it falls with the probabilities `SHARES`; 0 below all levels, inf above.
+    saving: money a year by anchoring the line; payback: years, with the discount rate, infinite where the saving never
+    pays the cost.  NaN where something is not known, or is no ground for advice.  code: what the study's building code
+    says of it, None where there is none.  chosen: whether it is among the lines to anchor for the study's budget, None
+    where there is none.  downtime: expected days a year for which one piece is out of use; injuries: expected number of
+    persons a year whom the line injures.  kit: the kit that holds it and can break, '' for none.  carried: value of
+    what stands on the pieces of the line, which is lost where they fall and is part of the saving.  tried: what the
+    kits that were tried on it do.  doubt: why its chance of falling is no ground for advice (`OUTSIDE`, `INDICATIVE`),
+    '' where it is one.
+    """
+
+    item: str
+    room: str
+    floor: str
+    number: int
+    chance: Range
+    levels: tuple[float, float]
+    consequences: tuple[str, ...]
+    value: float
+    cost: float
+    saving: Range
+    payback: float
+    safety: bool
+    recommendation: str
+    code: CodeCheck | None = None
+    chosen: bool | None = None
+    downtime: Range = UNKNOWN
+    injuries: Range = UNKNOWN
+    kit: str = ""
+    carried: float = 0.0
+    discount: float = DISCOUNT
+    tried: tuple[KitEffect, ...] = ()
+    doubt: str = ""
+
+    @property
+    def held(self) -> bool:
+        """Whether it is anchored for good, so that it does not fall in any run; a kit can break."""
+        return self.recommendation in HELD and not self.kit
+
+    @property
+    def judged(self) -> bool:
+        """Whether its chance of falling is a ground for advice."""
+        return not self.doubt
+
+    @property
+    def stated(self) -> bool:
+        """Whether the inventory says what its falling means for people."""
+        return bool(self.consequences)
+
+    @property
+    def cost_of_all(self) -> float:
+        """Cost of anchoring all pieces of the line."""
+        return self.number * self.cost
+
+    @property
+    def worth(self) -> float:
+        """What the saving of `YEARS` is worth today, beyond the cost; NaN where either is not known."""
+        return present_value(self.discount, YEARS) * self.saving.value - self.cost_of_all
+
+    @property
+    def meant(self) -> KitEffect | None:
+        """The kit that is meant where anchoring is advised: None where none was tried that prevents enough falls.
+
+        Of pieces that are judged by money, the kit that is worth most beyond its cost, of those that are surely worth
+        it if there are any; of others the cheapest of those that cannot be told from the one that prevents most falls.
+        """
+        good = [one for one in self.tried if one.effect == HELPS]
+        if not good:
+            return None
+        factor = present_value(self.discount, YEARS)
+        priced = [one for one in good if math.isfinite(factor * one.saving.value - one.cost)]
+        if not self.safety and self.recommendation != DUTY and priced:
+            sure = [one for one in priced if factor * one.saving.lower >= one.cost]
+            return max(sure or priced, key=lambda one: factor * one.saving.value - one.cost)
+        most = max(good, key=lambda one: one.share.value)
+        like = [one for one in good if one.share.upper >= most.share.value]
+        return min(like, key=lambda one: one.cost if math.isfinite(one.cost) else math.inf)
+
+
+def settled(anchored: bool, held: bool, code: CodeCheck | None) -> str:
+    """Return the recommendation that is settled before any risk is looked at, '' where there is none.
+
+    anchored: for good; held: by a kit, which can break.
+    """
+    if (anchored or held) and code is not None and code.ratio > 1.0:
+        return WEAK
+    if anchored or held:
+        return ANCHORED if anchored else ""
+    return DUTY if code is not None and code.status == REQUIRED else ""
+
+
+def recommended(pieces: Sequence[Piece]) -> list[Piece]:
+    """Return the pieces with their recommendations, and with the paybacks that go with these."""
+    free = [one for one in pieces if not one.recommendation and one.judged and one.chance.value > 0.0]
+    safety = _most([one for one in free if one.safety], harm_of(pieces))
+    others = [one for one in free if not one.safety]
+    known = any(map(_options, others))
+    valued = any(one.value > 0.0 or one.carried > 0.0 for one in others)
+    # (money is never called the greatest risk beside a piece that can injure people)
+    first = (SAVES if valued else PREVENTS) if any(one.safety and not one.held for one in pieces) else REDUCES
+    most = _most(
+        others, lambda one: one.chance.value * ((one.number * one.value + one.carried) if valued else one.number)
+    )
+
+    def words(one: Piece) -> str:
+        if one.doubt:
+            return one.doubt
+        if one.chance.value == 0.0:
+            return UNRESOLVED
+        if one.safety:
+            return REDUCES if one.item in safety else SAFER
+        if known:
+            return _by_cost(one)
+        if one.item in most:
+            return first
+        return SMALL if one.stated else UNSTATED if valued else FEW_UNSTATED
+
+    return [_paid(one if one.recommendation else one._replace(recommendation=words(one))) for one in pieces]
+
+
+def carriers(pieces: Sequence[Piece], moving: set[str]) -> list[Piece]:
+    """Return the pieces with another word for those that must be fixed first, for the sake of what stands on them.
+
+    moving: names of lines that slide or rock while what stands on them falls.  Those that are judged by money alone say
+    nothing of that, and so have neither that word nor a payback.
+    """
+    return [
+        one._replace(recommendation=FIRST, saving=UNKNOWN, payback=math.nan)
+        if one.item in moving and (one.recommendation in BY_MONEY or one.recommendation == one.doubt)
+        else one
+        for one in pieces
+    ]
+
+
+def harm_of(pieces: Sequence[Piece]) -> Callable[[Piece], float]:
+    """Return how much a piece contributes to the danger to people, the measure by which these are ranked.
+
+    The expected injuries, where they are known of all pieces that are a matter of safety and not held; else the falls.
+    """
+    of = [one for one in pieces if one.safety and one.judged and not one.held and one.chance.value > 0.0]
+    if of and all(one.injuries.value > 0.0 for one in of):
+        return lambda one: one.injuries.value if one.injuries.value > 0.0 else 0.0
+    return lambda one: one.number * one.chance.value
+
+
+def _most(pieces: Sequence[Piece], contribution: Callable[[Piece], float]) -> set[str]:
+    """Return the names of the pieces that contribute most, and together `MOST` of all."""
+    whole = sum(map(contribution, pieces))
+    found, part = set(), 0.0
+    for one in sorted(pieces, key=contribution, reverse=True):
+        if part >= MOST * whole:
+            break
+        found.add(one.item)
+        part += contribution(one)
+    return found
+
+
+def _options(one: Piece) -> list[tuple[float, Range]]:
+    """Return the costs and savings that are known of a piece: of its own anchors, else of the kits that were tried."""
+    own = [(one.cost_of_all, one.saving)]
+    tried = [(kit.cost, kit.saving) for kit in one.tried]
+    return [
+        (cost, saving)
+        for cost, saving in (own if math.isfinite(one.cost) else tried)
+        if math.isfinite(cost) and math.isfinite(saving.value)
+    ]
+
+
+def _by_cost(one: Piece) -> str:
+    if math.isnan(one.saving.value):
+        return UNVALUED
+    options = _options(one)
+    if not options:
+        return UNPRICED
+    factor = present_value(one.discount, YEARS)
+    if any(saving.lower > 0.0 and factor * saving.lower >= cost for cost, saving in options):
+        return WORTH
+    if all(factor * saving.upper < cost for cost, saving in options):
+        return SMALL if one.stated else UNSTATED
+    return UNRESOLVED
+
+
+def _paid(one: Piece) -> Piece:
+    """Return a piece with its payback: of its own anchors, or where these have no cost of the kit that is meant.
+
+    Nothing is said of a piece that is no ground for advice, is held already, or never falls.
+    """
+    if not one.judged:
+        return one._replace(saving=UNKNOWN, payback=math.nan)
+    if one.recommendation == ANCHORED or not one.chance.value > 0.0:
+        return one
+    kit = None if math.isfinite(one.cost) else one.meant
+    cost, saving = (one.cost_of_all, one.saving) if kit is None else (kit.cost, kit.saving)
+    return one._replace(payback=payback(cost, saving.value, one.discount))

@@ -1,0 +1,54 @@
+"""Bounds of what no motion showed: how often it may happen all the same, as tables and sentences write it."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.hazard.rates import probability_in
+from ...fragility.numerics.proportions import wilson_interval
+from ...fragility.runs.provenance import number_of_motions
+from ...wording import about_percent, about_years
+from ..buildings.recommendations import YEARS
+
+
+def most_probability(results: xr.Dataset) -> float:
+    """Return the largest probability, given a level, of what none of the motions showed.
+
+    The upper end of Wilson's interval for no outcome of n motions, with the confidence of the results.
+    """
+    trials = np.array([number_of_motions(results)])
+    return float(wilson_interval(np.zeros(1, np.int64), trials, float(results.attrs["confidence"]))[1][0])
+
+
+def most_rate(results: xr.Dataset) -> float:
+    """Return the largest annual rate of what none of the motions showed at any level.
+
+    Notes
+    -----
+    The sum over the levels of their annual rates times `most_probability`; shaking above the last level, of which the
+    runs say nothing, counts in full.
+    """
+    probability = most_probability(results)
+    above = float(results["level_weight_above"])
+    return probability * (float(results["level_weight"].sum()) - above) + above
+
+
+def at_most(results: xr.Dataset, years: float = YEARS) -> str:
+    r"""Return the bound of the chance of what none of the motions showed, in so many years or at the study's level.
+
+    Examples
+    --------
+    >>> weights = xr.DataArray([0.02, 0.003], dims="level"), xr.DataArray(0.001)
+    >>> found = xr.Dataset({"level_weight": weights[0], "level_weight_above": weights[1]}, attrs={"confidence": 0.95})
+    >>> at_most(found.expand_dims(motion=40))
+    'at most 12\xa0%'
+    """
+    if "level_weight" in results:
+        return f"at most {about_percent(float(probability_in(np.float64(most_rate(results)), years)))}"
+    return f"at most {about_percent(most_probability(results))}"
+
+
+def at_most_once(results: xr.Dataset) -> str:
+    """Return the bound of the annual rate of what none of the motions showed, as years between two events."""
+    return f"at most about once in {about_years(most_rate(results))} years"

@@ -1,0 +1,40 @@
+"""What a report tells people to do must be safe: nobody tilts loaded furniture to measure something."""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.studies.report.actions import next_steps
+
+BLOCK = tp.Block(0.4, 1.9, name="shelf")
+
+
+@pytest.mark.parametrize("parameter", ["e", "delta"])
+def test_of_a_sensitivity_study(parameter):
+    """The median changes by a factor of 4, so the report says how the parameter can be made certain."""
+    median = np.array([[[4.0, 3.0, 2.0, 1.0]]])
+    results = xr.Dataset(
+        {
+            "median": (("block", "model", "value"), median),
+            "median_ratio": (("block", "model", "value", "comparison"), median[..., None] / 2.0),
+        },
+        {
+            "block": [BLOCK.label],
+            "model": ["housner e"],
+            "law": ("model", ["housner"]),
+            "value": [0.7, 0.8, 0.9, 1.0] if parameter == "e" else [0.01, 0.02, 0.05, 0.1],
+            "comparison": ["rigid"],
+            "in_use": (("block", "value"), [[True] * 4]),
+            "level": ("level", [1.0, 12.0], {"units": "m s-2", "im": "pga"}),
+            **{name: ("block", [getattr(BLOCK, name)]) for name in ("width", "height", "cm_height")},
+            "inertia_factor": ("block", [BLOCK.inertia]),
+        },
+        {"kind": "sensitivity", "parameter": parameter, "friction": 1.0, "usual": "the usual ones"},
+    )
+    said = " ".join(next_steps(results, []))
+    assert "by a factor of up to 4.0" in said
+    assert ("Do not tilt loaded furniture or racks" in said) == (parameter == "e")
+    assert not re.search(r"measure it on the piece|(?<!not )\btilt (it|the piece)|from a small tilt", said)
