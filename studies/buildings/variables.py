@@ -31,6 +31,8 @@ Variables = dict[str, xr.Variable]
 PER_YEAR = "year-1"
 JOINT = " | "
 """Separator of the consequences of one item in a coordinate."""
+DOUBTFUL = "doubtful"
+"""Coordinate of a ranking: whether no advice can rest on an item's chance of falling."""
 FALLEN = "fallen"
 """Flags of pieces that overturned or fell off, where any line has an edge; else those of ``overturned`` are all."""
 

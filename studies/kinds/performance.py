@@ -54,11 +54,11 @@ from ..buildings.notes import (
     notes,
     polarity_notes,
 )
-from ..buildings.pieces import SAFETY, budget_set
+from ..buildings.pieces import SAFETY, budget_set, on_moving_supports, squat_items
 from ..buildings.screening import Screening, screen_inventory
 from ..buildings.shaking import Shaking
 from ..buildings.sliding import Slipping, draws_of, falls_off, item_slide_notes, slides
-from ..buildings.variables import JOINT, fall_flags, variable
+from ..buildings.variables import DOUBTFUL, JOINT, fall_flags, variable
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
 from ..file.analyses import LevelsTable
@@ -751,6 +751,8 @@ def ranking_of(results: xr.Dataset) -> xr.Dataset:
     own = [str(name) for name in results.data_vars if str(name).startswith(RANKING)]
     ranked = results[own].rename({name: name.removeprefix(RANKING) for name in own})
     keep = np.flatnonzero(np.isfinite(ranked["rank"].values).all(axis=0))
+    doubtful = squat_items(results) | on_moving_supports(results)
+    ranked = ranked.assign_coords({DOUBTFUL: ("item", doubtful)})
     return ranked.isel(item=keep).assign_attrs(json.loads(results.attrs["ranking"]))
 
 

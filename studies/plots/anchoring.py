@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from ...wording import currency_of, percent, short_digits
-from ..tables.assessment import objective_unit, place_name
+from ..tables.assessment import MARK, MARKED, doubtful_items, objective_unit, place_name
 from . import axes, selection
 
 MOST_BARS = 20
@@ -63,7 +63,11 @@ def bars(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> Axes:
         errors = np.maximum(np.stack([saving - lower, upper - saving])[:, known], 0.0)
         ax.errorbar(saving[known], at[known], xerr=errors, fmt="none", color="0.1", lw=1.0)
     where = [place_name(f"floor {ranking['floor'].values[i]}").replace(" ", "\u00a0") for i in order]
-    names = [f"{ranking['item'].values[i]} ({place})" for i, place in zip(order, where, strict=True)]
+    doubtful = doubtful_items(ranking)
+    names = [
+        f"{ranking['item'].values[i]} ({place}){MARK if doubtful[i] else ''}"
+        for i, place in zip(order, where, strict=True)
+    ]
     axes.named_rows(ax, [axes.wrapped(name, 0.55 * axes.width_of(ax), 9.0) for name in names], fontsize=9)
     ax.set_xlim(left=0.0)
     text = f"saved of the {ranking.attrs['objective_text']}{f' ({unit})' if unit else ''}"
@@ -134,5 +138,7 @@ def anchoring_figure(results: xr.Dataset) -> Figure:
     of = f"; {laws[0].label}" if len(laws) == 1 and laws[0].label else ""
     sure = percent(float(ranking.attrs["confidence"]))
     text += f"; {sure} intervals{of}"
+    if doubtful_items(ranking)[order_of(ranking)].any():
+        text += f"; {MARKED}"
     axes.heading(figure, str(results.attrs.get("title", "Anchoring")), text)
     return figure

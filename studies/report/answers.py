@@ -32,6 +32,7 @@ from ..tables.assessment import (
     DRAWN,
     annual_rows,
     common_modelling,
+    doubtful_items,
     fallen_word,
     level_rows,
     objective_unit,
@@ -372,6 +373,7 @@ def _listed(parts: list[str]) -> str:
 
 def _first_to_anchor(results: xr.Dataset, model: str) -> Iterator[str]:
     ranking = ranking_of(results)
+    ranking = ranking.isel(item=~doubtful_items(ranking))
     rows = ranking_rows(ranking, model, most=1)
     _, unit = objective_unit(ranking)
     for row in rows.rows:

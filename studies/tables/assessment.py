@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ... import checks
+from ...aliases import Flags
 from ...fragility.risk.modelling import MODELLING
 from ...units import DIMENSIONLESS
 from ...wording import (
@@ -21,7 +22,7 @@ from ...wording import (
     whole_percent,
     years_between,
 )
-from ..buildings.variables import FALLEN, PER_YEAR, level_index
+from ..buildings.variables import DOUBTFUL, FALLEN, PER_YEAR, level_index
 from ..plan.estimates import MEAN as IN_MEAN
 from ..text.rows import Rows
 from ..text.words import consequence_name, floor_cell, floor_name, level_text, measure_name
@@ -31,6 +32,8 @@ ABOVE = "above "
 """Before the fewest years between two events of which no motion showed one."""
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
 """Headings of amounts that only some inventories give; of amounts in a year with the `span` of time."""
+MARK, MARKED = " ‡", "‡ outside the model, or on a support that moves: no ground for advice"
+"""After the name of a piece whose chance of falling is no ground for advice, and why."""
 SELDOM = 0.1
 """Amount a year below which it is written as that of 1,000 years."""
 
@@ -134,7 +137,7 @@ def consequence_rows(assessment: xr.Dataset, level: float | None = None, model: 
 
 
 def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) -> Rows:
-    """The items whose anchoring saves most, as `anchoring` ranks them.
+    """The items whose anchoring saves most, as `anchoring` ranks them, with a mark on those that no advice rests on.
 
     Raises
     ------
@@ -148,12 +151,15 @@ def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) 
     headings = ["rank", "item", "floor", "pieces", saves, "share", *(["cost"] if paid else [])]
     rows = []
     order = np.argsort(here["rank"].values)
+    doubtful, marked = doubtful_items(here), False
     for i in order[: checks.count("most", most, at_least=1)]:
         one = here.isel(item=int(i))
         first, last = int(one["rank_lower"]), int(one["rank_upper"])
         rank = f"{int(one['rank'])}" + (f" ({first}–{last})" if first < last else "")
         share = float(one["saving_share"])
-        cells = [rank, str(one["item"].item()), floor_cell(str(one["floor"].item())), str(int(one["count"]))]
+        name = f"{one['item'].item()}{MARK if doubtful[i] else ''}"
+        marked = marked or bool(doubtful[i])
+        cells = [rank, name, floor_cell(str(one["floor"].item())), str(int(one["count"]))]
         cells += [_interval(one, "saving", scale), "–" if math.isnan(share) else whole_percent(share)]
         if paid:
             cost = float(one["cost"])
@@ -161,7 +167,13 @@ def ranking_rows(ranking: xr.Dataset, model: str | None = None, most: int = 10) 
         rows.append(tuple(cells))
     common = common_modelling(ranking)
     title = f"What anchoring saves of the {ranking.attrs['objective_text']}{f' ({common})' if common else ''}"
-    return Rows(title, tuple(headings), rows)
+    return Rows(f"{title} ({MARKED})" if marked else title, tuple(headings), rows)
+
+
+def doubtful_items(ranking: xr.Dataset) -> Flags:
+    """Return True for the items of a ranking on whose chance of falling no advice can rest."""
+    known = DOUBTFUL in ranking.coords
+    return np.asarray(ranking[DOUBTFUL].values if known else np.zeros(ranking.sizes["item"], np.bool_))
 
 
 def common_modelling(ranking: xr.Dataset) -> str:
