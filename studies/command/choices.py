@@ -6,4 +6,4 @@ from typing import Literal
 
 CurveFormat = Literal["pelicun", "nrml", "csv"]
 ExportFormat = Literal["pelicun", "nrml", "csv", "xlsx"]
-Starter = Literal["bookcase", "inventory", "records", "scenario"]
+Starter = Literal["bookcase", "hazard", "inventory", "records", "scenario"]

@@ -225,8 +225,9 @@ def new(kind: Starter, folder: Path, /) -> None:
     Parameters
     ----------
     kind
-        bookcase (one piece, with and without an anti-tip kit), inventory (what stands in a building, with a hazard
-        curve), records (two pieces under records), or scenario (what stands in a building, in one earthquake).
+        bookcase (one piece, with and without an anti-tip kit), hazard (one piece under motions that agree with a hazard
+        curve and its disaggregation), inventory (what stands in a building, with a hazard curve), records (two pieces
+        under records), or scenario (what stands in a building, in one earthquake).
     folder
         The folder for it: a new or an empty one, nothing is overwritten.
     """

@@ -25,6 +25,7 @@ RECORDS = 40
 REPLACE: dict[Starter, str] = {
     "bookcase": "[[blocks]] (its sizes), [restraints.kit] (the kit), [motions] and [hazard] (the site) in study.toml",
     "inventory": "inventory.xlsx (what stands where), [building] and [motions] in study.toml, hazard.csv (the site)",
+    "hazard": "hazard.csv and disaggregation.csv (the site), [stripes.select] (its soil), [[blocks]] in study.toml",
     "records": "records/ (files of your own), [[blocks]] in study.toml (what stands there)",
     "scenario": "inventory.xlsx (what stands where), [building] and [motions] in study.toml",
 }
@@ -37,9 +38,10 @@ def write_starter(kind: Starter, folder: Path) -> list[str]:
 
     Parameters
     ----------
-    kind : {"bookcase", "inventory", "records", "scenario"}
-        A bookcase with and without an anti-tip kit; an inventory in a building with a hazard curve; two pieces under
-        records; an inventory in one earthquake.
+    kind : {"bookcase", "hazard", "inventory", "records", "scenario"}
+        A bookcase with and without an anti-tip kit; a cabinet under motions that agree with a hazard curve and its
+        disaggregation; an inventory in a building with a hazard curve; two pieces under records; an inventory in one
+        earthquake.
     folder : Path
         The folder, made where missing.
 
@@ -77,6 +79,10 @@ def _fill(kind: Starter, folder: Path) -> None:
     """Write the files of a starter into an empty folder."""
     shutil.copyfile(_HERE / f"{kind}.toml", folder / STUDY)
     if kind == "bookcase":
+        return
+    if kind == "hazard":
+        shutil.copyfile(_HERE / "hazard_of_sa.csv", folder / "hazard.csv")
+        shutil.copyfile(_HERE / "disaggregation.csv", folder / "disaggregation.csv")
         return
     if kind == "records":
         _write_records(folder / "records")

@@ -16,6 +16,7 @@ from ...motions.selection.files import correlations_in
 from ...motions.selection.select import HIGH_RATIO, LOW_RATIO
 from ...motions.simulated.ground_motion_models import MODELS
 from ...motions.simulated.scenario import FAULTINGS
+from ..plan.reading import outside_doubt
 from ..plan.size import refuse_samples
 from .motions import MotionsTable
 from .table import KeyInfo, RelativePath, Table, one_of
@@ -149,6 +150,11 @@ class SelectTable(Table):
                 )
         return shaking.Candidates(found)
 
+    def outside_data(self, table: MotionsTable, folder: Path) -> list[Doubt]:
+        """Return doubts in scenarios of the candidates that lie outside the data behind their generator."""
+        made = (one.made_by(folder) for one in (table, *(self.also or [])))
+        return [outside_doubt(one.outside) for one in made if one is not None and one.outside]
+
     def chosen(
         self, candidates: shaking.Candidates, stripe: OwnTarget, levels: Levels, level: float, folder: Path
     ) -> tuple[shaking.Selection, list[Doubt]]:
@@ -248,6 +254,7 @@ def selected(
         try:
             if key not in pools:
                 pools[key] = select.pool(table, folder)
+                doubts += select.outside_data(table, folder)
             chosen, said = select.chosen(pools[key], stripe, levels, level, folder)
         except ValueError as error:
             raise ValueError(f"stripes.at[{i}]: {error}") from None

@@ -64,9 +64,7 @@ class Reading(NamedTuple):
     def _of_scenario(cls, arrays: Sequence[xr.DataArray], generator: Generator) -> Self:
         doubts = matching_doubts(arrays)
         if generator.outside:
-            doubts.append(
-                Doubt("scenario", f"the scenario lies outside the data behind its equations ({generator.outside})")
-            )
+            doubts.append(outside_doubt(generator.outside))
         at = generator.scenario
         if at is None or sum(array.sizes["motion"] for array in arrays) < 2:
             return cls(tuple(doubts))
@@ -103,6 +101,11 @@ def _alike(found: Variability) -> tuple[Doubt, ...]:
         return ()
     what = f"the motions have nearly one spectrum ({found.text}, {NATURAL})"
     return (Doubt(SPECTRA, f"{what}: curves come out steeper and rates more certain than they are; {CURE}"),)
+
+
+def outside_doubt(what: str) -> Doubt:
+    """Return the doubt in a scenario outside the data behind its generator, and what of it lies there."""
+    return Doubt("scenario", f"the scenario lies outside the data behind its equations ({what})")
 
 
 UNREAD = Reading()

@@ -96,5 +96,6 @@ def selection_notes(found: xr.Dataset) -> list[str]:
         )
     bounded = int(found[PREFIX + "factors_at_a_bound"].sum())
     if bounded:
-        said.append(f"{counted(bounded, 'motion')} of the stripes are scaled by a factor at its bound")
+        verb = "is" if bounded == 1 else "are"
+        said.append(f"{counted(bounded, 'motion')} of the stripes {verb} scaled by a factor at its bound")
     return said

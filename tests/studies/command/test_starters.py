@@ -18,6 +18,7 @@ from toppling.studies.file.schema import StudyFile
 
 KINDS = {
     "bookcase": {"study.toml"},
+    "hazard": {"study.toml", "hazard.csv", "disaggregation.csv"},
     "inventory": {"study.toml", "inventory.csv", "inventory.xlsx", "hazard.csv"},
     "records": {"study.toml", "records"},
     "scenario": {"study.toml", "inventory.csv", "inventory.xlsx"},
@@ -82,7 +83,7 @@ class TestEach:
         text = (written / kind / "study.toml").read_text(encoding="utf-8")
         # (settings that stand at the beginning of a comment's line, tables of them included)
         bare, n = re.subn(r"(?m)^# (?=\[\w+\]$|\w+ = )", "", text)
-        assert n == {"bookcase": 2, "inventory": 1, "records": 6, "scenario": 0}[kind]
+        assert n == {"bookcase": 2, "hazard": 0, "inventory": 1, "records": 6, "scenario": 0}[kind]
         StudyFile.model_validate(tomllib.loads(bare))
 
     def test_a_folder_that_is_not_empty(self, kind, tmp_path, capsys):
@@ -97,7 +98,7 @@ class TestEach:
         def full(*_):
             raise OSError(28, "No space left on device")
 
-        if kind == "bookcase":
+        if kind in ("bookcase", "hazard"):
             monkeypatch.setattr(starters.shutil, "copyfile", full)
         else:
             monkeypatch.setattr(starters, "write_at2" if kind == "records" else "workbook_of", full)

@@ -175,6 +175,6 @@ def test_the_example_agrees_at_every_level(tmp_path):
     for name in ("selected.toml", "selected_target.csv"):
         shutil.copy(EXAMPLES / name, tmp_path)
     found = tp.Study.from_toml(tmp_path / "selected.toml")
-    assert found.design.levels.size == 7
+    assert found.design.levels.size == 6
     results = found.run()
     assert results["selection_consistent"].values.all()
