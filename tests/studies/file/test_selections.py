@@ -8,6 +8,8 @@ import pytest
 
 import toppling as tp
 from toppling.studies import StudyError
+from toppling.studies.command.starters import write_starter
+from toppling.studies.file.schema import read_study_file
 
 EXAMPLES = Path(tp.__file__).parent / "studies/examples"
 STUDY = """title = "selected"
@@ -178,3 +180,25 @@ def test_the_example_agrees_at_every_level(tmp_path):
     assert found.design.levels.size == 6
     results = found.run()
     assert results["selection_consistent"].values.all()
+
+
+@pytest.mark.slow
+def test_what_the_tutorial_says_of_its_example(tmp_path):
+    """Selected motions, and all candidates scaled to the same levels."""
+    write_starter("hazard", tmp_path / "site")
+    study = tp.Study.from_toml(tmp_path / "site/study.toml")
+    results = study.run()
+    assert results["selection_consistent"].values.all()
+    content = read_study_file(tmp_path / "site/study.toml")
+    pool = content.stripes.select.pool(content.motions, tmp_path / "site")
+    levels = study.design.levels
+    scaled = tp.stripes(
+        study.blocks, study.models, [list(pool.arrays)] * levels.size, levels, im="Sa(1.0)", screen=False
+    )
+    at = levels.tolist().index(pytest.approx(0.45 * 9.80665))
+    assert round(float(results["probability"].values.ravel()[at]), 2) == pytest.approx(0.30, abs=0.03)
+    assert float(scaled["overturned"][..., scaled["stripe"].values == at + 1].mean()) == pytest.approx(0.64, abs=0.02)
+    hazard = tp.fragility.read_hazard(tmp_path / "site/hazard.csv")
+    of_all = tp.fragility.annual_rate(tp.fragility.fit_fragility(scaled), hazard)["rate"].item()
+    assert 1.0 / results["rate"].item() == pytest.approx(1540.0, rel=0.05)
+    assert 1.0 / of_all == pytest.approx(770.0, rel=0.05)
