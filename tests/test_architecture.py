@@ -51,16 +51,18 @@ models/history
 
 benchmarks/peers benchmarks/scenes benchmarks/speed fragility/fitting fragility/hazard fragility/validity
 
-benchmarks/flags benchmarks/precision benchmarks/sliding fragility/analyses fragility/curves fragility/efficiency
+benchmarks/flags benchmarks/precision benchmarks/sliding fragility/adaptive fragility/curves fragility/efficiency
 studies/text
 
-benchmarks/figures benchmarks/scale benchmarks/tables fragility/exchange fragility/risk fragility/uncertainty
+benchmarks/figures benchmarks/sequential benchmarks/tables fragility/analyses fragility/exchange fragility/risk
 
-benchmarks/whole fragility/exchange/nrml fragility/exchange/pelicun studies/plan
+benchmarks/scale benchmarks/whole fragility/exchange/nrml fragility/exchange/pelicun fragility/uncertainty
 
-benchmarks/suite studies/file
+benchmarks/suite studies/plan
 
-benchmarks/page studies/inventory studies/reference studies/sensitivity studies/store
+benchmarks/page studies/file
+
+studies/inventory studies/reference studies/sensitivity studies/store
 
 studies/buildings
 

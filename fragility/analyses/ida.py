@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from ... import checks
 from ...aliases import Progress
 from ...models import Block, Model
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED, records_under
+from ...motions.simulated.generator import Generator
+from ..adaptive.curve import RUNS
+from ..adaptive.until import Until, until_of
+from ..hazard.curve import HazardCurve
 from ..runs.labels import measured
-from ..runs.provenance import GROUND, IDA
+from ..runs.provenance import ADAPTIVE, GROUND, IDA
 from ..runs.request import check_request
 from ..runs.scaling import ground_of, scaling
+from .adaptive import adaptive
 from .analysis import Design, analyse, specimens_of
 
 if TYPE_CHECKING:
@@ -26,18 +32,22 @@ if TYPE_CHECKING:
 def ida(
     blocks: Block | Sequence[Block],
     models: Model | Sequence[Model],
-    motions: xr.DataArray | Iterable[xr.DataArray],
+    motions: xr.DataArray | Iterable[xr.DataArray] | Generator,
     levels: Any,
     im: str | Measure = "pga",
     outputs: Sequence[str] | None = None,
     client: Client | Runner | None = None,
     skip: bool = True,
     *,
-    screen: bool = True,
+    screen: bool | None = None,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
     progress: Progress | None = None,
     compute: bool = True,
+    until: Mapping[str, Any] | Until | None = None,
+    hazard: HazardCurve | None = None,
+    runs_per_motion: int = RUNS,
+    seed: int = 0,
 ) -> xr.Dataset:
     """Incremental dynamic analysis.
 
@@ -48,9 +58,10 @@ def ida(
     motions : xarray.DataArray or a sequence of them
         Labelled motions (m s-2), each with its own time step and length; nothing is resampled or padded.  Pairs of
         `toppling.motions.both_axes` shake blocks along their width and their depth: a planar run about each axis under
-        one factor, of which the earlier fall decides (docs/theory/axes.md).
-    levels : array_like, shape (level,)
-        Levels of the intensity measure, SI, > 0, strictly increasing.
+        one factor, of which the earlier fall decides (docs/theory/axes.md).  With adaptive levels also a generator.
+    levels : array_like, shape (level,), or "adaptive"
+        Levels of the intensity measure, SI, > 0, strictly increasing.  ``adaptive``: each motion is run at a few levels
+        of its own, chosen by the runs before it, and motions are run until the result is as precise as `until` asks.
     im : str or Measure
         The measure to which every motion is scaled: a measure that grows with the motion (`motions.MEASURES`), one with
         parameters such as ``motions.Sa(1.0)`` or ``"Sa(1.0)"``, ``pga_normalised`` = PGA/(g tan alpha) or
@@ -77,10 +88,11 @@ def ida(
         alone, those after which the rest of the record cannot overturn a block.  Flags do not change, peaks only by
         rounding.  The attribute ``skipped`` (JSON) states how many samples all runs have, which share was skipped and
         why (also after overturning, which `skip` does not change), and how many events were solved per run.
-    screen : bool
+    screen : bool, optional
         Add the validity screen to the outputs: friction needed, squat blocks, an elastic mode in the motion's band,
         far scaling, few motions, and a ``verdict`` for every run, as `toppling.fragility.screen` returns them without
-        a coefficient of friction and without repeating runs.  False leaves them out.
+        a coefficient of friction and without repeating runs.  False leaves them out.  Where not given, runs at levels
+        have it; those at adaptive levels do not, and True is refused.
     ground : xarray.DataArray or a sequence of them, optional
         The ground motions of which `motions` are floor motions, with the same labels: the levels then refer to the
         measure of the ground motions, and each floor motion is scaled like its ground motion (the building is elastic).
@@ -95,13 +107,26 @@ def ida(
         along block and motion, and are computed when they are asked for: ``.compute()``, ``.persist()``,
         ``.to_netcdf()``, ``.to_zarr()``, ``.mean("motion")``, by any scheduler of dask.  `client` and `progress` have
         no effect then, and the attribute ``skipped``, which is known after the runs, is missing.
+    until : mapping, optional
+        Of adaptive levels: what is to be known within which half width, at 95 % confidence.  One of ``median``,
+        ``dispersion`` and ``rate`` (shares of the value; without an entry, 0.1 of the median) and ``probability`` (a
+        mapping of ``level``, SI, and ``within``); and ``motions``, a mapping of ``least`` (64) and ``most`` (2000).
+    hazard : HazardCurve, optional
+        Of the measure of the levels, for ``until={"rate": …}``.
+    runs_per_motion : int
+        Of adaptive levels, 2 to 20; the first motions, which look for the curve, are run at six levels.
+    seed : int
+        Of adaptive levels: of the generator's motions, or of the order in which the motions of a set are taken, and of
+        the levels.
 
     Returns
     -------
     xarray.Dataset
         The outputs on (block, model, level, motion), with the properties of blocks, laws and motions as coordinates,
-        and the variables of the validity screen.  Where motions are run both ways, each is followed by its reverse
-        along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).
+        and the variables of the validity screen.  At adaptive levels the outputs on run, with `run_block`, `run_model`,
+        `run_motion`, `level`, `wave` and, for a rate, `weight`; and on (block, model) the estimates with their
+        intervals, `stopped_because` and `account` (docs/adaptive.md).  Where motions are run both ways, each is
+        followed by its reverse along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).
         Bit-identical for any chunking, any scheduler and any number of workers.
 
     Raises
@@ -110,6 +135,13 @@ def ida(
         No or wrong blocks, laws or motions, labels used twice, levels out of order, an unknown measure or output, a
         measure that scaling does not change, a motion whose measure is zero, a block that needs an explicit e; a
         scheduler, a pool or a number of workers in dask's configuration that makes no sense.
+
+    Notes
+    -----
+    The levels at which one motion overturns a block have no smallest interval, so that closer levels go on to find
+    earlier falls; probabilities and rates, which are means over motions, settle.  Adaptive levels are for these.
+    Standard errors are from sums over each motion; the median is from runs near it alone; looks ask for intervals
+    a sixth narrower than `until`, two in a row, and a fifth more motions (32 at least) confirm them.
 
     References
     ----------
@@ -124,7 +156,28 @@ def ida(
     >>> dict(result.sizes)
     {'block': 1, 'model': 1, 'level': 2, 'motion': 4, 'reason': 9}
     """
-    request = check_request(blocks, models, outputs, skip, client, progress, screen, compute)
+    if isinstance(levels, str):
+        checks.choice("levels", levels, (ADAPTIVE,))
+        if screen:
+            raise ValueError("screen must be left out for adaptive levels: runs at levels of their own have no screen")
+        wanted = ["overturned"] if outputs is None else outputs
+        return adaptive(
+            check_request(blocks, models, wanted, skip, client, progress, False, compute),
+            motions,
+            im,
+            until_of(until),
+            runs_per_motion=runs_per_motion,
+            seed=seed,
+            hazard=hazard,
+            ground=ground,
+            polarity=polarity,
+        )
+    if until is not None or hazard is not None:
+        raise ValueError("until and hazard are for adaptive levels (levels='adaptive'), got levels")
+    if isinstance(motions, Generator):
+        raise TypeError("motions must be labelled arrays where levels are given: take some of the generator's (sample)")
+    screened = True if screen is None else screen
+    request = check_request(blocks, models, outputs, skip, client, progress, screened, compute)
     design = incremental(levels, motions, im, request.blocks, ground, polarity)
     return analyse(request, specimens_of(request), design)
 

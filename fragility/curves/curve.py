@@ -16,6 +16,7 @@ from ... import checks
 from ...aliases import Array
 from ...units import DIMENSIONLESS
 from ..fitting.links import LINKS, LOGNORMAL
+from ..runs.provenance import RUN
 
 UPLIFT = "uplift-lognormal"
 ISOTONIC = "isotonic"
@@ -155,10 +156,12 @@ def form_name(curves: xr.Dataset) -> str:
     Raises
     ------
     TypeError, ValueError
-        Something other than a dataset of curves; an unknown form.
+        Something other than a dataset of curves, such as runs at adaptive levels; an unknown form.
     """
     if not isinstance(curves, xr.Dataset):
         raise TypeError(f"curves must be a dataset as fit_fragility returns it, got {checks.kind(curves)}")
+    if RUN in curves.dims:
+        raise ValueError("curves must be a dataset as fit_fragility returns it, got runs at adaptive levels")
     stated = curves.attrs.get("form")
     if stated is None:
         stated = UPLIFT if "uplift_median" in curves else LOGNORMAL

@@ -12,8 +12,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...aliases import Array, Flags
+from ...aliases import Array
 from ...units import DIMENSIONLESS
+from ..fitting.first_overturning import SHIFT, brackets, level_shift, spacing_attributes
 from ..fitting.states import OVERTURNED, State, reached, state_name
 from ..runs.provenance import carried_attributes, intensity_of, level_measure, scaled_to_levels
 
@@ -94,34 +95,6 @@ def without_coordinates(array: xr.DataArray) -> xr.DataArray:
     return array.drop_vars(list(array.coords))
 
 
-class Brackets(NamedTuple):
-    """Intervals of the capacities: lower and upper ends (…, motion); infinite where only the other end is known."""
-
-    lower: Array
-    upper: Array
-    stood_above: Flags
-
-
-def brackets(overturned: Flags, values: Array) -> Brackets:
-    """Return the interval of the first overturning, from flags and values (…, motion, level) in order of the levels.
-
-    `values` may be of any shape that broadcasts.  The lower end is -inf where the lowest level overturns, the upper end
-    inf where no level does; `stood_above` is True where some level above the first overturning does not.
-    """
-    along = np.broadcast_to(values, overturned.shape)
-    n = overturned.shape[-1]
-    fell = overturned.any(axis=-1)
-    first = np.where(fell, overturned.argmax(axis=-1), n)
-    lower = np.take_along_axis(along, np.maximum(first - 1, 0)[..., None], axis=-1)[..., 0]
-    upper = np.take_along_axis(along, np.minimum(first, n - 1)[..., None], axis=-1)[..., 0]
-    above = np.arange(n) > first[..., None]
-    return Brackets(
-        np.where(first > 0, lower, -np.inf),
-        np.where(fell, upper, np.inf),
-        np.asarray((~overturned & above).any(axis=-1)),
-    )
-
-
 def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
     """Return the capacity of each block under each motion: the two levels between which it first overturns.
 
@@ -147,8 +120,10 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
     Notes
     -----
     Overturning is not monotonic in the scale of a motion: the capacity is the first overturning at the levels that were
-    run.  Below it there may be intervals of overturning narrower than the spacing of the levels, which closer levels
-    would find.
+    run.  Below it there are intervals of overturning narrower than the spacing of the levels, which closer levels
+    find.  The variable `level_shift` (on the dimensions beside motion: what ln(capacity) gains in the mean where every
+    other level is left out) and the attributes `level_spacing` (largest ratio of neighbouring levels, less 1) and
+    `note` say how much the levels decide.
 
     Examples
     --------
@@ -161,11 +136,16 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
     ordered = ordered_runs(runs, state)
     if "level" not in runs.dims:
         raise ValueError("capacities need every motion at several levels, got runs at one intensity each")
-    found = brackets(ordered.overturned.values, np.exp(ordered.log_levels.values))
+    levels = np.exp(ordered.log_levels.values)
+    flags = ordered.overturned.values
+    found = brackets(flags, levels)
     lower = np.where(np.isfinite(found.lower), found.lower, 0.0)
     middle = np.sqrt(lower) * np.sqrt(found.upper)
     known = (lower > 0.0) & np.isfinite(found.upper)
     dims = tuple(d for d in ordered.overturned.dims if d != "level")
+    shifts = np.reshape(
+        [level_shift(flags[where], levels) for where in np.ndindex(*flags.shape[:-2])], flags.shape[:-2]
+    )
     name = state_name(state)
     variables = {
         "lower": (lower, ordered.units, f"highest level below the first {name}: {ordered.long_name}"),
@@ -184,8 +164,11 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
     }
     return xr.Dataset(
         {
-            name: (dims, values, {"units": units, "long_name": text})
-            for name, (values, units, text) in variables.items()
+            **{
+                name: (dims, values, {"units": units, "long_name": text})
+                for name, (values, units, text) in variables.items()
+            },
+            "level_shift": (dims[:-1], shifts, SHIFT),
         },
         coords=coords,
         attrs={
@@ -193,5 +176,6 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
             "title": f"Capacities: levels of the first {name}",
             "state": name,
             "im": ordered.name,
+            **spacing_attributes(levels),
         },
     )

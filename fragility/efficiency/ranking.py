@@ -20,6 +20,7 @@ from ...motions.intensity.measure import Measure
 from ...units import DIMENSIONLESS
 from ...wording import given_percent
 from ..fitting.bootstrap import draw_clusters, percentile_interval
+from ..fitting.first_overturning import brackets
 from ..fitting.states import OVERTURNED, State, state_name
 from ..numerics.slabs import gathered, sizes_of
 from ..runs.provenance import (
@@ -31,7 +32,7 @@ from ..runs.provenance import (
     without_floors,
 )
 from .candidates import Candidate, Motions, candidates_of, covariates_of, motions_of_runs
-from .capacity import OrderedRuns, brackets, ordered_runs
+from .capacity import OrderedRuns, ordered_runs
 from .trends import STATUSES, DispersionFits, LogCapacityEnds, capacity_trends, demand_trends, fit_dispersions
 
 TYPICAL_MEASURES = 32

@@ -14,23 +14,25 @@ from ... import checks
 from ...aliases import Array, Index
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
-from ..runs.provenance import carried_attributes
+from ..runs.provenance import carried_attributes, motions_by_floor
 from ..runs.runners import shared
 from .bootstrap import draw_motions
+from .first_overturning import SHIFT, level_shift, spacing_attributes
 from .form import Columns, CustomForm, Fit, Form
 from .intervals import BOOTSTRAP, INTERVALS, PROFILE, WALD, Options, ResampledData, estimate
 from .isotonic import IsotonicForm
 from .labels import label_curves
 from .likelihood import PENALTIES
 from .links import LINKS, LOGNORMAL
-from .states import DIRECTIONS, OK, OVERTURNED, State
+from .states import DIRECTIONS, OK, OVERTURNED, State, reached
 from .trials import OVERTURNING_OUTCOMES, STATES, Sample, Trials, collect, outcomes_of
 from .two_parameter import TWO_PARAMETER_FORMS
 from .uplift import UpliftForm
 
 FORMS: dict[str, Form] = {**TWO_PARAMETER_FORMS, "uplift-lognormal": UpliftForm(), "isotonic": IsotonicForm()}
 """Every built-in form of curve by name."""
-METHODS = ("binomial", "first-overturning")
+FIRST = "first-overturning"
+METHODS = ("binomial", FIRST)
 REPLICATES = 1000
 
 
@@ -109,9 +111,9 @@ def fit_fragility(
     Parameters
     ----------
     data : xarray.Dataset
-        Runs: an IDA (`overturned` on level and motion), or stripes or a cloud (`overturned` on motion, each motion
-        once at its coordinate `intensity`).  Or counts: `overturnings` and `runs` on ``level`` and any other
-        dimensions, as `overturning_probability` returns them.
+        Runs: an IDA (`overturned` on level and motion), stripes or a cloud (`overturned` on motion, each motion once at
+        its coordinate `intensity`), or runs at adaptive levels (`overturned` on run).  Or counts: `overturnings` and
+        `runs` on ``level`` and any other dimensions, as `overturning_probability` returns them.
     confidence : float
         Of the intervals, between 0 and 1.
     form : str or callable, optional
@@ -124,7 +126,9 @@ def fit_fragility(
         ``.log_likelihood`` and a mapping ``.parameters``.
     method : {"binomial", "first-overturning"}
         Data that two-parameter curves are fitted to: overturnings of runs at each level, or each motion's capacity,
-        known to lie between the highest level below its first overturning and that level (an IDA only).
+        known to lie between the highest level below its first overturning and that level (an IDA only).  Closer levels
+        find earlier ones: the attributes `level_spacing` and `note` and the variable `level_shift` say by how much
+        (`toppling.fragility.overturning_capacity`).
     intervals : {"wald", "profile", "bootstrap"}, optional
         Kind of the intervals.  Where not given: ``bootstrap`` where motions come more than once (an IDA) and for
         isotonic curves and own fits; else ``profile``.
@@ -224,7 +228,7 @@ def fit_fragility(
     """
     chosen = form_named(default_form(state) if form is None else form)
     level = checks.number("confidence", confidence, above=0.0, below=1.0)
-    trials = collect(data, checks.choice("method", method, METHODS) == "first-overturning", state, together)
+    trials = collect(data, checks.choice("method", method, METHODS) == FIRST, state, together)
     check_method(chosen, method)
     if not isinstance(keep_replicates, bool):
         raise TypeError(f"keep_replicates must be True or False, got {keep_replicates!r:.40}")
@@ -253,7 +257,7 @@ def fit_fragility(
             progress(len(columns), len(trials.samples))
     curves = label_curves(columns, trials, options.fractiles, level, options.replicates)
     resampling = {"replicates": options.replicates, "seed": options.seed} if options.resamples else {}
-    return curves.assign_attrs(
+    curves = curves.assign_attrs(
         {
             **carried_attributes(trials.attrs),
             "title": "Fragility curves",
@@ -265,6 +269,23 @@ def fit_fragility(
             "im": trials.level["im"],
         }
     )
+    return _with_shift(curves, data, trials, state) if method == FIRST else curves
+
+
+def _with_shift(curves: xr.Dataset, data: xr.Dataset, trials: Trials, state: State) -> xr.Dataset:
+    """Return curves of first overturnings with what these owe to the levels."""
+    flags = reached(data, state)
+    own = [dim for dim in trials.dims if dim in flags.dims]
+    flags = flags.transpose(*own, ..., "motion", "level")
+    levels = data["level"].values.astype(np.float64)
+    _, groups = motions_by_floor(flags)
+    shifts = [
+        level_shift(flags.values[where][..., motions, :].astype(np.bool_), levels)
+        for where in np.ndindex(*flags.shape[: len(own)])
+        for motions in groups
+    ]
+    found = curves.assign(level_shift=(trials.dims, np.reshape(shifts, trials.shape), SHIFT))
+    return found.assign_attrs(spacing_attributes(levels))
 
 
 def default_form(state: State) -> str:

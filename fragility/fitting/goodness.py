@@ -23,7 +23,7 @@ from ... import checks
 from ...aliases import Array
 from ...streams import stream
 from ...units import DIMENSIONLESS
-from ..runs.provenance import CLOUD, carried_attributes
+from ..runs.provenance import ADAPTIVE, CLOUD, carried_attributes
 from .fit import METHODS, check_method, fit_fragility, form_named
 from .form import Fit, Form
 from .likelihood import PENALTIES
@@ -61,7 +61,8 @@ def goodness_of_fit(
     Raises
     ------
     TypeError, ValueError
-        As `fit_fragility`; runs both ways, whose two outcomes of one motion the curve does not tie to each other.
+        As `fit_fragility`; runs both ways, whose two outcomes of one motion the curve does not tie to each other; runs
+        at adaptive levels.
 
     Notes
     -----
@@ -86,6 +87,11 @@ def goodness_of_fit(
     chosen = form_named(form)
     first = checks.choice("method", method, METHODS) == "first-overturning"
     trials = collect(data, first, state)
+    if trials.design == ADAPTIVE:
+        raise ValueError(
+            "goodness of fit simulates runs at given levels, and adaptive levels follow from the outcomes: "
+            "their results hold misfit, of the curve's median from that of levels near it"
+        )
     if trials.ways > 1:
         raise ValueError(
             "goodness of fit simulates motions of one outcome, and these are run both ways: test each polarity by "

@@ -24,8 +24,9 @@ import numpy as np
 from ...aliases import Array, Flags, Index
 from ..kernels import binomial as engine
 from .links import Link
+from .patterns import Patterns
 from .states import ALL, DECREASING, FAILED, FLAT, NO_RUNS, NONE, OK, ONE_LEVEL, SEPARATED
-from .trials import Patterns, failures_of
+from .trials import failures_of
 
 # In the order of the kernel's codes.
 STATUSES = (OK, NO_RUNS, ONE_LEVEL, NONE, ALL, SEPARATED, DECREASING, FAILED)

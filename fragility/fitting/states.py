@@ -18,7 +18,7 @@ from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
 from ...units import DIMENSIONLESS
 from ..runs.plan import UNKNOWN
-from ..runs.provenance import about_both_axes
+from ..runs.provenance import RUN, about_both_axes
 
 OVERTURNED = "overturned"
 UPLIFTED = "uplifted"
@@ -151,6 +151,11 @@ def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
             "and slips to either side"
         )
     values = runs[needs]
+    if RUN in values.dims:
+        raise ValueError(
+            f"{name} is needed of every motion at common levels: adaptive levels have a level for each run, which "
+            "fit_fragility takes"
+        )
     if "motion" not in values.dims:
         raise ValueError(f"{needs} must have a motion dimension, got dims {values.dims}")
     if values.sizes["motion"] == 0:

@@ -6,11 +6,9 @@ intensity), and counts.  Nothing is fitted here.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,8 +20,17 @@ from ...aliases import Array, Flags, Index
 from ...units import DIMENSIONLESS
 from ..kernels import resampling as engine
 from ..numerics import slabs
-from ..runs.provenance import IDA, STRIPES, clusters_of, design_of, motions_by_floor, number_of_motions
+from ..runs.provenance import (
+    IDA,
+    RUN,
+    STRIPES,
+    clusters_of,
+    design_of,
+    motions_by_floor,
+    number_of_motions,
+)
 from ..runs.thresholds import rocking_thresholds
+from .patterns import CellCounts, Patterns, PatternTable
 from .states import OVERTURNED, UPLIFTED, State, reached, state_name
 
 STATES = 3
@@ -35,21 +42,6 @@ OVERTURNING_OUTCOMES = (SURVIVAL, SURVIVAL, FAILURE)
 """Outcomes of the states of a run in a fit of overturning to all runs."""
 UPLIFT_OUTCOMES = (SURVIVAL, FAILURE, FAILURE)
 """Outcomes of the states of a run in a fit of uplift to all runs."""
-DENSE = 4
-"""A table of counts is dense up to this many counts for each run of a slab."""
-
-
-class Patterns(NamedTuple):
-    """Patterns of outcomes; motions with the same outcomes share one.
-
-    of_cluster (cluster,) is the pattern of each motion, -1 where it has no run here.
-    cells[starts[p]:starts[p + 1]] are the cells in which the runs of pattern p lie, counts how many lie in each.
-    """
-
-    of_cluster: Index
-    starts: Index
-    cells: Index
-    counts: Index
 
 
 class Sample(NamedTuple):
@@ -148,7 +140,7 @@ class Trials:
 
 
 def collect(data: Any, first: bool = False, state: State = OVERTURNED, together: Sequence[Hashable] = ()) -> Trials:
-    """Return the trials in an IDA, stripes, cloud or counts dataset; reaching the `state` counts as overturning.
+    """Return the trials in a dataset of runs of any design, or of counts; reaching the `state` counts as overturning.
 
     `first`: motions are counted by the level at which they first overturn, which needs an IDA.  `together`:
     dimensions of an IDA that do not separate curves: all runs of a motion along them belong to that motion.
@@ -161,6 +153,8 @@ def collect(data: Any, first: bool = False, state: State = OVERTURNED, together:
     """
     if not isinstance(data, xr.Dataset):
         raise TypeError(f"fit_fragility needs an IDA dataset or a dataset of counts, got {type(data).__name__}")
+    if RUN in data.dims:
+        return _trials_of_adaptive(data, first, state, together)
     on_motion = any("motion" in one.dims for one in data.data_vars.values())
     if "overturned" in data or (on_motion and "overturnings" not in data):
         return _trials_of_runs(data, first, state, together)
@@ -253,6 +247,54 @@ def _trials_of_runs(data: xr.Dataset, first: bool, state: State, together: Seque
     )
 
 
+def _trials_of_adaptive(data: xr.Dataset, first: bool, state: State, together: Sequence[Hashable]) -> Trials:
+    """Return the trials of runs at adaptive levels: each run has its block, law, motion and level.
+
+    Runs of blocks, laws and motions that are not among the data, of which some were selected, do not count.
+    """
+    if first:
+        raise ValueError("method 'first-overturning' needs every motion at common levels, got adaptive levels")
+    if state != OVERTURNED:
+        raise ValueError(f"adaptive levels are chosen by what overturns, and tell nothing sure of state {state!r}")
+    if together:
+        raise ValueError(f"together {', '.join(map(str, together))} needs common levels, got adaptive levels")
+    dims = tuple(dim for dim in ("block", "model") if dim in data.dims)
+    shape = tuple(data.sizes[dim] for dim in dims)
+    block, model = (np.atleast_1d(data[f"{dim}_number"].values) for dim in ("block", "model"))
+    if "motion" not in data.dims:
+        raise ValueError("runs at adaptive levels must keep their motion dimension, got a selection without it")
+    motions = clusters_of(data)
+    cluster = np.full(1 + int(max(data["run_motion"].values.max(initial=0), data["motion_number"].values.max())), -1)
+    cluster[data["motion_number"].values] = motions
+    of_run = cluster[data["run_motion"].values]
+    x = _positive("level", data["level"].values)
+    fell = data["overturned"].values.astype(np.bool_)
+    samples = []
+    for i, j in np.ndindex(block.size, model.size):
+        here = (data["run_block"].values == block[i]) & (data["run_model"].values == model[j]) & (of_run >= 0)
+        own = np.flatnonzero(here)
+        if not own.size:
+            raise ValueError(f"runs must hold some of block number {block[i]} under law number {model[j]}, got none")
+        levels, where = np.unique(x[own], return_inverse=True)
+        size = levels.size * STATES
+        cell = STATES * where + np.where(fell[own], TOPPLED, STOOD)
+        keys, counts = np.unique(of_run[own] * size + cell, return_counts=True)
+        known = PatternTable(int(motions.max()) + 1)
+        known.add(keys // size, keys % size, counts)
+        cells = np.bincount(cell, minlength=size).astype(np.float64)
+        samples.append(Sample(levels, cells, False, math.nan, False, True, known.patterns))
+    return Trials(
+        dims,
+        shape,
+        _curve_coordinates(data, dims),
+        {**data.attrs, "state": state_name(state)},
+        _level_attributes(data["level"]),
+        design_of(data),
+        (np.arange(motions.max() + 1),),
+        tuple(samples),
+    )
+
+
 def _sample(
     fell: Flags,
     up: Flags | None,
@@ -272,13 +314,13 @@ def _sample(
     alike, size = (1, levels.size + 1) if first else (where.size, levels.size * STATES)
     runs = math.prod(fell.shape[:-2]) * alike if fell.ndim > 1 else 1
     cells = np.zeros(size)
-    known = _PatternTable(int(clusters.max()) + 1)
+    known = PatternTable(int(clusters.max()) + 1)
     step = max(1, slabs.RUNS * known.of_cluster.size // (own.size * (fell.shape[-2] if fell.ndim > 1 else 1)))
     for begin in range(0, known.of_cluster.size, step):
         here = np.flatnonzero((own >= begin) & (own < begin + step))
         if not here.size:
             continue
-        table = _CellCounts(min(step, known.of_cluster.size - begin), size)
+        table = CellCounts(min(step, known.of_cluster.size - begin), size)
         for part, lifts in _flag_slabs(fell, up, chosen[here]):
             if first:
                 rising = np.argsort(x, kind="stable")
@@ -306,61 +348,6 @@ def _flag_slabs(fell: Flags, up: Flags | None, motions: Index) -> Iterator[tuple
     for begin in range(0, rows.shape[0], step):
         part = slice(begin, begin + step)
         yield rows[part][..., motions], None if more is None else more[part][..., motions]
-
-
-class _CellCounts:
-    """Counts of the runs of each cluster in each cell; keys are cluster * size + cell, increasing."""
-
-    def __init__(self, clusters: int, size: int) -> None:
-        self.size = size
-        self._dense = np.zeros(clusters * size if clusters * size <= DENSE * slabs.RUNS else 0, np.int64)
-        self._keys = np.empty(0, np.int64)
-        self._counts = np.empty(0, np.int64)
-
-    def add(self, keys: Index) -> None:
-        """Add further runs."""
-        if self._dense.size:
-            self._dense += np.bincount(keys, minlength=self._dense.size)
-            return
-        found, counts = np.unique(keys, return_counts=True)
-        self._keys, at = np.unique(np.concatenate([self._keys, found]), return_inverse=True)
-        counts = np.concatenate([self._counts, counts])
-        self._counts = np.zeros(self._keys.size, np.int64)
-        np.add.at(self._counts, at, counts)
-
-    @property
-    def entries(self) -> tuple[Index, Index]:
-        """Keys and counts of the cells that hold runs."""
-        keys = np.flatnonzero(self._dense) if self._dense.size else self._keys
-        return keys, self._dense[keys] if self._dense.size else self._counts
-
-
-class _PatternTable:
-    """Patterns of outcomes, collected cluster by cluster."""
-
-    def __init__(self, clusters: int) -> None:
-        self.of_cluster = np.full(clusters, -1, dtype=np.int64)
-        self._numbers: dict[bytes, int] = {}
-        self._parts: list[NDArray[np.int32]] = []
-
-    def add(self, cluster: Index, cell: Index, counts: Index) -> None:
-        """Add further clusters, in their order, with the number of their runs in each cell."""
-        bounds = np.append(np.flatnonzero(np.diff(cluster, prepend=-1)), cluster.size)
-        pairs = np.stack([cell.astype(np.int32), counts.astype(np.int32)], axis=1)
-        for begin, end in pairwise(bounds.tolist()):
-            own = pairs[begin:end]
-            key = hashlib.blake2b(own.data, digest_size=16).digest()
-            if key not in self._numbers:
-                self._numbers[key] = len(self._numbers)
-                self._parts.append(own.copy())
-            self.of_cluster[cluster[begin]] = self._numbers[key]
-
-    @property
-    def patterns(self) -> Patterns:
-        """All patterns that were added."""
-        starts = np.cumsum([0, *(len(one) for one in self._parts)], dtype=np.int64)
-        cells, counts = np.concatenate(self._parts).T.astype(np.int64, order="C")
-        return Patterns(self.of_cluster, starts, cells, counts)
 
 
 def _intensities(x: xr.DataArray, flags: xr.DataArray) -> Array:

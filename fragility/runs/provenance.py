@@ -27,7 +27,9 @@ from .scaling import BlockMeasure, intensity_measure
 
 Motions = xr.DataArray | Iterable[xr.DataArray] | Sequence[Iterable[xr.DataArray]]
 
-IDA, STRIPES, CLOUD = "ida", "stripes", "cloud"
+IDA, STRIPES, CLOUD, ADAPTIVE = "ida", "stripes", "cloud", "adaptive"
+RUN = "run"
+"""Dimension of the runs of adaptive levels, each of one block, law and motion at one level."""
 GROUND = "ground"
 """Value of ``im_at`` where levels are of the ground motion below a floor, and the beginning of that measure's name."""
 SCENE = "scene"
@@ -73,10 +75,12 @@ def carried_attributes(attributes: Mapping[Any, Any]) -> dict[Hashable, Any]:
 
 
 def design_of(runs: xr.Dataset | xr.DataArray) -> str:
-    """Return the design of runs: ida, stripes or cloud.
+    """Return the design of runs: ida, stripes, cloud or adaptive.
 
     Results of stripes and clouds may have variables on level, too, so the coordinate `intensity` is checked first.
     """
+    if RUN in runs.dims:
+        return ADAPTIVE
     if "intensity" in runs.coords:
         return STRIPES if "stripe" in runs.coords else CLOUD
     if "level" in runs.coords:
@@ -87,8 +91,17 @@ def design_of(runs: xr.Dataset | xr.DataArray) -> str:
 
 
 def intensity_of(runs: xr.Dataset) -> xr.DataArray:
-    """Return the levels of runs, or the intensity of each motion where each motion is run at one intensity."""
-    return runs["level" if design_of(runs) == IDA else "intensity"]
+    """Return the levels of runs, or the intensity of each motion where each motion is run at one intensity.
+
+    Raises
+    ------
+    ValueError
+        Adaptive levels, of which each run has its own.
+    """
+    design = design_of(runs)
+    if design == ADAPTIVE:
+        raise ValueError("runs must be at common levels or at one intensity a motion, got adaptive levels")
+    return runs["level" if design == IDA else "intensity"]
 
 
 def scaled_to_levels(runs: xr.Dataset) -> bool:

@@ -137,7 +137,7 @@ def scaling(
     values = increasing(levels)
     if one is None:
         alike = np.broadcast_to(values[None, :, None], (1, values.size, len(motions)))
-        _check_factors(alike, motions)
+        check_factors(alike, motions)
         return Scaling(values, alike, SCALE, DIMENSIONLESS, "scale factor")
     base = one.measure if isinstance(one, BlockMeasure) else one
     measured = intensities(one, motions if ground is None else ground, blocks)
@@ -147,7 +147,7 @@ def scaling(
             factors = base.factors(values[:, None] / measured[None, None, :])
     else:
         factors = BlockFactors(values, measured, base, np.ones(values.size))
-    _check_factors(factors, motions)
+    check_factors(factors, motions)
     text = name_at(one.long_name, motions, ground)
     return Scaling(values, factors, one.label, one.units, text, measured, ground is not None, base)
 
@@ -202,7 +202,7 @@ def of_the_ground(long_name: str) -> str:
     return long_name.replace("floor", "ground") if "floor" in long_name else f"{long_name}, ground motion"
 
 
-def _check_factors(factors: Factors, motions: Sequence[Record]) -> None:
+def check_factors(factors: Factors, motions: Sequence[Record]) -> None:
     """Raise ValueError where a motion would be scaled beyond any possible shaking, or to nothing."""
     peaks = np.array([np.abs(motion.acceleration).max() for motion in motions])
     for part in factors.parts() if isinstance(factors, BlockFactors) else [factors]:

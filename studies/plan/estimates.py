@@ -16,6 +16,7 @@ from ...fragility.fitting.states import OVERTURNED, State, needed_output, reache
 from ...fragility.numerics.slabs import gathered
 from ...fragility.runs.provenance import motions_by_floor, scaled_to_levels
 from ..text.curve_notes import crossing_notes, curve_notes
+from ..text.first_overturning import spacing_notes
 
 RANK = "measure_"
 """Prefix of the names of the ranking's variables, beside the other variables of the results."""
@@ -115,6 +116,7 @@ class Fit:
         """Notes on curves that rest on few or contradicting runs: one sentence each."""
         counted = gathered(self._counted, runs)
         said = curve_notes(curves, counted["fell"], counted["tried"], state_name(self.state))
+        said += spacing_notes(curves)
         return said + (crossing_notes(curves, self.probabilities(runs)) if scaled_to_levels(runs) else [])
 
     def _counted(self, runs: xr.Dataset) -> xr.Dataset:

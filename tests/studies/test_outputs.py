@@ -36,6 +36,7 @@ STUDIES = {
     "tower": ("tower", "", FIT),
     "branches": ("branches", "", ""),
     "uplift": ("cloud", "", FIT + 'form = "uplift-lognormal"\n'),
+    "first": ("bookcase", "", '[fit]\nmethod = "first-overturning"\nreplicates = 100\n'),
     "isotonic": ("stripes", "", '[fit]\nform = "isotonic"\nreplicates = 100\n'),
     "uncertainty": ("uncertainty", "", YEAR + FIT),
     "clinic": ("clinic", "", ""),

@@ -102,6 +102,15 @@ OTHERS = {
     "matching_report": lambda *_: motions.matching_report(SHAKES, motions.TargetSpectrum((0.1, 1.0), (1.0, 1.0))),
     "p58_floor_demands": lambda *_: motions.p58_floor_demands("moment", 4, 0.8, pga=4.0, sa=6.0, sa_1s=5.0),
     "peaks": lambda *_: motions.Building.flexural_shear(0.8, storeys=3).peaks(SHAKES),
+    "adaptive levels": lambda *_: fragility.ida(
+        BLOCKS,
+        LAWS,
+        motions.CloughPenzien(duration=4.0, dt=0.02),
+        "adaptive",
+        until={"rate": 0.9, "motions": {"least": 32, "most": 64}},
+        hazard=SITE,
+    ),
+    "first overturnings": lambda runs, *_: tp.fit_fragility(runs, method="first-overturning"),
     "of counts": lambda *_: tp.fit_fragility(
         xr.Dataset({"overturnings": ("level", [1, 5, 9]), "runs": ("level", [10, 10, 10])}, {"level": [1.0, 2.0, 4.0]})
     ),

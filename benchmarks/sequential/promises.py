@@ -1,0 +1,155 @@
+"""How often sequential analysis keeps its promise on known truths, and its runs beside those of 20 common levels.
+
+`python -m toppling.benchmarks.sequential.promises [replicates] [processes]` prints both tables.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from ...fragility import HazardCurve
+from ...fragility.adaptive.curve import SequentialCurve
+from ...fragility.adaptive.probit import Observations, fit_probit
+from ...fragility.adaptive.stopping import REACHED, StoppingRule, next_wave
+from ...fragility.adaptive.until import DISPERSION as SPREAD
+from ...fragility.adaptive.until import MEDIAN as CENTRE
+from ...fragility.adaptive.until import PROBABILITY, RATE, Until
+from ...streams import stream
+from .truths import DISPERSION, MEDIAN, TRUTHS, Truth
+
+TOLERANCES = (0.10, 0.05, 0.02)
+REPLICATES = 500
+PROCESSES = 2
+SLOPE = 2.5
+HAZARD = HazardCurve.power_law(1.0, SLOPE, "pga")
+AT = 1.5
+"""Level whose probability is asked for."""
+START = (0.4, 20.0)
+MOST = 200_000
+GRID = 20
+
+
+class Outcome(NamedTuple):
+    """End of one analysis: whether the answer is as near to the truth as promised, motions and runs that it took."""
+
+    kept: bool
+    motions: int
+    runs: int
+    reason: str
+
+
+def sequential(truth: Truth, until: Until, seed: int, runs: int = 3) -> Outcome:
+    """Run one sequential analysis of a truth."""
+    hazard = HAZARD if until.target == RATE else None
+    curve = SequentialCurve(until, *START, runs, seed, hazard)
+    done = number = 0
+    while not curve.stopped:
+        wave = np.arange(done, min(done + next_wave(done), until.most))
+        plan = curve.plan(wave)
+        fell = truth.verdicts(plan.levels, stream(seed, 1, done))
+        curve.add(wave, plan, fell)
+        done, number = done + wave.size, number + fell.size
+    value = curve.looks[-1].value
+    return Outcome(_kept(truth, until, value), done, number, curve.stopped)
+
+
+def _kept(truth: Truth, until: Until, value: float) -> bool:
+    if until.target == RATE:
+        return abs(value / truth.rate(SLOPE) - 1.0) <= until.tolerance
+    if until.target == PROBABILITY:
+        return abs(value - float(truth.probability(np.array(math.log(until.level))))) <= until.tolerance
+    known = truth.log_median if until.target == CENTRE else math.log(DISPERSION)
+    # (as the intervals are, as a factor)
+    return abs(value - known) <= until.room
+
+
+def common_levels(truth: Truth, until: Until, seed: int) -> Outcome:
+    """Run the same rule over 20 common levels, from a tenth to ten times the median, and the curve through all."""
+    levels = np.geomspace(0.1 * MEDIAN, 10.0 * MEDIAN, GRID)
+    rule, done, stopped, value = StoppingRule(until), 0, "", math.nan
+    seen = Observations(np.empty(0), np.empty(0, np.bool_), np.empty(0, np.int64))
+    while not stopped:
+        wave = np.arange(done, min(done + next_wave(done), until.most))
+        at = np.repeat(levels[:, None], wave.size, axis=1)
+        fell = truth.verdicts(at, stream(seed, 2, done))
+        seen = Observations(
+            np.append(seen.x, np.log(at)),
+            np.append(seen.fell, fell),
+            np.append(seen.motion, np.broadcast_to(wave, at.shape)),
+        )
+        done += wave.size
+        fitted, _ = fit_probit(seen)
+        ratio = math.inf
+        if fitted is not None:
+            found = fitted.median()
+            value, ratio = found.value, found.reach / until.room
+        stopped = rule.step(done, ratio, False)
+    return Outcome(_kept(truth, until, value), done, done * GRID, stopped)
+
+
+class Row(NamedTuple):
+    """Results of all replicates of a truth: share that kept the promise, mean numbers of motions and runs."""
+
+    truth: str
+    kept: float
+    reached: float
+    motions: float
+    runs: float
+
+
+def summary(truth: Truth, outcomes: Sequence[Outcome]) -> Row:
+    """Return the row of a truth."""
+    n = len(outcomes)
+    return Row(
+        truth.name,
+        sum(one.kept for one in outcomes) / n,
+        sum(one.reason == REACHED for one in outcomes) / n,
+        sum(one.motions for one in outcomes) / n,
+        sum(one.runs for one in outcomes) / n,
+    )
+
+
+def promises(
+    target: str, tolerance: float, replicates: int, truths: Sequence[Truth] = TRUTHS, processes: int = PROCESSES
+) -> list[Row]:
+    """Return a row for each truth (of the dispersion: those that are lognormal, which have one)."""
+    until = Until(target, tolerance, AT if target == PROBABILITY else math.nan, most=MOST)
+    chosen = [one for one in truths if target != SPREAD or one.name.startswith("lognormal")]
+    with ProcessPoolExecutor(processes) as pool:
+        return [
+            summary(one, list(pool.map(partial(sequential, one, until), range(replicates), chunksize=8)))
+            for one in chosen
+        ]
+
+
+def rows_of_text(title: str, rows: Sequence[Row]) -> str:
+    """Return a table as text."""
+    lines = [title, f"{'truth':36s} {'kept':>6s} {'reached':>8s} {'motions':>8s} {'runs':>8s}"]
+    lines += [f"{one.truth:36s} {one.kept:6.3f} {one.reached:8.3f} {one.motions:8.0f} {one.runs:8.0f}" for one in rows]
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Print the tables."""
+    replicates, processes = (*map(int, arguments), *(REPLICATES, PROCESSES)[len(arguments) :])
+    for tolerance in TOLERANCES:
+        rows = promises(CENTRE, tolerance, replicates, processes=processes)
+        print(rows_of_text(f"median ±{tolerance:.0%}", rows), flush=True)
+    for target, tolerance in ((SPREAD, 0.1), (RATE, 0.1), (PROBABILITY, 0.03)):
+        rows = promises(target, tolerance, replicates, processes=processes)
+        print(rows_of_text(f"{target} ±{tolerance:g}", rows), flush=True)
+    truth, until = TRUTHS[1], Until(CENTRE, 0.05, most=MOST)
+    with ProcessPoolExecutor(processes) as pool:
+        outcomes = list(pool.map(partial(common_levels, truth, until), range(max(1, replicates // 5)), chunksize=4))
+    print(rows_of_text("median ±5 %, 20 common levels", [summary(truth, outcomes)]))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

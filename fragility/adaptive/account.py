@@ -1,0 +1,54 @@
+"""Sentences that say why a sequential analysis stopped, and what further motions would bring."""
+
+from __future__ import annotations
+
+import math
+
+from .curve import SequentialCurve
+from .stopping import ALL_FELL, MISFIT, MOST_MOTIONS, NONE_FELL, REACHED, motions_needed
+from .until import PROBABILITY, RATE
+
+
+def width_text(curve: SequentialCurve, ratio: float) -> str:
+    """Return a half width as text, such as ``±4.8 %`` of the median; ratio: of the half width to what is allowed."""
+    until = curve.until
+    if not math.isfinite(ratio):
+        return "no interval yet"
+    if until.target == PROBABILITY:
+        return f"±{ratio * until.room:.3f}"
+    return f"±{100.0 * half_width(curve, ratio):.1f} %"
+
+
+def half_width(curve: SequentialCurve, ratio: float) -> float:
+    """Return the half width in the terms of the tolerance."""
+    until = curve.until
+    if until.room != until.tolerance and math.isfinite(ratio):
+        return math.expm1(min(ratio * until.room, 700.0))
+    return ratio * until.room
+
+
+def account(curve: SequentialCurve) -> str:
+    """Return why a curve is no longer followed, what was reached, and what more motions would bring."""
+    look, until = curve.looks[-1], curve.until
+    asked = f"±{until.tolerance:g}" if until.target == PROBABILITY else f"±{100.0 * until.tolerance:g} %"
+    n = f"{look.motions:,} motions"
+    low, high = curve.explored
+    if curve.stopped in (NONE_FELL, ALL_FELL):
+        return f"{curve.stopped} under {n} at levels from {low:.3g} to {high:.3g} (SI)"
+    if curve.stopped == MISFIT:
+        return (
+            f"a dispersion within {asked} is not to be had: near the median, levels give a median "
+            f"{100.0 * math.expm1(look.misfit):+.1f} % from that of the lognormal curve through all runs"
+        )
+    text = f"{width_text(curve, look.ratio)} for the {until.target} after {n}, {asked} asked"
+    if curve.stopped != REACHED:
+        needed = motions_needed(look.motions, look.ratio)
+        why = "the most allowed" if curve.stopped == MOST_MOTIONS else "all there are"
+        text += f"; {n} are {why}" + (f", the precision takes about {needed:,}" if needed > look.motions else "")
+    if look.misfit:
+        gap = 100.0 * math.expm1(-look.misfit)
+        text += f"; no lognormal curve fits: its median is {gap:+.1f} % from that of levels near it"
+    differs = curve.rate_misfit() if until.target == RATE else 0.0
+    if differs:
+        text += f"; the rate of the lognormal curve through all runs is {100.0 * differs:+.1f} % from this one"
+    return text

@@ -1,0 +1,303 @@
+"""Sequential analysis of one curve: levels for the next motions, what their runs say, and whether to go on.
+
+It knows nothing of blocks and motions: whoever runs them asks for levels and returns outcomes.  What it plans depends
+on the outcomes that it was given, and for each motion on the motion's own random stream, and on nothing else.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import checks
+from ...aliases import Array, Flags, Index
+from ...streams import stream
+from ..fitting.states import ALL, NONE
+from ..hazard.curve import HazardCurve
+from ..numerics.proportions import binomial_interval
+from .probit import Estimate, Observations, Probit, difference, fit_probit, local_probit
+from .rate import HazardCells, draw_levels, hazard_cells, unseen_tail, weighted_rate
+from .stopping import ALL_FELL, MISFIT, NONE_FELL, StoppingRule
+from .until import CONFIDENCE, DISPERSION, MEDIAN, PROBABILITY, RATE, Until
+
+LEVELS = (0, 2)
+"""Key, under a seed and before the number of a motion, of the random numbers that its levels are drawn from."""
+RUNS = 3
+FEWEST_RUNS, MOST_RUNS = 2, 20
+EXPLORING = 6
+"""Runs a motion while nothing is known of the curve."""
+EXPLORATIONS = 6
+"""Greatest number of waves in which nothing overturns, or everything."""
+STEP = math.log(8.0)
+LOCAL, WIDE = 0.5, 1.2
+"""Distance from the middle, in dispersions, of the outer levels: for a point of the curve, and for its slope."""
+JITTER = 0.15
+CURVED = 0.8
+"""Square of the outer levels' distance, in dispersions, over the tolerance in dispersions: curves that are not straight
+between the levels on normal paper shift the answer by the square of their distance, so that a finer answer needs nearer
+levels."""
+STEEPEST = 0.4
+"""Density of the normal law in its middle: what a probability changes by in a dispersion."""
+WINDOW = 2.0
+"""Half width of the window of local fits over the distance of the outer levels from the middle."""
+DISPERSIONS = (0.02, 2.0)
+"""Range to which a rough dispersion is confined where it places levels."""
+SURELY = 2.0
+"""Standard errors by which two estimates must differ to count as different."""
+
+
+class WavePlan(NamedTuple):
+    """Levels of the next motions, and the weights of runs that overturn (1/year, NaN without a hazard)."""
+
+    levels: Array
+    weights: Array
+
+
+class Look(NamedTuple):
+    """What the runs say after a wave; ln of medians, NaN where there is no estimate.
+
+    ratio: half width of the interval over what is allowed; lower, upper: ends of the interval of the target (of its
+    logarithm for median and dispersion).  local, curve: estimates of ln(median) near the median alone and by the curve
+    through all runs.
+    """
+
+    motions: int
+    ratio: float
+    value: float
+    lower: float
+    upper: float
+    local: Estimate | None = None
+    curve: Estimate | None = None
+    log_dispersion: Estimate | None = None
+
+    @property
+    def misfit(self) -> float:
+        """Difference of the local ln(median) from that of the curve where it is beyond twice its error, else 0."""
+        if self.local is None or self.curve is None:
+            return 0.0
+        gap, error = difference(self.local, self.curve)
+        return gap if math.isfinite(error) and abs(gap) > SURELY * error else 0.0
+
+
+UNKNOWN = (math.inf, math.nan, math.nan, math.nan)
+
+
+class SequentialCurve:
+    """One curve that is determined to a given precision.
+
+    Parameters
+    ----------
+    until : Until
+    low, high : float
+        Levels, > 0, between which the search begins.
+    runs : int
+        Runs a motion, 2 to 20, once the curve is roughly known.
+    seed : int
+    hazard : HazardCurve, optional
+        Needed for the rate.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Levels out of order, numbers of runs out of range, a rate without a hazard.
+    """
+
+    def __init__(
+        self,
+        until: Until,
+        low: float,
+        high: float,
+        runs: int = RUNS,
+        seed: int = 0,
+        hazard: HazardCurve | None = None,
+    ) -> None:
+        self.until = until
+        self._runs = checks.count("runs_per_motion", runs, at_least=FEWEST_RUNS)
+        if self._runs > MOST_RUNS:
+            raise ValueError(f"runs_per_motion must be at most {MOST_RUNS}, got {runs}")
+        self._seed = checks.count("seed", seed)
+        if until.target == RATE and hazard is None:
+            raise ValueError("until rate needs a hazard curve")
+        self._hazard = hazard if until.target == RATE else None
+        start = checks.number("the first level", low, above=0.0)
+        self._range = math.log(start), math.log(checks.number("the last first level", high, above=start))
+        self._rule = StoppingRule(until)
+        self._explored = 0
+        self._global: Probit | None = None
+        self._centre = math.nan
+        self._seen = Observations(np.empty(0), np.empty(0, np.bool_), np.empty(0, np.int64))
+        self._weights = np.empty(0)
+        self.looks: list[Look] = []
+        self.stopped = ""
+
+    @property
+    def dispersion(self) -> float:
+        """The dispersion as far as it is known, confined to what can place levels; NaN while nothing is known."""
+        if self._global is None:
+            return math.nan
+        return min(max(self._global.dispersion, DISPERSIONS[0]), DISPERSIONS[1])
+
+    def plan(self, motions: Index) -> WavePlan:
+        """Return the levels of motions of these numbers (motion,)."""
+        uniform = np.stack([stream(self._seed, *LEVELS, int(one)).random((2, MOST_RUNS)) for one in motions], axis=-1)
+        if self._global is None:
+            low, high = self._range
+            share = (np.arange(EXPLORING)[:, None] + uniform[0, :EXPLORING]) / EXPLORING
+            return self._unweighted(low + share * (high - low))
+        uniform = uniform[:, : self._runs]
+        scale = self.dispersion
+        if self._hazard is not None:
+            cells = hazard_cells(self._hazard, self._global.log_median, scale)
+            x, weights = draw_levels(cells, self._global.log_median, scale, uniform)
+            return WavePlan(np.exp(x), weights)
+        if self.until.target == DISPERSION:
+            z = np.linspace(-WIDE, WIDE, self._runs)[:, None] + JITTER * (2.0 * uniform[0] - 1.0)
+            return self._unweighted(self._global.log_median + scale * z)
+        z = np.repeat(np.linspace(-1.0, 1.0, self._runs)[:, None], len(motions), axis=1)
+        return self._unweighted(self._centre + self._distance() * z)
+
+    def _distance(self) -> float:
+        """Return the distance in ln level of the outer levels from the middle of local fits.
+
+        It falls with the tolerance, but not below what is known of the median, so that the levels enclose it.
+        """
+        assert self._global is not None
+        scale = self.dispersion
+        room = self.until.tolerance / (STEEPEST if self.until.target == PROBABILITY else scale)
+        known = self._global.median().error / scale
+        return scale * min(LOCAL, max(math.sqrt(CURVED * room), SURELY * known))
+
+    def _unweighted(self, x: Array) -> WavePlan:
+        return WavePlan(np.exp(x), np.full(x.shape, math.nan))
+
+    def add(self, motions: Index, plan: WavePlan, fell: Flags, last: bool = False) -> None:
+        """Take the outcomes of a wave (run, motion), look at the result, and decide whether to go on.
+
+        motions (motion,): their numbers, the same for one that is run both ways; last: whether there are no more.
+        """
+        numbers = np.broadcast_to(motions, fell.shape).ravel()
+        x = np.log(plan.levels).ravel()
+        self._seen = Observations(
+            np.append(self._seen.x, x), np.append(self._seen.fell, fell.ravel()), np.append(self._seen.motion, numbers)
+        )
+        self._weights = np.append(self._weights, plan.weights.ravel())
+        known, status = fit_probit(self._seen)
+        self._global = known if known is not None else self._global
+        if self._global is None:
+            self._explore(status)
+            if self.stopped:
+                self.looks.append(Look(self.motions, *UNKNOWN))
+                return
+        look = self._look()
+        self.looks.append(look)
+        self.stopped = self._rule.step(look.motions, look.ratio, last)
+        if not self.stopped and self._misfit_stops(look):
+            self.stopped = MISFIT
+
+    def _explore(self, status: str) -> None:
+        """Move the search to where it may find the curve, after a wave that did not."""
+        low, high = self._range
+        self._explored += 1
+        if status == NONE:
+            self._range = high, high + STEP
+        elif status == ALL:
+            self._range = low - STEP, low
+        if self._explored >= EXPLORATIONS and status in (NONE, ALL):
+            self.stopped = NONE_FELL if status == NONE else ALL_FELL
+
+    @property
+    def motions(self) -> int:
+        """Number of motions so far."""
+        return int(np.unique(self._seen.motion).size)
+
+    @property
+    def explored(self) -> tuple[float, float]:
+        """Lowest and highest level that was run."""
+        return math.exp(self._seen.x.min()), math.exp(self._seen.x.max())
+
+    @property
+    def cells(self) -> HazardCells | None:
+        """Cells of the levels that the rate is of; None without a hazard or a curve."""
+        if self._hazard is None or self._global is None:
+            return None
+        return hazard_cells(self._hazard, self._global.log_median, self.dispersion)
+
+    def fitted_rate(self) -> Estimate | None:
+        """Return the rate of the lognormal curve through all runs; None without a hazard or a curve."""
+        cells = self.cells
+        return None if cells is None or self._global is None else self._global.weighted(*cells.points)
+
+    def weighted_rate(self) -> Estimate:
+        """Return the rate from the weighted runs."""
+        return weighted_rate(self._weights, self._seen.fell, self._seen.motion)
+
+    def rate_misfit(self) -> float:
+        """Return the fitted rate over the weighted one, less 1, where they differ by more than twice the error."""
+        fitted, weighted = self.fitted_rate(), self.weighted_rate()
+        if fitted is None or not weighted.value > 0.0:
+            return 0.0
+        gap, error = difference(fitted, weighted)
+        return gap / weighted.value if math.isfinite(error) and abs(gap) > SURELY * error else 0.0
+
+    def _misfit_stops(self, look: Look) -> bool:
+        """Return True where a finer answer than the form can carry is asked of it."""
+        return (
+            self.until.target == DISPERSION
+            and look.motions >= self.until.least
+            and (abs(look.misfit) > self.until.room)
+        )
+
+    def _look(self) -> Look:
+        if self._global is None:
+            return Look(self.motions, *UNKNOWN)
+        curve, spread = self._global.median(), self._global.log_dispersion()
+        at = self._global.log_median
+        near, middle = local_probit(self._seen, at, WINDOW * self._distance(), follow=True)
+        local = None if near is None else near.median()
+        self._centre = middle
+        k, room = self.motions, self.until.room
+        told = (local, curve, spread)
+        if self.until.target == MEDIAN:
+            return _told(k, local, room, told)
+        if self.until.target == DISPERSION:
+            return _told(k, spread, room, told)
+        if self.until.target == RATE:
+            return self._rate(k, told)
+        self._centre = math.log(self.until.level)
+        return self._probability(k, told)
+
+    def _rate(self, k: int, told: Known) -> Look:
+        """Look at the rate from weighted runs; its upper end includes what may lie below the levels of falls."""
+        rate, cells = self.weighted_rate(), self.cells
+        if cells is None or not rate.value > 0.0:
+            return Look(k, *UNKNOWN, *told)
+        up = rate.reach + unseen_tail(cells, self._weights, self._seen)
+        ratio = up / (self.until.room * rate.value)
+        return Look(k, ratio, rate.value, max(0.0, rate.value - rate.reach), rate.value + up, *told)
+
+    def _probability(self, k: int, told: Known) -> Look:
+        """Look at the probability of a level: by a local fit, or where all runs nearby end alike, by their number."""
+        reach = WINDOW * self._distance()
+        x = math.log(self.until.level)
+        near = self._seen.within(x, reach)
+        alike = near.fell.all() or not near.fell.any()
+        if near.x.size and alike:
+            # (a motion counts once: its runs are as alike as they can be)
+            n = np.unique(near.motion).size
+            lower, upper = map(float, binomial_interval(n if near.fell[0] else 0, n, CONFIDENCE, "clopper-pearson"))
+            return Look(k, (upper - lower) / self.until.room, float(near.fell[0]), lower, upper, *told)
+        fitted, _ = local_probit(self._seen, x, reach, follow=False)
+        return _told(k, None if fitted is None else fitted.probability(x), self.until.room, told)
+
+
+Known = tuple[Estimate | None, Estimate, Estimate]
+"""Local and global ln(median), and ln(dispersion)."""
+
+
+def _told(motions: int, estimate: Estimate | None, room: float, told: Known) -> Look:
+    if estimate is None or not math.isfinite(room):
+        return Look(motions, *UNKNOWN, *told)
+    reach = estimate.reach
+    return Look(motions, reach / room, estimate.value, estimate.value - reach, estimate.value + reach, *told)

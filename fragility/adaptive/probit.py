@@ -1,0 +1,204 @@
+"""Probit curves through runs of many levels, with errors from the sums of each motion's scores.
+
+Runs of one motion are dependent, even at levels a thousandth apart, so that the number of runs says nothing of the
+precision; the number of motions does.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from ...aliases import Array, Flags, Index
+from ..fitting.likelihood import STATUSES, FactorData, FittedLines, fit_lines
+from ..fitting.links import LINKS, LOGNORMAL, Link
+from ..kernels import binomial as engine
+from .until import CONFIDENCE
+
+ROUNDS = 4
+"""Greatest number of times that the window of a local fit is moved to its median."""
+SETTLED = 1e-3
+FEWEST = 8
+"""Fewest motions in a fit that errors are computed of."""
+
+
+class Observations(NamedTuple):
+    """Runs of one curve: ln of the level (run,), whether the block overturned (run,), number of the motion (run,)."""
+
+    x: Array
+    fell: Flags
+    motion: Index
+
+    def within(self, centre: float, reach: float) -> Observations:
+        """Return the runs whose ln level is no further than `reach` from `centre`."""
+        # (a level at the edge of the window must not come and go with the rounding of its logarithm)
+        near = np.abs(self.x - centre) <= reach * (1.0 + 1e-9)
+        return Observations(self.x[near], self.fell[near], self.motion[near])
+
+
+class Estimate(NamedTuple):
+    """Estimate with its error and its influences: what each motion contributes to it, (motion,) from number 0 on."""
+
+    value: float
+    error: float
+    influence: Array
+    motions: int
+
+    @property
+    def reach(self) -> float:
+        """Half width of the interval by Student's t, two motions fewer than there are; infinite with few motions."""
+        return student(self.motions - 2) * self.error
+
+
+def student(freedom: float) -> float:
+    """Return the quantile of Student's t for an interval of 95 %; infinite without a degree of freedom."""
+    return float(scipy.special.stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE)) if freedom >= 1 else math.inf
+
+
+def difference(one: Estimate, other: Estimate) -> tuple[float, float]:
+    """Return one estimate less another from the same motions, and the standard error of the difference."""
+    size = max(one.influence.size, other.influence.size)
+    own = np.pad(one.influence, (0, size - one.influence.size)) - np.pad(
+        other.influence, (0, size - other.influence.size)
+    )
+    return one.value - other.value, math.sqrt(float(own @ own))
+
+
+class Probit(NamedTuple):
+    """Curve Phi(a + b (x - centre)/width), x = ln level, with the influence (motion, 2) of each motion on a and b.
+
+    `influence` is the inverse of the observed information times the sum of a motion's scores; its sum of squares is the
+    sandwich estimate of the covariance.
+    """
+
+    line: FittedLines
+    influence: Array
+    information: Array
+    motions: int
+
+    @property
+    def log_median(self) -> float:
+        """Ln of the level at which half of the blocks overturn."""
+        return float(self.line.log_fractile(0.5)[0])
+
+    @property
+    def dispersion(self) -> float:
+        """Standard deviation of ln(capacity)."""
+        return math.exp(float(self.line.log_dispersion[0]))
+
+    def median(self) -> Estimate:
+        """Return the estimate of ln(median)."""
+        a, b = float(self.line.a[0]), float(self.line.b[0])
+        return self._estimate(self.log_median, np.array([-1.0, a / b]) * (self.line.width / b))
+
+    def log_dispersion(self) -> Estimate:
+        """Return the estimate of ln(dispersion)."""
+        return self._estimate(math.log(self.dispersion), np.array([0.0, -1.0 / float(self.line.b[0])]))
+
+    def probability(self, x: float) -> Estimate:
+        """Return the estimate of the probability at a ln level."""
+        z = (x - self.line.centre) / self.line.width
+        eta = float(self.line.a[0] + self.line.b[0] * z)
+        slope = math.exp(-0.5 * eta * eta) / math.sqrt(2.0 * math.pi)
+        return self._estimate(float(scipy.special.ndtr(eta)), slope * np.array([1.0, z]))
+
+    def weighted(self, x: Array, weights: Array) -> Estimate:
+        """Return the estimate of the sum of weights (point,) times the probabilities at ln levels (point,)."""
+        z = (x - self.line.centre) / self.line.width
+        eta = float(self.line.a[0]) + float(self.line.b[0]) * z
+        slopes = weights * np.exp(-0.5 * eta * eta) / math.sqrt(2.0 * math.pi)
+        return self._estimate(
+            float((weights * scipy.special.ndtr(eta)).sum()), np.array([slopes.sum(), (slopes * z).sum()])
+        )
+
+    def _estimate(self, value: float, gradient: Array) -> Estimate:
+        """Return an estimate from its gradient in (a, b); its error is never below that of independent runs."""
+        k = self.motions
+        if k < FEWEST:
+            return Estimate(value, math.inf, np.zeros(0), k)
+        own = math.sqrt(k / (k - 1.0)) * (self.influence @ gradient)
+        covariance = np.linalg.inv(self.information)
+        alone = float(gradient @ covariance @ gradient)
+        return Estimate(value, math.sqrt(max(float(own @ own), alone)), own, k)
+
+
+def fit_probit(runs: Observations) -> tuple[Probit | None, str]:
+    """Fit a probit curve to runs, penalised (Firth) where they are separated.
+
+    Returns
+    -------
+    tuple of Probit or None, and str
+        The curve, and the status of the fit as `fit_fragility` names it; None where there is no curve.
+
+    References
+    ----------
+    Liang, K.-Y. and Zeger, S. L. (1986). Longitudinal data analysis using generalized linear models. Biometrika 73,
+    13-22 (the sandwich estimate with clusters).  Firth, D. (1993). Bias reduction of maximum likelihood estimates.
+    Biometrika 80, 27-38.
+    """
+    if not runs.x.size:
+        return None, STATUSES[engine.NO_RUNS]
+    line = fit_line(runs, LINKS[LOGNORMAL])
+    status = STATUSES[line.status[0]]
+    if not np.isfinite(line.a[0]):
+        return None, status
+    haa, hab, hbb = (float(line.table[0, column]) for column in (engine.HAA, engine.HAB, engine.HBB))
+    information = np.array([[haa, hab], [hab, hbb]])
+    if not (haa > 0.0 and haa * hbb - hab * hab > 0.0):
+        return None, STATUSES[engine.FAILED]
+    z = (runs.x - line.centre) / line.width
+    scores = _scores(float(line.a[0]) + float(line.b[0]) * z, runs.fell)
+    size = int(runs.motion.max()) + 1
+    summed = np.stack([np.bincount(runs.motion, own, size) for own in (scores, scores * z)], axis=1)
+    influence = np.asarray(summed @ np.linalg.inv(information), dtype=np.float64)
+    return Probit(line, influence, information, np.unique(runs.motion).size), status
+
+
+def fit_line(runs: Observations, link: Link) -> FittedLines:
+    """Fit a curve of two parameters to runs, one at least, penalised (Firth) where they are separated."""
+    distinct, where = np.unique(runs.x, return_inverse=True)
+    centre, width = float(distinct.mean()), max(float(np.ptp(distinct)), 1e-12)
+    counts = np.bincount(where).astype(np.float64)[None]
+    failures = np.bincount(where, runs.fell).astype(np.float64)[None]
+    data = FactorData(engine.BINOMIAL, distinct, centre, width, (distinct - centre) / width, failures, counts)
+    return fit_lines(link, data, "auto")
+
+
+def _scores(eta: Array, fell: Flags) -> Array:
+    """Return the slope of the log-likelihood of each run in eta: phi/Phi where it fell, -phi/(1 - Phi) where not."""
+    log_density = -0.5 * eta * eta - 0.5 * math.log(2.0 * math.pi)
+    sign = np.where(fell, 1.0, -1.0)
+    return np.asarray(sign * np.exp(log_density - scipy.special.log_ndtr(sign * eta)))
+
+
+def local_probit(runs: Observations, centre: float, reach: float, follow: bool) -> tuple[Probit | None, float]:
+    """Fit a probit curve to the runs near a point alone, where hardly any curve differs from it.
+
+    Parameters
+    ----------
+    runs : Observations
+    centre, reach : float
+        Middle and half width of the window in ln level: one dispersion is enough to determine the slope.
+    follow : bool
+        Move the window to the median of the fit until it settles.
+
+    Returns
+    -------
+    tuple of Probit or None, and float
+        The curve, None where the runs in the window have none, and the middle of the window.
+    """
+    found: Probit | None = None
+    for _ in range(ROUNDS if follow else 1):
+        near, _status = fit_probit(runs.within(centre, reach))
+        if near is None:
+            break
+        found = near
+        # (no more than the window at a time: a nearly flat fit has its median anywhere)
+        moved = min(max(near.log_median - centre, -reach), reach)
+        if not follow or abs(moved) <= SETTLED * reach:
+            break
+        centre += moved
+    return found, centre

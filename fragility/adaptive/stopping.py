@@ -1,0 +1,94 @@
+"""When a sequential analysis stops: two looks in a row with room to spare, and a wave of fresh motions to confirm them.
+
+Looking at a result until it is precise enough favours looks at which the error happens to be estimated too small.  The
+three parts of the rule make up for it: looks ask for intervals a sixth narrower than what is promised, one good look is
+not enough, and the last motions are run after the decision.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .until import Until
+
+WAVE = 32
+"""Number of motions between two looks at the result, of the first looks."""
+WAVE_SHARE = 8
+MARGIN = 1.2
+LOOKS = 2
+CONFIRMING = 32
+CONFIRMING_SHARE = 0.2
+
+REACHED, MOST_MOTIONS, NO_MORE, NONE_FELL, ALL_FELL, MISFIT = (
+    "precision reached",
+    "most motions",
+    "no more motions",
+    "nothing overturned",
+    "everything overturned",
+    "misfit",
+)
+"""Reasons to stop."""
+
+
+def next_wave(motions: int) -> int:
+    """Return how many motions the next wave has: 32, and an eighth of those so far (in whole 32s) from 512 motions on.
+
+    Examples
+    --------
+    >>> [next_wave(motions) for motions in (0, 480, 512, 2000)]
+    [32, 32, 64, 224]
+    """
+    return WAVE * max(1, motions // (WAVE * WAVE_SHARE))
+
+
+class StoppingRule:
+    """State of the rule for one curve: how many looks in a row were good, and how long it is being confirmed."""
+
+    def __init__(self, until: Until) -> None:
+        self._until = until
+        self._good = 0
+        self._confirmed_at: int | None = None
+
+    @property
+    def confirming(self) -> bool:
+        """True while motions are run that only confirm."""
+        return self._confirmed_at is not None
+
+    def step(self, motions: int, ratio: float, last: bool) -> str:
+        """Return the reason to stop after a wave, empty where the analysis goes on.
+
+        Parameters
+        ----------
+        motions : int
+            Number of motions so far.
+        ratio : float
+            Half width of the interval over what is allowed.
+        last : bool
+            True where there are no further motions.
+        """
+        most = motions >= self._until.most
+        if self._confirmed_at is not None:
+            if motions < self._confirmed_at and not (most or last):
+                return ""
+            if ratio <= 1.0:
+                return REACHED
+            self._confirmed_at, self._good = None, 0
+        elif motions >= self._until.least:
+            self._good = self._good + 1 if MARGIN * ratio <= 1.0 else 0
+            if self._good >= LOOKS:
+                self._confirmed_at = motions + max(CONFIRMING, math.ceil(CONFIRMING_SHARE * motions))
+        if most or last:
+            # (what a confirming wave was to show is not known, whatever the last look says)
+            return MOST_MOTIONS if most else NO_MORE
+        return ""
+
+
+def motions_needed(motions: int, ratio: float) -> int:
+    """Return about how many motions the precision takes in all, where `motions` give a half width `ratio` times it.
+
+    Errors fall with the root of the number of motions; the margin and the confirming wave are included.
+    """
+    if not math.isfinite(ratio):
+        return 0
+    enough = motions * max(1.0, MARGIN * ratio) ** 2
+    return math.ceil(enough + max(CONFIRMING, CONFIRMING_SHARE * enough))

@@ -1,0 +1,111 @@
+"""The precision that a sequential analysis is to reach: a quantity, its tolerance, and the motions it may take."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ... import checks
+
+MEDIAN, DISPERSION, RATE, PROBABILITY = "median", "dispersion", "rate", "probability"
+TARGETS = (MEDIAN, DISPERSION, RATE, PROBABILITY)
+"""Quantities whose precision can be asked for."""
+USUAL = 0.10
+LEAST, MOST = 64, 2000
+FEWEST = 32
+FINEST = 1e-3
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Until:
+    """Precision at which a sequential analysis stops, at 95 % confidence.
+
+    Parameters
+    ----------
+    target : {"median", "dispersion", "rate", "probability"}
+    tolerance : float
+        Half width of the interval: as a share of the value for the median, the dispersion and the rate, and as it is
+        for the probability.
+    level : float
+        Level of the intensity measure of the probability, SI, > 0; NaN for other targets.
+    least, most : int
+        Numbers of motions before the first look, and in all.
+    """
+
+    target: str = MEDIAN
+    tolerance: float = USUAL
+    level: float = math.nan
+    least: int = LEAST
+    most: int = MOST
+
+    def __post_init__(self) -> None:
+        checks.choice("until", self.target, TARGETS)
+        below = 0.5 if self.target == PROBABILITY else 1.0
+        checks.number(f"until {self.target}", self.tolerance, at_least=FINEST, below=below)
+        if self.target == PROBABILITY:
+            checks.number("until probability level", self.level, above=0.0)
+        checks.count("until motions least", self.least, at_least=FEWEST)
+        checks.count("until motions most", self.most, at_least=self.least)
+
+    @property
+    def room(self) -> float:
+        """Half width that is allowed: of ln(median) and ln(dispersion), of the rate over itself, of the probability."""
+        return math.log1p(self.tolerance) if self.target in (MEDIAN, DISPERSION) else self.tolerance
+
+    def describe(self) -> dict[str, Any]:
+        """Return the precision as the plain values that `until_of` takes."""
+        asked: Any = self.tolerance
+        if self.target == PROBABILITY:
+            asked = {"level": self.level, "within": self.tolerance}
+        return {self.target: asked, "motions": {"least": self.least, "most": self.most}}
+
+
+def until_of(asked: Mapping[str, Any] | Until | None) -> Until:
+    """Return the precision that a mapping asks for; ±10 % of the median where it names no quantity.
+
+    Parameters
+    ----------
+    asked : mapping, Until or None
+        One of ``median``, ``dispersion``, ``rate`` (share of the value) and ``probability`` (a mapping of ``level``,
+        SI, and ``within``, the half width); and ``motions``, a mapping of ``least`` and ``most``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Several quantities, entries that are not known, values out of range.
+
+    Examples
+    --------
+    >>> until_of({"median": 0.05}).describe()
+    {'median': 0.05, 'motions': {'least': 64, 'most': 2000}}
+    """
+    if isinstance(asked, Until):
+        return asked
+    entries = _mapping("until", {} if asked is None else asked, (*TARGETS, "motions"))
+    targets = [name for name in TARGETS if name in entries]
+    if len(targets) > 1:
+        raise ValueError(f"until must name one of {', '.join(TARGETS)}, got {' and '.join(targets)}")
+    motions = _mapping("until motions", entries.get("motions", {}), ("least", "most"))
+    least = checks.count("until motions least", motions.get("least", LEAST), at_least=FEWEST)
+    most = checks.count("until motions most", motions.get("most", max(MOST, least)), at_least=least)
+    if not targets:
+        return Until(least=least, most=most)
+    (target,) = targets
+    if target != PROBABILITY:
+        return Until(target, checks.number(f"until {target}", entries[target]), least=least, most=most)
+    at = _mapping("until probability", entries[target], ("level", "within"))
+    if set(at) != {"level", "within"}:
+        raise ValueError("until probability must have a level and within, the half width of its interval")
+    level = checks.number("until probability level", at["level"], above=0.0)
+    return Until(target, checks.number("until probability within", at["within"]), level, least, most)
+
+
+def _mapping(name: str, value: Any, allowed: tuple[str, ...]) -> dict[str, Any]:
+    if not isinstance(value, Mapping):
+        raise TypeError(f"{name} must be a mapping of {', '.join(allowed)}, got {checks.kind(value)}")
+    for key in value:
+        checks.choice(f"an entry of {name}", key, allowed)
+    return dict(value)

@@ -1,0 +1,213 @@
+"""Incremental dynamic analysis at levels that are chosen while it runs, until a result is as precise as asked.
+
+Motions come in waves; all blocks and laws share them, each at levels of its own.  Levels depend on the results of the
+waves before and on each motion's own random stream, so that a result is a function of inputs and seed alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ... import checks
+from ...aliases import Array
+from ...doubts import Doubt, warn
+from ...models import Block
+from ...motions.intensity.dataset import measure_named, positive_measure
+from ...motions.intensity.measure import Measure
+from ...motions.plausibility import record_doubts
+from ...motions.polarity import AS_RECORDED, BOTH
+from ...motions.simulated.generator import Generator
+from ...units import STANDARD_GRAVITY
+from ..adaptive.curve import SequentialCurve, WavePlan
+from ..adaptive.stopping import motions_needed, next_wave
+from ..adaptive.until import RATE, Until
+from ..hazard.curve import FLOOR, HazardCurve
+from ..runs.axes import axes_of, check_axes, check_outputs
+from ..runs.provenance import ADAPTIVE, AXES, GROUND
+from ..runs.request import DERIVED, Request, check_vertical
+from ..runs.scaling import GROUND_FLOORS, check_factors
+from ..validity.plausibility import block_doubts
+from .analysis import specimens_of
+from .sparse import WaveRuns, labelled, runs_of
+from .waves import MotionSource, MotionWave, Scaled, run_wave, scaled_to
+
+PGA_RANGE = (1.0, 8.0)
+"""First levels in peak acceleration, over g tan(alpha): a block on a rigid floor uplifts at 1."""
+PGV_HIGHEST = 8.0
+"""Highest first level in peak velocity, over g tan(alpha)/p: large blocks need a long pulse and not a high one."""
+
+
+class Plan(NamedTuple):
+    """What a sequential analysis does, checked.
+
+    until: the precision; runs_per_motion, seed: as of `toppling.ida`; hazard: of the levels' measure, for rates alone;
+    scaled: the measure; source: the motions; ground: whether levels refer to the ground below floors.
+    """
+
+    until: Until
+    runs_per_motion: int
+    seed: int
+    hazard: HazardCurve | None
+    scaled: Scaled
+    source: MotionSource
+    ground: bool
+
+    @property
+    def most(self) -> int:
+        """Greatest number of motions."""
+        size = self.source.size
+        return self.until.most if size is None else min(self.until.most, size)
+
+
+def adaptive(
+    request: Request,
+    motions: Generator | xr.DataArray | Iterable[xr.DataArray],
+    im: str | Measure,
+    until: Until,
+    *,
+    runs_per_motion: int,
+    seed: int,
+    hazard: HazardCurve | None = None,
+    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    polarity: str = AS_RECORDED,
+) -> xr.Dataset:
+    """Run waves of motions until every block has the precision asked for under every law; see `toppling.ida`."""
+    _check_request(request)
+    scaled = scaled_to(im)
+    _check_hazard(until, hazard, scaled)
+    source = MotionSource(motions, seed, ground, polarity)
+    if source.size is not None and source.size < until.least:
+        raise ValueError(f"motions must be {until.least} at least (until motions least), got {source.size}")
+    plan = Plan(until, runs_per_motion, seed, hazard, scaled, source, ground is not None)
+    doubts = block_doubts(request.blocks)
+    curves: dict[tuple[int, int], SequentialCurve] = {}
+    waves = list(_waves(request, plan, curves, doubts))
+    warn(list(dict.fromkeys(doubts)))
+    axes = waves[0].axes
+    configuration = {
+        **specimens_of(request).configuration,
+        **source.describe(),
+        **({"polarity": BOTH} if polarity == BOTH else {}),
+        **({AXES: axes} if axes else {}),
+        "design": ADAPTIVE,
+        "im": scaled.name,
+        "until": until.describe(),
+        "runs_per_motion": runs_per_motion,
+        "seed": seed,
+        **({"hazard": hazard.describe()} if hazard is not None else {}),
+        **({"im_at": GROUND} if ground is not None else {}),
+    }
+    return labelled(request, list(curves.values()), waves, scaled, configuration)
+
+
+def _waves(
+    request: Request, plan: Plan, curves: dict[tuple[int, int], SequentialCurve], doubts: list[Doubt]
+) -> Iterator[WaveRuns]:
+    """Run wave after wave until all curves have stopped; curves and doubts are added to."""
+    done = records = runs = number = 0
+    while not curves or any(not one.stopped for one in curves.values()):
+        wave = plan.source.wave(done, min(next_wave(done), plan.most - done))
+        axes = _check_wave(request, wave, plan)
+        doubts += record_doubts([one for one in wave.records if not one.reverse_of])
+        measured = plan.scaled.measured(wave, request.blocks)
+        for block, one in enumerate(request.blocks if not curves else ()):
+            low, high = first_levels(one, wave, plan.scaled, measured[block % len(measured)])
+            for model in range(len(request.models)):
+                begun = SequentialCurve(plan.until, low, high, plan.runs_per_motion, plan.seed, plan.hazard)
+                curves[block, model] = begun
+        plans = {where: one.plan(wave.numbers) for where, one in curves.items() if not one.stopped}
+        found = _outputs(request, wave, plans, plan.scaled, measured)
+        done = int(wave.numbers[-1]) + 1
+        for where, own in plans.items():
+            curves[where].add(wave.numbers, own, found[where]["overturned"], last=done >= plan.most)
+        yield runs_of(number, records, wave, plans, found, plan.scaled, measured, axes)
+        number, records = number + 1, records + len(wave.records)
+        runs += sum(one.levels.size for one in plans.values())
+        if request.progress is not None:
+            request.progress(runs, max(runs, math.ceil(runs / done * _expected(curves, done, plan.most))))
+
+
+def _expected(curves: Mapping[tuple[int, int], SequentialCurve], done: int, most: int) -> int:
+    """Return about how many motions the slowest curve takes in all."""
+    looks = [one.looks[-1] for one in curves.values() if not one.stopped]
+    return min(most, max((motions_needed(one.motions, one.ratio) or most for one in looks), default=done))
+
+
+def _check_request(request: Request) -> None:
+    """Raise ValueError for requests that adaptive levels do not serve."""
+    if request.sliding:
+        raise ValueError("levels 'adaptive' are chosen by what overturns, and sliding blocks do not: give levels")
+    if not request.compute:
+        raise ValueError("compute must be True for adaptive levels, which depend on the runs before")
+    if "overturned" not in request.outputs:
+        raise ValueError("outputs must hold overturned for adaptive levels, which are chosen by it")
+    derived = next((name for name in request.outputs if name in DERIVED), None)
+    if derived is not None:
+        raise ValueError(f"outputs of adaptive levels must not hold {derived}: give levels for it")
+
+
+def _check_hazard(until: Until, hazard: HazardCurve | None, scaled: Scaled) -> None:
+    """Raise TypeError or ValueError for a rate without its hazard, or a hazard without a rate."""
+    if hazard is None:
+        if until.target == RATE:
+            raise ValueError("until rate needs a hazard curve (hazard=HazardCurve(…)), got none")
+        return
+    if not isinstance(hazard, HazardCurve):
+        raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
+    if until.target != RATE:
+        raise ValueError(f"hazard is for until rate alone, got until {until.target}")
+    if hazard.im != scaled.name:
+        raise ValueError(f"hazard must be of the measure of the levels, {scaled.name!r}, got {hazard.im!r}")
+
+
+def _check_wave(request: Request, wave: MotionWave, plan: Plan) -> str:
+    """Return how motions shake; ValueError where they do not suit the blocks, the laws or the hazard."""
+    check_vertical(request.models, wave.records)
+    axes = axes_of(wave.records)
+    check_axes(axes, request.blocks, request.models)
+    check_outputs(axes, request.outputs, request.models)
+    on_floor = any(one.floor not in GROUND_FLOORS for one in wave.records) and not plan.ground
+    if plan.hazard is not None and (plan.hazard.at == FLOOR) != on_floor:
+        where = "floor" if on_floor else "ground"
+        raise ValueError(f"hazard must be of the {where}, as the levels are, got one of the {plan.hazard.at}")
+    return axes
+
+
+def first_levels(block: Block, wave: MotionWave, scaled: Scaled, measured: Array) -> tuple[float, float]:
+    """Return the levels between which the search for a block's curve begins, from the peaks of the first motions.
+
+    measured (motion,): the measure of the unscaled motions.
+    """
+    static = STANDARD_GRAVITY * math.tan(block.alpha)
+    pga, pgv = (positive_measure(measure_named(name, "im"), wave.records) for name in ("pga", "pgv"))
+    low, high = (share * static / pga for share in PGA_RANGE)
+    high = np.maximum(high, PGV_HIGHEST * static / block.p / pgv)
+    return float(np.median(scaled.level(low, measured))), float(np.median(scaled.level(high, measured)))
+
+
+def _outputs(
+    request: Request,
+    wave: MotionWave,
+    plans: Mapping[tuple[int, int], WavePlan],
+    scaled: Scaled,
+    measured: Array,
+) -> dict[tuple[int, int], dict[str, NDArray[Any]]]:
+    """Run a wave: the outputs (run, motion) of each curve; curves with equally many runs a motion run together."""
+    specimens, across, laws = request.oscillators, request.across, len(request.models)
+    found: dict[tuple[int, int], dict[str, NDArray[Any]]] = {}
+    for n in sorted({one.levels.shape[0] for one in plans.values()}):
+        own = [where for where, one in plans.items() if one.levels.shape[0] == n]
+        factors = np.stack([scaled.factors(plans[at].levels, measured[at[0] % len(measured)]) for at in own])
+        check_factors(factors, wave.records)
+        numbers = [block * laws + model for block, model in own]
+        other: Sequence[Any] | None = [across[i] for i in numbers] if axes_of(wave.records) else None
+        results = run_wave(request, [specimens[i] for i in numbers], other, wave.records, factors)
+        for k, where in enumerate(own):
+            found[where] = {name: results[name][k] for name in request.outputs}
+    return found

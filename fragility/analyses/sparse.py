@@ -1,0 +1,224 @@
+"""Results of adaptive levels as one dataset: a line for every run, and what the runs say of every curve."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...aliases import Array, Index
+from ...motions.arrays import motion_coordinates
+from ...units import DIMENSIONLESS, PER_YEAR, provenance
+from ..adaptive.account import account, half_width
+from ..adaptive.curve import SequentialCurve, WavePlan
+from ..adaptive.until import PROBABILITY, RATE
+from ..runs.labels import VARIABLES, depth_coordinate
+from ..runs.provenance import ADAPTIVE, AXES, GROUND, RUN
+from ..runs.request import Request
+from ..runs.scaling import BlockMeasure, name_at
+from .analysis import specimens_of
+from .waves import MotionWave, Scaled
+
+
+class WaveRuns(NamedTuple):
+    """The runs of one wave.
+
+    runs: arrays (run,) by name; motions: their coordinates; long_name: of the levels' measure; axes: how motions shake.
+    """
+
+    runs: dict[str, NDArray[Any]]
+    motions: xr.Dataset
+    long_name: str
+    axes: str
+
+
+def runs_of(
+    number: int,
+    first: int,
+    wave: MotionWave,
+    plans: Mapping[tuple[int, int], WavePlan],
+    found: Mapping[tuple[int, int], Mapping[str, NDArray[Any]]],
+    scaled: Scaled,
+    measured: Array,
+    axes: str,
+) -> WaveRuns:
+    """Return the runs of a wave, curve by curve and motion by motion.
+
+    Parameters
+    ----------
+    number, first : int
+        Of the wave, and the number of records before it.
+    wave : MotionWave
+    plans, found : mappings of the numbers of block and law
+        Levels, and outputs (run, motion) by name.
+    scaled : Scaled
+    measured : array (block or 1, motion)
+        The measure of the unscaled motions.
+    axes : str
+        How the motions shake (`runs.axes.axes_of`).
+    """
+    columns: dict[str, list[NDArray[Any]]] = {}
+    for (block, model), plan in plans.items():
+        runs, n = plan.levels.shape
+        own: dict[str, NDArray[Any]] = {
+            "run_block": np.full(plan.levels.size, block),
+            "run_model": np.full(plan.levels.size, model),
+            "run_motion": np.repeat(np.arange(first, first + n), runs),
+            "wave": np.full(plan.levels.size, number),
+            "level": plan.levels.T.ravel(),
+            "weight": plan.weights.T.ravel(),
+            **{name: values.T.ravel() for name, values in found[block, model].items()},
+        }
+        for name, values in own.items():
+            columns.setdefault(name, []).append(values)
+    coordinates: dict[str, xr.Variable] = motion_coordinates(list(wave.records))
+    long_name = name_at(scaled.long_name, wave.records, wave.ground)
+    if scaled.one is not None:
+        values = measured if isinstance(scaled.one, BlockMeasure) else measured[0]
+        name = scaled.name if wave.ground is None else f"{GROUND}_{scaled.name}"
+        attributes = {"units": scaled.units, "long_name": long_name}
+        coordinates[name] = xr.Variable(("motion",) if values.ndim == 1 else ("block", "motion"), values, attributes)
+    joined = {name: np.concatenate(own) for name, own in columns.items()}
+    return WaveRuns(joined, xr.Dataset(coords=coordinates), long_name, axes)
+
+
+_RUNS = {
+    "run_block": "block of the run, as block_number",
+    "run_model": "law of the run, as model_number",
+    "run_motion": "motion of the run, as motion_number",
+    "wave": "wave in which the run was made, from 0",
+}
+
+
+def labelled(
+    request: Request,
+    curves: Sequence[SequentialCurve],
+    waves: Sequence[WaveRuns],
+    scaled: Scaled,
+    configuration: Mapping[str, Any],
+) -> xr.Dataset:
+    """Return the runs and what they say of each curve as one dataset."""
+    until = curves[0].until
+    joined = {name: np.concatenate([one.runs[name] for one in waves]) for name in waves[0].runs}
+    level = {"units": scaled.units, "long_name": waves[0].long_name, "im": scaled.name}
+    variables: dict[str, xr.Variable] = {}
+    for name, values in joined.items():
+        if name == "level":
+            attributes = level
+        elif name == "weight":
+            text = "annual rate that the run stands for if its block overturned, over the number of motions"
+            attributes = {"units": PER_YEAR, "long_name": text}
+        elif name in _RUNS:
+            attributes = {"units": DIMENSIONLESS, "long_name": _RUNS[name]}
+        else:
+            attributes = dict(zip(("units", "long_name"), VARIABLES[name], strict=True))
+        variables[name] = xr.Variable(RUN, values, attributes)
+    if until.target != RATE:
+        del variables["weight"]
+    shape = (len(request.blocks), len(request.models))
+    variables |= curve_variables(curves, shape, level)
+    specimens = specimens_of(request)
+    motions = xr.concat([one.motions for one in waves], "motion", coords="minimal", compat="override")
+    coordinates = {
+        **specimens.coordinates,
+        **numbers("block", shape[0]),
+        **numbers("model", shape[1]),
+        **numbers("motion", motions.sizes["motion"]),
+        **(depth_coordinate(request.blocks) if configuration.get(AXES) else {}),
+        **{str(name): one.variable for name, one in motions.coords.items()},
+    }
+    return xr.Dataset(
+        variables,
+        coords=coordinates,
+        attrs={
+            "title": "Incremental dynamic analysis of freestanding blocks, at adaptive levels",
+            "design": ADAPTIVE,
+            "im": scaled.name,
+            **provenance(dict(configuration)),
+            "until": json.dumps(until.describe()),
+            "stopped_because": "; ".join(dict.fromkeys(one.stopped for one in curves)),
+        },
+    )
+
+
+def numbers(dim: str, n: int) -> dict[str, xr.Variable]:
+    """Return the coordinate of numbers from 0 by which runs name their block, law and motion, also of a selection."""
+    text = f"number from 0 by which runs name their {'law' if dim == 'model' else dim} (run_{dim})"
+    return {f"{dim}_number": xr.Variable(dim, np.arange(n), {"units": DIMENSIONLESS, "long_name": text})}
+
+
+def curve_variables(
+    curves: Sequence[SequentialCurve], shape: tuple[int, int], level: Mapping[str, str]
+) -> dict[str, xr.Variable]:
+    """Return what is known of every curve, on (block, model), and the half width at every look."""
+    dims = ("block", "model")
+    unit = level["units"]
+
+    def column(name: str, values: Sequence[Any], units: str, text: str) -> None:
+        array = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
+        found[name] = xr.Variable(dims, array, {"units": units, "long_name": text})
+
+    def interval(name: str, ends: Sequence[tuple[float, float, float]], units: str, text: str) -> None:
+        for suffix, k in (("", 0), ("_lower", 1), ("_upper", 2)):
+            words = ("", "lower end of the 95 % interval of: ", "upper end of the 95 % interval of: ")[k]
+            column(f"{name}{suffix}", [one[k] for one in ends], units, words + text)
+
+    found: dict[str, xr.Variable] = {}
+    looks = [one.looks[-1] for one in curves]
+    interval("median", [_ends(one.local) for one in looks], unit, "level at which half overturn, from levels near it")
+    interval(
+        "dispersion",
+        [_ends(one.log_dispersion) for one in looks],
+        DIMENSIONLESS,
+        "lognormal standard deviation of the curve through all runs",
+    )
+    column("curve_median", [_ends(one.curve)[0] for one in looks], unit, "median of the curve through all runs")
+    target = curves[0].until.target
+    asked = [(one.value, one.lower, one.upper) for one in looks]
+    if target == RATE:
+        interval("rate", asked, PER_YEAR, "annual rate of overturning, from weighted runs without a form of curve")
+        fitted = [one.fitted_rate() for one in curves]
+        rates = [math.nan if one is None else one.value for one in fitted]
+        column("rate_of_curve", rates, PER_YEAR, "annual rate of overturning of the lognormal curve through all runs")
+        differ = [one.rate_misfit() for one in curves]
+        column("rate_misfit", differ, DIMENSIONLESS, "rate of the curve over that without one, less 1; 0 within error")
+    if target == PROBABILITY:
+        interval("probability", asked, DIMENSIONLESS, "probability of overturning at the level asked for")
+    misfits = [math.expm1(-one.misfit) for one in looks]
+    column("misfit", misfits, DIMENSIONLESS, "curve_median over median, less 1; 0 within twice its error")
+    column("motions_run", [one.motions for one in looks], DIMENSIONLESS, "motions that the block was run under")
+    width = "half width of the 95 % interval asked for, in the terms of until"
+    column("half_width", [half_width(one, one.looks[-1].ratio) for one in curves], DIMENSIONLESS, width)
+    column("stopped_because", [one.stopped for one in curves], DIMENSIONLESS, "why no further motions were run")
+    column("account", [account(one) for one in curves], DIMENSIONLESS, "what was reached, and what more would bring")
+    found |= look_variables(curves, shape)
+    return found
+
+
+def look_variables(curves: Sequence[SequentialCurve], shape: tuple[int, int]) -> dict[str, xr.Variable]:
+    """Return the half width of every curve at every look, NaN after it stopped, and the motions until then."""
+    longest = max((one.looks for one in curves), key=len)
+    widths = np.full((len(curves), len(longest)), math.nan)
+    for row, one in zip(widths, curves, strict=True):
+        row[: len(one.looks)] = [half_width(one, look.ratio) for look in one.looks]
+    text = "half width of the 95 % interval after each wave, in the terms of until"
+    motions: Index = np.array([one.motions for one in longest], dtype=np.int64)
+    return {
+        "look_half_width": xr.Variable(
+            ("block", "model", "look"), widths.reshape(*shape, -1), {"units": DIMENSIONLESS, "long_name": text}
+        ),
+        "look_motions": xr.Variable("look", motions, {"units": DIMENSIONLESS, "long_name": "motions until the look"}),
+    }
+
+
+def _ends(estimate: Any) -> tuple[float, float, float]:
+    """Return an estimate of a logarithm and its interval, without the logarithm; NaN where there is none."""
+    if estimate is None or not math.isfinite(estimate.reach):
+        return (math.nan,) * 3
+    value, reach = estimate.value, estimate.reach
+    return math.exp(value), math.exp(value - reach), math.exp(min(value + reach, 700.0))

@@ -1,0 +1,163 @@
+"""Motions and runs of an analysis in waves: the next motions, the measure they are scaled to, and all runs of one wave.
+
+Waves come from a generator or from a set of motions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ... import checks
+from ...aliases import Array, Index
+from ...models import Block
+from ...models.runs import Specimen
+from ...motions.arrays import BOTH_AXES, Record
+from ...motions.intensity.measure import Measure
+from ...motions.polarity import AS_RECORDED, records_under
+from ...motions.simulated.generator import Generator
+from ...streams import stream
+from ...units import DIMENSIONLESS
+from ..runs.axes import along_width, axes_of, both_works
+from ..runs.request import Request, collect, collect_both, work_of
+from ..runs.scaling import SCALE, BlockMeasure, ground_of, intensities, intensity_measure
+
+ORDER = (0, 3)
+"""Key, under a seed, of the order in which the motions of a set are taken."""
+
+
+class MotionWave(NamedTuple):
+    """Some motions: their numbers (record,), the same for a motion and its reverse; ground motions below, if given."""
+
+    numbers: Index
+    records: list[Record]
+    ground: list[Record] | None
+
+
+class Scaled(NamedTuple):
+    """A measure that motions are scaled to: measured values of a wave, and their factors at levels."""
+
+    name: str
+    units: str
+    long_name: str
+    base: Measure | None
+    one: Measure | BlockMeasure | None
+
+    def measured(self, wave: MotionWave, blocks: Sequence[Block]) -> Array:
+        """Return the measure of the unscaled motions, (block or 1, motion)."""
+        if self.one is None:
+            return np.ones((1, len(wave.records)))
+        found = intensities(self.one, wave.records if wave.ground is None else wave.ground, blocks)
+        return np.atleast_2d(found)
+
+    def factors(self, levels: Array, measured: Array) -> Array:
+        """Return the factors (run, motion) that bring motions of a measure (motion,) to levels (run, motion)."""
+        return levels if self.base is None else np.asarray(self.base.factors(levels / measured))
+
+    def level(self, factors: Array, measured: Array) -> Array:
+        """Return the levels of motions times factors."""
+        return factors if self.base is None else measured * factors**self.base.power
+
+
+def scaled_to(im: str | Measure) -> Scaled:
+    """Return the measure of a name; errors as `intensity_measure`."""
+    one = intensity_measure(im)
+    if one is None:
+        return Scaled(SCALE, DIMENSIONLESS, "scale factor", None, None)
+    base = one.measure if isinstance(one, BlockMeasure) else one
+    return Scaled(one.label, one.units, one.long_name, base, one)
+
+
+class MotionSource:
+    """Motions by number: those of a generator, without an end, or those of a set in random order.
+
+    Parameters
+    ----------
+    motions : Generator, xarray.DataArray or a sequence of them
+    seed : int
+        Of the generator's motions, or of the order of the set: a set may be sorted, by magnitude or by event, and its
+        first motions must be as good a sample as any.
+    ground : xarray.DataArray or a sequence of them, optional
+        The ground motions below the floor motions of a set.
+    polarity : {"as recorded", "both"}
+
+    Raises
+    ------
+    TypeError, ValueError
+        Ground motions beside a generator, motions of several floors, one motion both ways among those to be run both
+        ways; as `motions.arrays.records`.
+    """
+
+    def __init__(
+        self,
+        motions: Generator | xr.DataArray | Iterable[xr.DataArray],
+        seed: int,
+        ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+        polarity: str = AS_RECORDED,
+    ) -> None:
+        self._seed, self._polarity = checks.count("seed", seed), polarity
+        self.generator = motions if isinstance(motions, Generator) else None
+        self.size: int | None = None
+        if isinstance(motions, Generator):
+            if ground is not None:
+                raise ValueError("ground must be left out where motions come from a generator")
+            return
+        records = records_under(motions, polarity)
+        if len({one.floor for one in records}) > 1:
+            raise ValueError("motions must be of one floor for adaptive levels, got several: take one at a time")
+        below = None if ground is None else ground_of(records, records_under(ground, polarity))
+        given = [list(own) for _, own in groupby(range(len(records)), lambda i: records[i].given)]
+        order = stream(seed, *ORDER).permutation(len(given))
+        self._sets = [[records[i] for i in given[k]] for k in order]
+        self._below = None if below is None else [[below[i] for i in given[k]] for k in order]
+        self.size = len(given)
+
+    def wave(self, first: int, n: int) -> MotionWave:
+        """Return motions `first` … `first + n - 1`."""
+        if self.generator is not None:
+            records = records_under(self.generator.sample(n, self._seed, first), self._polarity)
+            ways = len(records) // n
+            return MotionWave(np.repeat(np.arange(first, first + n), ways), records, None)
+        own = self._sets[first : first + n]
+        numbers = np.repeat(np.arange(first, first + len(own)), [len(one) for one in own])
+        below = None if self._below is None else [one for two in self._below[first : first + n] for one in two]
+        return MotionWave(numbers, [one for two in own for one in two], below)
+
+    def describe(self) -> Any:
+        """Return the source as plain values."""
+        return {"generator": repr(self.generator)} if self.generator is not None else {"motions": self.size}
+
+
+def run_wave(
+    request: Request,
+    specimens: Sequence[Specimen],
+    across: Sequence[Specimen] | None,
+    records: Sequence[Record],
+    factors: Array,
+) -> dict[str, NDArray[Any]]:
+    """Run specimens under motions, each at levels of its own: the one place at which adaptive runs are executed.
+
+    Parameters
+    ----------
+    request : Request
+        Outputs, runner and skip.
+    specimens : sequence of Specimen, (curve,)
+    across : the same in the direction of the blocks' depths, needed for motions along both axes
+    records : sequence of Record, (motion,)
+    factors : array (curve, level, motion)
+
+    Returns
+    -------
+    dict of str to array (curve, level, motion)
+        Each output by name.
+    """
+    work = work_of(specimens, [along_width(one) for one in records], factors, request)
+    if axes_of(records) == BOTH_AXES:
+        assert across is not None
+        return collect_both(work.outputs, both_works(work, across), request.runner, None).results
+    return collect(work, request.runner, None).results

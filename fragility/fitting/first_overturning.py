@@ -1,0 +1,104 @@
+"""First overturnings: the interval of levels in which each motion first overturns a block, and what levels miss of it.
+
+A motion overturns a block at scales that form ever more intervals the closer one looks (docs/adaptive.md), so that the
+first overturning comes earlier with closer levels, and settles nowhere.  How much the levels at hand decide is measured
+on the runs themselves, by leaving out half of the levels.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...aliases import Array, Flags
+from ...units import DIMENSIONLESS
+
+FEWEST = 4
+"""Fewest levels of which every other one still has an interval."""
+
+
+class Brackets(NamedTuple):
+    """Intervals of the capacities: lower and upper ends (…, motion); infinite where only the other end is known."""
+
+    lower: Array
+    upper: Array
+    stood_above: Flags
+
+
+def brackets(overturned: Flags, values: Array) -> Brackets:
+    """Return the interval of the first overturning, from flags and values (…, motion, level) in order of the levels.
+
+    `values` may be of any shape that broadcasts.  The lower end is -inf where the lowest level overturns, the upper end
+    inf where no level does; `stood_above` is True where some level above the first overturning does not.
+    """
+    along = np.broadcast_to(values, overturned.shape)
+    n = overturned.shape[-1]
+    fell = overturned.any(axis=-1)
+    first = np.where(fell, overturned.argmax(axis=-1), n)
+    lower = np.take_along_axis(along, np.maximum(first - 1, 0)[..., None], axis=-1)[..., 0]
+    upper = np.take_along_axis(along, np.minimum(first, n - 1)[..., None], axis=-1)[..., 0]
+    above = np.arange(n) > first[..., None]
+    return Brackets(
+        np.where(first > 0, lower, -np.inf),
+        np.where(fell, upper, np.inf),
+        np.asarray((~overturned & above).any(axis=-1)),
+    )
+
+
+def spacing_attributes(levels: Array) -> dict[str, Any]:
+    """Return what first overturnings owe to their levels (level,), > 0, in any order, as attributes.
+
+    ``level_spacing``: largest ratio of neighbouring levels, less 1, NaN of a single level; ``note``: a sentence.
+    """
+    x = np.sort(np.log(levels))
+    spacing = math.expm1(float(np.diff(x).max())) if x.size > 1 else math.nan
+    apart = f"up to {100.0 * spacing:.3g} % apart" if x.size > 1 else "of which there is one"
+    text = (
+        f"first overturnings are between levels {apart}; closer levels find earlier ones, without an end (level_shift)"
+    )
+    return {"level_spacing": spacing, "note": text}
+
+
+SHIFT = {
+    "units": DIMENSIONLESS,
+    "long_name": "mean of ln(capacity) with every other level, less that with all",
+}
+"""Attributes of shifts."""
+
+
+def level_shift(overturned: Flags, levels: Array) -> float:
+    """Return how much later first overturnings come with every other level than with all.
+
+    Parameters
+    ----------
+    overturned : array (…, motion, level)
+        Of one curve.
+    levels : array (level,)
+        > 0, in any order.
+
+    Returns
+    -------
+    float
+        The mean of ln(capacity) with the odd and with the even levels less that with all, over the motions whose
+        capacity is known with both; NaN where there is none.  A capacity is the geometric mean of its ends.  The shift
+        is positive where closer levels find earlier overturnings; were there a single one a motion, it would be 0 in
+        the mean.
+    """
+    order = np.argsort(levels)
+    x = np.log(levels[order])
+    rows = overturned.reshape(-1, x.size)[:, order]
+    if x.size < FEWEST:
+        return math.nan
+    whole = _capacity(rows, x)
+    gaps = np.concatenate([_capacity(rows[:, k::2], x[k::2]) - whole for k in (0, 1)])
+    known = np.isfinite(gaps)
+    return float(gaps[known].mean()) if known.any() else math.nan
+
+
+def _capacity(rows: Flags, x: Array) -> Array:
+    """Return the middle of the interval of each first overturning, NaN where an end is not known."""
+    found = brackets(rows, x)
+    known = np.isfinite(found.lower) & np.isfinite(found.upper)
+    return np.where(known, 0.5 * (np.where(known, found.lower, 0.0) + np.where(known, found.upper, 0.0)), np.nan)

@@ -1,0 +1,42 @@
+"""The promise table: truths against their definitions, and small tables of both ways."""
+
+import math
+
+import numpy as np
+import pytest
+
+from toppling.benchmarks.sequential.promises import common_levels, promises, rows_of_text, sequential
+from toppling.benchmarks.sequential.truths import MEDIAN, TRUTHS
+from toppling.fragility.adaptive.until import Until
+
+
+@pytest.mark.parametrize("truth", TRUTHS, ids=lambda one: one.name)
+def test_verdicts_have_the_probability_and_the_correlation(truth):
+    levels = np.full((2, 40_000), MEDIAN)
+    fell = truth.verdicts(levels, np.random.default_rng(0))
+    p = float(truth.probability(np.array(math.log(MEDIAN))))
+    assert fell.mean() == pytest.approx(p, abs=0.01)
+    both = float(np.corrcoef(fell[0], fell[1])[0, 1])
+    if p == pytest.approx(0.5):
+        # tetrachoric correlation of two halves
+        assert both == pytest.approx(2.0 / math.pi * math.asin(truth.correlation), abs=0.02)
+    assert float(truth.probability(np.array(truth.log_median))) == pytest.approx(0.5, abs=1e-9)
+
+
+def test_the_rate_of_a_lognormal_curve_is_its_closed_form():
+    assert TRUTHS[0].rate(2.5) == pytest.approx(MEDIAN**-2.5 * math.exp(0.5 * 2.5**2 * 0.16), rel=1e-6)
+
+
+def test_adaptive_levels_take_a_third_of_the_runs_of_common_ones():
+    until = Until("median", 0.1, most=5000)
+    own, common = (
+        np.mean([way(TRUTHS[1], until, seed).runs for seed in range(6)]) for way in (sequential, common_levels)
+    )
+    assert own < common / 3.0
+
+
+def test_tables():
+    rows = promises("median", 0.2, 4, TRUTHS[:2], processes=1)
+    assert [one.truth for one in rows] == [one.name for one in TRUTHS[:2]]
+    assert all(one.reached == 1.0 and one.kept >= 0.75 for one in rows)
+    assert "±20%" in rows_of_text("median ±20%", rows)

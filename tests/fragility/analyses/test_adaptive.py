@@ -1,0 +1,266 @@
+"""Adaptive levels end to end: every run against a run of its own, shared motions, equal bytes, refusals."""
+
+import json
+import math
+
+import dask
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.fragility import (
+    HazardCurve,
+    goodness_of_fit,
+    overturning_capacity,
+    overturning_probability,
+    screen,
+    slide_runs,
+)
+from toppling.motions import both_axes
+from toppling.motions.polarity import both_polarities
+
+SHAKES = tp.motions.CloughPenzien(duration=8.0, dt=0.01)
+BLOCK = tp.Block(0.4, 1.6, name="narrow", depth=0.5)
+WIDE = tp.Block(0.8, 2.4, name="wide", depth=0.9)
+LAWS = [tp.HousnerImpact(), tp.EnergyConsistent()]
+COARSE = {"median": 0.25, "motions": {"least": 32, "most": 400}}
+
+
+def motion_of(found, i, motions=None):
+    """The motion of run i."""
+    number = int(found["run_motion"][i])
+    return SHAKES.sample(1, 0, number) if motions is None else motions.isel(motion=[number])
+
+
+@pytest.fixture(scope="module")
+def found():
+    return tp.ida([BLOCK, WIDE], LAWS, SHAKES, "adaptive", "pgv", until=COARSE)
+
+
+def test_layout(found):
+    assert found.sizes["run"] == found["level"].size == found["overturned"].size
+    assert found.attrs["design"] == "adaptive"
+    assert json.loads(found.attrs["until"]) == COARSE
+    assert found.attrs["stopped_because"] == "precision reached"
+    motions = found["run_motion"].values
+    counts = [
+        np.unique(motions[(found["run_block"].values == b) & (found["run_model"].values == m)]).size
+        for b in range(2)
+        for m in range(2)
+    ]
+    assert counts == found["motions_run"].values.ravel().tolist()
+    assert found["look_motions"].values[-1] == max(counts) == found.sizes["motion"]
+    assert bool((found["half_width"] <= 0.25).all())
+    widths = found["look_half_width"].values.reshape(4, -1)
+    last = [row[np.isfinite(row)][-1] for row in widths]
+    assert last == found["half_width"].values.ravel().tolist()
+    assert [np.isfinite(row).sum() * 32 for row in widths] == counts
+    for one in found.variables.values():
+        assert one.attrs["units"]
+        assert one.attrs["long_name"]
+
+
+def test_every_run_is_that_of_its_block_law_motion_and_level(found):
+    """30 runs, each by an analysis of its own."""
+    for i in np.random.default_rng(0).choice(found.sizes["run"], 30, replace=False):
+        block = (BLOCK, WIDE)[int(found["run_block"][i])]
+        law = LAWS[int(found["run_model"][i])]
+        one = tp.ida(block, law, motion_of(found, i), [float(found["level"][i])], "pgv", screen=False)
+        assert bool(one["overturned"].item()) == bool(found["overturned"][i])
+
+
+def test_medians_are_those_of_many_levels(found):
+    """200 other motions at 60 levels: the medians agree within the two errors."""
+    levels = np.geomspace(0.2, 3.0, 60)
+    runs = tp.ida([BLOCK, WIDE], LAWS, SHAKES.sample(200, 7), levels, "pgv", ["overturned"], screen=False)
+    p = runs["overturned"].mean("motion").values
+    for b in range(2):
+        for m in range(2):
+            at = int(np.argmax(p[b, m] >= 0.5))
+            share = (0.5 - p[b, m, at - 1]) / (p[b, m, at] - p[b, m, at - 1])
+            grid = math.log(levels[at - 1]) + share * math.log(levels[at] / levels[at - 1])
+            low, high = (math.log(float(found[f"median_{end}"][b, m])) for end in ("lower", "upper"))
+            assert abs(math.log(float(found["median"][b, m])) - grid) < (high - low)
+
+
+def test_a_curve_is_the_same_among_others_and_alone(found):
+    alone = tp.ida(WIDE, LAWS[1], SHAKES, "adaptive", "pgv", until=COARSE)
+    own = (found["run_block"].values == 1) & (found["run_model"].values == 1)
+    for name in ("level", "overturned", "run_motion", "wave"):
+        assert np.array_equal(alone[name].values, found[name].values[own])
+    for name in ("median", "dispersion", "half_width"):
+        assert alone[name].item() == found[name][1, 1].item()
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_bytes_do_not_depend_on_workers(found, workers):
+    with dask.config.set(scheduler="threads", num_workers=workers):
+        again = tp.ida([BLOCK, WIDE], LAWS, SHAKES, "adaptive", "pgv", until=COARSE)
+    xr.testing.assert_identical(again, found)
+    other = tp.ida(BLOCK, LAWS[0], SHAKES, "adaptive", "pgv", until=COARSE, seed=1)
+    assert not np.array_equal(other["level"][:50], found["level"][:50])
+
+
+def test_files_keep_it(found, tmp_path):
+    found.to_netcdf(tmp_path / "runs.nc")
+    with xr.open_dataset(tmp_path / "runs.nc") as again:
+        xr.testing.assert_identical(again.load(), found)
+        fitted, kept = (tp.fit_fragility(one, replicates=50) for one in (found, again))
+    xr.testing.assert_identical(fitted, kept)
+
+
+def test_fits_take_the_runs_with_their_motions(found):
+    """The curve through all runs is the one that the analysis followed."""
+    fitted = tp.fit_fragility(found, replicates=200)
+    assert fitted["median"].values == pytest.approx(found["curve_median"].values, rel=1e-9)
+    assert fitted["dispersion"].values == pytest.approx(found["dispersion"].values, rel=1e-9)
+    assert "bootstrap over motions" in fitted.attrs["method"]
+    assert fitted["alpha"].dims == ("block",)
+    rates = tp.fragility.annual_rate(fitted, HazardCurve.power_law(1e-3, 2.0, "pgv"))
+    assert bool((rates["rate"] > 0.0).all())
+    for options, words in (
+        ({"method": "first-overturning"}, "needs every motion at common levels"),
+        ({"state": "uplifted"}, "tell nothing sure of state 'uplifted'"),
+        ({"together": ["block"]}, "together block needs common levels"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            tp.fit_fragility(found, **options)
+    with pytest.raises(ValueError, match="adaptive levels follow from the outcomes"):
+        goodness_of_fit(found)
+    for function in (overturning_capacity, overturning_probability):
+        with pytest.raises(ValueError, match="needed of every motion at common levels"):
+            function(found)
+    motions = SHAKES.sample(found.sizes["motion"])
+    hazard = HazardCurve.power_law(1e-3, 2.0, "pgv")
+    for function, words in (
+        (lambda: screen(found, motions), "runs must be a dataset of runs with its coordinates"),
+        (lambda: slide_runs(found, motions, 0.3), "got adaptive levels"),
+        (lambda: tp.fragility.annual_rate(found, hazard), "curves must be a dataset as fit_fragility returns it"),
+        (lambda: tp.fragility.curve_probability(found, [1.0]), "curves must be a dataset as fit_fragility returns it"),
+    ):
+        with pytest.raises((TypeError, ValueError), match=words):
+            function()
+
+
+def test_fits_of_selections_are_of_what_was_selected(found):
+    whole = tp.fit_fragility(found, replicates=20)
+    for b in (0, 1):
+        for m in (0, 1):
+            curve = whole["median"][b, m].item()
+            assert tp.fit_fragility(found.isel(block=[b], model=[m]), replicates=20)["median"].item() == curve
+            alone = tp.fit_fragility(found.isel(block=b, model=m), replicates=20)["median"]
+            assert alone.dims == ()
+            assert alone.item() == curve
+    turned = tp.fit_fragility(found.isel(block=[1, 0], motion=slice(None, None, -1)), replicates=20)["median"]
+    assert turned.values == pytest.approx(whole["median"].values[::-1], rel=1e-12)
+    half = np.arange(0, found.sizes["motion"], 2)
+    even = tp.fit_fragility(found.isel(motion=half), replicates=20)["median"]
+    by_run = tp.fit_fragility(found.isel(run=found["run_motion"].values % 2 == 0), replicates=20)["median"]
+    assert np.array_equal(even, by_run)
+    assert not np.array_equal(even, whole["median"])
+    with pytest.raises(ValueError, match="must hold some of block number 1 under law number 0, got none"):
+        tp.fit_fragility(found.isel(run=found["run_block"].values == 0))
+    with pytest.raises(ValueError, match="must keep their motion dimension"):
+        tp.fit_fragility(found.isel(motion=0))
+
+
+def test_rates_are_those_of_the_hazard():
+    hazard = HazardCurve.power_law(1e-1, 2.0, "pga")
+    until = {"rate": 0.25, "motions": {"least": 32, "most": 600}}
+    found = tp.ida(BLOCK, LAWS[0], SHAKES, "adaptive", until=until, hazard=hazard)
+    levels = np.geomspace(0.5, 40.0, 120)
+    runs = tp.ida(BLOCK, LAWS[0], SHAKES.sample(200, 5), levels, outputs=["overturned"], screen=False)
+    p = runs["overturned"].mean("motion").values.ravel()
+    rates = hazard.rate_at(levels)
+    expected = float((0.5 * (p[1:] + p[:-1])) @ (rates[:-1] - rates[1:]) + rates[-1] * p[-1])
+    assert float(found["rate"].item()) == pytest.approx(expected, rel=0.3)
+    known = np.isfinite(found["weight"].values)
+    sums = np.bincount(found["run_motion"].values[known], (found["weight"] * found["overturned"]).values[known])
+    used = np.unique(found["run_motion"].values[known])
+    assert sums[used].mean() == pytest.approx(float(found["rate"].item()), rel=1e-12)
+    assert float(found["rate_lower"].item()) < float(found["rate"].item()) < float(found["rate_upper"].item())
+
+
+def test_sets_are_taken_in_an_order_of_their_own_and_end():
+    motions = SHAKES.sample(70, 3)
+    found = tp.ida(BLOCK, LAWS[0], motions, "adaptive", until={"median": 0.01, "motions": {"least": 64}})
+    assert found.attrs["stopped_because"] == "no more motions"
+    labels = found["motion"].values.tolist()
+    assert sorted(labels) == sorted(motions["motion"].values.tolist()) != labels
+    assert "70 motions are all there are, the precision takes about" in found["account"].item()
+    with pytest.raises(ValueError, match=r"motions must be 64 at least \(until motions least\), got 20"):
+        tp.ida(BLOCK, LAWS[0], SHAKES.sample(20), "adaptive")
+
+
+def test_measures_of_blocks_and_plain_factors():
+    """Levels are those of the measure: its value of the motion times the factor that the run had."""
+    for im in ("pga_normalised", "scale"):
+        found = tp.ida(BLOCK, LAWS[0], SHAKES, "adaptive", im, until=COARSE)
+        for i in (0, 77, found.sizes["run"] - 1):
+            one = tp.ida(BLOCK, LAWS[0], motion_of(found, i), [float(found["level"][i])], im, screen=False)
+            assert bool(one["overturned"].item()) == bool(found["overturned"][i])
+
+
+def test_levels_of_the_ground_below_a_floor():
+    ground = SHAKES.sample(64, 2)
+    floor = (2.0 * ground).assign_attrs(ground.attrs)
+    until = {"median": 0.3, "motions": {"least": 32}}
+    above = tp.ida(BLOCK, LAWS[0], floor, "adaptive", "pgv", until=until, ground=ground)
+    below = tp.ida(BLOCK, LAWS[0], ground, "adaptive", "pgv", until=until)
+    assert float(above["median"].item()) == pytest.approx(0.5 * float(below["median"].item()), rel=1e-9)
+    assert json.loads(above.attrs["configuration"])["im_at"] == "ground"
+    assert "ground_pgv" in above.coords
+
+
+def test_both_polarities_are_one_motion():
+    lean = tp.Block(0.4, 1.6, name="lean", wall=tp.Wall(0.05))
+    found = tp.ida(lean, LAWS[0], SHAKES, "adaptive", until=COARSE, polarity="both")
+    assert found.sizes["motion"] == 2 * int(found["motions_run"].item())
+    assert found["record"].values[0] == found["record"].values[1]
+    fitted = tp.fit_fragility(found, replicates=50)
+    assert float(fitted["median"].item()) == pytest.approx(float(found["curve_median"].item()), rel=1e-9)
+    given = tp.ida(lean, LAWS[0], both_polarities(SHAKES.sample(64)), "adaptive", until=COARSE, polarity="both")
+    assert int(given["motions_run"].item()) <= 64
+
+
+def test_pairs_fall_about_either_axis():
+    (pairs,) = both_axes(SHAKES.sample_pairs(64))
+    found = tp.ida(BLOCK, LAWS[0], pairs, "adaptive", "RotD50(pgv)", until={"median": 0.4, "motions": {"least": 32}})
+    assert np.unique(found["run_motion"]).size > 20
+    for i in (3, 100, 180):
+        motion = pairs.sel(motion=[found["motion"].values[int(found["run_motion"][i])]])
+        one = tp.ida(BLOCK, LAWS[0], motion, [float(found["level"][i])], "RotD50(pgv)", screen=False)
+        assert bool(one["overturned"].item()) == bool(found["overturned"][i])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"levels": "adaptative"}, "levels must be one of 'adaptive'"),
+        ({"levels": [1.0], "until": {}}, "until and hazard are for adaptive levels"),
+        ({"levels": [1.0]}, "motions must be labelled arrays where levels are given"),
+        ({"screen": True}, "screen must be left out for adaptive levels"),
+        ({"compute": False}, "compute must be True for adaptive levels"),
+        ({"outputs": ["peak_rotation"]}, "outputs must hold overturned"),
+        ({"outputs": ["overturned", "top_displacement"]}, "outputs of adaptive levels must not hold top_displacement"),
+        ({"models": tp.Sliding(0.3), "outputs": ["slide_peak"]}, "chosen by what overturns, and sliding blocks do not"),
+        ({"until": {"rate": 0.1}}, "until rate needs a hazard curve"),
+        ({"until": {"rate": 0.1}, "hazard": 3.0}, "hazard must be a HazardCurve, got float"),
+        ({"hazard": HazardCurve.power_law(1e-3, 2.0, "pga")}, "hazard is for until rate alone, got until median"),
+        (
+            {"until": {"rate": 0.1}, "hazard": HazardCurve.power_law(1e-3, 2.0, "pgv")},
+            "hazard must be of the measure of the levels, 'pga', got 'pgv'",
+        ),
+        (
+            {"until": {"rate": 0.1}, "hazard": HazardCurve([1.0, 2.0], [1e-2, 1e-3], "pga", at="floor")},
+            "hazard must be of the ground, as the levels are, got one of the floor",
+        ),
+        ({"ground": SHAKES.sample(2)}, "ground must be left out where motions come from a generator"),
+        ({"runs_per_motion": 1}, "runs_per_motion must be at least 2, got 1"),
+    ],
+)
+def test_refusals(options, words):
+    given = {"blocks": BLOCK, "models": LAWS[0], "motions": SHAKES, "levels": "adaptive"} | options
+    with pytest.raises((TypeError, ValueError), match=words):
+        tp.ida(**given)
