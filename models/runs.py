@@ -22,11 +22,13 @@ from .engine.linear_runs import run_lanes
 from .engine.regions import AT_REST
 from .engine.starts import begin_runs
 from .oscillator import Oscillator, Stack, stack
-from .sliding.law import Slider
+from .sliding.law import PlaneSlider, Slider
+from .sliding.plane import PlaneTable, plane_table, run_in_plane
 from .sliding.runs import OF_OBSTACLES, SLIDES, friction_table, run_sliders
 from .slip.lanes import slide
+from .slip.plane import slide_in_plane
 
-Specimen = Oscillator | Slider
+Specimen = Oscillator | Slider | PlaneSlider
 """A block under a law in numbers."""
 
 OUTPUTS: dict[str, int] = {
@@ -98,8 +100,11 @@ def run_many(
     return run_stacked(stack(oscillators), factors, acceleration, dt, skip, flags_only, tally, vertical)
 
 
-def stacked(specimens: Sequence[Specimen]) -> Stack | Array:
-    """Return oscillators, or sliding blocks alone, as the arrays that their engine reads."""
+def stacked(specimens: Sequence[Specimen]) -> Stack | PlaneTable | Array:
+    """Return oscillators, or sliding blocks of one kind alone, as the arrays that their engine reads."""
+    planar = [one for one in specimens if isinstance(one, PlaneSlider)]
+    if len(planar) == len(specimens):
+        return plane_table(planar)
     sliders = [one for one in specimens if isinstance(one, Slider)]
     if len(sliders) == len(specimens):
         return friction_table(sliders)
@@ -107,7 +112,7 @@ def stacked(specimens: Sequence[Specimen]) -> Stack | Array:
 
 
 def run_specimens(
-    tables: Stack | Array,
+    tables: Stack | PlaneTable | Array,
     factors: Array,
     acceleration: Array,
     vertical: Array | None,
@@ -115,8 +120,16 @@ def run_specimens(
     skip: bool,
     flags_only: bool,
     tally: Index,
+    across: Array | None = None,
 ) -> Array:
-    """Run specimens that are `stacked` already under factors (o, m) times one record; results (o, m, `COLUMNS`)."""
+    """Run specimens that are `stacked` already under factors (o, m) times one record; results (o, m, `COLUMNS`).
+
+    across: the component along the depth, which blocks that slide in the plane need and others leave alone.
+    """
+    if isinstance(tables, PlaneTable):
+        if across is None:
+            raise ValueError("blocks that slide in the plane need both horizontal components, got one")
+        return run_in_plane(tables.friction, factors, acceleration, across, vertical, dt, skip, tally)
     if isinstance(tables, Stack):
         return run_stacked(tables, factors, acceleration, dt, skip, flags_only, tally, vertical=vertical)
     return run_sliders(tables, factors, acceleration, vertical, dt, skip, tally)
@@ -216,22 +229,26 @@ def engine_identity() -> dict[str, str]:
     return {**versions, "engine": source.hexdigest()[:12], "processor": processor()}
 
 
-def prepare(oscillators: Sequence[Oscillator], sliding: bool = False) -> None:
+def prepare(oscillators: Sequence[Oscillator], sliding: bool = False, plane: bool = False) -> None:
     """Load or compile the engine's drivers that these oscillators need (once after installation: half a minute).
 
-    `sliding`: the driver of sliding blocks as well.
+    `sliding`: the driver of sliding blocks as well; `plane`: of those that slide under both horizontal components.
     """
     kinds = {oscillator.exact: oscillator for oscillator in oscillators}
     run_many(list(kinds.values()), np.ones((len(kinds), 1)), np.zeros(2), 0.01, skip=False)
     if sliding:
         run_sliders(friction_table([Slider(0.5, 0.5, 0.5, 0.5)]), np.ones((1, 1)), np.zeros(2), None, 0.01, skip=False)
+    if plane:
+        friction = plane_table([PlaneSlider(0.5, 0.5)]).friction
+        run_in_plane(friction, np.ones((1, 1)), np.zeros(2), np.zeros(2), None, 0.01, skip=False)
 
 
-def is_compiled(oscillators: Sequence[Oscillator], sliding: bool = False) -> bool:
+def is_compiled(oscillators: Sequence[Oscillator], sliding: bool = False, plane: bool = False) -> bool:
     """Return True if the drivers that `prepare` loads are on the disk."""
     drivers = {run_exact if oscillator.exact else run_lanes for oscillator in oscillators} | {begin_runs}
     # (with NUMBA_DISABLE_JIT=1 they are plain functions)
-    return all(getattr(driver, "on_disk", True) for driver in drivers | ({slide} if sliding else set()))
+    drivers |= ({slide} if sliding else set()) | ({slide_in_plane} if plane else set())
+    return all(getattr(driver, "on_disk", True) for driver in drivers)
 
 
 class Trace(NamedTuple):

@@ -31,7 +31,7 @@ ALLOWED = {
 # A new arrow that lifts a room is a decision, made here.
 FLOORS = """
 benchmarks/kernels benchmarks/multiprecision fragility/kernels fragility/numerics models/engine models/scenes
-models/slip motions/arrays motions/kernels studies/budget studies/codes
+models/slip motions/arrays motions/kernels studies/codes studies/money
 
 models/block models/oscillator motions/corrections motions/polarity motions/readers
 

@@ -108,7 +108,9 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     motions = [along_width(one) for one in design.motions]
     work = work_of(specimens.oscillators, motions, design.factors, request, each)
     both = None
-    if axes == BOTH_AXES:
+    if axes == BOTH_AXES and request.sliding:
+        work = work._replace(oscillators=request.in_plane, motions=tuple(motions))
+    elif axes == BOTH_AXES:
         assert specimens.across is not None  # (whoever takes such motions makes them)
         both = both_works(work, specimens.across)
     thread = MeasuringThread(design.motions, request.screen)
@@ -129,7 +131,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
         outputs = lazy_outputs(request, arrays, specimens.blocks, work, sizes)
         known = {}
     measures, characteristics = thread.result()
-    if both is not None:
+    if axes == BOTH_AXES:
         outputs = {name: _told(one, RULES[name]) for name, one in outputs.items()}
         measures = {name: _told(one, ", of the component along the width") for name, one in measures.items()}
     coordinates = {

@@ -15,8 +15,9 @@ from ...aliases import Array, Progress
 from ...doubts import warn
 from ...models import Block
 from ...models.friction import Friction
+from ...models.runs import Specimen
 from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
-from ...models.sliding.law import LEAST_FRICTION, MOST_FRICTION, Slider, check_free
+from ...models.sliding.law import LEAST_FRICTION, MOST_FRICTION, PlaneSlider, Slider, check_free
 from ...models.sliding.mode import MODE, Mode, demand, demand_in_plane, mode_in_plane, mode_of
 from ...models.sliding.runs import LABELS, TRIP_VELOCITY
 from ...models.sliding.trip import OF_TRIPS, TRIPS, trips
@@ -127,11 +128,11 @@ def slide_runs(
     h/b <= 2 sliding goes along with rocking at every friction.  Slips do not depend on the size of a block.  A smaller
     coefficient may lead to a smaller slip: slips are run, never interpolated between coefficients.
 
-    Of pairs of components the block slides along each axis by itself, and slide_peak is the square root of the sum of
-    the squares of both.  Along an axis with a greater b/h than its friction it never rocks.  With a friction between
-    b/h along the width and b/h along the depth it rocks about its width as if it did not slide, and slides along its
-    depth; in a run in which it does, its slip along the width counts, too.  It starts to slide where both components
-    together exceed the friction (`mode`).  slide_forward, slide_backward and the edge are of the width.
+    Under pairs of components the block slides in the plane of the floor, with friction against its velocity
+    (`toppling.models.sliding.plane`), and slide_peak is its greatest distance from where it stood.  With a friction
+    below b/h along the width it never rocks.  With one between b/h along the width and b/h along the depth it rocks
+    about its width as if it did not slide, and in a run in which both components together exceed what holds it
+    (`mode`) it slides as if it did not rock.  slide_forward, slide_backward and the edge are of the width.
 
     Examples
     --------
@@ -165,7 +166,7 @@ def slide_runs(
     shape = (len(blocks), coefficients.shape[1], factors.shape[1], len(plain))
     slips = {name: np.full(shape, np.nan if name == TRIP_VELOCITY else 0.0) for name in names}
     modes = np.empty(shape, np.int8)
-    highest = [(0.5 * block.depth if across and block.depth else block.b) / block.h for block in blocks]
+    highest = [slides_below(block, bool(across)) for block in blocks]
     total = sum(int((own < level).sum()) for own, level in zip(coefficients, highest, strict=True))
     done = 0
     for i, (block, own) in enumerate(zip(blocks, coefficients, strict=True)):
@@ -174,14 +175,11 @@ def slide_runs(
         sliding = np.flatnonzero(own < highest[i])
         if sliding.size:
             at = obstacles.get(block.label, math.inf)
-            sliders = [Slider(mu, mu, ratio * mu, ratio * mu, at) for mu in own[sliding].tolist()]
             wanted = names if block.label in obstacles else (*SLIPS, AFTER)
-            found = slips_of(sliders, plain, scale, runner, wanted)
-            if across:
-                moves = modes[i, sliding] == Mode.SLIDES
-                found = slips_in_plane(found, slips_of(sliders, across, scale, runner, wanted), moves)
+            found = slips_of(sliders_of(own[sliding], ratio, at, bool(across)), plain, scale, runner, wanted)
             for name, values in found.items():
-                slips[name][i, sliding] = values
+                # (what rocks about its width does not slide along it alone)
+                slips[name][i, sliding] = np.where(modes[i, sliding] == Mode.SLIDES, values, 0.0) if across else values
         done += sliding.size
         if progress is not None:
             progress(done * scale.size, total * scale.size)
@@ -208,7 +206,7 @@ def slide_runs(
     settings |= {SLIDES_ON: np.flatnonzero(on).tolist()} if doubts else {}
     labelled = _labelled(runs, available, coefficients, every, settings, mirrored)
     for name in SLIPS if across else ():
-        labelled[name].attrs["long_name"] += RULES.get(name, ", along the width")
+        labelled[name].attrs["long_name"] += RULES[name]
     return labelled.assign_attrs(notes=doubts[0].sentence) if doubts else labelled
 
 
@@ -228,6 +226,19 @@ def _fallen_off(blocks: list[Block], slips: Mapping[str, Array]) -> Any:
         if block.edge is not None:
             own[...] = block.edge.fallen_off(forward, backward, block.b)
     return found
+
+
+def slides_below(block: Block, plane: bool) -> float:
+    """Return the coefficient below which a block slides: its b/h, in the plane that along its depth."""
+    return (0.5 * block.depth if plane and block.depth is not None else block.b) / block.h
+
+
+def number_of_slides(block: Block, friction: Friction, plane: bool, draws: int = DRAWS) -> int:
+    """Return how often `slide_runs` lets one block slide under each motion at each level."""
+    coefficients = coefficients_of(friction, draws)
+    if (coefficients == coefficients[0]).all():
+        coefficients = coefficients[:1]
+    return int((coefficients < slides_below(block, plane)).sum())
 
 
 def coefficients_of(friction: Friction, number: int) -> Array:
@@ -274,21 +285,23 @@ def _in_plane(block: Block, coefficients: Array, along: list[Record], across: li
     return mode_in_plane(block, coefficients[:, None, None], x[None], y[None], both[None])
 
 
-def slips_in_plane(along: Mapping[str, Array], across: Mapping[str, Array], slides: Any) -> dict[str, Array]:
-    """Return slips of both components (`SLIPS`) from those along width and depth; 0 where the block does not slide."""
-    found = {name: np.where(slides, values, 0.0) for name, values in along.items()}
-    both = [name for name in ("slide_peak", AFTER) if name in along]
-    return {**found, **{name: np.where(slides, np.hypot(along[name], across[name]), 0.0) for name in both}}
+def sliders_of(coefficients: Array, ratio: float, obstacle: float, plane: bool) -> list[Specimen]:
+    """Return sliding blocks with static coefficients (slider,); `plane`: under both horizontal components."""
+    if plane:
+        return [PlaneSlider(mu, ratio * mu) for mu in coefficients.tolist()]
+    return [Slider(mu, mu, ratio * mu, ratio * mu, obstacle) for mu in coefficients.tolist()]
 
 
 def slips_of(
-    sliders: Sequence[Slider],
+    sliders: Sequence[Specimen],
     motions: Sequence[Record],
     factors: Array,
     runner: Runner,
     names: tuple[str, ...] = SLIPS,
 ) -> dict[str, Array]:
     """Return outputs (`SLIPS`, m) of sliders (slider, level, motion) under motions times factors (level, motion).
+
+    Motions are those along the width, and hold those along the depth as companions where blocks slide in the plane.
 
     They are NaN in runs in which the vertical acceleration takes the weight.
     """

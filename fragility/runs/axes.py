@@ -20,22 +20,25 @@ AXIS = "axis"
 WEAK_RATIO = 1.6
 """Ratio of depth to width from which the axis along the width decides alone (docs/theory/axes.md)."""
 DECIDING = ("overturned", "overturning_time")
-EARLIER = ("overturning_time", "first_slip_time")
+EARLIER = ("overturning_time",)
 OF_DECIDING = ("impacts", "impact_velocity", "direction")
 LARGER = ("peak_rotation",)
 EITHER = ("overturned", "uplifted", "airborne", "ruptured")
-SUMMED = ("slide_peak", "slide_residual", "slide_velocity", "slide_after")
+IN_PLANE = ("slide_peak", "slide_residual", "slide_path", "slide_velocity", "slide_after")
+OF_WIDTH = ("slide_forward", "slide_backward")
 OF_AXES = (*EITHER, *LARGER, *OF_DECIDING, "overturning_time", "top_displacement", AXIS)
 """Outputs of rocking blocks about both axes."""
-SLIDES_OF_AXES = (*SUMMED, "first_slip_time")
-"""Outputs of sliding blocks along both axes."""
+SLIDES_IN_PLANE = (*IN_PLANE, *OF_WIDTH, "slips", "first_slip_time")
+"""Outputs of blocks that slide in the plane of the floor, under both components."""
 RULES = {
     **dict.fromkeys((*EITHER, AXIS), ""),
     **dict.fromkeys((*LARGER, "top_displacement"), ", the larger of both axes"),
     **dict.fromkeys(OF_DECIDING, ", about the axis about which it fell, else the larger of both"),
     "direction": ", about the axis about which it fell",
     **dict.fromkeys(EARLIER, ", the earlier of both axes"),
-    **dict.fromkeys(SUMMED, ", square root of the sum of the squares of both axes"),
+    **dict.fromkeys(IN_PLANE, ", in the plane of the floor"),
+    **dict.fromkeys(OF_WIDTH, ", along the width"),
+    **dict.fromkeys(("slips", "first_slip_time"), ""),
 }
 """What each output is of the two axes, for its long name."""
 
@@ -83,7 +86,7 @@ def check_outputs(axes: str, outputs: Sequence[str], models: Sequence[Model]) ->
         if AXIS in outputs:
             raise ValueError("outputs: axis is of runs about both axes (motions.both_axes), got one component")
         return
-    allowed = SLIDES_OF_AXES if _sliding(models) else OF_AXES
+    allowed = SLIDES_IN_PLANE if _sliding(models) else OF_AXES
     for name in outputs:
         if name not in allowed:
             raise ValueError(f"outputs of runs about both axes must be among {', '.join(allowed)}, got {name!r}")
@@ -135,15 +138,10 @@ def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any], 
     -------
     dict of str to array
         overturned and uplifted: about either axis; ruptured: of the restraint, which acts along the width; axis: that
-        about which the block fell first, the width at equal times and in runs that leave the floor; overturning_time
-        and first_slip_time: the earlier; peak_rotation: the larger, pi/2 where the block fell, so that what the other
+        about which the block fell first, the width at equal times and in runs that leave the floor; overturning_time:
+        the earlier; peak_rotation: the larger, pi/2 where the block fell, so that what the other
         axis did after the fall does not count; impacts, impact_velocity and direction: of the axis about which it fell,
-        else the larger; slips: the square root of the sum of squares.
-
-    Notes
-    -----
-    The friction on a block that slides in the plane acts against its velocity, and not on each axis by itself, so that
-    the square root of the sum of squares is an approximation.
+        else the larger.
     """
     found: dict[str, Any] = {}
     axis: Any = None
@@ -162,8 +160,6 @@ def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any], 
         elif name in OF_DECIDING:
             larger = module.maximum(x[name], y[name])
             found[name] = module.where(axis == 1, x[name], module.where(axis == 2, y[name], larger))
-        elif name in SUMMED:
-            found[name] = module.hypot(x[name], y[name])
         else:
             found[name] = module.maximum(x[name], y[name])
     return found

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ...aliases import Array, Index
 from ...models.oscillator import Stack
 from ...models.runs import COLUMNS, OUTPUTS, TALLY, Specimen, run_specimens, stacked
+from ...models.sliding.law import PlaneSlider
 from ...motions.arrays import Record
 from .factors import BlockFactors, Factors, dense
 from .oscillators import OscillatorGrid
@@ -28,6 +29,8 @@ from .oscillators import OscillatorGrid
 # and exact geometry.
 SECONDS_PER_SAMPLE = 4e-9
 SECONDS_PER_EXACT_SAMPLE = 1.5e-8
+SECONDS_PER_PLANE_SAMPLE = 6e-7
+"""Of a block that slides under both horizontal components."""
 CHUNK_SECONDS = 1.0
 # A small analysis is divided more finely, so that there is work for every thread, but not so finely that storing chunks
 # takes a noticeable time.
@@ -262,6 +265,8 @@ def plan_even(work: Work) -> Grid:
 def _costs(work: Work) -> Array:
     """Return the planning figure of each oscillator, s for each sample."""
     oscillators = work.oscillators
+    if len(oscillators) and isinstance(oscillators[0], PlaneSlider):
+        return np.full(len(oscillators), work.levels * SECONDS_PER_PLANE_SAMPLE)
     exact = oscillators.exact if isinstance(oscillators, OscillatorGrid) else [one.exact for one in oscillators]
     return work.levels * np.where(exact, SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE)
 
@@ -341,7 +346,9 @@ def run_part(
     tables = stacked(oscillators)
     for i, motion in enumerate(motions):
         own = np.broadcast_to(factors[:, :, i], (n, levels))
-        runs = run_specimens(tables, own, motion.acceleration, motion.vertical, motion.dt, skip, flags_only, tally)
+        runs = run_specimens(
+            tables, own, motion.acceleration, motion.vertical, motion.dt, skip, flags_only, tally, motion.companion
+        )
         # (of sliding blocks all results are NaN there)
         rocks = motion.vertical is not None and isinstance(tables, Stack)
         left = runs[..., COLUMNS["airborne"]] == 1.0 if rocks else None

@@ -75,14 +75,15 @@ class Request(NamedTuple):
 
     @property
     def across(self) -> OscillatorGrid[Block]:
-        """The oscillators of the blocks in the direction of their depth, which does not matter where they slide."""
+        """The oscillators of the blocks in the direction of their depth, of blocks that rock."""
         laws = self.models
+        return OscillatorGrid(self.blocks, lambda block: [specimen_of(block.across, law) for law in laws], len(laws))
 
-        def made(block: Block) -> list[Specimen]:
-            other = block if self.sliding else block.across
-            return [specimen_of(other, law) for law in laws]
-
-        return OscillatorGrid(self.blocks, made, len(laws))
+    @property
+    def in_plane(self) -> OscillatorGrid[Block]:
+        """The sliding blocks where both horizontal components shake them."""
+        laws = [one for one in self.models if isinstance(one, Sliding)]
+        return OscillatorGrid(self.blocks, lambda block: [law.in_plane(block) for law in laws], len(laws))
 
 
 class Runs(NamedTuple):

@@ -47,6 +47,18 @@ class Slider(NamedTuple):
         return False
 
 
+class PlaneSlider(NamedTuple):
+    """A block that slides in the plane of the floor, in numbers: its coefficients of friction, alike to all sides."""
+
+    static: float
+    kinetic: float
+
+    @property
+    def exact(self) -> bool:
+        """True: its runs take the exact way through all samples (plans have a figure of their own for it)."""
+        return True
+
+
 @dataclass(frozen=True)
 class Sliding(Model):
     """Block that slides on its floor with Coulomb friction, solved exactly between the samples of a motion.
@@ -94,6 +106,11 @@ class Sliding(Model):
         check_free(block)
         kinetic = self.static if self.kinetic is None else self.kinetic
         return Slider(self.static, self.static, kinetic, kinetic)
+
+    def in_plane(self, block: Block) -> PlaneSlider:
+        """Return the numbers of a block that both horizontal components shake; ValueError as of `slider`."""
+        found = self.slider(block)
+        return PlaneSlider(found.static_front, found.kinetic_front)
 
     @property
     def label(self) -> str:

@@ -4,4 +4,5 @@ relative to the floor is zero. Within a sample the floor's acceleration, and its
 lines, so the velocity is a quadratic and the slip a cubic; the instants at which the block begins to slide, stops
 or turns round are roots of lines and quadratics. Runs of one record go in lockstep, an array of lanes for each
 quantity.
+Under both horizontal components (`plane`) the slip is a plane curve, of which one piece after the other is a series.
 """

@@ -55,7 +55,8 @@ from .axes import placed_on_axes
 from .modelling import ShiftedLevels, joined, refuse_own_motions, scored_levels, several_classes
 from .outcomes import DAY, MOST_THRESHOLDS, JointFlags, thresholds_up_to, upper_tail
 from .shaking import Shaking, Support, support_of
-from .sliding import SlidingRuns, Slipping, draws_of, faces_an_edge, slide_coordinates, slide_variables, slides
+from .slide_runs import SlidingRuns, Slipping, draws_of, faces_an_edge, slides
+from .sliding import slide_coordinates, slide_variables
 from .variables import (
     FALLEN,
     FORWARD,
@@ -192,6 +193,8 @@ def assess(
           below b/h, ``slide_probability`` (item, level), ``slip_probability`` (item, slip, level) and
           ``item_slip_rate`` (item, slip), of greater slips; ``gated_probability`` (model, item, level) and
           ``item_gated_rate`` (model, item), of overturning where pieces slide instead, which lowers no other value.
+        - With an obstacle near any line (`Contents.trip`): ``trip_probability`` (item, level) and ``item_trip_rate``
+          (item), that a piece slides into it fast enough to turn over it, a criterion that counts as no fall.
         - Of lines that stand on another: ``support_moves_probability`` (item, level), that the piece below slides or
           rocks, and ``item_support_moves_rate`` (item).  Outcomes of these runs are not those of a moving pedestal.
         - With an edge at any line: ``fallen`` (model, item, variant, level, motion), flags of pieces that overturned,
@@ -705,6 +708,7 @@ def described(row: Contents) -> dict[str, Any]:
         **{name: getattr(row, name) for name in _OPTIONAL if getattr(row, name)},
         **{name: asdict(getattr(row, name)) for name in _DRAWN if getattr(row, name) is not None},
         **({} if row.friction is None else {"friction": row.friction.description, "kinetic_ratio": row.kinetic_ratio}),
+        **({} if row.obstacle is None else {"trip": row.obstacle}),
     }
 
 

@@ -23,6 +23,7 @@ from ...wording import listed_name, two_digit_percent
 from ..inventory.contents import Contents, Inventory
 from ..text.axes import held_notes
 from .shaking import Shaking
+from .slide_runs import slides
 from .variables import SIDEWAYS
 
 MOST_NAMED = 8
@@ -40,11 +41,17 @@ def placed_on_axes(inventory: Inventory, shaking: Shaking, laws: Sequence[Law]) 
     ValueError
         As `Shaking.placed`; lines without a depth where both components shake, a line too squat along its depth for a
         law without an explicit restitution; where blocks are asked to rock about their weak axis alone, lines without
-        a depth, or with one below 1.6 times their width.
+        a depth, or with one below 1.6 times their width; lines near an obstacle.
     """
     placed = shaking.placed(inventory)
     if not shaking.axes:
         return placed
+    near = [row.label for row in placed.rows if row.obstacle is not None and slides(row)]
+    if near:
+        raise ValueError(
+            f"trip_mm cannot be given where both components shake, got one for {first_names(near)}: trips are of one "
+            "component"
+        )
     weak = shaking.axes == WEAK_AXIS
     able = [
         row

@@ -29,7 +29,7 @@ from ..text.spread import branch_names
 from ..text.words import level_text
 from .assessment import BUILDING, HazardPoints, covering
 from .branches import BEYOND
-from .sliding import faces_an_edge
+from .slide_runs import faces_an_edge
 from .variables import FALLEN, fall_flags, levels_have_own_motions, variable
 
 NOTABLE_BELOW = 0.02

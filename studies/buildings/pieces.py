@@ -10,9 +10,9 @@ import xarray as xr
 from ...aliases import Array, Flags
 from ...fragility.fitting.isotonic import crossings, isotonic_probabilities
 from ...fragility.validity.screen import SQUAT_RATIO
-from ..budget import Choice, best_set
+from ..money.budget import Choice, best_set
+from ..money.present_value import DISCOUNT
 from .code_checks import checks_of_items
-from .money import DISCOUNT
 from .recommendations import (
     ANCHORED,
     DUTY,
@@ -66,7 +66,7 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
     *reduces risk most* for those that, taken from the one that contributes most, make up four fifths of the expected
     falls of all such pieces (of the expected injuries, where the inventory gives these for all of them), *makes people
     safer* for the others.  For pieces that are no matter of safety: *worth its cost*, if the lower end of what
-    anchoring saves in 50 years, discounted (``discount_rate``, `studies.buildings.money`), is at least its cost; *small
+    anchoring saves in 50 years, discounted (``discount_rate``), is at least its cost; *small
     effect*, if the upper end is less; *not resolved* between the two; *anchoring cost not given*, *value not given*
     where there is nothing to compare.  Where a line has no cost of anchoring and kits were tried, the costs and the
     savings are those of the kits.  Without a hazard, or where no piece has a value, *reduces loss most* are those that

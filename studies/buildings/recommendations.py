@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from ..codes.check import REQUIRED, CodeCheck
-from .money import DISCOUNT, payback, present_value
+from ..money.present_value import DISCOUNT, payback, present_value
 
 YEARS = 50.0
 """Years in which anchoring has to save its cost to be worth it, discounted; and of the chance of falling."""

@@ -17,7 +17,8 @@ MANY_CURVES = 1000
 class Forecast(NamedTuple):
     """Approximate runs, chunks, seconds on `threads`, bytes of memory, of disk during and after the run; free bytes.
 
-    curves: number of curves that are fitted after the runs, which takes `fits_seconds` more.
+    curves: number of curves that are fitted after the runs, which takes `fits_seconds` more.  slides: number of
+    further runs, of sliding blocks, which the seconds hold.
     """
 
     runs: int
@@ -30,11 +31,12 @@ class Forecast(NamedTuple):
     free: float | None
     curves: int
     fits_seconds: float
+    slides: int = 0
 
     def lines(self) -> list[str]:
         """Return the forecast as lines of text."""
         return [
-            f"runs:    {self.runs:,}",
+            f"runs:    {self.runs:,}" + (f", and {self.slides:,} of sliding blocks" if self.slides else ""),
             f"chunks:  about {self.chunks:,}",
             f"time:    {'about ' if self.seconds >= 1.0 else ''}{time_text(self.seconds)} on "
             f"{counted(self.threads, 'thread')}, "
@@ -58,7 +60,7 @@ def forecast(study: Study, folder: Path | None = None) -> Forecast:
     return Forecast(
         study.work,
         room.chunks.number,
-        room.chunks.seconds / thread_count(),
+        (room.chunks.seconds + study.seconds_of_slides) / thread_count(),
         thread_count(),
         room.memory,
         room.disk,
@@ -66,4 +68,5 @@ def forecast(study: Study, folder: Path | None = None) -> Forecast:
         None if folder is None else free_bytes(folder),
         study.curves,
         study.seconds_of_fits(thread_count()),
+        study.slide_runs,
     )

@@ -243,8 +243,8 @@ class StudyFile(Table):
                 "friction.slips_m is for fragility and performance studies; "
                 f"a {self.kind} study has its friction screened alone"
             )
-        if friction.trip_mm is not None and self.kind != "fragility":
-            raise ValueError(f"friction.trip_mm is for fragility studies of blocks, not for a {self.kind} study")
+        if friction.trip_mm is not None and self.kind not in ("fragility", "performance"):
+            raise ValueError(f"friction.trip_mm is for fragility and performance studies, not for a {self.kind} study")
         if friction.shared is None:
             return
         if self.performance is None:

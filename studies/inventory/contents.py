@@ -22,6 +22,8 @@ from .consequences import Consequence, Injury
 MAX_ROWS = 10_000
 MAX_COUNT = 1_000_000
 MAX_VALUE = 1e15
+MAX_TRIP = 10.0
+"""Farthest obstacle, m."""
 MAX_CONSEQUENCES = 40
 HARMLESS = "none"
 """The word, in place of consequences, that says that nobody is harmed where a piece falls."""
@@ -84,6 +86,9 @@ class Contents:
         Static coefficient of friction between a piece and what it stands on; needed by blocks near an edge.
     kinetic_ratio : float
         Kinetic over static friction, above 0, at most 1.
+    trip : float, optional
+        Clear distance from the foot to an obstacle on either side (a joint, a cable, the edge of a carpet), m, above 0
+        to 10; needs a friction.
     stands_on : str
         The label of the line whose piece it stands on, such as a pedestal on the same floor; '' for the floor itself.
     injury : Injury, optional
@@ -120,6 +125,7 @@ class Contents:
     friction: Friction | None = None
     kinetic_ratio: float = 1.0
     stands_on: str = ""
+    trip: float | None = None
 
     def __post_init__(self) -> None:
         _text("label", self.label)
@@ -191,11 +197,23 @@ class Contents:
         if self.block.edge is not None and not self.anchored and self.friction is None:
             why = "it rolls, which is not modelled" if self.rolls else "its friction is not given"
             raise ValueError(f"the edge of {self.label!r} needs to know how far it slides, and {why}")
+        if self.trip is None:
+            return
+        if checks.number("trip", self.trip, above=0.0, unit="m") > MAX_TRIP:
+            raise ValueError(f"trip must be at most {MAX_TRIP:g} m, got {self.trip:g} for {self.label!r}")
+        if not self.anchored and self.friction is None:
+            why = "it rolls, which is not modelled" if self.rolls else "its friction is not given"
+            raise ValueError(f"the obstacle near {self.label!r} needs to know how fast it slides, and {why}")
 
     @property
     def rolls(self) -> bool:
         """Whether it stands on castors that are not locked."""
         return self.contact == ROLLING
+
+    @property
+    def obstacle(self) -> float | None:
+        """Clear distance to an obstacle that it may slide into, m; None where there is none, or it is anchored."""
+        return None if self.anchored else self.trip
 
     @property
     def both_axes(self) -> bool:

@@ -19,7 +19,7 @@ from ..file.csv_table import NO, YES, CsvLine, CsvTable, TableKind
 from ..file.table import StudyError, shown
 from ..plan.slides import Slides
 from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
-from .contents import MAX_COUNT, MAX_ROWS, MAX_VALUE, Contents, Inventory
+from .contents import MAX_COUNT, MAX_ROWS, MAX_TRIP, MAX_VALUE, Contents, Inventory
 from .kits import Kit
 
 COLUMNS = (
@@ -66,6 +66,7 @@ COLUMNS = (
     "edge_distance_mm",
     "edge_distance_back_mm",
     "falls_when",
+    "trip_mm",
     "stands_on",
 )
 """Columns of an inventory file, in any order."""
@@ -96,7 +97,8 @@ def read_inventory(
     kits : mapping of str to Kit, optional
         The kits that the column ``anchored`` can name.
     sliding : Slides, optional
-        The friction of lines that give none, and the kinetic ratio of those that give no contact.
+        The friction of lines that give none, the kinetic ratio of those that give no contact, and the distance to an
+        obstacle of those that give none.
 
     Returns
     -------
@@ -168,6 +170,8 @@ def read_inventory(
     ``edge_distance_mm``       clear distance from the front of a piece to the edge of what it stands on, mm
     ``edge_distance_back_mm``  the same behind it, mm
     ``falls_when``             centre or foot: what must pass the edge for a piece to fall off (centre)
+    ``trip_mm``                clear distance from the foot to an obstacle on either side (a joint, a cable), mm, above
+                               0 to 10,000 (that of the study's friction)
     ``stands_on``              the item of another line on this floor on which it stands, such as a pedestal: then it is
                                checked, run by run, whether that one rests (the floor itself)
     ========================== =========================================================================================
@@ -278,6 +282,16 @@ def _contents(line: CsvLine, kits: Mapping[str, Kit], sliding: Slides | None) ->
         if distributions["contact"] == ROLLING:
             line.refuse(column, "must be empty on castors: rolling is not modelled")
         line.refuse(column, "needs a friction: give contact or friction, or the study's [friction]")
+    trip = line.number_in("trip_mm", above=0.0, at_most=1e3 * MAX_TRIP)
+    slides = distributions["friction"] is not None
+    if trip is not None and anchored not in YES and not slides:
+        if distributions["contact"] == ROLLING:
+            line.refuse("trip_mm", "must be empty on castors: rolling is not modelled")
+        line.refuse("trip_mm", "needs a friction: give contact or friction, or the study's [friction]")
+    if trip is not None:
+        distributions["trip"] = 1e-3 * trip
+    elif slides and sliding is not None:
+        distributions["trip"] = sliding.trip
     words = [word.strip().lower() for word in re.split(r"[|,;]", line.text("consequence"))]
     e = line.number_in(e_column, above=0.0, at_most=1.0)
     value = line.number_in("value", at_least=0.0, at_most=MAX_VALUE)

@@ -12,6 +12,7 @@ import xarray as xr
 from ...aliases import Progress
 from ...doubts import Doubt
 from ...fragility import notes, screen
+from ...fragility.analyses.sliding import number_of_slides
 from ...fragility.fitting.states import of_both_axes, state_name
 from ...fragility.risk.inversion import check_family
 from ...fragility.runs.axes import check_axes, check_outputs
@@ -24,14 +25,14 @@ from ...motions.polarity import BOTH
 from ...wording import counted
 from ..file.schema import StudyFile
 from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
-from ..plan.designs import Design, Stripes
+from ..plan.designs import Cloud, Design, Stripes
 from ..plan.estimates import LOW_SHARE, Fit, ranked
 from ..plan.gains import OTHER, gains
 from ..plan.piece_classes import class_attribute, class_notes
 from ..plan.restraints import DESIGN, FLAG, any_held, ruptures
 from ..plan.risk import Risk
 from ..plan.selections import selection_notes, selection_variables
-from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, slide_notes
+from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, is_free, slide_notes
 from ..text.axes import axis_notes, component_notes, held_notes
 from ..text.curve_notes import branches_beyond_note, modelling_note
 from ..text.one_side import FORCED, forced_to_1, one_side_notes
@@ -223,6 +224,17 @@ class FragilityStudy(BlockStudy, Study):
     def _read(self) -> list[Any]:
         chosen = self.selections
         return [*super()._read, *([] if chosen is None else [chosen.to_dict()])]
+
+    @property
+    def slide_runs(self) -> int:
+        if self.slides is None or isinstance(self.design, Cloud):
+            return 0
+        each = (
+            number_of_slides(block, self.slides.friction_of(block), self.in_plane)
+            for block in self.blocks
+            if is_free(block)
+        )
+        return sum(each) * self.design.runs
 
     @property
     def further(self) -> dict[str, Design]:

@@ -44,7 +44,6 @@ from ..buildings.axes import axes_notes, placed_on_axes, sideways_notes
 from ..buildings.branches import InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.code_checks import code_variables
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
-from ..buildings.money import DISCOUNT
 from ..buildings.notes import (
     UNDIRECTED,
     branch_notes,
@@ -57,7 +56,8 @@ from ..buildings.notes import (
 from ..buildings.pieces import SAFETY, budget_set, on_moving_supports, squat_items
 from ..buildings.screening import Screening, screen_inventory
 from ..buildings.shaking import Shaking
-from ..buildings.sliding import Slipping, draws_of, falls_off, item_slide_notes, slides
+from ..buildings.slide_runs import Slipping, draws_of, falls_off, number_of_slides, slides
+from ..buildings.sliding import item_slide_notes
 from ..buildings.variables import DOUBTFUL, JOINT, fall_flags, variable
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
@@ -69,6 +69,7 @@ from ..inventory.contents import Contents, Inventory
 from ..inventory.kits import Kit
 from ..inventory.reading import read_inventory
 from ..kits.savings import Shake, kit_savings, with_kit
+from ..money.present_value import DISCOUNT
 from ..plan.branches import BRANCH_COORDINATES
 from ..plan.estimates import MEAN as IN_MEAN
 from ..plan.piece_classes import class_attribute, class_notes
@@ -315,6 +316,22 @@ class PerformanceStudy(Study):
         return distinct_runs(inventory, self.variability, self.polarity) * len(self.models) * number_of(motions)
 
     @property
+    def slide_runs(self) -> int:
+        held = [one for one in (with_kit(self.inventory, kit) for kit in self.kits) if one is not None]
+        own = self._slides_of(self.motions, self.inventory) * self.levels_run
+        others = sum(self._slides_of(self.motions, one) for one in held)
+        others += sum(self._slides_of(one.motions, one.inventory) for one in self.further.values())
+        return own + others * int(self.levels.size)
+
+    def _slides_of(self, motions: Motions, inventory: Inventory) -> int:
+        each = number_of_slides(inventory, self.models[0], self.variability, self.in_plane)
+        return each * number_of(motions)
+
+    @property
+    def in_plane(self) -> bool:
+        return bool(self.axes)
+
+    @property
     def further(self) -> dict[str, ShakenBy]:
         """The motions of branches beside the study's own, by name."""
         return {} if self.branches is None else self.branches.further
@@ -377,6 +394,8 @@ class PerformanceStudy(Study):
         if sliding:
             of_flags = sliding * self._flags / self.variants / len(self.models)
             found += [2.0 * (1 + len(self.slipping.distances)) * of_flags, self._edges * self.variants * of_flags]
+            near = sum(slides(row) and row.obstacle is not None for row in self.inventory.rows)
+            found.append(2.0 * near / sum(map(slides, self.inventory.rows)) * of_flags)
         # the motions of branches: flags and outcomes of each; classes of pieces joined in draws of their capacities
         for one in self.further.values():
             share = number_of(one.motions) / self.shakes

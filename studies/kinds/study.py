@@ -23,7 +23,7 @@ from ...aliases import Progress
 from ...doubts import Doubt
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.numerics import slabs
-from ...fragility.runs.plan import OUTPUT_TYPES
+from ...fragility.runs.plan import OUTPUT_TYPES, SECONDS_PER_PLANE_SAMPLE, SECONDS_PER_SAMPLE
 from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, never
 from ...fragility.validity.notes import squat_notes
 from ...fragility.validity.plausibility import block_doubts
@@ -33,7 +33,7 @@ from ...models.friction import Friction
 from ...models.oscillator import Oscillator
 from ...models.runs import engine_identity, is_compiled, prepare
 from ...motions import records
-from ...motions.arrays import LIFTS, REVERSE_OF, digest
+from ...motions.arrays import BOTH_AXES, LIFTS, REVERSE_OF, WEAK_AXIS, digest, shakes_of
 from ..file.blocks import MOST_BLOCKS, read_blocks, stiffness_notes
 from ..file.schema import StudyFile, read_study_file
 from ..file.table import StudyError, all_errors
@@ -137,6 +137,20 @@ class Study(ABC):
         return self.runs
 
     @property
+    def slide_runs(self) -> int:
+        """Number of further runs, of sliding blocks, that progress does not count."""
+        return 0
+
+    @property
+    def seconds_of_slides(self) -> float:
+        """Approximate time of these runs on one core, by the generous planning figures of the engine."""
+        if not self.slide_runs:
+            return 0.0
+        samples = [record.acceleration.size for array in self.arrays for record in records(array)]
+        each = SECONDS_PER_PLANE_SAMPLE if self.in_plane else SECONDS_PER_SAMPLE
+        return self.slide_runs * float(np.mean(samples)) * each
+
+    @property
     def curves(self) -> int:
         """Number of curves that are fitted after the runs, where they are many."""
         return 0
@@ -194,14 +208,19 @@ class Study(ABC):
         """True if blocks of the study are also run as sliding blocks, by an engine of their own."""
         return False
 
+    @property
+    def in_plane(self) -> bool:
+        """Whether both horizontal components shake blocks."""
+        return any(shakes_of(array) in (BOTH_AXES, WEAK_AXIS) for array in self.arrays)
+
     def prepare(self) -> None:
         """Load the engine's kernels that the runs need, or compile them: before the work, not in its threads."""
-        prepare(self.of_each_law, self.may_slide)
+        prepare(self.of_each_law, self.may_slide, self.may_slide and self.in_plane)
 
     @property
     def is_compiled(self) -> bool:
         """True if these kernels are on the disk."""
-        return is_compiled(self.of_each_law, self.may_slide)
+        return is_compiled(self.of_each_law, self.may_slide, self.may_slide and self.in_plane)
 
     @property
     @abstractmethod

@@ -26,7 +26,7 @@ from ..buildings.anchoring import Resampling, weights_of
 from ..buildings.assessment import assess, distinct_runs
 from ..buildings.savings import ItemChances
 from ..buildings.shaking import Shaking, support_of
-from ..buildings.sliding import Slipping
+from ..buildings.slide_runs import Slipping
 from ..buildings.variables import PER_YEAR, RUPTURE, Year, level_index, per_year, variable
 from ..inventory.contents import Inventory
 from ..inventory.kits import Kit

@@ -11,10 +11,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...aliases import Array, Flags
-from ..budget import SAME, best_set, cheapest_set
-from ..buildings.money import present_value
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import DUTY, YEARS, Piece
+from ..money.budget import SAME, best_set, cheapest_set
+from ..money.present_value import present_value
 
 FALLS, FRONT_FALLS, INJURIES, LOSS = "falls", "front_falls", "injuries", "loss"
 TARGETS = (FALLS, FRONT_FALLS, INJURIES, LOSS)

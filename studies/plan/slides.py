@@ -59,10 +59,9 @@ TRIP_NOTE = (
     "the obstacle is enough to lift its mass centre over the foot that is stopped; the shaking after that is left out"
 )
 IN_PLANE = (
-    "both horizontal components shake: slips are the square root of the sum of the squares of the slips along the "
-    "width and along the depth, each computed by itself, and falls over an edge are those of the slip along the width; "
-    "the probability of overturning with sliding leaves out only a friction below b/h of the width, with which a block "
-    "slides along both axes"
+    "both horizontal components shake: slips are distances in the plane of the floor, and falls over an edge are those "
+    "of the slip along the width; the probability of overturning with sliding leaves out only a friction below b/h of "
+    "the width, with which a block slides to every side"
 )
 """Note on blocks that slide in the plane of the floor."""
 

@@ -32,7 +32,7 @@ from ..sensitivity.claims import FAILS, HOLDS
 from ..tables.assessment import fallen_word, pieces_at, span
 from ..tables.breaks import break_sentences
 from ..tables.gains import gain_sentences
-from ..tables.item_slides import falling_off_sentences
+from ..tables.item_slides import falling_off_sentences, item_trip_sentences
 from ..tables.sensitivity import PARAMETERS, claims_of, sensitivity_sentences
 from ..tables.slides import edge_sentences, trip_sentences
 from ..text.block_order import MEDIAN, RATE, places
@@ -506,6 +506,7 @@ def _building(results: xr.Dataset) -> Iterator[str]:
     elif "consequence_rate" in one and float(one["consequence_rate"].max()) > 0.0:
         yield from _consequences(results.isel(model=at))
     yield from falling_off_sentences(results)
+    yield from item_trip_sentences(results)
     anchored = anchored_text(results)
     if anchored:
         yield f"{anchored[:1].upper()}{anchored[1:]}."

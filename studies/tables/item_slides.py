@@ -16,10 +16,19 @@ from ...models.friction import LOCKED, ROLLING
 from ...models.scenes.edge import FOOT
 from ...wording import about_percent, about_years, chances_between, confidence_text
 from ..buildings.recommendations import YEARS
-from ..buildings.sliding import GATED_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE, SLIP_RATE
-from ..plan.slides import ENDS, GATED, INSTEAD, SLIP
+from ..buildings.sliding import (
+    GATED_RATE,
+    ITEM_TRIP_RATE,
+    OFF,
+    OFF_RATE,
+    OVERTURNING,
+    OVERTURNING_RATE,
+    SLIP_RATE,
+)
+from ..plan.slides import ENDS, GATED, INSTEAD, SLIP, TRIP, TRIP_DISTANCE
 from ..text.rows import Rows
 from ..text.words import floor_name, level_text
+from .slides import NO_SIMULATION
 from .unseen import at_most, at_most_once, most_probability
 
 MOST = 60
@@ -39,16 +48,17 @@ def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
     known = results[INSTEAD].values if INSTEAD in results else np.full(len(contacts), math.nan)
     at = [i for i, _ in enumerate(contacts) if contacts[i] or edges[i] or not math.isnan(known[i])]
     slips = results["slip"].values.tolist() if "slip" in results.coords else []
-    yearly = "item_rate" in results
+    yearly, trips = "item_rate" in results, TRIP in results
+    others = len(slips) + (6 if trips else 4)
     rows, most = [], at_most(results)
     for i in at[:MOST]:
         one = results.isel(item=i, model=model)
         head = (str(results["item"].values[i]), floor_name(str(results["floor"].values[i])).removeprefix("floor "))
         where = contacts[i] or ("" if math.isnan(known[i]) else f"coefficient of friction {float(one['friction']):.2g}")
         if bool(one["anchored"]):
-            cells = ["anchored", *["–"] * (len(slips) + 4)]
+            cells = ["anchored", *["–"] * others]
         elif contacts[i] == ROLLING:
-            cells = [NOT_MODELLED, *["–"] * (len(slips) + 4)]
+            cells = [NOT_MODELLED, *["–"] * others]
         else:
             cells = ["–" if math.isnan(known[i]) else about_percent(float(known[i]))]
             cells += [_chance(one.isel(slip=k), SLIP, SLIP_RATE, yearly, most) for k in range(len(slips))]
@@ -57,6 +67,8 @@ def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
                 "–" if edge is None else edge.label.removeprefix("edge "),
                 _chance(one, OFF, OFF_RATE, yearly, most),
             ]
+            if trips:
+                cells += [_distance(float(one[TRIP_DISTANCE])), _chance(one, TRIP, ITEM_TRIP_RATE, yearly, most)]
             alone = (OVERTURNING, OVERTURNING_RATE) if OVERTURNING in results else ("probability", "item_rate")
             cells += [_chance(one, *alone, yearly, most), _chance(one, GATED, GATED_RATE, yearly, most)]
         rows.append((*head, where or "–", *cells))
@@ -68,6 +80,7 @@ def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
         *(f"slips over {100.0 * one:g} cm" for one in slips),
         "edge",
         "slides off it",
+        *(("obstacle at", "trips over it") if trips else ()),
         "overturns, if it could not slide",
         "overturns, where it rocks",
     )
@@ -77,7 +90,8 @@ def item_slide_rows(results: xr.Dataset, model: int = 0) -> Rows | None:
     first = f", the first {MOST} of {len(at):,}" if len(at) > MOST else ""
     title = f"Sliding of each piece {when} ({confidence_text(results)} intervals{first})"
     locked = f"; {LOCKED}: as on feet, as long as the brakes hold" if LOCKED in contacts else ""
-    return Rows(f"{title}: with a friction below b/h it slides and never rocks{locked}", headings, rows)
+    decided = f"; trips over obstacles: {NO_SIMULATION}" if trips else ""
+    return Rows(f"{title}: with a friction below b/h it slides and never rocks{locked}{decided}", headings, rows)
 
 
 def falling_off_sentences(results: xr.Dataset) -> Iterator[str]:
@@ -89,24 +103,40 @@ def falling_off_sentences(results: xr.Dataset) -> Iterator[str]:
         name = f"“{results['item'].values[i]}” ({floor_name(str(results['floor'].values[i]))})"
         if edge is None or bool(one["anchored"]):
             continue
-        if OFF_RATE in one:
-            rate, low, high = (float(one[f"{OFF_RATE}{end}"]) for end in ENDS)
-            if rate > 0.0:
-                ends = f" ({_years(high, low)})" if math.isfinite(low) and math.isfinite(high) else ""
-                yield f"Each {name} {_over(edge)} about once in {about_years(rate)} years{ends}."
-            else:
-                yield f"No {name} {_over(edge)} in any of the runs: each does so {at_most_once(results)}."
-        else:
-            here = one.sel(level=float(results.attrs["at_level"]))
-            chance, low, high = (float(here[f"{OFF}{end}"]) for end in ENDS)
-            if chance == 0.0:
-                most = f"at most {100.0 * most_probability(results):.0f} of 100 such earthquakes"
-                yield f"No {name} {_over(edge)} in any of the runs: each does so in {most}."
-                continue
-            yield (
-                f"Each {name} {_over(edge)} in about {100.0 * chance:.0f} "
-                f"({100.0 * low:.0f} to {100.0 * high:.0f}) of 100 such earthquakes."
-            )
+        yield f"{_how_often(results, one, name, _over(edge), OFF, OFF_RATE)}."
+
+
+def item_trip_sentences(results: xr.Dataset) -> Iterator[str]:
+    """Yield a sentence for each line whose pieces may trip over an obstacle: how often, with its interval."""
+    if TRIP not in results:
+        return
+    for i, distance in enumerate(results[TRIP_DISTANCE].values.tolist()):
+        one = results.isel(item=i)
+        if bool(one[TRIP].isnull().all()):
+            continue
+        name = f"“{results['item'].values[i]}” ({floor_name(str(results['floor'].values[i]))})"
+        what = f"slides into an obstacle {_distance(distance)} away fast enough to trip over it"
+        yield f"{_how_often(results, one, name, what, TRIP, ITEM_TRIP_RATE)} ({NO_SIMULATION})."
+
+
+def _distance(metres: float) -> str:
+    return "–" if math.isnan(metres) else f"{1000.0 * metres:.4g}\u00a0mm"
+
+
+def _how_often(results: xr.Dataset, one: xr.Dataset, name: str, what: str, chance: str, rate: str) -> str:
+    """Return how often something happens to each piece of a line, with its interval, without the full stop."""
+    if rate in one:
+        often, low, high = (float(one[f"{rate}{end}"]) for end in ENDS)
+        if not often > 0.0:
+            return f"No {name} {what} in any of the runs: each does so {at_most_once(results)}"
+        ends = f" ({_years(high, low)})" if math.isfinite(low) and math.isfinite(high) else ""
+        return f"Each {name} {what} about once in {about_years(often)} years{ends}"
+    here = one.sel(level=float(one.attrs["at_level"]))
+    value, low, high = (100.0 * float(here[f"{chance}{end}"]) for end in ENDS)
+    if value == 0.0:
+        most = f"at most {100.0 * most_probability(results):.0f} of 100 such earthquakes"
+        return f"No {name} {what} in any of the runs: each does so in {most}"
+    return f"Each {name} {what} in about {value:.0f} ({low:.0f} to {high:.0f}) of 100 such earthquakes"
 
 
 def _over(edge: Edge) -> str:

@@ -10,10 +10,10 @@ import xarray as xr
 
 from ...units import STANDARD_GRAVITY
 from ...wording import about_percent, chances_between, confidence_text, currency_of, given_number, two_digits
-from ..buildings.money import payback
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import HELPS, NOT_KNOWN, NOTHING, UNKNOWN, YEARS, Piece, Range
 from ..buildings.variables import RUPTURE
+from ..money.present_value import payback
 from ..text.rows import Rows
 from ..text.words import floor_name, level_text
 from .breaks import ENDS, breaks_by_level

@@ -21,9 +21,9 @@ from ...wording import (
 )
 from ..buildings.pieces import SHARES, pieces_of
 from ..buildings.recommendations import UNKNOWN, YEARS, Piece, Range
-from ..buildings.sliding import GATED_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
+from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
 from ..buildings.variables import RUPTURE
-from ..plan.slides import GATED, INSTEAD
+from ..plan.slides import GATED, INSTEAD, TRIP, TRIP_DISTANCE
 from ..text.rows import Rows
 from ..text.spread import OUTER
 from ..text.words import consequence_name, display_unit, floor_cell, floor_name, level_text, measure_name, roof_of
@@ -69,6 +69,13 @@ COLUMNS = {
     "sliding_off_at_level": "1",
     "sliding_off_at_level_lower": "1",
     "sliding_off_at_level_upper": "1",
+    "trip_distance": "metre",
+    "tripping_in_50_years": "1",
+    "tripping_in_50_years_lower": "1",
+    "tripping_in_50_years_upper": "1",
+    "tripping_at_level": "1",
+    "tripping_at_level_lower": "1",
+    "tripping_at_level_upper": "1",
     "overturning_alone_in_50_years": "1",
     "overturning_alone_in_50_years_lower": "1",
     "overturning_alone_in_50_years_upper": "1",
@@ -110,6 +117,7 @@ COLUMNS = {
 """Columns of the table in a file, and the kind of their units."""
 SLIDING = {
     "sliding_off": (OFF, OFF_RATE),
+    "tripping": (TRIP, ITEM_TRIP_RATE),
     "overturning_alone": (OVERTURNING, OVERTURNING_RATE),
     "overturning_where_it_rocks": (GATED, GATED_RATE),
 }
@@ -247,6 +255,7 @@ def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> 
         "days a year": "days/year",
         "persons a year": "1/year",
         "newton": "N",
+        "metre": "m",
     }
     yearly = "item_rate" in results
     left = [name for name in COLUMNS if name.startswith("probability_at" if yearly else "chance_in")]
@@ -259,7 +268,7 @@ def piece_table(results: xr.Dataset, model: int = 0, readable: bool = False) -> 
     left += [] if "budget_chosen" in results else ["within_budget"]
     left += [] if "kit_falls" in results else ["kit"]
     left += [] if "anchored_with" in results.coords else ["anchored_with"]
-    left += [name for name in ("contact", "friction") if name not in results.coords]
+    left += [name for name in ("contact", "friction", TRIP_DISTANCE) if name not in results.coords]
     left += [] if INSTEAD in results else [INSTEAD]
     for name, variables in SLIDING.items():
         last = "_at_level" if yearly else "_in_50_years"
@@ -285,7 +294,7 @@ def _sliding(results: xr.Dataset, model: int) -> dict[str, dict[str, str | float
     yearly = "item_rate" in results
     items = [str(item) for item in results["item"].values]
     found: dict[str, dict[str, str | float | int]] = {item: {} for item in items}
-    for name in ("contact", "friction", INSTEAD):
+    for name in ("contact", "friction", INSTEAD, TRIP_DISTANCE):
         for item, value in zip(items, here[name].values.tolist() if name in here else [], strict=False):
             found[item][name] = value
     for name, (chance, rate) in SLIDING.items():

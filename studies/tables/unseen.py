@@ -41,8 +41,8 @@ def at_most(results: xr.Dataset, years: float = YEARS) -> str:
     --------
     >>> weights = xr.DataArray([0.02, 0.003], dims="level"), xr.DataArray(0.001)
     >>> found = xr.Dataset({"level_weight": weights[0], "level_weight_above": weights[1]}, attrs={"confidence": 0.95})
-    >>> at_most(found.expand_dims(motion=40))
-    'at most 12\xa0%'
+    >>> at_most(found.assign_coords(motion=range(40)))
+    'at most 14\xa0%'
     """
     if "level_weight" in results:
         return f"at most {about_percent(float(probability_in(np.float64(most_rate(results)), years)))}"

@@ -14,6 +14,8 @@ from stress_cases import BLOCK, threshold
 
 import toppling as tp
 from toppling.models.runs import run_many, trace
+from toppling.models.sliding.law import PlaneSlider
+from toppling.models.sliding.plane import plane_table, run_in_plane
 from toppling.models.sliding.runs import ONE_WAY, run_sliders
 
 PLAIN = """
@@ -56,7 +58,7 @@ def without_compiler(selection, engine):
 
 
 def plain_slides():
-    """Results of sliding runs: alike and unlike at front and back, one way, lifted or not; not numbers as None."""
+    """Results of sliding runs: alike and unlike at front and back, one way, in the plane, lifted; NaN as None."""
     rng = np.random.default_rng(92)
     friction = np.array(
         [
@@ -83,6 +85,11 @@ def plain_slides():
             found += list(run_sliders(near, factors, one, vertical, dt).reshape(15, -1))
     pushed = np.column_stack([friction[:1], [0.4]])
     found += list(run_sliders(pushed, np.ones((1, 1)), np.full(51, -4.0), None, 0.01)[0])
+    # (in the plane: pairs, and both components alike, which slide straight)
+    both = plane_table([PlaneSlider(mu, ratio * mu) for mu, ratio in ((0.05, 1.0), (0.1, 0.8), (9.0, 1.0))]).friction
+    for one in (record, record[::-1].copy()):
+        for vertical in (None, lift[: one.size]):
+            found += list(run_in_plane(both, factors[:3], record, one, vertical, dt).reshape(9, -1))
     return [[None if math.isnan(v) else float(v) for v in row] for row in found]
 
 

@@ -312,20 +312,32 @@ class TestWeakAxis:
 
 
 class TestSliding:
-    def test_slips_are_the_root_of_the_sum_of_squares(self, pairs):
-        names = ["slide_peak", "slide_residual", "slide_velocity", "first_slip_time"]
+    def test_slips_are_in_the_plane(self, pairs):
+        """Turned with the floor they keep their size; and they are at least as early as along either axis."""
+        names = ["slide_peak", "slide_residual", "slide_path", "slide_velocity", "slips", "first_slip_time"]
         law, block = tp.Sliding(0.2), tp.Block(0.3, 1.4, name="bench")
-        both = run(block, motions.both_axes(pairs), names, law)
-        x, y = (run(block, motions.as_recorded(pairs, one), names, law) for one in ("h1", "h2"))
-        for name in names[:3]:
-            np.testing.assert_array_equal(both[name], np.hypot(x[name].values, y[name].values))
-            assert "sum of the squares of both axes" in both[name].attrs["long_name"]
-        np.testing.assert_array_equal(both["first_slip_time"], np.fmin(x["first_slip_time"], y["first_slip_time"]))
+        both = run(block, motions.both_axes(pairs), [*names, "slide_forward"], law)
+        turned = run(block, motions.both_axes(motions.rotate(pairs, 0.8)), names, law)
+        for name in names:
+            np.testing.assert_allclose(both[name], turned[name], rtol=1e-9, atol=1e-9)
+        assert both["slide_peak"].attrs["long_name"].endswith("in the plane of the floor")
+        assert both["slide_forward"].attrs["long_name"].endswith("along the width")
+        assert (both["slide_forward"] <= both["slide_peak"]).all()
+        x, y = (run(block, motions.as_recorded(pairs, one), ["first_slip_time"], law) for one in ("h1", "h2"))
+        first = np.fmin(x["first_slip_time"].values, y["first_slip_time"].values)
+        assert (both["first_slip_time"].values[np.isfinite(first)] <= first[np.isfinite(first)] + 1e-12).all()
         assert (both["slide_peak"].values > 0.0).any()
 
-    def test_ways_have_no_such_sum(self, pairs):
+    def test_they_are_the_same_where_they_are_computed_later(self, pairs):
+        now, later = (
+            tp.ida([SQUARE], tp.Sliding(0.2), motions.both_axes(pairs), [3.0], "RotD50(pga)", compute=compute)
+            for compute in (True, False)
+        )
+        np.testing.assert_array_equal(now["slide_peak"], later["slide_peak"].compute())
+
+    def test_modes_are_of_one_component(self, pairs):
         with pytest.raises(ValueError, match="outputs of runs about both axes"):
-            run(SQUARE, motions.both_axes(pairs), ["slide_path"], tp.Sliding(0.2))
+            run(SQUARE, motions.both_axes(pairs), ["mode"], tp.Sliding(0.2))
 
 
 class TestBoxInSpace:

@@ -9,7 +9,10 @@ import toppling as tp
 from toppling import motions as mo
 from toppling.fragility import Slip, fit_fragility, overturning_probability, slide_runs, wilson_interval
 from toppling.models.friction import CONTACTS, FixedFriction, LognormalFriction, contact_named
+from toppling.models.sliding.law import PlaneSlider
 from toppling.models.sliding.mode import Mode
+from toppling.models.sliding.plane import plane_table, run_in_plane
+from toppling.models.sliding.runs import SLIDES
 from toppling.motions.arrays import records
 
 G = 9.80665
@@ -248,21 +251,20 @@ class TestBothComponents:
         return tp.ida(CABINET, tp.HousnerImpact(), pairs, self.LEVELS, im="RotD50(pga)")
 
     def expected(self, runs, pairs, mu, ratio):
-        """Slips, modes and falls of one coefficient, axis by axis in plain loops."""
-        law = tp.Sliding(mu, ratio * mu)
+        """Slips, modes and falls of one coefficient, run by run in plain loops."""
+        friction = plane_table([PlaneSlider(mu, ratio * mu)]).friction
         factors = np.array(self.LEVELS)[:, None] / runs["RotD50(pga)"].values
         peak, forward, mode = (np.zeros(factors.shape) for _ in range(3))
         for k, pair in enumerate(pairs[0].values):
             for level in range(factors.shape[0]):
                 x, y = factors[level, k] * pair
-                slips = [tp.simulate(self.BLOCK, law, mo.from_array(one, dt=0.01)) for one in (x, y)]
+                slips = run_in_plane(friction, np.ones((1, 1)), x, y, None, 0.01)[0, 0]
                 # along the width a block that uplifts passes on b/h of its weight
                 pushed = np.hypot(np.minimum(np.abs(x) / G, 0.25), y / G).max()
                 uplifts = (np.abs(x).max() > 0.25 * G and mu >= 0.25) or (np.abs(y).max() > 0.375 * G and mu >= 0.375)
                 if mu < 0.375 and pushed > mu:
                     mode[level, k] = 1
-                    peak[level, k] = np.sqrt(float(slips[0].slide_peak) ** 2 + float(slips[1].slide_peak) ** 2)
-                    forward[level, k] = float(slips[0].slide_forward)
+                    peak[level, k], forward[level, k] = (slips[SLIDES[f"slide_{name}"]] for name in ("peak", "forward"))
                 else:
                     mode[level, k] = 2 if uplifts else 0
         return peak, forward, mode
@@ -286,8 +288,10 @@ class TestBothComponents:
         alone = tp.cloud(self.BLOCK, tp.HousnerImpact(), 4.0 * motions, "pga")
         for mu in (0.1, 0.2, 0.3, 0.4):
             one, other = (slide_runs(*of, mu) for of in ((plane, [4.0 * k for k in pair]), (alone, 4.0 * motions)))
-            for name in ("slide_peak", "slide_forward", "slide_backward", "mode", "fallen_off"):
+            for name in ("mode", "fallen_off"):
                 np.testing.assert_array_equal(one[name], other[name])
+            for name in ("slide_peak", "slide_forward", "slide_backward"):
+                np.testing.assert_allclose(one[name], other[name], rtol=1e-12, atol=1e-14)
 
     def test_both_components_start_the_slip_together(self):
         """Two equal components, each 0.8 of the friction: together they exceed it, and neither does alone."""
@@ -295,7 +299,16 @@ class TestBothComponents:
         pair = mo.both_axes(mo.join(push, push))
         found = slide_runs(tp.cloud(self.BLOCK, tp.HousnerImpact(), pair, "RotD50(pga)"), pair, 0.2)
         assert found["mode"].item() == Mode.SLIDES
-        assert found["slide_peak"].item() == 0.0
+        alone = tp.simulate(self.BLOCK, tp.Sliding(0.2), np.sqrt(2.0) * push)
+        np.testing.assert_allclose(found["slide_peak"].item(), float(alone.slide_peak), rtol=1e-12)
+        np.testing.assert_allclose(found["slide_forward"].item(), float(alone.slide_peak) / np.sqrt(2.0), rtol=1e-12)
+
+    def test_slips_are_those_of_an_integration_step_by_step(self, runs, pairs):
+        found = slide_runs(runs, pairs, 0.2)["slide_peak"].values[0, 0]
+        factors = np.array(self.LEVELS)[:, None] / runs["RotD50(pga)"].values
+        stepped = [peak_in_plane(one[:, None, None] * pairs[0].values, 0.01, 0.2, 32) for one in factors]
+        assert (found > 0.02).any()
+        np.testing.assert_allclose(found, stepped, rtol=0.01, atol=2e-5)
 
     def test_random_friction_both_ways(self, runs, pairs):
         """Front and back change places under the reverse of a pair, and the slip of both axes stays."""
@@ -305,7 +318,7 @@ class TestBothComponents:
         np.testing.assert_array_equal(as_given["slide_forward"], reverse["slide_backward"])
         one = slide_runs(runs, pairs, float(as_given["friction"][0, 3]))
         np.testing.assert_array_equal(as_given["slide_peak"][..., 3::5], one["slide_peak"])
-        assert "squares of both axes" in found["slide_peak"].attrs["long_name"]
+        assert found["slide_peak"].attrs["long_name"].endswith("in the plane of the floor")
         assert found["slide_forward"].attrs["long_name"].endswith("along the width")
         fell = overturning_probability(found, state="fallen_off")
         np.testing.assert_allclose(fell["probability"], found["fallen_off"].mean("motion"))
@@ -323,10 +336,15 @@ class TestBothComponents:
         """Median and 90th percentile of the ratio, which docs/theory/axes.md gives."""
         generator = mo.SiteBasedScenario(magnitude=6.5, distance=15e3, vs30=500.0)
         pairs = mo.both_axes(generator.sample_pairs(80, seed=3))
-        ground = mo.scale_to(pairs[0], 0.5 * G, "RotD50(pga)")
-        runs = tp.ida(tp.Block(0.8, 1.0, depth=0.8), tp.HousnerImpact(), pairs, [0.5 * G], im="RotD50(pga)")
-        along = slide_runs(runs, pairs, mu)["slide_peak"].values[0, 0, 0]
-        ratios = peak_in_plane(ground.values, float(pairs[0]["dt"][0]), mu) / along
+        scaled, block = [mo.scale_to(one, 0.5 * G, "RotD50(pga)") for one in pairs], tp.Block(0.8, 1.0, depth=0.8)
+        runs = tp.ida(block, tp.HousnerImpact(), pairs, [0.5 * G], im="RotD50(pga)")
+        peaks = slide_runs(runs, pairs, mu)["slide_peak"].values[0, 0, 0]
+        ground = np.concatenate([one.values for one in scaled]).reshape(len(peaks), 2, -1)
+        np.testing.assert_allclose(peak_in_plane(ground, float(pairs[0]["dt"][0]), mu), peaks, rtol=0.02, atol=1e-4)
+        each = [
+            tp.cloud(block, tp.Sliding(mu), [mo.as_recorded(own, one) for own in scaled], "pga") for one in ("h1", "h2")
+        ]
+        ratios = peaks / np.hypot(*(one["slide_peak"].values[0, 0] for one in each))
         np.testing.assert_allclose(np.quantile(ratios, (0.5, 0.9)), expected, atol=0.01)
 
     def test_the_weight_is_taken(self, pairs):

@@ -13,12 +13,16 @@ from toppling import motions
 from toppling.fragility import HazardCurve
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.models.friction import LognormalFriction
+from toppling.models.sliding.law import PlaneSlider
+from toppling.models.sliding.plane import plane_table, run_in_plane
+from toppling.models.sliding.runs import SLIDES
 from toppling.motions.arrays import BOTH_AXES, WEAK_AXIS
 from toppling.motions.floors.histories import FloorHistories, History
 from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.axes import axes_notes, placed_on_axes
 from toppling.studies.buildings.shaking import Shaking
-from toppling.studies.buildings.sliding import Slipping, item_slide_notes
+from toppling.studies.buildings.slide_runs import Slipping
+from toppling.studies.buildings.sliding import item_slide_notes
 from toppling.studies.file.table import StudyError
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit
@@ -441,7 +445,7 @@ class TestSliding:
         width, depth = 0.3 / 1.4, 0.4 / 1.4
         ground = {name: of_component(name) for name in ("h1", "h2")}
         moved = {name: FRAME.floor_motions(one, [1]).isel(floor=0, drop=True) for name, one in ground.items()}
-        law = tp.Sliding(mu, 0.9 * mu)
+        friction = plane_table([PlaneSlider(mu, 0.9 * mu)]).friction
         peak, front, back = np.zeros((3, LEVELS.size, 8))
         slides = np.zeros((LEVELS.size, 8), bool)
         for i in range(8):
@@ -451,12 +455,14 @@ class TestSliding:
                 pushed = np.hypot(np.minimum(np.abs(along.values) / G, width), across.values / G).max()
                 slides[k, i] = mu < depth and pushed > mu
                 if slides[k, i]:
-                    one, other = (tp.simulate(CABINET, law, shaken) for shaken in (along, across))
-                    peak[k, i] = math.hypot(float(one.slide_peak), float(other.slide_peak))
-                    front[k, i], back[k, i] = float(one.slide_forward), float(one.slide_backward)
+                    dt = float(along["dt"][0])
+                    found = run_in_plane(friction, np.ones((1, 1)), along.values[0], across.values[0], None, dt)[0, 0]
+                    peak[k, i], front[k, i], back[k, i] = (
+                        found[SLIDES[f"slide_{name}"]] for name in ("peak", "forward", "backward")
+                    )
         return peak, front, back, slides
 
-    def test_lines_slide_along_each_axis(self):
+    def test_lines_slide_in_the_plane(self):
         rows = Inventory((self.SLIDES, LINES[1]))
         options = {"building": FRAME, "polarity": "as recorded", "slipping": Slipping((0.01, 0.04))}
         found = assess(rows, LAW, TURNED, LEVELS, "RotD50(pga)", **options)
@@ -478,7 +484,7 @@ class TestSliding:
         assert float(found["friction_near_uplift"][0]) == pytest.approx(below[3] - below[2] + below[1] - below[0])
         np.testing.assert_allclose(found["gated_probability"].values[0, 0], (1.0 - below[0]) * fell.mean(axis=1))
         said = " ".join(item_slide_notes(found, rows))
-        assert "square root of the sum of the squares" in said
+        assert "distances in the plane of the floor" in said
         assert "of either axis" in said
 
     def test_both_ways_front_and_back_change_places(self):

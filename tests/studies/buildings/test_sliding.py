@@ -16,7 +16,7 @@ from toppling.models.friction import CONTACTS, FixedFriction, LognormalFriction
 from toppling.streams import stream
 from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.assessment import assess
-from toppling.studies.buildings.sliding import COEFFICIENTS, Slipping
+from toppling.studies.buildings.slide_runs import COEFFICIENTS, Slipping
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit
 from toppling.studies.inventory.reading import InventoryError, read_inventory

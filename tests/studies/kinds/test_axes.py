@@ -268,7 +268,7 @@ def test_blocks_that_slide(tmp_path):
     assert float(found["friction_near_uplift"][0]) == pytest.approx(below[3] - below[0] - below[2] + below[1], rel=1e-9)
     gated = found["probability"].sel(block="square") * (1.0 - below[0])
     np.testing.assert_allclose(found["gated_probability"].sel(block="square"), gated, rtol=1e-12)
-    assert found.attrs["notes"].count("square root of the sum of the squares") == 1
+    assert found.attrs["notes"].count("distances in the plane of the floor") == 1
     assert "of either axis with a chance" in found.attrs["notes"]
 
 

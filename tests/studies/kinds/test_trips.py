@@ -147,7 +147,7 @@ class TestRefusals:
         sensitivity = '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\n'
         text = TEXT.format(own="", friction=FRICTION.format(trip="trip_mm = 9\n")) + sensitivity
         (folder / "kind.toml").write_text(text.replace("[fit]\nreplicates = 100\n", ""))
-        with pytest.raises(StudyError, match=r"friction\.trip_mm is for fragility studies of blocks, not for a sens"):
+        with pytest.raises(StudyError, match=r"trip_mm is for fragility and performance studies, not for a sens"):
             tp.Study.from_toml(folder / "kind.toml")
 
     def test_state(self, folder):

@@ -5,7 +5,7 @@ import math
 import pytest
 from scipy.optimize import brentq
 
-from toppling.studies.buildings.money import payback, present_value
+from toppling.studies.money.present_value import payback, present_value
 
 
 @pytest.mark.parametrize("rate", [0.0, 1e-9, 0.02, 0.04, 0.5])

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import coo_array
 
-from .. import checks
-from ..aliases import Array, Index
+from ... import checks
+from ...aliases import Array, Index
 
 NODES = 20_000
 """Most nodes of the search: lists of some hundred lines end long before, larger ones within the gap that is said."""

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from toppling.studies.budget import best_set, cheapest_set
+from toppling.studies.money.budget import best_set, cheapest_set
 
 
 def every_set(costs, budget, goals):

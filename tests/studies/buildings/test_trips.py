@@ -1,0 +1,262 @@
+"""Trips of an inventory's pieces over obstacles: against runs of blocks, in years, tables, files and refusals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import toppling as tp
+from toppling.fragility import HazardCurve, slide_runs
+from toppling.fragility.hazard.levels import level_weights
+from toppling.fragility.uncertainty.joint import Variability, pieces_of
+from toppling.models.friction import LognormalFriction
+from toppling.streams import stream
+from toppling.studies import StudyError
+from toppling.studies.buildings import assessment
+from toppling.studies.buildings.assessment import assess
+from toppling.studies.buildings.slide_runs import COEFFICIENTS, SlidingRuns
+from toppling.studies.buildings.sliding import item_slide_notes
+from toppling.studies.inventory.contents import Contents, Inventory
+from toppling.studies.inventory.reading import InventoryError, read_inventory
+from toppling.studies.plan.slides import Slides
+from toppling.studies.tables.item_slides import item_slide_rows, item_trip_sentences
+from toppling.studies.tables.pieces import piece_table
+
+pytestmark = pytest.mark.filterwarnings("ignore::toppling.doubts.ImplausibleInput")
+
+G = 9.80665
+LAW = tp.HousnerImpact()
+MOTIONS = tp.motions.CloughPenzien(duration=12.0, dt=0.01).sample(8, seed=2)
+LEVELS = np.geomspace(2.0, 24.0, 4)
+CURVE = HazardCurve(np.geomspace(0.2, 20.0, 12).tolist(), (0.02 * np.geomspace(0.2, 20.0, 12) ** -1.8).tolist(), "pga")
+LOW = LognormalFriction(0.15, 0.3)
+SHELF = Contents("shelf", tp.Block(0.12, 0.6), 0, 4, friction=LOW, kinetic_ratio=0.9, trip=0.04)
+CABINET = Contents("cabinet", tp.Block(0.08, 0.25), 0, 2, friction=LOW, kinetic_ratio=0.9, trip=0.01)
+FREE = Contents("free", tp.Block(0.3, 1.8), 0, friction=LOW, kinetic_ratio=0.9)
+ROWS = (SHELF, CABINET, FREE)
+
+
+def found(*rows, motions=MOTIONS, **options):
+    return assess(Inventory(rows), LAW, motions, LEVELS, "pga", **{"hazard": CURVE, "replicates": 100, **options})
+
+
+def of_blocks(row, motions=MOTIONS, block=None, draws=COEFFICIENTS, **options):
+    """Flags (level, motion, draw) of a line's block by `slide_runs`."""
+    block = row.block if block is None else block
+    runs = tp.ida(block, LAW, motions, LEVELS)
+    slid = slide_runs(runs, motions, row.friction, row.kinetic_ratio, draws=draws, trip=row.trip, **options)
+    return slid["trips"].values[0, 0].reshape(LEVELS.size, motions.sizes["motion"], -1)
+
+
+@pytest.fixture
+def kept(monkeypatch):
+    """What the runs of sliding of an assessment hold."""
+    every = []
+
+    class Kept(SlidingRuns):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            every.append(self)
+
+    monkeypatch.setattr(assessment, "SlidingRuns", Kept)
+    return every
+
+
+class TestRuns:
+    def test_are_those_of_blocks_run_by_run(self, kept):
+        results = found(*ROWS)
+        (runs,) = kept
+        assert runs.near == [0, 1]
+        weights = level_weights(LEVELS, CURVE).weights
+        for k, row in enumerate((SHELF, CABINET)):
+            flags = of_blocks(row)
+            assert 0.0 < flags.mean() < 1.0
+            assert_array_equal(runs.tripped[k], flags.sum(axis=-1))
+            assert_allclose(results["trip_probability"].values[k], flags.mean(axis=(1, 2)), rtol=1e-12)
+            assert_allclose(results["item_trip_rate"].values[k], weights @ flags.mean(axis=(1, 2)), rtol=1e-12)
+        assert np.isnan(results["trip_probability"].values[2]).all()
+        assert_array_equal(results["trip_distance"], [0.04, 0.01, np.nan])
+        for name in ("trip_probability", "item_trip_rate"):
+            low, high = (results[f"{name}{end}"].values[:2] for end in ("_lower", "_upper"))
+            assert (low <= results[name].values[:2]).all()
+            assert (results[name].values[:2] <= high).all()
+
+    def test_each_coefficient_by_itself(self, kept):
+        """One number at a time: the flags of each run, not their sum alone."""
+        for mu in LOW.quantile((np.arange(4) + 0.5) / 4).tolist():
+            row = replace(SHELF, friction=tp.models.friction.FixedFriction(mu))
+            found(row)
+            assert_array_equal(kept[-1].tripped[0] == COEFFICIENTS, of_blocks(row)[..., 0])
+            assert {*np.unique(kept[-1].tripped[0]).tolist()} <= {0, COEFFICIENTS}
+
+    def test_variants_have_their_own_sizes_and_coefficients(self, kept):
+        varied = Variability(0.0, 0.15, variants=5, realisations=4, seed=3)
+        found(SHELF, variability=varied)
+        flags = np.zeros((LEVELS.size, 8), int)
+        order = stream(3, 2).permutation(5)
+        for k, (block, _) in enumerate(pieces_of(SHELF.block, LAW, None, varied)):
+            flags += of_blocks(SHELF, block=replace(block, name="shelf"), draws=5)[..., order[k]]
+        assert_array_equal(kept[0].tripped[0], flags)
+        assert flags.any()
+
+    def test_both_ways(self, kept):
+        """An obstacle on either side: the reverse of a motion trips what the motion does."""
+        found(*ROWS, polarity="both")
+        flags = of_blocks(SHELF).sum(axis=-1)
+        assert_array_equal(kept[0].tripped[0], np.repeat(flags, 2, axis=-1))
+
+    def test_the_weight_is_taken(self, kept):
+        up = MOTIONS.copy(data=0.5 * MOTIONS.values[::-1])
+        lifted = tp.motions.as_recorded(tp.motions.join(MOTIONS, MOTIONS, up), "h1", vertical=True)
+        results = found(*ROWS, motions=lifted)
+        for k, row in enumerate((SHELF, CABINET)):
+            flags = of_blocks(row, lifted)
+            assert flags.all(axis=-1).any()
+            assert_array_equal(kept[0].tripped[k], flags.sum(axis=-1))
+        assert (results["trip_probability"].values[:2, -1] > 0.0).all()
+
+    @pytest.mark.parametrize("options", [{}, {"modelling_dispersion": 0.3, "hazard": None}])
+    def test_nothing_else_changes(self, options):
+        near, plain = (found(*rows, **options) for rows in (ROWS, [replace(row, trip=None) for row in ROWS]))
+        for name in plain.data_vars:
+            assert plain[name].variable.identical(near[name].variable), name
+        more = {str(name) for name in {*near.data_vars} - {*plain.data_vars}}
+        assert all("trip" in name for name in more)
+        assert "trip_probability" in more
+
+    def test_anchored_and_held_lines_do_not_trip(self):
+        held = Contents("case", tp.Block(0.3, 1.6, wall=tp.Wall(0.02)), 0, friction=LOW, trip=0.01)
+        results = found(replace(SHELF, anchored=True), held, CABINET)
+        assert np.isnan(results["trip_probability"].values[:2]).all()
+        assert np.isfinite(results["trip_probability"].values[2]).all()
+        assert_array_equal(results["trip_distance"], [np.nan, 0.01, 0.01])
+
+    def test_both_components_are_refused(self):
+        pairs = tp.motions.both_axes(tp.motions.join(MOTIONS, MOTIONS))
+        row = replace(SHELF, block=tp.Block(0.3, 1.8, depth=0.5))
+        words = "trip_mm cannot be given where both components shake, got one for shelf: trips are of one component"
+        with pytest.raises(ValueError, match=words):
+            assess(Inventory((row,)), LAW, pairs, LEVELS, "RotD50(pga)")
+        assess(Inventory((replace(row, trip=None),)), LAW, pairs, LEVELS, "RotD50(pga)")
+
+
+class TestWords:
+    @pytest.fixture
+    def results(self):
+        return found(*ROWS)
+
+    def test_tables(self, results):
+        rows = item_slide_rows(results)
+        at = rows.headings.index("obstacle at")
+        assert rows.headings[at + 1] == "trips over it"
+        assert [row[at] for row in rows.rows] == ["40\u00a0mm", "10\u00a0mm", "–"]
+        assert rows.rows[2][at + 1] == "–"
+        assert "%" in rows.rows[1][at + 1]
+        assert rows.title.endswith("trips over obstacles: a criterion, not a simulation")
+
+    def test_sentences(self, results):
+        said = list(item_trip_sentences(results))
+        assert len(said) == 2
+        what = "slides into an obstacle 10\u00a0mm away fast enough to trip over it"
+        assert said[1].startswith(f"Each “cabinet” (ground) {what} about once in ")
+        assert said[1].endswith(" (a criterion, not a simulation).")
+        level = found(*ROWS, hazard=None).assign_attrs(at_level=float(LEVELS[-1]))
+        assert list(item_trip_sentences(level))[1].endswith(" of 100 such earthquakes (a criterion, not a simulation).")
+
+    def test_notes(self, results):
+        assert any(
+            "trips over obstacles are decided by a criterion" in one
+            for one in item_slide_notes(results, Inventory(ROWS))
+        )
+
+
+HEADER = "item,width_m,height_m,floor,contact,friction,trip_mm"
+
+
+class TestFiles:
+    def read(self, tmp_path, line, sliding=None):
+        path = tmp_path / "pieces.csv"
+        path.write_text(f"{HEADER}\n{line}\n", encoding="utf-8")
+        return read_inventory(path, sliding=sliding).rows[0]
+
+    def test_own_distance_and_that_of_the_study(self, tmp_path):
+        study = Slides(LOW, trip=0.03)
+        assert self.read(tmp_path, "shelf,0.3,1.8,0,vinyl,,12.5").trip == 0.0125
+        assert self.read(tmp_path, "shelf,0.3,1.8,0,vinyl,,").trip is None
+        assert self.read(tmp_path, "shelf,0.3,1.8,0,vinyl,,", study).trip == 0.03
+        assert self.read(tmp_path, "shelf,0.3,1.8,0,,,12", study).trip == 0.012
+        assert self.read(tmp_path, "cart,0.3,0.8,0,castors,,", study).trip is None
+
+    @pytest.mark.parametrize(
+        ("line", "words"),
+        [
+            ("a,0.2,0.5,0,vinyl,,0", "trip_mm': must be finite and > 0 and <= 10000, got 0"),
+            ("a,0.2,0.5,0,vinyl,,-3", "trip_mm': must be finite and > 0"),
+            ("a,0.2,0.5,0,vinyl,,inf", "trip_mm': must be a number"),
+            ("a,0.2,0.5,0,vinyl,,1e5", "trip_mm': must be finite and > 0 and <= 10000"),
+            ("a,0.2,0.5,0,,,30", "trip_mm': needs a friction: give contact or friction"),
+            ("a,0.2,0.5,0,castors,,30", "trip_mm': must be empty on castors: rolling is not modelled"),
+        ],
+    )
+    def test_refusals_are_one_sentence(self, tmp_path, line, words):
+        with pytest.raises(InventoryError) as error:
+            self.read(tmp_path, line)
+        assert words in str(error.value)
+        assert "\n" not in str(error.value)
+
+    def test_contents_need_friction(self):
+        block = tp.Block(0.3, 1.8)
+        with pytest.raises(ValueError, match="the obstacle near 'a' needs to know how fast it slides, and its"):
+            Contents("a", block, 0, trip=0.1)
+        with pytest.raises(ValueError, match="it rolls, which is not modelled"):
+            Contents("a", block, 0, contact="castors", trip=0.1)
+        for trip in (0.0, -1.0, float("nan"), 11.0):
+            with pytest.raises(ValueError, match="trip must be"):
+                Contents("a", block, 0, friction=LOW, trip=trip)
+        assert Contents("a", block, 0, anchored=True, trip=0.1).obstacle is None
+
+    def test_a_study(self, tmp_path):
+        (tmp_path / "pieces.csv").write_text(
+            f"{HEADER}\nshelf,0.3,1.8,0,,,\ncabinet,0.4,1.2,0,,,10\ncart,0.3,0.8,0,castors,,\n", encoding="utf-8"
+        )
+        text = """
+title = "Cables"
+[[models]]
+law = "housner"
+[motions]
+generator = "clough-penzien"
+number = 6
+duration_s = 8
+dt_s = 0.01
+[performance]
+inventory = "pieces.csv"
+im = "pga"
+levels = { values = [0.2, 0.6, 1.6], unit = "g" }
+[friction]
+static = 0.15
+dispersion = 0.3
+trip_mm = 40
+"""
+        (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+        study = tp.Study.from_toml(tmp_path / "study.toml")
+        results = study.run()
+        assert_array_equal(results["trip_distance"], [0.04, 0.01, np.nan])
+        table = piece_table(results)
+        columns = {name.partition(" (")[0].partition(" [")[0]: k for k, name in enumerate(table.headings)}
+        at = next(k for name, k in columns.items() if name.startswith("tripping_at_level"))
+        assert any(name.startswith("trip_distance") for name in columns)
+        assert not any(name.startswith("tripping_in_50_years") for name in columns)
+        by_item = {row[0]: row for row in table.rows}
+        level = results.attrs["at_level"]
+        assert by_item["cabinet"][at] == pytest.approx(float(results["trip_probability"].sel(level=level)[1]))
+        assert by_item["cart"][at] is None
+        assert "trips over obstacles are decided by a criterion" in str(results.attrs["notes"])
+        pair = text.replace("number = 6", 'number = 6\ncomponent = "pair"').replace('"pga"', '"RotD50(pga)"')
+        (tmp_path / "pair.toml").write_text(pair, encoding="utf-8")
+        lines = (tmp_path / "pieces.csv").read_text(encoding="utf-8").splitlines()
+        (tmp_path / "pieces.csv").write_text(
+            "\n".join([f"{lines[0]},depth_m", *(f"{one},0.6" for one in lines[1:])]), encoding="utf-8"
+        )
+        with pytest.raises(StudyError, match="trip_mm cannot be given where both components shake"):
+            tp.Study.from_toml(tmp_path / "pair.toml")
