@@ -20,7 +20,7 @@ from ...wording import (
     two_digits,
 )
 from ..buildings.pieces import SHARES, pieces_of
-from ..buildings.recommendations import UNKNOWN, YEARS, Piece, Range
+from ..buildings.recommendations import UNKNOWN, UNRESOLVED, YEARS, Piece, Range
 from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
 from ..buildings.variables import RUPTURE
 from ..plan.slides import GATED, INSTEAD, TRIP, TRIP_DISTANCE
@@ -189,7 +189,8 @@ def piece_rows(results: xr.Dataset, model: int = 0, branches: bool = False) -> R
         write = two_digits if mean else given_number  # (a mean is computed, a value is as it was given)
         cells += [write(one.value) if one.value > 0.0 else "–"] if valued else []
         cells += [given_number(one.cost) if math.isfinite(one.cost) else "–"] if priced else []
-        cells += [payback_text(one.payback)] if pays else []
+        best = one.payback_best if one.recommendation == UNRESOLVED else math.nan
+        cells += [payback_text(one.payback, best)] if pays else []
         cells += ["–" if held else _amount(years * getattr(one, name).value) for name, (_, years) in amounts.items()]
         rows.append(tuple(cells))
     when = (
@@ -331,14 +332,19 @@ def _breaks(results: xr.Dataset, model: int) -> dict[str, Range]:
     return {item: in_years(one, YEARS) for item, one in known.items()} if yearly else known
 
 
-def payback_text(years: float) -> str:
+def payback_text(years: float, best: float = math.nan) -> str:
     """Return a payback in a cell: never where the saving does not pay the cost, a dash where it is not known.
+
+    best: the payback of the upper end of the saving's interval, where that decides; it stands beside a payback that the
+    saving itself never reaches.
 
     Examples
     --------
-    >>> payback_text(12.3), payback_text(math.inf), payback_text(math.nan)
-    ('12', 'never', '–')
+    >>> payback_text(12.3), payback_text(math.inf), payback_text(math.inf, 61.0), payback_text(math.nan)
+    ('12', 'never', 'never; 61 at best', '–')
     """
+    if math.isinf(years) and math.isfinite(best):
+        return f"never; {two_digits(best)} at best"
     return "–" if math.isnan(years) else "never" if math.isinf(years) else two_digits(years)
 
 

@@ -86,8 +86,9 @@ TERMS = (
         "payback",
         "The years after which the loss that anchoring prevents has paid what it costs, with later savings discounted "
         "at the rate that stands beside it: a saving next year at 4 % is worth 1/1.04 of one today, and 50 years of "
-        "savings are worth some 21 of them. Never: the saving of a year is no more than a year's interest on the cost. "
-        "A dash: the cost or the value is not given, or the chance of falling is no ground for advice.",
+        "savings are worth some 21 of them. Never: the saving of a year is no more than a year's interest on the cost; "
+        "“at best” is the payback of the upper end of the saving's interval, where that decides. A dash: the cost or "
+        "the value is not given, or the chance of falling is no ground for advice.",
         r"\bpayback\b|\bpays back\b",
     ),
     Term(

@@ -33,7 +33,9 @@ from toppling.studies.buildings.recommendations import (
 )
 from toppling.studies.inventory.consequences import Injury
 from toppling.studies.inventory.contents import Contents, Inventory
+from toppling.studies.money.present_value import payback
 from toppling.studies.report.kits import kits_without_effect
+from toppling.studies.tables.pieces import payback_text
 from toppling.studies.tables.unseen import at_most, at_most_once, most_rate
 
 SAVED = Range(20.0, 15.0, 25.0)
@@ -75,6 +77,13 @@ class TestMoney:
     def test_an_81_year_payback_is_never(self):
         (one,) = recommended([piece(saving=Range(100.0 / 81.0, 1.0, 1.5))])
         assert (one.recommendation, one.payback) == (SMALL, math.inf)
+
+    def test_never_is_not_all_that_is_said_where_the_interval_decides(self):
+        """The saving never pays its cost, its upper end does within 50 years: not resolved."""
+        (one,) = recommended([piece(saving=Range(4.0, 3.0, 5.0))])
+        assert (one.recommendation, one.payback) == (UNRESOLVED, math.inf)
+        assert one.payback_best == pytest.approx(payback(100.0, 5.0, one.discount))
+        assert payback_text(one.payback, one.payback_best) == "never; 41 at best"
 
     def test_never_does_not_stand_beside_an_unknown_cost(self):
         (one, _) = recommended([piece(cost=math.nan), piece("other")])
