@@ -34,7 +34,7 @@ from ..plan.risk import Risk
 from ..plan.selections import selection_notes, selection_variables
 from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, is_free, slide_notes
 from ..text.axes import axis_notes, component_notes, held_notes
-from ..text.curve_notes import branches_beyond_note, modelling_note
+from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, branches_beyond_note, modelling_note
 from ..text.one_side import FORCED, forced_to_1, one_side_notes
 from ..text.spread import branch_names
 from .branches import weighted_hazards, weighted_laws, weighted_motions
@@ -383,7 +383,7 @@ class FragilityStudy(BlockStudy, Study):
                 coordinates |= compared[[OTHER]].coords
             if self.branches is not None:
                 spread, of_branches = self._spread(FittedCurves(modelled, highest), client, progress)
-                said += of_branches
+                said += [*of_branches, *([SLIPS_WITHOUT_BRANCHES] if self.slides is not None else [])]
                 found |= spread.data_vars
                 coordinates |= {name: spread.coords[name] for name in BRANCH_COORDINATES}
             said.append(modelling_note(self.fit.modelling_dispersion, self.fit.modelling))

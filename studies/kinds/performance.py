@@ -75,7 +75,7 @@ from ..plan.estimates import MEAN as IN_MEAN
 from ..plan.piece_classes import class_attribute, class_notes
 from ..plan.reading import Reading
 from ..plan.slides import INSTEAD
-from ..text.curve_notes import level_modelling_note, modelling_note
+from ..text.curve_notes import SLIPS_WITHOUT_BRANCHES, level_modelling_note, modelling_note
 from ..text.words import level_text
 from .branches import weighted_hazards, weighted_laws, weighted_motions
 from .inventory_motions import (
@@ -651,7 +651,8 @@ class PerformanceStudy(Study):
         spread = self.where != IN_MEAN
         sampling = Sampling(self.replicates, self.seed, self.modelling, spread, self.draws, self.correlation)
         rates = rates_over_branches(self.branches.every, assessed, self.inventory, sampling)
-        return rates, [*said, *branch_notes(rates)]
+        of_slips = [SLIPS_WITHOUT_BRANCHES] if self.may_slide else []
+        return rates, [*said, *branch_notes(rates), *of_slips]
 
     def _screened(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Screen the lines of the inventory."""

@@ -221,6 +221,10 @@ def modelling_note(dispersion: float, where: str) -> str:
     )
 
 
+SLIPS_WITHOUT_BRANCHES = "chances and rates of slips are of the study's own motions and hazard, not over its branches"
+"""What is to be said of a study with branches whose pieces may slide."""
+
+
 def level_modelling_note(dispersion: float) -> str:
     """Return what chances at given levels hold of modelling uncertainty, in a sentence."""
     return (

@@ -19,6 +19,7 @@ from toppling.studies.report.summary import plain_answer
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.branches import spread_rows
 from toppling.studies.tables.client import client_rows
+from toppling.studies.text.curve_notes import SLIPS_WITHOUT_BRANCHES
 
 BLOCK = '[[blocks]]\ncatalogue = "bookcase-5-shelf"\n'
 LAWS = '[[models]]\nlaw = "housner"\n[[models]]\nlaw = "discrete"\n'
@@ -87,6 +88,13 @@ class TestBranches:
         found = study(tmp_path, BLOCK, LAWS, motions(1), few, IDA, HAZARD, FIT, weights).run()
         said = [one for one in found.attrs["notes"].splitlines() if one.startswith("under the motions 'other': ")]
         assert any("data are separated for 2 of 2 curves" in one for one in said)
+
+    def test_slips_are_not_spread_and_that_is_said(self, found, tmp_path):
+        weights = branches("motions", motions=0.6, other=0.4)
+        parts = (BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, FIT, weights, "[friction]\nstatic = 0.3\n")
+        notes = study(tmp_path, *parts).run().attrs["notes"].splitlines()
+        assert SLIPS_WITHOUT_BRANCHES in notes
+        assert SLIPS_WITHOUT_BRANCHES not in found.attrs["notes"]
 
     def test_the_report(self, found, tmp_path):
         (sentence,) = (one for one in plain_answer(found) if "combinations of laws" in one)
@@ -217,6 +225,13 @@ class TestInventories:
         plain = inventory_study(tmp_path, LAWS, motions(1), PERFORMANCE, HAZARD).run()
         for name in plain.data_vars:
             np.testing.assert_array_equal(found[name], plain[name])
+
+    def test_slips_are_not_spread_and_that_is_said(self, building, tmp_path):
+        slides = "[friction]\nstatic = 0.3\n"
+        weights = branches("motions", motions=0.6, other=0.4)
+        parts = (LAWS, motions(1), OTHER, PERFORMANCE, HAZARD, weights, slides)
+        assert SLIPS_WITHOUT_BRANCHES in inventory_study(tmp_path, *parts).run().attrs["notes"].splitlines()
+        assert SLIPS_WITHOUT_BRANCHES not in building[0].attrs["notes"]
 
     def test_what_a_reader_sees(self, building):
         found, folder = building
