@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from ... import checks
 from ...aliases import Progress
 from ...models import Block, Model
 from ...motions.intensity.measure import Measure
@@ -157,7 +156,8 @@ def ida(
     {'block': 1, 'model': 1, 'level': 2, 'motion': 4, 'reason': 9}
     """
     if isinstance(levels, str):
-        checks.choice("levels", levels, (ADAPTIVE,))
+        if levels != ADAPTIVE:
+            raise TypeError(f"levels must be real numbers or {ADAPTIVE!r}, got {levels!r:.40}")
         if screen:
             raise ValueError("screen must be left out for adaptive levels: runs at levels of their own have no screen")
         wanted = ["overturned"] if outputs is None else outputs

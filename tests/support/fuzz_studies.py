@@ -90,7 +90,9 @@ def bases() -> list[dict[str, str]]:
     # (the clinic first: what follows is made of it, and of the first other study that has what it needs)
     for path in sorted(EXAMPLES.glob("*.toml"), key=lambda one: (one.stem != "clinic", one.stem == "branches", one)):
         text = re.sub(r"(?m)^dt_s = .*\n", "", path.read_text(encoding="utf-8"))
-        text = text.replace("[stripes.select]\nnumber = 40", '[stripes.select]\noutside = "keep"\n"number" = 2')
+        text = text.replace(
+            "[stripes.select]\nnumber = 40", '[stripes.select]\noutside = "keep"\nfactor = [1e-3, 1e3]\n"number" = 2'
+        )
         text = re.sub(r"(?m)^number = \d+", "number = 2\ndt_s = 0.2", text)
         text = text.replace("samples = 64", "samples = 2").replace("sobol = 64", "sobol = 8")
         if path.with_suffix(".csv").is_file():  # (inventories with the columns that the clinic's lacks)

@@ -237,7 +237,7 @@ def test_pairs_fall_about_either_axis():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"levels": "adaptative"}, "levels must be one of 'adaptive'"),
+        ({"levels": "adaptative"}, "levels must be real numbers or 'adaptive'"),
         ({"levels": [1.0], "until": {}}, "until and hazard are for adaptive levels"),
         ({"levels": [1.0]}, "motions must be labelled arrays where levels are given"),
         ({"screen": True}, "screen must be left out for adaptive levels"),
