@@ -124,7 +124,7 @@ def test_blocks_that_do_not_run_are_counted():
         assert marked == NOT_RUN.get(str(source.with_suffix("").relative_to(ROOT)), 0), source.name
 
 
-STARTED = {"office": ["inventory"], "shelf": ["bookcase"]}
+STARTED = {"office": ["inventory"], "shelf": ["bookcase"], "site": ["hazard"]}
 """Folders that the pages have `toppling new` write, with its words."""
 
 
@@ -159,9 +159,11 @@ def small_results(tmp_path_factory):
         """What `toppling new` writes into a folder of the pages, and its results of few motions."""
         begun = made / "new" / folder  # (an example has the same name)
         assert command(["new", *STARTED[folder], str(begun)]) == 0
-        small, changes = re.subn(r"(?m)^number = \d+", "number = 5", (begun / "study.toml").read_text("utf-8"))
-        assert changes == 1
-        (begun / "small.toml").write_text(small, encoding="utf-8")
+        whole = (begun / "study.toml").read_text("utf-8")
+        small, changes = re.subn(r"(?m)^number = \d+", "number = 5", whole)
+        selects = "[stripes.select]" in whole  # (few candidates do not agree with the hazard)
+        assert changes == 1 or selects
+        (begun / "small.toml").write_text(whole if selects else small, encoding="utf-8")
         assert command(["run", str(begun / "small.toml"), "--out", str(begun / "results")]) == 0
         return begun
 
