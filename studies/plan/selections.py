@@ -41,7 +41,7 @@ def selection_variables(reports: Sequence[xr.Dataset], motions: Sequence[Sequenc
     motions: those of each stripe, whose labels tell which candidates neighbouring stripes share.
     """
     levels = [one.attrs["level"] for one in reports]
-    joined = xr.concat([one.drop_vars("unit") for one in reports], "stripe", join="outer", combine_attrs="drop")
+    joined = xr.concat([one.drop_vars("unit") for one in reports], "stripe", join="outer", combine_attrs="override")
     names = [str(one) for one in joined["measure"].values]
     found: dict[str, xr.Variable] = {}
     for name in _BY_MEASURE:
@@ -61,8 +61,12 @@ def selection_variables(reports: Sequence[xr.Dataset], motions: Sequence[Sequenc
         found,
         coords={
             STRIPE: (STRIPE, levels, about),
-            MEASURE: (MEASURE, names),
-            "selected_unit": (MEASURE, [measure_named(name).units for name in names]),
+            MEASURE: (MEASURE, names, {"units": DIMENSIONLESS, "long_name": "measure of the motions"}),
+            "selected_unit": (
+                MEASURE,
+                [measure_named(name).units for name in names],
+                {"units": DIMENSIONLESS, "long_name": "SI unit of the measure"},
+            ),
         },
     )
 

@@ -69,6 +69,8 @@ def test_stripes_that_agree_are_run_and_others_left_out(tmp_path, target):
     assert results["selection_consistent"].values.tolist() == [True]
     assert results.sizes["motion"] == 10
     assert "in 1 of 1" in results.attrs["notes"]
+    for name, one in results.variables.items():
+        assert {"units", "long_name"} <= set(one.attrs), name
 
 
 def test_the_study_is_the_selection_by_hand(tmp_path, target):
