@@ -39,4 +39,5 @@ def _beside_table(results: xr.Dataset) -> list[str]:
         return [*islice(plain_answer(results), 1), *said, *more]
     choice = [one for one in (law_choice(results),) if one]
     slid = [*edge_sentences(results), *trip_sentences(results)]
-    return [*crossed_pieces(results), *choice, *gain_sentences(results), *break_sentences(results), *slid]
+    crossing = crossed_pieces(results)[:1]  # (the report has the others)
+    return [*crossing, *choice, *gain_sentences(results), *break_sentences(results), *slid]

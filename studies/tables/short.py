@@ -31,7 +31,7 @@ from .pieces import in_years as chances_in
 from .sensitivity import median_rows
 from .unseen import at_most
 
-MOST = 9
+MOST = 8
 """Most lines of the table."""
 
 

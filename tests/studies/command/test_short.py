@@ -24,7 +24,7 @@ def test_an_answer_in_a_few_lines(study, capsys):
     assert len(lines) < 25
     text = "\n".join(lines)
     assert "What overturns under housner e=e_R, the reference law" in text
-    assert "the 9 of 14 blocks with the highest rates" in " ".join(text.split())
+    assert "the 8 of 14 blocks with the highest rates" in " ".join(text.split())
     assert sum(line.startswith(" shelf") for line in lines) >= 7
     assert any(line.startswith("validity: ") for line in lines)
     assert re.search(r"and \d+ notes(, \d+ of them above)?: toppling report", text)

