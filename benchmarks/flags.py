@@ -14,7 +14,7 @@ from ..motions.arrays import Record
 from ..units import STANDARD_GRAVITY
 from .measure import Row, oscillators
 from .problems import problem, typical
-from .rivals import Rival, located_runge_kutta, newmark, runge_kutta
+from .rivals.fixed_steps import Rival, located_runge_kutta, newmark, runge_kutta
 from .speed import motions
 
 FLAG_LAWS: tuple[Law, ...] = (

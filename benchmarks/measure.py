@@ -23,7 +23,7 @@ from ..models import Block, Law
 from ..models.oscillator import Oscillator
 from ..models.runs import OUTPUTS, run_many, trace
 from .problems import DT, TRUTH_BLOCKS, TRUTH_FACTORS, TRUTH_FILE, problem
-from .rivals import Answer, Rival
+from .rivals.fixed_steps import Answer, Rival
 
 Row = dict[str, Any]
 """One line of a table: names and plain values."""

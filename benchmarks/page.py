@@ -9,6 +9,7 @@ from typing import Any
 from ..writing import write_bytes
 from . import figures
 from .measure import ENGINE, Row
+from .mixing import LEVELS, MOTION_TARGET, RATIO_TARGET, RUNS
 from .precision import SHOWN, TIMED
 from .problems import DT, DURATION, LAWS
 from .scenes import TARGET
@@ -29,6 +30,7 @@ from .tables import (
     flags_table,
     fraction,
     laws_of,
+    mixing_table,
     newmark_table,
     next_right,
     percent,
@@ -107,6 +109,8 @@ def summary(results: Row) -> list[Table]:
     tables = []
     if "speed" in results:
         tables.append(speed_table(results["speed"]["rows"]))
+    if "mixing" in results:
+        tables.append(mixing_table(results["mixing"]))
     if "scenes" in results:
         tables.append(scenes_table(results["scenes"]))
     if "sliding" in results:
@@ -173,6 +177,19 @@ def _speed_answer(speed: Row) -> list[str]:
         verdict = "met" if max(ratios.values()) <= EXACT_TARGET else "**missed**"
         lines.append(f"Exact geometry over linear geometry, cost: {each} (target {EXACT_TARGET:g}: {verdict}).")
     return lines
+
+
+def _mixing_answer(rows: list[Row]) -> list[str]:
+    dear = [f"{short(row['law'])} ({row['ratio']:.2f})" for row in rows if row["ratio"] > RATIO_TARGET]
+    slow = [f"{short(row['law'])} ({row['levels']:.0f})" for row in rows if row["levels"] > MOTION_TARGET]
+    return [
+        f"**Few runs of each motion.** In a batch of {RUNS} motions a run costs "
+        f"{span((row['ratio'] for row in rows), 2)} times as much as in a batch of one motion "
+        f"(target {RATIO_TARGET:g}: {'**missed** by ' + _names(dear) if dear else 'met'}). "
+        f"A motion at {len(LEVELS)} levels costs {span((row['levels'] for row in rows), 0)} µs "
+        f"(target {MOTION_TARGET:g}: {'**missed** by ' + _names(slow) if slow else 'met'}), motion by motion "
+        f"{span((row['alone'] for row in rows), 0)} µs."
+    ]
 
 
 def _scenes_answer(rows: list[Row]) -> list[str]:
@@ -282,6 +299,7 @@ def _flags_answer(rows: list[Row]) -> list[str]:
 
 _ANSWERS: dict[str, Callable[[Any], list[str]]] = {
     "speed": _speed_answer,
+    "mixing": _mixing_answer,
     "scenes": _scenes_answer,
     "sliding": _sliding_answer,
     "skipping": _skipping_answer,
@@ -309,6 +327,19 @@ def _speed_section(results: Row, _: set[str]) -> list[str]:
         markdown(speed_table(results["speed"]["rows"])),
         "\\* A rigid block that rests does not move: the engine passes over that time, one step a sample of RK4 is "
         "a step there, too. *Passing over rest*: the ratio to an RK4 that takes no steps there.",
+    ]
+
+
+def _mixing_section(results: Row, _: set[str]) -> list[str]:
+    levels = ", ".join(f"{level:g}" for level in LEVELS)
+    return [
+        "## Few runs of each motion",
+        f"The block of case K under simulated motions of {DURATION:g} s at {DT:g} s: {RUNS} runs of one motion in a "
+        f"batch, and {RUNS} runs of as many motions. Then all motions at {len(LEVELS)} levels each ({levels} times "
+        "g tan α), in mixed batches and motion by motion. What lies before the first uplift is skipped; the results "
+        "are the same to the last bit. A motion of which few runs are wanted has costs of its own: its samples are "
+        "copied, and read once before its runs begin.",
+        markdown(mixing_table(results["mixing"])),
     ]
 
 
@@ -453,6 +484,7 @@ def _flags_section(results: Row, _: set[str]) -> list[str]:
 
 _SECTIONS: dict[str, Callable[[Row, set[str]], list[str]]] = {
     "speed": _speed_section,
+    "mixing": _mixing_section,
     "scenes": _scenes_section,
     "sliding": _sliding_section,
     "skipping": _skipping_section,

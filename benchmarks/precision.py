@@ -12,9 +12,9 @@ from ..aliases import Array
 from ..models import Law
 from ..models.runs import run_many
 from .measure import ENGINE, TRUTH_RUNS, Row, answers, errors, multiplication, oscillators, seconds, true_record
-from .peers import ALL
 from .problems import DT, HARD, LAWS, TRUTH_FACTORS, problem
-from .rivals import Rival
+from .rivals.fixed_steps import Rival
+from .rivals.peers import ALL
 
 SHOWN = (
     "discrete e=0.9 δ=0.05",

@@ -16,7 +16,7 @@ from ..motions.arrays import Record
 from ..units import STANDARD_GRAVITY
 from .measure import Row, is_rigid, oscillators, seconds
 from .problems import CASES, DT, DURATION, LAWS, problem, record, typical
-from .rivals import Rival, runge_kutta, runge_kutta_at_rest
+from .rivals.fixed_steps import Rival, runge_kutta, runge_kutta_at_rest
 
 YARDSTICK = runge_kutta_at_rest()
 PASSING = runge_kutta(1)

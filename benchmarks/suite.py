@@ -8,6 +8,7 @@ from typing import Any
 from ..models.runs import prepare
 from .flags import flags
 from .measure import Row, machine
+from .mixing import mixing
 from .precision import precision
 from .problems import HARD, LAWS
 from .scale import scale
@@ -18,7 +19,7 @@ from .speed import exact_over_linear, skipping, speed
 from .whole.first_use import first_use
 from .whole.studies import frozen_studies
 
-PARTS = ("speed", "scenes", "sliding", "skipping", "scale", "start", "studies", "precision", "flags")
+PARTS = ("speed", "mixing", "scenes", "sliding", "skipping", "scale", "start", "studies", "precision", "flags")
 COMMAND = "toppling bench"
 
 
@@ -33,6 +34,7 @@ def _sliding(full: bool) -> Row:
 
 _MEASURES: dict[str, Callable[[bool], Any]] = {
     "speed": _speed,
+    "mixing": lambda full: mixing(repeats=15 if full else 7),
     "scenes": lambda full: scenes(repeats=15 if full else 7),
     "sliding": _sliding,
     "skipping": lambda full: skipping(repeats=9 if full else 5),

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from .measure import ENGINE, Row
+from .mixing import LEVELS
 from .precision import ALL_LAWS, DEAR, FAILED, MISSING, UNABLE
 from .speed import YARDSTICK
 
@@ -83,6 +84,18 @@ def speed_table(rows: Sequence[Row]) -> Table:
                 cells += [cost(row["engine"]), cost(row["yardstick"]), *ratios]
         lines.append((short(law) + star, *cells))
     return Table(f"ns per sample and run, engine without skipping and {YARDSTICK.name}", headings, lines)
+
+
+def mixing_table(rows: Sequence[Row]) -> Table:
+    """Return the cost of a run in batches of one motion and of many, and of a motion at few levels."""
+    levels = f"{len(LEVELS)} levels of a motion"
+    headings = ("law", "one motion, µs", "mixed, µs", "ratio", f"{levels}, µs", "motion by motion, µs")
+    figures = ("shared", "mixed", "ratio", "levels", "alone")
+    digits = (1, 1, 2, 0, 0)
+    lines = [
+        (short(row["law"]), *(f"{row[name]:.{n}f}" for name, n in zip(figures, digits, strict=True))) for row in rows
+    ]
+    return Table("Cost of a run where few share a motion", headings, lines)
 
 
 def scenes_table(rows: Sequence[Row]) -> Table:

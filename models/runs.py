@@ -10,12 +10,13 @@ from collections.abc import Sequence
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
 from ..aliases import Array, Index
 from ..units import STANDARD_GRAVITY
+from .batches import Records, batch_of, flushed, lay_out
 from .engine import tables
 from .engine.exact_runs import run_exact
 from .engine.linear_runs import run_lanes
@@ -57,27 +58,17 @@ TALLY: tuple[str, ...] = tables.TALLY
 """The engine's counts: samples of all runs, samples left out by reason, and events solved."""
 
 _NO_START = np.empty(0)
-_NO_LIFTING = np.empty(0)
-_NO_TURNS = np.empty((2, 0))
-_NO_HISTORY = np.empty((tables.HISTORY_ROWS, 0))
 
-# Accelerations and states below this are zero: products of denormal numbers have no sign left to decide an event.
-_NOTHING = 1e-200
+ENOUGH_OF_ONE = 400
+"""Runs of one motion that fill the lanes of the engine by themselves: they need not be mixed with others."""
+
+# Samples of the records that one batch holds, at 8 bytes each (and 16 more where only flags are asked).
+_MOST_SAMPLES = 2_000_000
 
 
 def leaves_floor(factors: Any, downward: Any) -> Any:
     """Return True where the floor falls faster than g: `factors` times the downward acceleration, m/s² (any arrays)."""
     return 1.0 - factors * (downward / STANDARD_GRAVITY) <= tables.LEAST_WEIGHT
-
-
-def _writable(values: Array) -> Array:
-    """Return the values as an array of one type, whoever gave them: numba compiles once more for read-only ones."""
-    return np.require(values, requirements=["C", "W"])
-
-
-def _flushed(values: Array) -> Array:
-    tiny = np.abs(values) < _NOTHING
-    return np.where(tiny, 0.0, values) if tiny.any() else values
 
 
 def run_many(
@@ -135,6 +126,120 @@ def run_specimens(
     return run_sliders(tables, factors, acceleration, vertical, dt, skip, tally)
 
 
+class Motion(Protocol):
+    """What a run needs of a motion (as `motions.arrays.Record` has it): accelerations (n,), m/s², and their step, s."""
+
+    @property
+    def acceleration(self) -> Array:
+        """Horizontal acceleration of the floor (n,), m/s²."""
+
+    @property
+    def vertical(self) -> Array | None:
+        """Vertical acceleration (n,), m/s² upward, scaled as the horizontal one; None without."""
+
+    @property
+    def companion(self) -> Array | None:
+        """Horizontal acceleration across (n,), m/s², for blocks that slide in the plane; None without."""
+
+    @property
+    def dt(self) -> float:
+        """Step, s."""
+
+
+def run_mixed(
+    tables: Stack | PlaneTable | Array,
+    specimen: Index,
+    motion: Index,
+    factors: Array,
+    motions: Sequence[Motion],
+    skip: bool = True,
+    flags_only: bool = False,
+    tally: Index | None = None,
+) -> Array:
+    """Run any list of runs, each of a specimen, a motion and a factor of its own, side by side in the engine's lanes.
+
+    A few runs of each of many motions cost hardly more in this way than as many runs of one motion, and many times less
+    than motion by motion (`run_specimens`).  The results of a run are those of `run_specimens`, to the last bit: they
+    depend neither on the other runs of the list nor on their order.
+
+    Parameters
+    ----------
+    tables : Stack, PlaneTable or Array
+        Specimens as `stacked` gives them; they belong to one caller at a time.
+    specimen, motion : ndarray of int, shape (m,)
+        Of each run, the place of its specimen in `tables`, and of its motion in `motions`; at least one run, any order.
+    factors : ndarray, shape (m,)
+        Scale factor on the motion of each run.
+    motions : sequence of Motion
+        Motions of any steps and lengths, with a vertical component or without.
+    skip, flags_only, tally
+        As of `run_many`.
+
+    Returns
+    -------
+    ndarray, shape (m, columns)
+        Results of the runs in the order given; the columns are those of `COLUMNS`.
+
+    Raises
+    ------
+    ValueError
+        Vertical shaking of an oscillator in linear geometry.
+    """
+    counts = np.zeros(len(TALLY), np.int64) if tally is None else tally
+    mixes = isinstance(tables, Stack)
+    found: list[Array] = []
+    places: list[Index] = []
+    for runs in _parts(specimen, motion, motions, mixes):
+        used, own = np.unique(motion[runs], return_inverse=True)
+        shakes = [motions[i] for i in used.tolist()]
+        first = shakes[0]
+        if isinstance(tables, Stack):
+            verticals = [one.vertical for one in shakes if one.vertical is not None] if _lifts(first) else []
+            records = lay_out([one.acceleration for one in shakes], first.dt, verticals)
+            results = _results(records, tables, specimen[runs], own, factors[runs], skip, flags_only, counts)
+        else:
+            shaking = first.acceleration, first.vertical, first.dt
+            rows, scale = _rows(tables, specimen[runs]), factors[runs][:, None]
+            results = run_specimens(rows, scale, *shaking, skip, flags_only, counts, first.companion)[:, 0]
+        found.append(results)
+        places.append(runs)
+    together = np.concatenate(found)
+    together[np.concatenate(places)] = together.copy()
+    return together
+
+
+def _rows(tables: PlaneTable | Array, which: Index) -> PlaneTable | Array:
+    """Return the tables of some sliding blocks."""
+    return PlaneTable(tables.friction[which]) if isinstance(tables, PlaneTable) else tables[which]
+
+
+def _lifts(motion: Motion) -> bool:
+    return motion.vertical is not None and bool(motion.vertical.any())
+
+
+def _parts(specimen: Index, motion: Index, motions: Sequence[Motion], mixes: bool) -> list[Index]:
+    """Places of runs that share a batch: of motions of one step, with or without a vertical component, by length.
+
+    Runs are sorted by motion and specimen there.  Motions that have enough runs for a batch of their own get one, as do
+    all where specimens do not mix motions.
+    """
+    runs = np.bincount(motion, minlength=len(motions))
+    named = ((i, motions[i]) for i in np.flatnonzero(runs).tolist())
+    kinds = {i: (one.dt, _lifts(one), one.acceleration.size) for i, one in named}
+    used = sorted(kinds, key=lambda i: (*kinds[i], i))
+    rank = np.zeros(len(motions), np.int64)
+    rank[used] = np.arange(len(used))
+    ends = np.cumsum(runs[used])
+    cuts, samples = [], 0
+    for k in range(1, len(used)):
+        samples += kinds[used[k - 1]][2]
+        apart = not mixes or max(runs[used[k - 1]], runs[used[k]]) >= ENOUGH_OF_ONE
+        if apart or kinds[used[k]][:2] != kinds[used[k - 1]][:2] or samples + kinds[used[k]][2] > _MOST_SAMPLES:
+            cuts.append(ends[k - 1])
+            samples = 0
+    return np.split(np.lexsort((specimen, rank[motion])), cuts)
+
+
 def run_stacked(
     stacked: Stack,
     factors: Array,
@@ -152,11 +257,28 @@ def run_stacked(
     """
     counts = np.zeros(len(TALLY), np.int64) if tally is None else tally
     which = np.repeat(np.arange(factors.shape[0]), factors.shape[1])
-    batch = _batch(_flushed(acceleration), dt, stacked, which, factors.ravel(), counts, vertical=vertical)
+    # (without vertical shaking, the same arithmetic as ever)
+    records = lay_out([acceleration], dt, [vertical] if vertical is not None and vertical.any() else [])
+    found = _results(records, stacked, which, np.zeros_like(which), factors.ravel(), skip, flags_only, counts)
+    return found.reshape(*factors.shape, tables.OUT_COLUMNS)
+
+
+def _results(
+    records: Records,
+    stacked: Stack,
+    which: Index,
+    motion: Index,
+    factors: Array,
+    skip: bool,
+    flags_only: bool,
+    tally: Index,
+) -> Array:
+    """Results (m, 15) of oscillators which[j] under factors[j] times record motion[j], all starting at rest."""
+    batch = batch_of(records, stacked, which, motion, factors, tally)
     run_batch(batch, _NO_START, skip, flags_only)
     if flags_only:
         batch.out[:, 1 : tables.OUT_AIRBORNE] = np.nan
-    return cast("Array", batch.out).reshape(*factors.shape, tables.OUT_COLUMNS)
+    return cast("Array", batch.out)
 
 
 def run_batch(batch: tables.Batch, start: Array, skip: bool, flags_only: bool) -> int:
@@ -166,54 +288,21 @@ def run_batch(batch: tables.Batch, start: Array, skip: bool, flags_only: bool) -
     more, and then only OUT_OVERTURNED is right.  Returns the number of turning points of the last run.
     """
     if skip and flags_only:
-        batch = batch._replace(shaking_left=np.zeros(batch.record.size), lifting_left=np.zeros(batch.record.size))
+        samples = batch.shaking.record.size
+        batch = batch._replace(shaking_left=np.empty(samples), lifting_left=np.zeros(samples))
     # Each driver is compiled when it is first called: an analysis without exact geometry never compiles the other one.
     linear, exact = begin_runs(batch, start, skip, flags_only)
     turns = 0
     if exact.size > 0:
         turns = run_exact(batch, exact, AT_REST if batch.lifting.size > 0 else None)
-    linear = linear[np.argsort(batch.first[linear], kind="stable")]
-    for j in range(0, linear.size, tables.LANES):
-        turns = run_lanes(batch, linear[j : j + tables.LANES])
+    # Runs that begin and end alike go together; lanes whose runs have ended stay empty.
+    last = batch.shaking.last
+    linear = linear[np.lexsort((batch.first[linear], last[linear]))]
+    for part in np.array_split(linear, -(-linear.size // tables.LANES) or 1):
+        if part.size > 0:
+            runs = part[np.lexsort((last[part], batch.first[part]))]
+            turns = run_lanes(batch, runs, np.unique(last[part]))
     return turns
-
-
-def _batch(
-    record: Array,
-    dt: float,
-    stacked: Stack,
-    which: Index,
-    factors: Array,
-    tally: Index,
-    turns: Array = _NO_TURNS,
-    history: Array = _NO_HISTORY,
-    vertical: Array | None = None,
-) -> tables.Batch:
-    """Runs of oscillators which[j] under factors[j] * record, with room for their results (see `tables.Batch`)."""
-    oscillators, regions, _ = stacked.tables.shape
-    lifting = _NO_LIFTING
-    if vertical is not None and vertical.any():  # (without, the same arithmetic as ever)
-        if not stacked.parameters[:, tables.PAR_EXACT].all():
-            raise ValueError("vertical shaking needs exact geometry, got an oscillator in linear geometry")
-        lifting = _writable(_flushed(vertical / STANDARD_GRAVITY))
-    return tables.Batch(
-        record=_writable(record),
-        dt=dt,
-        model=tables.Model(*stacked),
-        steps=np.zeros((oscillators, regions, tables.STEP_COLUMNS)),
-        which=which,
-        factors=_writable(factors),
-        first=np.zeros(which.size, np.int64),
-        begin=np.zeros((which.size, 4)),
-        lifting=lifting,
-        shaking_left=np.empty(0),
-        lifting_left=np.empty(0),
-        barriers=np.zeros((oscillators, 7)),
-        out=np.empty((which.size, tables.OUT_COLUMNS)),
-        turns=turns,
-        history=history,
-        tally=tally,
-    )
 
 
 @lru_cache(maxsize=1)
@@ -270,20 +359,19 @@ def trace(
 ) -> Trace:
     """One run with its history, from (theta0, omega0); arguments as of `run_many`."""
     stacked = stack([oscillator])
-    theta, omega = _flushed(np.array([theta0, omega0]))
+    theta, omega = flushed(np.array([theta0, omega0]))
     if theta == 0.0 and omega == 0.0:
         theta = oscillator.balance
     start = np.array([theta, omega, float(oscillator.region_at(theta, omega))])
-    batch = _batch(
-        _flushed(acceleration),
-        dt,
+    batch = batch_of(
+        lay_out([acceleration], dt, [vertical] if vertical is not None and vertical.any() else []),
         stacked,
+        np.zeros(1, np.int64),
         np.zeros(1, np.int64),
         np.ones(1),
         np.zeros(len(TALLY), np.int64),
         np.empty((2, max_turning_points)),
         np.empty((tables.HISTORY_ROWS, acceleration.size)),
-        vertical,
     )
     found = run_batch(batch, start, False, False)
     return Trace(batch.out[0], batch.history, batch.turns[:, : min(found, max_turning_points)])

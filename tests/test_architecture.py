@@ -35,8 +35,8 @@ models/slip motions/arrays motions/kernels studies/codes studies/money
 
 models/block models/oscillator motions/corrections motions/polarity motions/readers
 
-models/assembly models/friction models/items models/restraint_force models/statics models/supports motions/intensity
-motions/pairs
+models/assembly models/batches models/friction models/items models/restraint_force models/statics models/supports
+motions/intensity motions/pairs
 
 models/sides motions/plausibility motions/scaling
 
@@ -46,15 +46,14 @@ benchmarks/problems models/sliding motions/matching motions/selection
 
 benchmarks/exact_motion benchmarks/rivals models/runs motions/generators
 
-benchmarks/measure benchmarks/solve_ivp benchmarks/taylor benchmarks/truth fragility/runs models/dissipation
-models/history
+benchmarks/measure benchmarks/truth fragility/runs models/dissipation models/history
 
-benchmarks/peers benchmarks/scenes benchmarks/speed fragility/fitting fragility/hazard fragility/validity
+benchmarks/precision benchmarks/scenes benchmarks/speed fragility/fitting fragility/hazard fragility/validity
 
-benchmarks/flags benchmarks/precision benchmarks/sliding fragility/adaptive fragility/curves fragility/efficiency
-studies/text
+benchmarks/figures benchmarks/flags benchmarks/mixing benchmarks/sliding fragility/adaptive fragility/curves
+fragility/efficiency studies/text
 
-benchmarks/figures benchmarks/sequential benchmarks/tables fragility/analyses fragility/exchange fragility/risk
+benchmarks/sequential benchmarks/tables fragility/analyses fragility/exchange fragility/risk
 
 benchmarks/scale benchmarks/whole fragility/exchange/nrml fragility/exchange/pelicun fragility/uncertainty
 
@@ -81,7 +80,7 @@ studies/comparison
 studies/command
 """
 KERNEL_FOLDERS = {"models/engine", "models/slip", "motions/kernels", "fragility/kernels", "benchmarks/kernels"}
-NUMBA = {"machine_code.py", "benchmarks/peers.py"}
+NUMBA = {"machine_code.py", "benchmarks/rivals/peers.py"}
 """Files that import numba: what compiles kernels, and the integrators of others, which take numba's C callbacks."""
 ONE_MODULE = {"benchmarks/kernels": "the rivals are one module, and a kernel folder of their own stamps their cache"}
 """Rooms of a single module, with the reason."""

@@ -19,7 +19,16 @@ from numpy.typing import NDArray
 
 from ...aliases import Array, Index
 from ...models.oscillator import Stack
-from ...models.runs import COLUMNS, OUTPUTS, TALLY, Specimen, run_specimens, stacked
+from ...models.runs import (
+    COLUMNS,
+    ENOUGH_OF_ONE,
+    OUTPUTS,
+    TALLY,
+    Specimen,
+    run_mixed,
+    run_specimens,
+    stacked,
+)
 from ...models.sliding.law import PlaneSlider
 from ...motions.arrays import Record
 from .factors import BlockFactors, Factors, dense
@@ -48,6 +57,8 @@ MOST_CHUNKS = 100_000
 # holds several motions and that its oscillators are little to send.
 FEWEST_TOGETHER = 512
 MOST_TOGETHER = 4096
+# Runs of several motions that are given to the engine in one list: their results take 120 bytes each for a moment.
+MOST_MIXED = 16384
 
 OUTPUT_TYPES: dict[str, type[np.generic]] = {
     "overturned": np.bool_,
@@ -344,17 +355,31 @@ def run_part(
     flags_only = outputs == ("overturned",)
     tally = np.zeros(len(TALLY), np.int64)
     tables = stacked(oscillators)
-    for i, motion in enumerate(motions):
-        own = np.broadcast_to(factors[:, :, i], (n, levels))
-        runs = run_specimens(
-            tables, own, motion.acceleration, motion.vertical, motion.dt, skip, flags_only, tally, motion.companion
-        )
+    # (sliding blocks go motion by motion in any case)
+    together = n * levels if isinstance(tables, Stack) else ENOUGH_OF_ONE
+    for first, stop in _mixtures(together, len(motions)):
+        shakes = motions[first:stop]
+        own = np.broadcast_to(factors[:, :, first:stop], (n, levels, stop - first))
+        if stop - first > 1:
+            specimen, _, motion = (axis.ravel() for axis in np.indices(own.shape))
+            runs = run_mixed(tables, specimen, motion, own.ravel(), shakes, skip, flags_only, tally)
+            runs = runs.reshape(*own.shape, -1)
+        else:
+            (one,) = shakes
+            shaking = one.acceleration, one.vertical, one.dt
+            runs = run_specimens(tables, own[..., 0], *shaking, skip, flags_only, tally, one.companion)[:, :, None]
         # (of sliding blocks all results are NaN there)
-        rocks = motion.vertical is not None and isinstance(tables, Stack)
+        rocks = isinstance(tables, Stack) and any(one.vertical is not None for one in shakes)
         left = runs[..., COLUMNS["airborne"]] == 1.0 if rocks else None
         for array, name in zip(results, outputs, strict=True):
             values = runs[..., COLUMNS[name]]
             if left is not None and name in UNKNOWN:
                 values = np.where(left, UNKNOWN[name], values)
-            array[:, :, i] = values
+            array[:, :, first:stop] = values
     return ChunkResult(results, tally, perf_counter() - started)
+
+
+def _mixtures(runs: int, motions: int) -> Bounds:
+    """Bounds of consecutive motions, of so many runs each, that go through the engine together: few runs are mixed."""
+    together = 1 if runs >= ENOUGH_OF_ONE else max(1, MOST_MIXED // runs)
+    return [(first, min(first + together, motions)) for first in range(0, motions, together)]

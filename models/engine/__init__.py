@@ -14,8 +14,14 @@ most one zero, the velocity at most two monotone parts, and the signs of velocit
 
 How a batch runs (`models.runs.run_batch` calls three entry points).  `starts.begin_runs` fills in the propagators and
 finds the first sample of each run: what precedes its uplift is known in proportion.  `linear_runs.run_lanes` takes runs
-in linear geometry in lockstep over one record, a lane each; `exact_runs.run_exact` takes those in exact geometry, each
-with a clock of its own.
+in linear geometry in lockstep, a lane each; `exact_runs.run_exact` takes those in exact geometry, each with a clock of
+its own.  The runs of a batch are of one record or of several of one step, which lie one after the other (see
+`tables.Shaking`).
+
+All records that go in lockstep begin together, and a lane whose record has ended stays empty.  Where the lanes go over
+several records, the samples of a few steps are written time by time first, so that those of all lanes lie side by side:
+the steps stay vectors.  A record that ends between two of the samples at which all lanes meet is followed to its end
+alone.
 
 In lockstep, `advance` takes the plain steps of a block of lanes at once, in vectors, and sorts the lanes that it marks:
 a turn is noted down, a lane with another event is parked.  Every few samples `resolve` solves the events that have

@@ -72,12 +72,13 @@ BOUNCE_RESTITUTION = 0.6
 class Flights(NamedTuple):
     """Bouncing blocks and their flights.
 
-    runs: the bouncing runs; time: for each, the time in its sample at which its flight begins; columns: a column for
-    each flight; owner: the run to which each column belongs.
+    runs: the bouncing runs; time: for each, the time in its sample at which its flight begins; stop: the sample to
+    which it is followed; columns: a column for each flight; owner: the run to which each column belongs.
     """
 
     runs: Any
     time: Any
+    stop: Any
     columns: Any
     owner: Any
 
@@ -257,7 +258,7 @@ def no_flights(runs):
     columns = np.zeros(FLIGHT_ROWS * LANES)
     columns[FLIGHT_OMEGA * LANES : (FLIGHT_OMEGA + 1) * LANES] = 1.0
     columns[FLIGHT_OFFSET * LANES : (FLIGHT_OFFSET + 1) * LANES] = -1.0
-    return Flights(runs, np.empty(LANES), columns, np.empty(LANES, np.int64))
+    return Flights(runs, np.empty(LANES), np.empty(LANES, np.int64), columns, np.empty(LANES, np.int64))
 
 
 @kernel(inline="always")
@@ -280,7 +281,7 @@ def _load_flight(f, column, j, model, shaking):
     dt = shaking.dt
     o = b.oscillator[j]
     x = b.x[j]
-    i = b.until[j]
+    i = b.start[j] + b.until[j]
     here = b.k[j, NOW]
     there = model.links[o, here, LINK_HOPS]
     rest = rest_at(model, o, here, 0.0)
@@ -315,9 +316,10 @@ def _load_flight(f, column, j, model, shaking):
 
 
 @kernel(**FUSED)
-def bounce(f, n, model, shaking, end, work):
+def bounce(f, n, model, shaking, end, meeting, work):
     """Follow n bouncing blocks together to sample `end`, or until each rests or rises; return the events solved.
 
+    Blocks whose records end by then are followed to their ends; the others only where all of them are `meeting`.
     What is out of the ordinary is left to `solve_sample`, one by one.  NEED says who takes a lane again: it WAITS.
     """
     v = f.columns
@@ -328,7 +330,9 @@ def bounce(f, n, model, shaking, end, work):
     solved = np.int64(0)
     live = np.int64(0)
     for j in range(n):
-        if b.until[j] < end:
+        last = shaking.last[b.run[j]]
+        f.stop[j] = last if last <= end else (end if meeting else 0)
+        if b.until[j] < f.stop[j]:
             _load_flight(f, live, j, model, shaking)
             live += 1
     while live > 0:
@@ -343,10 +347,11 @@ def bounce(f, n, model, shaking, end, work):
                 continue
             j = f.owner[column]
             i = b.until[j]
+            at = b.start[j] + i
             omega = v[FLIGHT_OMEGA * LANES + column]
-            if what == FLIES_ON and i + 1 < end:
-                slope = b.amplitude[j] * (record[i + 2] - record[i + 1]) * per_dt
-                _load_forcing(v, column, b.amplitude[j] * record[i + 1], slope)
+            if what == FLIES_ON and i + 1 < f.stop[j]:
+                slope = b.amplitude[j] * (record[at + 2] - record[at + 1]) * per_dt
+                _load_forcing(v, column, b.amplitude[j] * record[at + 1], slope)
                 offset = _of_side(v, column, FLIGHT_OFFSET, FLIGHT_OTHER_OFFSET)
                 a = _of_side(v, column, FLIGHT_FORCE, FLIGHT_OTHER_FORCE) + offset
                 theta = v[FLIGHT_THETA * LANES + column]
@@ -360,8 +365,8 @@ def bounce(f, n, model, shaking, end, work):
             o = b.oscillator[j]
             impacts = int(v[FLIGHT_IMPACTS * LANES + column])
             t = v[FLIGHT_TIME * LANES + column]
-            force = b.amplitude[j] * record[i]
-            slope = b.amplitude[j] * (record[i + 1] - record[i]) * per_dt
+            force = b.amplitude[j] * record[at]
+            slope = b.amplitude[j] * (record[at + 1] - record[at]) * per_dt
             settles = False
             rest = rest_at(model, o, k[NOW], 0.0)
             if what == LANDS_LOW:
@@ -395,9 +400,9 @@ def bounce(f, n, model, shaking, end, work):
             i += 1
             b.until[j] = i
             f.time[j] = 0.0
-            low = lands_soon(x, k, model, o, b.amplitude[j] * record[i], dt)
+            low = lands_soon(x, k, model, o, b.amplitude[j] * record[at + 1], dt)
             k[NEED] = CROSSES if low else WAITS
-            if low and i < end:
+            if low and i < f.stop[j]:
                 _load_flight(f, column, j, model, shaking)
                 column += 1
                 continue

@@ -10,7 +10,7 @@ from .free import follow_free, is_safe
 from .lanes import begin_run, store_fallen, store_sample, write_result
 from .pieces import at_edge, solve_piece, solve_sample
 from .regions import Lifting, captures, later, rate, value, weight_over
-from .rest import has_bounced_out, rest_at, set_at_rest, span_maxima, until_uplift
+from .rest import has_bounced_out, rest_at, set_at_rest, until_uplift
 from .series import FAR_ANGLE, first_terms, sine_and_cosine, terms_end
 from .tables import (
     BACK,
@@ -114,18 +114,13 @@ class Gliders(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Room for one run at a time: a series and the turning points (and none), sines and cosines, a copy of its state.
-
-    highs, lifting_highs: the largest |record| and |lifting| of each span of samples (see `rest.span_maxima`).
-    """
+    """Room for one run at a time: a series, the turning points (and none), sines and cosines, a copy of its state."""
 
     work: Any
     no_turns: Any
     trig: Any
     x: Any
     k: Any
-    highs: Any
-    lifting_highs: Any
 
 
 @kernel(inline="always")
@@ -349,12 +344,14 @@ def _forcing(amplitude, record, i, dt):
 
 
 @kernel(inline="always")
-def _pushes(w, lane, batch, at_rest, lifting_highs):
+def _pushes(w, lane, batch, at_rest):
     """Return the forcing of a lane's block at the beginning of its sample, its slope, and the weight."""
-    i = w.sample[lane]
-    lifting = Lifting(batch.lifting, lifting_highs, batch.factors[w.run[lane]])
-    force, _, slope = _forcing(w.amplitude[lane], batch.record, i, batch.dt)
-    return force, slope, weight_over(at_rest, lifting, i, batch.dt)
+    run = w.run[lane]
+    at = batch.shaking.start[run] + w.sample[lane]
+    dt = batch.shaking.dt
+    lifting = Lifting(batch.lifting, batch.lifting_highs, batch.factors[run])
+    force, _, slope = _forcing(w.amplitude[lane], batch.shaking.record, at, dt)
+    return force, slope, weight_over(at_rest, lifting, at, dt)
 
 
 @kernel(inline="always")
@@ -389,14 +386,14 @@ def _join(w, batch, run, lane, listed):
 @kernel(**FUSED)
 def _leave_samples(w, between, batch, at_rest, room):
     """Bring the lanes between two samples to their next pieces, through rest; return the number of runs that ended."""
-    record = batch.record
-    dt = batch.dt
+    shaking = batch.shaking
+    record = shaking.record
+    dt = shaking.dt
     model = batch.model
     shaking_left = batch.shaking_left
     history = batch.history
     tally = batch.tally
-    n = record.shape[0]
-    store = history.shape[1] == n
+    store = history.shape[1] > 0
     listed = room.work.turns.shape[1] > 0
     looking = shaking_left.shape[0] > 0
     ended = np.int64(0)
@@ -406,13 +403,15 @@ def _leave_samples(w, between, batch, at_rest, room):
         k = w.k[lane]
         o = w.oscillator[lane]
         i = w.sample[lane]
+        start = shaking.start[w.run[lane]]
+        last = shaking.last[w.run[lane]]
         factor = batch.factors[w.run[lane]]
         amplitude = w.amplitude[lane]
-        lifting = Lifting(batch.lifting, room.lifting_highs, factor)
+        lifting = Lifting(batch.lifting, batch.lifting_highs, factor)
         over = False
         while True:
             if k[OVERTURNED] != 0:
-                tally[TALLY_OVERTURNED] += n - 1 - i
+                tally[TALLY_OVERTURNED] += last - i
                 if store:
                     store_fallen(history, i, x)
                 over = True
@@ -421,22 +420,22 @@ def _leave_samples(w, between, batch, at_rest, room):
                 _fetch(w, lane)
             if store:
                 store_sample(history, i, x, k, model, o)
-            if i == n - 1:
+            if i == last:
                 turns = k[TURNS]
                 after_record = Work(room.work.poly, room.no_turns)
-                follow_free(x, k, model, o, (n - 1) * dt, after_record, room.trig)
+                follow_free(x, k, model, o, last * dt, after_record, room.trig)
                 k[TURNS] = turns  # (the list holds those of the record)
                 over = True
                 break
             if looking and i % SAFETY_INTERVAL == 0:
-                push = abs(amplitude) * shaking_left[i]
-                if is_safe(x, k, model, o, push, abs(factor) * batch.lifting_left[i], batch.barriers):
+                push = abs(amplitude) * shaking_left[start + i]
+                if is_safe(x, k, model, o, push, abs(factor) * batch.lifting_left[start + i], batch.barriers):
                     k[SAFE] = 1
-                    tally[TALLY_SAFE] += n - 1 - i
+                    tally[TALLY_SAFE] += last - i
                     over = True
                     break
-            force, end, slope = _forcing(amplitude, record, i, dt)
-            weight = weight_over(at_rest, lifting, i, dt)
+            force, end, slope = _forcing(amplitude, record, start + i, dt)
+            weight = weight_over(at_rest, lifting, start + i, dt)
             if k[NOW] >= 0:
                 tally[TALLY_EVENTS] += 1
                 w.sample[lane] = i
@@ -451,9 +450,12 @@ def _leave_samples(w, between, batch, at_rest, room):
             if stays_right and force >= left * heavy and end >= left * heavy_end:
                 lifted = i + 1
                 if not store:
-                    lifted = until_uplift(record, room.highs, amplitude, right, left, i, weight, lifting)
-                stop = (i // SAFETY_INTERVAL + 1) * SAFETY_INTERVAL if looking else n - 1
-                i = max(i + 1, min(lifted, stop, n - 1))
+                    at, to = start + i, start + last
+                    lifted = (
+                        until_uplift(record, shaking.highs, amplitude, right, left, at, to, weight, lifting) - start
+                    )
+                stop = (i // SAFETY_INTERVAL + 1) * SAFETY_INTERVAL if looking else last
+                i = max(i + 1, min(lifted, stop, last))
                 continue
             tally[TALLY_EVENTS] += 1
             solve_sample(x, k, model, o, force, slope, 0.0, dt, i * dt, room.work, room.trig, weight)
@@ -474,8 +476,7 @@ def _end_pieces(w, active, batch, at_rest, room):
     Those between two samples where there is more to do, those that cross edges, and those whose piece is unusual.
     """
     s = w.rows
-    n = batch.record.shape[0]
-    store = batch.history.shape[1] == n
+    store = batch.history.shape[1] > 0
     looking = batch.shaking_left.shape[0] > 0
     between = np.int64(0)
     crossings = np.int64(0)
@@ -493,13 +494,14 @@ def _end_pieces(w, active, batch, at_rest, room):
         s[ROW_THETA * GLIDERS + lane] = s[ROW_THETA_END * GLIDERS + lane]
         s[ROW_OMEGA * GLIDERS + lane] = s[ROW_OMEGA_END * GLIDERS + lane]
         w.sample[lane] += 1
-        if w.sample[lane] == n - 1 or store or (looking and w.sample[lane] % SAFETY_INTERVAL == 0):
+        stops = store or (looking and w.sample[lane] % SAFETY_INTERVAL == 0)
+        if stops or w.sample[lane] == batch.shaking.last[w.run[lane]]:
             w.between[between] = lane
             between += 1
             continue
         w.impacts[lane] = w.k[lane, IMPACTS] + w.k[lane, WALL_IMPACTS]
-        force, slope, weight = _pushes(w, lane, batch, at_rest, room.lifting_highs)
-        _set_piece(s, lane, force, slope, 0.0, batch.dt, weight)
+        force, slope, weight = _pushes(w, lane, batch, at_rest)
+        _set_piece(s, lane, force, slope, 0.0, batch.shaking.dt, weight)
         batch.tally[TALLY_EVENTS] += 1
     return between, crossings, unusual
 
@@ -534,7 +536,7 @@ def _solve_unusual(w, unusual, between, crossings, batch, at_rest, room):
     Returns how many lanes are between two samples, and how many cross an edge.
     """
     s = w.rows
-    dt = batch.dt
+    dt = batch.shaking.dt
     model = batch.model
     listed = room.work.turns.shape[1] > 0
     for place in range(unusual):
@@ -542,7 +544,7 @@ def _solve_unusual(w, unusual, between, crossings, batch, at_rest, room):
         does = w.marks[lane]
         x = w.x[lane]
         k = w.k[lane]
-        force, slope, weight = _pushes(w, lane, batch, at_rest, room.lifting_highs)
+        force, slope, weight = _pushes(w, lane, batch, at_rest)
         t = dt - s[ROW_SPAN * GLIDERS + lane]
         if does == HARD:
             _fetch(w, lane)
@@ -572,7 +574,7 @@ def _cross(w, crossings, between, batch, at_rest, room):
     """Act where blocks reach the edges of their regions; return how many lanes are between two samples."""
     s = w.rows
     c = w.crossings
-    dt = batch.dt
+    dt = batch.shaking.dt
     model = batch.model
     listed = room.work.turns.shape[1] > 0
     for place in range(crossings):
@@ -581,7 +583,7 @@ def _cross(w, crossings, between, batch, at_rest, room):
         k = w.k[lane]
         o = w.oscillator[lane]
         start = w.sample[lane] * dt
-        force, slope, weight = _pushes(w, lane, batch, at_rest, room.lifting_highs)
+        force, slope, weight = _pushes(w, lane, batch, at_rest)
         t = dt - s[ROW_SPAN * GLIDERS + lane]
         on = False
         if c[CROSS_SURE * GLIDERS + place] != 0.0:
@@ -664,8 +666,6 @@ def run_exact(batch, runs, at_rest):
         trig=np.empty((2, DEGREE + 1)),
         x=np.empty(STATE_FLOATS),
         k=np.empty(STATE_INTEGERS, np.int64),
-        highs=span_maxima(batch.record),
-        lifting_highs=span_maxima(batch.lifting),
     )
     listed = batch.turns.shape[1] > 0
     found = np.int64(0)

@@ -287,8 +287,8 @@ def follow_free(x, k, model, o, time, work, trig):
 
 
 @kernel(**FUSED)
-def cannot_fall(model, o, factor, shaking_left, lifting_left, barriers):
-    """Return True if the whole record cannot overturn a block that is at rest (as `is_safe`)."""
-    push = abs(model.parameters[o, PAR_GAIN] * factor) * shaking_left[0]
-    gained = push * barriers[o, 2] + abs(factor) * lifting_left[0] * barriers[o, 6]
+def cannot_fall(model, o, factor, shaking, lifting, barriers):
+    """Return True if a record of these integrals of |u''| and |lifting| cannot overturn a block at rest (`is_safe`)."""
+    push = abs(model.parameters[o, PAR_GAIN] * factor) * shaking
+    gained = push * barriers[o, 2] + abs(factor) * lifting * barriers[o, 6]
     return barriers[o, 5] + gained < (1.0 - 1e-9) * barriers[o, 0]

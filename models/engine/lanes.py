@@ -76,9 +76,10 @@ class Lanes(NamedTuple):
 
     rows: the lockstep state, flat; marks, words: which lanes a step has marked, one and eight at a time; x, k: the
     state of each run; own: the propagator of a zone whose damping is held; steps: those of all regions (o, r, 8);
-    oscillator, run, amplitude: of each lane; pieces, zones, zone_lane, turns, turn_lane: columns that wait to be solved
-    together, and their lanes; parked, parked_at, parked_time: lanes with an event, its sample and the time in it;
-    leaving: lanes that rest or bounce low (its last entry counts them); until: the sample at which such a lane goes on.
+    oscillator, run, amplitude: of each lane; start: where its record lies (see `Shaking`); pieces, zones, zone_lane,
+    turns, turn_lane: columns that wait to be solved together, and their lanes; parked, parked_at, parked_time: lanes
+    with an event, its sample and the time in it; leaving: lanes that rest or bounce low (its last entry counts them);
+    until: the sample at which such a lane goes on.
     """
 
     rows: Any
@@ -91,6 +92,7 @@ class Lanes(NamedTuple):
     oscillator: Any
     run: Any
     amplitude: Any
+    start: Any
     pieces: Any
     zones: Any
     zone_lane: Any
@@ -104,8 +106,9 @@ class Lanes(NamedTuple):
 
 
 class Sleepers(NamedTuple):
-    """Runs without a lane: state, oscillator, run, amplitude, and a sample: where a block's rest ends, or how far a
-    bouncing block has come.
+    """Runs without a lane: state, oscillator, run, amplitude, place of the record, and a sample.
+
+    That is where a block's rest ends, or how far a bouncing block has come.
     """
 
     x: Any
@@ -113,6 +116,7 @@ class Sleepers(NamedTuple):
     oscillator: Any
     run: Any
     amplitude: Any
+    start: Any
     until: Any
 
 
@@ -237,6 +241,7 @@ def leave_lane(w, lane, last):
     w.amplitude[lane] = w.amplitude[last]
     w.oscillator[lane] = w.oscillator[last]
     w.run[lane] = w.run[last]
+    w.start[lane] = w.start[last]
     w.until[lane] = w.until[last]
     clear_lane(w.rows, last)
 
@@ -262,6 +267,7 @@ def set_apart(w, lane, z, j):
     _copy(z.k[j], w.k[lane])
     z.oscillator[j] = w.oscillator[lane]
     z.run[j] = w.run[lane]
+    z.start[j] = w.start[lane]
     z.amplitude[j] = w.amplitude[lane]
     z.until[j] = w.until[lane]
 
@@ -273,16 +279,21 @@ def take_lane(w, lane, z, j):
     _copy(w.k[lane], z.k[j])
     w.oscillator[lane] = z.oscillator[j]
     w.run[lane] = z.run[j]
+    w.start[lane] = z.start[j]
     w.own[lane, STEP_DAMPING] = -1.0
     set_amplitude(w, lane, z.amplitude[j])
 
 
 @kernel(**FUSED)
-def rejoin(w, b, active, bouncing, parked, everyone):
-    """Give lanes to the blocks that no longer bounce low, or to all; return the numbers active, bouncing and parked."""
+def rejoin(w, f, active, bouncing, parked, last, end):
+    """Give lanes to the blocks that no longer bounce low, and to those whose records end by sample `end`.
+
+    Returns the numbers active, bouncing and parked.
+    """
+    b = f.runs
     j = np.int64(0)
     while j < bouncing:
-        if b.k[j, NEED] != WAITS and not everyone:
+        if b.k[j, NEED] != WAITS and last[b.run[j]] > end:
             j += 1
             continue
         take_lane(w, active, b, j)
@@ -293,6 +304,7 @@ def rejoin(w, b, active, bouncing, parked, everyone):
         active += 1
         bouncing -= 1
         move_apart(b, bouncing, j)
+        f.time[j] = f.time[bouncing]
     return active, bouncing, parked
 
 
@@ -315,6 +327,7 @@ def move_apart(z, j, to):
     _copy(z.k[to], z.k[j])
     z.oscillator[to] = z.oscillator[j]
     z.run[to] = z.run[j]
+    z.start[to] = z.start[j]
     z.amplitude[to] = z.amplitude[j]
     z.until[to] = z.until[j]
 
@@ -328,5 +341,6 @@ def no_runs(n):
         np.empty(n, np.int64),
         np.empty(n, np.int64),
         np.empty(n),
+        np.empty(n, np.int64),
         np.empty(n, np.int64),
     )

@@ -1,4 +1,4 @@
-"""Driver of runs in linear geometry, which go in lockstep over one record."""
+"""Driver of runs in linear geometry, which go in lockstep, over one record or over one each."""
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from .lanes import (
     begin_run,
     clear_lane,
     fetch_lane,
+    freeze_lane,
     leave_lane,
     move_apart,
     no_runs,
@@ -22,13 +23,13 @@ from .lanes import (
     take_lane,
     write_result,
 )
-from .lockstep import advance, follow
+from .lockstep import BLOCK, advance, follow
 from .resolve import resolve
-from .rest import span_maxima
 from .tables import (
     DEGREE,
     LANE_ROWS,
     LANES,
+    NEED,
     NOW,
     OVERTURNED,
     PAR_GAIN,
@@ -47,27 +48,28 @@ from .tables import (
     TILE,
     TURN_COLUMNS,
     TURNS,
-    Shaking,
+    WAITS,
     Work,
 )
 from .together import no_pieces
 
-# Lanes that take the steps of a tile in lockstep: a block of them stays in the fastest cache.
-BLOCK = 176
 # Bouncing blocks are followed together every so many samples: their meetings must not depend on the other runs.
 BOUNCE_INTERVAL = 16 * TILE
 
 
 @kernel(keep=True)
-def run_lanes(batch, runs):
+def run_lanes(batch, runs, ends):
     """Run up to LANES runs of a batch in linear geometry in lockstep; runs (r,) are sorted by their first sample.
 
-    A run joins at its first sample and leaves when it has overturned, or is sure not to (where shaking_left is given);
-    between, only marked lanes leave the lockstep, and a block at rest has no lane until the sample that lifts it.
+    ends: the numbers of their last samples, in ascending order.  All records begin together.  A run joins at its first
+    sample and leaves at the last one of its record, when it has overturned, or is sure not to (where shaking_left is
+    given); between, only marked lanes leave the lockstep, and a block at rest has no lane until the sample that lifts
+    it.
     Returns the number of turning points of the last run to end.
     """
-    record = batch.record
-    dt = batch.dt
+    shaking = batch.shaking
+    dt = shaking.dt
+    last = shaking.last
     model = batch.model
     which = batch.which
     factors = batch.factors
@@ -78,6 +80,10 @@ def run_lanes(batch, runs):
     out = batch.out
     history = batch.history
     tally = batch.tally
+    shared = True
+    for j in runs:
+        shared = shared and shaking.start[j] == shaking.start[runs[0]]
+    forces = np.zeros((TILE + 1) * BLOCK)
     marks = np.zeros(LANES, np.uint8)
     w = Lanes(
         rows=np.empty(LANE_ROWS * LANES),
@@ -90,6 +96,7 @@ def run_lanes(batch, runs):
         oscillator=np.empty(LANES, np.int64),
         run=np.empty(LANES, np.int64),
         amplitude=np.empty(LANES),
+        start=np.empty(LANES, np.int64),
         pieces=no_pieces(LANES),
         zones=no_pieces(LANES),
         zone_lane=np.empty(LANES, np.int64),
@@ -108,22 +115,24 @@ def run_lanes(batch, runs):
     after_record = Work(work.poly, np.empty((2, 0)))
     for lane in range(LANES):
         clear_lane(w.rows, lane)
-    n = record.shape[0]
-    store = history.shape[1] == n
+    longest = ends[ends.shape[0] - 1]
+    ended = np.int64(0)
+    store = history.shape[1] > 0
     recording = work.turns.shape[1] > 0
     active = np.int64(0)
     asleep = np.int64(0)
     bouncing = np.int64(0)
-    next_awake = n
+    next_awake = longest
     joined = np.int64(0)
     now = np.int64(ROW_EVEN)
     found = np.int64(0)
-    highs = span_maxima(record)
-    shaking = Shaking(record, dt, highs, np.max(highs))
     i = first[runs[0]]
     while True:
         # up to the next multiple of TILE: the meeting samples must not depend on the other runs
-        end = min(i + 1 if store else (i // TILE + 1) * TILE, n - 1)
+        end = min(i + 1 if store else (i // TILE + 1) * TILE, longest)
+        ending = ends[ended] <= end
+        while ended + 1 < ends.shape[0] and ends[ended] <= end:
+            ended += 1
         if store and active > 0:
             fetch_lane(w, np.int64(0), now)
             store_sample(history, i, w.x[0], w.k[0], model, w.oscillator[0])
@@ -133,20 +142,33 @@ def run_lanes(batch, runs):
             store_sample(history, i, b.x[0], b.k[0], model, b.oscillator[0])
         waiting = np.int64(0)
         parked = np.int64(0)
+        if ending and ends[0] < end:
+            for lane in range(active):
+                if last[w.run[lane]] < end:  # its record ends before the others meet
+                    fetch_lane(w, lane, now)
+                    freeze_lane(w.rows, lane)
+                    w.k[lane, NEED] = WAITS
+                    w.parked[parked] = lane
+                    w.parked_at[parked] = i - 1
+                    parked += 1
+            tally[TALLY_EVENTS] -= parked  # (that is no event)
         for lane in range(0, active, BLOCK):
             n_lanes = min(BLOCK, active - lane)
-            waiting, parked = advance(w, lane, n_lanes, shaking, i, end, now, waiting, parked)
+            if shared:
+                waiting, parked = advance(w, None, lane, n_lanes, shaking, i, end, now, waiting, parked)
+            else:
+                waiting, parked = advance(w, forces, lane, n_lanes, shaking, i, end, now, waiting, parked)
         if (end - i) % 2 == 1:
             now = ROW_ODD if now == ROW_EVEN else ROW_EVEN
-        meeting = store or end % BOUNCE_INTERVAL == 0 or end == n - 1
-        if bouncing > 0 and meeting:
-            tally[TALLY_EVENTS] += bounce(f, bouncing, model, shaking, end, work)
-            active, bouncing, parked = rejoin(w, b, active, bouncing, parked, end == n - 1)
+        meeting = store or end % BOUNCE_INTERVAL == 0
+        if bouncing > 0 and (meeting or ending):
+            tally[TALLY_EVENTS] += bounce(f, bouncing, model, shaking, end, meeting, work)
+            active, bouncing, parked = rejoin(w, f, active, bouncing, parked, last, end)
         if next_awake < end:
-            next_awake = n
+            next_awake = longest
             j = np.int64(0)
             while j < asleep:
-                if z.until[j] >= end:
+                if z.until[j] >= min(end, last[z.run[j]]):
                     next_awake = min(next_awake, z.until[j])
                     j += 1
                     continue
@@ -157,7 +179,7 @@ def run_lanes(batch, runs):
                 active += 1
                 asleep -= 1
                 move_apart(z, asleep, j)
-        while joined < runs.shape[0] and (first[runs[joined]] < end or end == n - 1):
+        while joined < runs.shape[0] and (first[runs[joined]] < end or last[runs[joined]] <= end):
             # a run joins alone, and catches up
             j = runs[joined]
             o = which[j]
@@ -165,12 +187,14 @@ def run_lanes(batch, runs):
             k = w.k[active]
             w.oscillator[active] = o
             w.run[active] = j
+            w.start[active] = shaking.start[j]
             w.own[active, STEP_DAMPING] = -1.0
             begin_run(x, k, model, o, begin[j])
             set_amplitude(w, active, -model.parameters[o, PAR_GAIN] * factors[j])
             if store:
                 store_sample(history, i, x, k, model, o)
-            reached, waiting = follow(w, active, model, shaking, first[j], end, now, waiting, recording)
+            stop = min(end, last[j])
+            reached, waiting = follow(w, active, model, shaking, first[j], stop, now, waiting, recording)
             joined += 1
             if w.leaving[LANES] > 0:
                 w.leaving[LANES] = 0
@@ -178,7 +202,7 @@ def run_lanes(batch, runs):
                 next_awake = min(next_awake, z.until[asleep])
                 asleep += 1
                 continue
-            if reached < end:
+            if reached < stop:
                 w.parked[parked] = active
                 w.parked_at[parked] = reached
                 parked += 1
@@ -201,26 +225,31 @@ def run_lanes(batch, runs):
                     active -= 1
                     leave_lane(w, w.leaving[j], active)
                 w.leaving[LANES] = 0
-            if bouncing > 0 and meeting:  # (all lanes have reached `end`)
-                tally[TALLY_EVENTS] += bounce(f, bouncing, model, shaking, end, work)
-                active, bouncing, parked = rejoin(w, b, active, bouncing, parked, end == n - 1)
+            if bouncing > 0 and (meeting or ending):  # (all lanes have reached `end`)
+                tally[TALLY_EVENTS] += bounce(f, bouncing, model, shaking, end, meeting, work)
+                active, bouncing, parked = rejoin(w, f, active, bouncing, parked, last, end)
         i = end
-        if shaking_left.shape[0] > 0 and (i % SAFETY_INTERVAL == 0 or i == n - 1):
+        looking = i % SAFETY_INTERVAL == 0
+        if shaking_left.shape[0] > 0 and (looking or ending):
             for lane in range(active):
-                if w.k[lane, OVERTURNED] == 0:
+                j = w.run[lane]
+                if w.k[lane, OVERTURNED] == 0 and (looking or last[j] <= i):
                     fetch_lane(w, lane, now)
-                    push = abs(w.amplitude[lane]) * shaking_left[i]
+                    push = abs(w.amplitude[lane]) * shaking_left[shaking.start[j] + min(i, last[j])]
                     if is_safe(w.x[lane], w.k[lane], model, w.oscillator[lane], push, 0.0, barriers):
                         w.k[lane, SAFE] = 1
                         leaving = True
             j = np.int64(0)
             while j < asleep:
-                push = abs(z.amplitude[j]) * shaking_left[i]
-                if not is_safe(z.x[j], z.k[j], model, z.oscillator[j], push, 0.0, barriers):
+                left = last[z.run[j]] - i
+                push = abs(z.amplitude[j]) * shaking_left[shaking.start[z.run[j]] + min(i, last[z.run[j]])]
+                if (not looking and left > 0) or not is_safe(
+                    z.x[j], z.k[j], model, z.oscillator[j], push, 0.0, barriers
+                ):
                     j += 1
                     continue
                 z.k[j, SAFE] = 1
-                tally[TALLY_SAFE] += n - 1 - i
+                tally[TALLY_SAFE] += max(left, 0)
                 found = z.k[j, TURNS]
                 write_result(out, z.run[j], z.x[j], z.k[j])
                 asleep -= 1
@@ -231,26 +260,40 @@ def run_lanes(batch, runs):
                 if w.k[lane, OVERTURNED] == 0 and w.k[lane, SAFE] == 0:
                     lane += 1
                     continue
-                tally[TALLY_SAFE if w.k[lane, SAFE] != 0 else TALLY_OVERTURNED] += n - 1 - i
+                tally[TALLY_SAFE if w.k[lane, SAFE] != 0 else TALLY_OVERTURNED] += max(last[w.run[lane]] - i, 0)
                 write_result(out, w.run[lane], w.x[lane], w.k[lane])
                 found = w.k[lane, TURNS]
                 if store:
                     store_fallen(history, i, w.x[lane])
                 active -= 1
                 leave_lane(w, lane, active)
-        if i == n - 1 or (active + asleep + bouncing == 0 and joined == runs.shape[0]):
-            break
-    for j in range(asleep):  # they take their lanes again, and end with the others
-        take_lane(w, active, z, j)
-        w.rows[now * LANES + active] = w.x[active, THETA]
-        w.rows[(now + 1) * LANES + active] = 0.0
-        active += 1
-    if store and active > 0:
-        fetch_lane(w, np.int64(0), now)
-        store_sample(history, n - 1, w.x[0], w.k[0], model, w.oscillator[0])
-    for lane in range(active):
-        fetch_lane(w, lane, now)
-        found = w.k[lane, TURNS]
-        follow_free(w.x[lane], w.k[lane], model, w.oscillator[lane], (n - 1) * dt, after_record, None)
-        write_result(out, w.run[lane], w.x[lane], w.k[lane])
-    return found
+        if ending:
+            # free motion after the record; those asleep take their lanes again for it
+            j = np.int64(0)
+            while j < asleep:
+                if last[z.run[j]] > i:
+                    j += 1
+                    continue
+                take_lane(w, active, z, j)
+                w.rows[now * LANES + active] = w.x[active, THETA]
+                w.rows[(now + 1) * LANES + active] = 0.0
+                active += 1
+                asleep -= 1
+                move_apart(z, asleep, j)
+            if store and active > 0:
+                fetch_lane(w, np.int64(0), now)
+                store_sample(history, i, w.x[0], w.k[0], model, w.oscillator[0])
+            lane = np.int64(0)
+            while lane < active:
+                j = w.run[lane]
+                if last[j] > i:
+                    lane += 1
+                    continue
+                fetch_lane(w, lane, now)
+                found = w.k[lane, TURNS]
+                follow_free(w.x[lane], w.k[lane], model, w.oscillator[lane], last[j] * dt, after_record, None)
+                write_result(out, j, w.x[lane], w.k[lane])
+                active -= 1
+                leave_lane(w, lane, active)
+        if active + asleep + bouncing == 0 and joined == runs.shape[0]:
+            return found

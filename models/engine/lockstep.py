@@ -77,6 +77,9 @@ from .tables import (
     WAITS,
 )
 
+# Lanes that take the steps of a tile in lockstep: a block of them stays in the fastest cache.
+BLOCK = 176
+
 # Position of a marked byte in a word of eight, from its lowest bit modulo 19.
 BYTE_OF = np.array([0, 0, 0, 0, 7, 2, 4, 3, 0, 1, 0, 6, 0, 0, 0, 0, 5, 0, 0])
 
@@ -192,6 +195,63 @@ def _step_odd(s, marks, n, force, rise, dip):
     return _step_lanes(s, marks, n, force, rise, dip, ROW_ODD, ROW_EVEN)
 
 
+@kernel(inline="always")
+def _step_mixed(s, forces, marks, n, dt, now, after):
+    """Step all lanes over one sample as `_step_lanes` does, each under its own record: two rows of `forces`."""
+    count = 0
+    for lane in range(n):
+        force = forces[lane]
+        rise = forces[BLOCK + lane] - force
+        amplitude = s[ROW_AMPLITUDE * LANES + lane]
+        theta_end, omega_end, look = _step(
+            s[now * LANES + lane],
+            s[(now + 1) * LANES + lane],
+            s[ROW_OFFSET * LANES + lane] + amplitude * force,
+            amplitude * rise,
+            s[ROW_STIFFNESS * LANES + lane],
+            Propagator(
+                s[ROW_G0 * LANES + lane],
+                s[ROW_G1 * LANES + lane],
+                s[ROW_G2 * LANES + lane],
+                s[ROW_G3 * LANES + lane],
+                s[ROW_G2_RISE * LANES + lane],
+            ),
+            s[ROW_SQUARE * LANES + lane] * _dip(rise, dt),
+            Edges(
+                s[ROW_UPPER * LANES + lane],
+                s[ROW_LOWER * LANES + lane],
+                s[ROW_CALM_UPPER * LANES + lane],
+                s[ROW_CALM_LOWER * LANES + lane],
+            ),
+        )
+        s[after * LANES + lane] = theta_end
+        s[(after + 1) * LANES + lane] = omega_end
+        marks[lane] = look
+        if look:
+            count += 1
+    return count
+
+
+@kernel(**BARE)
+def _step_mixed_even(s, forces, marks, n, dt):
+    return _step_mixed(s, forces, marks, n, dt, ROW_EVEN, ROW_ODD)
+
+
+@kernel(**BARE)
+def _step_mixed_odd(s, forces, marks, n, dt):
+    return _step_mixed(s, forces, marks, n, dt, ROW_ODD, ROW_EVEN)
+
+
+@kernel(**BARE)
+def _gather(w, forces, first, n, shaking, i):
+    """Write the samples i … i + TILE of the records of n lanes into rows, time by time: lanes beside each other."""
+    record = shaking.record
+    for j in range(n):
+        at = w.start[first + j] + i
+        for t in range(TILE + 1):
+            forces[t * BLOCK + j] = record[at + t]
+
+
 @kernel(**BARE)
 def step_reach(omega, a_start, a_end, dt):
     """Bound the way of one step: |a| <= 1.2 max(|a_start|, |a_end|), since a solves a'' + c a' + K a = 0."""
@@ -258,7 +318,8 @@ def _add_turn(w, column, lane, step, last):
 def follow(w, lane, model, shaking, i, end, now, waiting, recording):
     """Step one lane alone from sample i to sample `end`, or to its next event; return the sample and the turns waiting.
 
-    One that is at rest for longer than that is noted in w.leaving (its last entry counts them).
+    `end` is no later than the end of the lane's record.  One that is at rest for longer than that is noted in
+    w.leaving (its last entry counts them).
     """
     s = w.rows
     x = w.x[lane]
@@ -267,6 +328,7 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
     amplitude = w.amplitude[lane]
     record = shaking.record
     dt = shaking.dt
+    start = w.start[lane]
     region = k[NOW]
     if region < 0:
         k[NEED] = HARD
@@ -275,7 +337,8 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
         x[OMEGA] = 0.0
         upper = rest[REST_UP]
         lower = -rest[REST_DOWN]
-        i = until_uplift(record, shaking.highs, amplitude, upper, lower, i, None, None)
+        last = start + shaking.last[w.run[lane]]
+        i = until_uplift(record, shaking.highs, amplitude, upper, lower, start + i, last, None, None) - start
         if i >= end:
             w.until[lane] = i
             w.leaving[w.leaving[LANES]] = lane
@@ -311,7 +374,7 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
     # rotation stays within 2 A dt² of its end; half as much again is kept for what f grows beyond the edges.
     listed = recording or captures(model, o, region)
     k[LISTED] = 1 if listed else 0
-    x[CALM_MARGIN] = 3.0 * dt * dt * (abs(amplitude) * shaking.strongest + step[STEP_PULL])
+    x[CALM_MARGIN] = 3.0 * dt * dt * (abs(amplitude) * shaking.strongest[w.run[lane]] + step[STEP_PULL])
     calm_upper = -math.inf if listed else min(x[FRONT], upper) - x[CALM_MARGIN]
     calm_lower = math.inf if listed else max(-x[BACK], lower) + x[CALM_MARGIN]
     edges = Edges(upper, lower, calm_upper, calm_lower)
@@ -319,8 +382,8 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
     omega = x[OMEGA]
     square = amplitude * amplitude
     while i < end:
-        force = record[i]
-        rise = record[i + 1] - force
+        force = record[start + i]
+        rise = record[start + i + 1] - force
         push = offset + amplitude * force
         up = amplitude * rise
         dip = square * _dip(rise, dt)
@@ -365,10 +428,11 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
 
 
 @kernel(**BARE)
-def advance(w, first, n, shaking, i, end, now, waiting, parked):
+def advance(w, forces, first, n, shaking, i, end, now, waiting, parked):
     """Step a block of n lanes from sample i to `end` in lockstep; return the numbers of turns waiting and lanes parked.
 
-    Turns are noted down and lanes with other events taken out, for `resolve`.
+    forces: room for the samples of their records; None where all lanes go over one record, which is then compiled for
+    itself.  Turns are noted down and lanes with other events taken out, for `resolve`.
     """
     s = w.rows
     record = shaking.record
@@ -376,16 +440,26 @@ def advance(w, first, n, shaking, i, end, now, waiting, parked):
     block = s[first:]
     marks = w.marks[first:]
     padded = (n + 7) // 8 * 8
+    start = w.start[first]
+    begin = i
+    if forces is not None:
+        _gather(w, forces, first, n, shaking, i)
     while i < end:
-        force = record[i]
-        rise = record[i + 1] - force
-        dip = _dip(rise, dt)
-        if now == ROW_EVEN:
-            after = ROW_ODD
-            marked = _step_even(block, marks, padded, force, rise, dip)
+        after = ROW_ODD if now == ROW_EVEN else ROW_EVEN
+        force = record[start + i]
+        rise = record[start + i + 1] - force
+        if forces is None:
+            dip = _dip(rise, dt)
+            if now == ROW_EVEN:
+                marked = _step_even(block, marks, padded, force, rise, dip)
+            else:
+                marked = _step_odd(block, marks, padded, force, rise, dip)
         else:
-            after = ROW_EVEN
-            marked = _step_odd(block, marks, padded, force, rise, dip)
+            rows = forces[(i - begin) * BLOCK :]
+            if now == ROW_EVEN:
+                marked = _step_mixed_even(block, rows, marks, padded, dt)
+            else:
+                marked = _step_mixed_odd(block, rows, marks, padded, dt)
         word = first // 8
         while marked > 0:
             bits = w.words[word]
@@ -397,6 +471,9 @@ def advance(w, first, n, shaking, i, end, now, waiting, parked):
                 marked -= 1
                 k = w.k[lane]
                 x = w.x[lane]
+                if forces is not None:
+                    force = forces[(i - begin) * BLOCK + lane - first]
+                    rise = forces[(i - begin + 1) * BLOCK + lane - first] - force
                 theta = s[now * LANES + lane]
                 omega = s[(now + 1) * LANES + lane]
                 if k[GRADE] == MANY_STEPS:

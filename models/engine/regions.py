@@ -299,7 +299,7 @@ def weight_at(weight, lifting, i):
 
 @kernel(**FUSED)
 def least_weight(weight, lifting, span):
-    """Return a lower bound of the weight over a span of the record (see `rest.span_maxima`)."""
+    """Return a lower bound of the weight over a span of the record (see `rest.until_uplift`)."""
     if weight is None:
         return 1.0
     return 1.0 - abs(lifting.factor) * lifting.highs[span]

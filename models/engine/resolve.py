@@ -56,9 +56,10 @@ from .together import finish_pieces, flush_turns, solve_crossings, whole
 def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
     """Solve the events of the parked lanes and bring each lane to sample `end`.
 
-    Each round solves the turns that wait, then one event of each lane (all crossings at once, then all remainders of
-    their samples at once, and unusual lanes one by one by `solve_sample`), and takes each lane to its next event.
-    Returns whether a block has overturned, the number of events solved, and the number of bouncing blocks.
+    A lane whose record ends earlier is brought to its end.  Each round solves the turns that wait, then one event of
+    each lane (all crossings at once, then all remainders of their samples at once, and unusual lanes one by one by
+    `solve_sample`), and takes each lane to its next event.  Returns whether a block has overturned, the number of
+    events solved, and the number of bouncing blocks.
     """
     pieces = w.pieces
     zones = w.zones
@@ -90,10 +91,11 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
             theta = x[THETA]
             omega = x[OMEGA]
             gain = row[REGION_GAIN]
-            force = gain * amplitude * record[i]
+            at = w.start[lane] + i
+            force = gain * amplitude * record[at]
             pieces[PIECE_OMEGA * LANES + n] = omega
             pieces[PIECE_A * LANES + n] = force + row[REGION_OFFSET] - stiffness * theta - c * omega
-            pieces[PIECE_SLOPE * LANES + n] = gain * amplitude * (record[i + 1] - record[i]) * per_dt
+            pieces[PIECE_SLOPE * LANES + n] = gain * amplitude * (record[at + 1] - record[at]) * per_dt
             pieces[PIECE_STIFFNESS * LANES + n] = stiffness
             pieces[PIECE_DAMPING * LANES + n] = c
             pieces[PIECE_SPAN * LANES + n] = dt
@@ -111,8 +113,9 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
             o = w.oscillator[lane]
             i = w.parked_at[j]
             amplitude = w.amplitude[lane]
-            force = amplitude * record[i]
-            slope = amplitude * (record[i + 1] - record[i]) * per_dt
+            at = w.start[lane] + i
+            force = amplitude * record[at]
+            slope = amplitude * (record[at + 1] - record[at]) * per_dt
             region = k[NOW]
             need = HARD
             t = 0.0
@@ -194,10 +197,11 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
             o = w.oscillator[lane]
             i = w.parked_at[j]
             amplitude = w.amplitude[lane]
+            at = w.start[lane] + i
             if k[NEED] == CROSSES:
                 read += 1
                 if x[THETA] == 0.0 and not recording:
-                    force = amplitude * (record[i] + (record[i + 1] - record[i]) * per_dt * w.parked_time[j])
+                    force = amplitude * (record[at] + (record[at + 1] - record[at]) * per_dt * w.parked_time[j])
                     if lands_soon(x, k, model, o, force, dt):
                         w.until[lane] = i
                         f.time[bouncing] = w.parked_time[j]
@@ -212,16 +216,17 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
                 else:
                     k[NEED] = HARD
             if k[NEED] == HARD:
-                slope = amplitude * (record[i + 1] - record[i]) * per_dt
-                force = amplitude * record[i]
+                slope = amplitude * (record[at + 1] - record[at]) * per_dt
+                force = amplitude * record[at]
                 t = w.parked_time[j]
                 solve_sample(x, k, model, o, force, slope, t, dt, i * dt, work, None, None)
                 if k[OVERTURNED] != 0:
                     fallen = True
             if k[OVERTURNED] != 0:
                 continue
-            reached, waiting = follow(w, lane, model, shaking, i + 1, end, now, waiting, recording)
-            if reached < end:
+            stop = min(end, shaking.last[w.run[lane]])
+            reached, waiting = follow(w, lane, model, shaking, i + 1, stop, now, waiting, recording)
+            if reached < stop:
                 w.parked[again] = lane
                 w.parked_at[again] = reached
                 again += 1

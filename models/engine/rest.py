@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from ...compiled import kernel
 from .regions import greatest, later, least_weight, rate, rounding, value, weight_at
 from .tables import (
@@ -27,6 +25,7 @@ from .tables import (
     REST_THETA,
     REST_UP,
     REST_UP_TARGET,
+    SPAN,
     THETA,
     UPLIFTED,
     WALL_IMPACTS,
@@ -34,8 +33,6 @@ from .tables import (
 
 NO_HEIGHT = 2e-11  # height of bounces, rad, that counts as none after MANY_IMPACTS impacts
 
-# Samples of a record of which the largest is kept, for blocks at rest.
-SPAN = 32
 MARGIN = 32.0 * EPSILON  # of the uplift threshold, within which forcing counts as at the threshold
 
 
@@ -177,20 +174,11 @@ def uplift(model, o, x, k, force, slope, left, time, weight):
     return t, force
 
 
-@kernel()
-def span_maxima(record):
-    """Return the largest |record| of every SPAN samples."""
-    highs = np.zeros(record.shape[0] // SPAN + 1)
-    for j in range(record.shape[0]):
-        highs[j // SPAN] = max(highs[j // SPAN], abs(record[j]))
-    return highs
-
-
 @kernel(**FUSED)
-def until_uplift(record, highs, amplitude, upper, lower, i, weight, lifting):
+def until_uplift(record, highs, amplitude, upper, lower, i, last, weight, lifting):
     """Return the sample, from i on, in which the forcing exceeds the threshold: the last one if it never does.
 
-    By `highs` (see `span_maxima`) most samples are passed over.
+    By `highs`, the largest |record| of every SPAN samples, most samples are passed over.
     """
     force = amplitude * record[i]
     heavy = weight_at(weight, lifting, i)
@@ -198,7 +186,7 @@ def until_uplift(record, highs, amplitude, upper, lower, i, weight, lifting):
         return i
     enough = min(upper, -lower)
     j = i + 1
-    while j < record.shape[0]:
+    while j <= last:
         if j % SPAN == 0:
             least = least_weight(weight, lifting, j // SPAN)
             if least > 0.0 and abs(amplitude) * highs[j // SPAN] < enough * least:
@@ -209,4 +197,4 @@ def until_uplift(record, highs, amplitude, upper, lower, i, weight, lifting):
         if force >= upper * heavy or force <= lower * heavy:
             return j - 1
         j += 1
-    return record.shape[0] - 1
+    return last

@@ -12,12 +12,14 @@ from .pieces import solve_sample
 from .propagators import fill_steps
 from .tables import (
     BACK,
+    BARE,
     DEGREE,
     FLAT,
     FRONT,
     FUSED,
     LEAST_WEIGHT,
     MANY_STEPS,
+    NOTHING,
     OMEGA,
     OUT_AIRBORNE,
     OUT_BACK,
@@ -42,6 +44,7 @@ from .tables import (
     REGION_UPPER,
     REST_DOWN,
     REST_UP,
+    SPAN,
     STATE_FLOATS,
     STATE_INTEGERS,
     STEP_G0,
@@ -84,8 +87,10 @@ def _threshold(model, o, zone):
 
 
 @kernel()
-def _unit_response(record, dt, model, steps, o, unit, lifting, sign):
-    """Write the response of oscillator o to the unscaled record before uplift into unit (3, n); return its peak.
+def _unit_response(record, dt, model, steps, o, unit, lifting, sign, enough):
+    """Write the response of oscillator o to the unscaled record before uplift into unit (3, n).
+
+    Returns its peak and the number of samples written: it goes no further than the first peak that is `enough`.
 
     An elastic block: its zone's linear response, as if the zone had no edges; at scale factor f it is f times this. A
     block that rests rigidly: the running maximum of the record alone, in the row of peaks; under vertical shaking that
@@ -102,7 +107,9 @@ def _unit_response(record, dt, model, steps, o, unit, lifting, sign):
                 here -= lighter * lifting[i]
             high = max(high, here)
             unit[UNIT_PEAK, i] = high
-        return 0.0
+            if high >= enough:
+                return high, i + 1
+        return 0.0, record.shape[0]
     x = np.empty(STATE_FLOATS)
     k = np.empty(STATE_INTEGERS, np.int64)
     work = Work(np.empty((3, DEGREE + 1)), np.empty((2, 0)))
@@ -124,11 +131,15 @@ def _unit_response(record, dt, model, steps, o, unit, lifting, sign):
     omega = 0.0
     high = 0.0
     n = record.shape[0]
+    written = n
     for i in range(n - 1):
         high = max(high, abs(theta))
         unit[UNIT_THETA, i] = theta
         unit[UNIT_OMEGA, i] = omega
         unit[UNIT_PEAK, i] = high
+        if high >= enough:
+            written = i + 1
+            break
         push = gain * record[i]
         up = gain * (record[i + 1] - record[i])
         if one_step:
@@ -148,17 +159,56 @@ def _unit_response(record, dt, model, steps, o, unit, lifting, sign):
         theta = x[THETA]
         omega = x[OMEGA]
         high = max(high, x[FRONT])
-    x[THETA] = theta
-    x[OMEGA] = omega
-    x[FRONT] = max(high, abs(theta))
-    x[BACK] = x[FRONT]
-    unit[UNIT_THETA, n - 1] = theta
-    unit[UNIT_OMEGA, n - 1] = omega
-    unit[UNIT_PEAK, n - 1] = x[FRONT]
-    follow_free(x, k, model, o, (n - 1) * dt, work, None)
+    if written == n:
+        x[THETA] = theta
+        x[OMEGA] = omega
+        x[FRONT] = max(high, abs(theta))
+        x[BACK] = x[FRONT]
+        unit[UNIT_THETA, n - 1] = theta
+        unit[UNIT_OMEGA, n - 1] = omega
+        unit[UNIT_PEAK, n - 1] = x[FRONT]
+        follow_free(x, k, model, o, (n - 1) * dt, work, None)
+        high = x[FRONT]
     model.tables[o, zone, REGION_LOWER] = lower
     model.tables[o, zone, REGION_UPPER] = upper
-    return x[FRONT]
+    return high, written
+
+
+@kernel(**BARE)
+def _take_in(record, highs, start, n):
+    """Clear what is as good as nothing in a record, write the largest magnitude of each span, and return that of all.
+
+    Products of denormal numbers would have no sign left to decide an event.
+    """
+    strongest = 0.0
+    for span in range(start // SPAN, (start + n - 1) // SPAN + 1):
+        # (four at a time: each maximum waits for the one before it)
+        a = b = c = d = 0.0
+        for i in range(span * SPAN, (span + 1) * SPAN, 4):
+            for k in range(i, i + 4):
+                if abs(record[k]) < NOTHING:
+                    record[k] = 0.0
+            a = max(a, abs(record[i]))
+            b = max(b, abs(record[i + 1]))
+            c = max(c, abs(record[i + 2]))
+            d = max(d, abs(record[i + 3]))
+        highs[span] = max(a, b, c, d)
+        strongest = max(strongest, highs[span])
+    return strongest
+
+
+@kernel(**BARE)
+def _sum_what_is_left(batch, start, n):
+    """Write the integrals of |u''| and |lifting| from each sample of a record to its end (from above: of chords)."""
+    record = batch.shaking.record
+    lifting = batch.lifting
+    half = 0.5 * batch.shaking.dt
+    batch.shaking_left[start + n - 1] = 0.0
+    batch.lifting_left[start + n - 1] = 0.0
+    for i in range(start + n - 2, start - 1, -1):
+        batch.shaking_left[i] = batch.shaking_left[i + 1] + half * (abs(record[i]) + abs(record[i + 1]))
+        if lifting.shape[0] > 0:
+            batch.lifting_left[i] = batch.lifting_left[i + 1] + half * (abs(lifting[i]) + abs(lifting[i + 1]))
 
 
 @kernel(keep=True)
@@ -169,39 +219,33 @@ def begin_runs(batch, start, skip, flags_only):
     with flags_only also what cannot overturn the block any more.  Runs that are known whole are written to `out`.
     Returns the runs that are left: those in linear geometry and those in exact geometry.
     """
-    record = batch.record
-    dt = batch.dt
+    dt = batch.shaking.dt
     model = batch.model
     which = batch.which
     factors = batch.factors
     first = batch.first
     begin = batch.begin
-    lifting = batch.lifting
     shaking_left = batch.shaking_left
     lifting_left = batch.lifting_left
     barriers = batch.barriers
     out = batch.out
     tally = batch.tally
-    n = record.shape[0]
     m = which.shape[0]
-    lifts = lifting.shape[0] > 0
+    lifts = batch.lifting.shape[0] > 0
     fill_steps(batch.steps, model, dt)
-    unit = np.zeros((UNIT_ROWS, n if skip else 0))
+    record = batch.shaking.record
+    lifting = batch.lifting
+    unit = np.zeros((UNIT_ROWS, batch.shaking.last.max() + 1 if skip else 0))
     unit_peak = 0.0
+    written = 0
+    uplift = 0.0
     current = -1
+    here = -1
+    strongest = 0.0
     sign = 0.0
     lowest = 0.0
     highest = 0.0
-    if lifts:
-        lowest = lifting.min()
-        highest = lifting.max()
-    tally[TALLY_SAMPLES] += m * (n - 1)
-    # the integrals of |u''| and |lifting| from each sample to the end (from above: chords), and the barriers
     if skip and flags_only:
-        for i in range(n - 2, -1, -1):
-            shaking_left[i] = shaking_left[i + 1] + 0.5 * dt * (abs(record[i]) + abs(record[i + 1]))
-            if lifts:
-                lifting_left[i] = lifting_left[i + 1] + 0.5 * dt * (abs(lifting[i]) + abs(lifting[i + 1]))
         for o in range(model.tables.shape[0]):
             find_barrier(model, o, barriers)
     linear = np.empty(m, np.int64)
@@ -210,6 +254,22 @@ def begin_runs(batch, start, skip, flags_only):
     exact_runs = 0
     for j in range(m):
         o = which[j]
+        start_at = batch.shaking.start[j]
+        n = batch.shaking.last[j] + 1
+        tally[TALLY_SAMPLES] += n - 1
+        if start_at != here:
+            here = start_at
+            current = -1
+            record = batch.shaking.record[here : here + n]
+            strongest = _take_in(batch.shaking.record, batch.shaking.highs, here, n)
+            if lifts:
+                _take_in(batch.lifting, batch.lifting_highs, here, n)
+                lifting = batch.lifting[here : here + n]
+                lowest = lifting.min()
+                highest = lifting.max()
+            if skip and flags_only:
+                _sum_what_is_left(batch, here, n)
+        batch.shaking.strongest[j] = strongest
         if lifts and 1.0 + min(factors[j] * lowest, factors[j] * highest) <= LEAST_WEIGHT:
             out[j, :] = math.nan
             out[j, OUT_AIRBORNE] = 1.0
@@ -223,7 +283,9 @@ def begin_runs(batch, start, skip, flags_only):
             begin[j, 1] = start[1]
             begin[j, 2] = abs(start[0])
             begin[j, 3] = start[2]
-        elif skip and flags_only and cannot_fall(model, o, factors[j], shaking_left, lifting_left, barriers):
+        elif (
+            skip and flags_only and cannot_fall(model, o, factors[j], shaking_left[here], lifting_left[here], barriers)
+        ):
             tally[TALLY_SAFE] += n - 1
             out[j, OUT_OVERTURNED] = 0.0
             out[j, OUT_AIRBORNE] = 0.0
@@ -235,14 +297,22 @@ def begin_runs(batch, start, skip, flags_only):
             if o != current or (lifts and sign * factors[j] < 0.0):
                 current = o
                 sign = math.copysign(1.0, factors[j])
-                unit_peak = _unit_response(record, dt, model, batch.steps, o, unit, lifting, sign)
-            if zone < 0:
-                level = _threshold(model, o, zone)
-            else:
-                level = min(model.tables[o, zone, REGION_UPPER], -model.tables[o, zone, REGION_LOWER])
+                if zone < 0:
+                    uplift = _threshold(model, o, zone)
+                else:
+                    uplift = min(model.tables[o, zone, REGION_UPPER], -model.tables[o, zone, REGION_LOWER])
+                least = abs(factors[j])
+                q = j + 1
+                while q < m and which[q] == o and batch.shaking.start[q] == here:
+                    if lifts and sign * factors[q] < 0.0:
+                        break
+                    least = min(least, abs(factors[q]))
+                    q += 1
+                enough = uplift * ((1.0 - 1e-9) / least)
+                unit_peak, written = _unit_response(record, dt, model, batch.steps, o, unit, lifting, sign, enough)
             # A part in 10⁹ early: the rounding of a scaled response must not hide the uplift.
-            level *= (1.0 - 1e-9) / abs(factors[j])
-            first[j] = max(_first_rise(unit[UNIT_PEAK], level) - 1, 0)
+            level = uplift * ((1.0 - 1e-9) / abs(factors[j]))
+            first[j] = max(_first_rise(unit[UNIT_PEAK, :written], level) - 1, 0)
             if zone >= 0:
                 begin[j, 0] = factors[j] * unit[UNIT_THETA, first[j]]
                 begin[j, 1] = factors[j] * unit[UNIT_OMEGA, first[j]]

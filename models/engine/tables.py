@@ -162,6 +162,9 @@ LANE_ROWS = 17
 # taken over a bouncing block may lag for longer: see BOUNCE_INTERVAL in `linear_runs`).
 TILE = 6
 
+# Samples of a record of which the largest is kept, for blocks at rest.
+SPAN = 32
+
 # Samples between two looks at whether the rest of a record can still overturn a block.
 SAFETY_INTERVAL = 16 * TILE
 
@@ -206,6 +209,9 @@ MANY_HOPS = 50  # impacts in one sample beyond which low bounces are solved as c
 MANY_IMPACTS = 4_000_000
 
 
+# Accelerations and states below this are zero: products of denormal numbers have no sign left to decide an event.
+NOTHING = 1e-200
+
 # Of the weight at rest: a block that is lighter at any time counts as airborne (more than the rounding of a weight).
 LEAST_WEIGHT = 1e-12
 
@@ -220,11 +226,19 @@ class Model(NamedTuple):
 
 
 class Shaking(NamedTuple):
-    """A record with its step, the largest |record| of each SPAN samples, and of all."""
+    """Records of one step dt, one after the other, and where that of each run lies.
+
+    record (n,): all samples, m/s², with zeros between records; highs (n / SPAN,): the largest |u''| of each SPAN of
+    them; start, last and strongest (m,): of each run, the place of its first sample in `record` (a multiple of SPAN),
+    the number of its last sample, counted from there, and the largest |u''| of its record.  `starts.begin_runs` fills
+    in highs and strongest.
+    """
 
     record: Any
     dt: Any
     highs: Any
+    start: Any
+    last: Any
     strongest: Any
 
 
@@ -236,18 +250,17 @@ class Work(NamedTuple):
 
 
 class Batch(NamedTuple):
-    """Runs of oscillators which[j] under factors[j] times one record, and where their results go.
+    """Runs of oscillators which[j] under factors[j] times a record each, and where their results go.
 
-    record (n,) m/s² with step dt; steps (o, r, 8): the propagator of each oscillator and region; which, factors
-    (m,), sorted by oscillator; first (m,) and begin (m, 4): the first sample of each run, and theta, omega,
-    peak and region there; lifting (n or 0): the vertical acceleration over g, scaled as the record; shaking_left
-    and lifting_left (n or 0): the integrals of |u''| and |lifting| from each sample to the end, and barriers
-    (o, 7), for runs of which only the flag is asked; out (m, 15); turns (2, t) and history (5, n or 0)
-    store a single run's; tally (5,) is added to.
+    shaking: the records; steps (o, r, 8): the propagator of each oscillator and region; which, factors (m,), best
+    sorted by record, then oscillator; first (m,) and begin (m, 4): the first sample of each run, and theta, omega, peak
+    and region there; lifting (n or 0): the vertical acceleration over g, scaled as the records, lifting_highs as their
+    highs; shaking_left and lifting_left (n or 0): the integrals of |u''| and |lifting| from each sample to the end of
+    its record, and barriers (o, 7), for runs of which only the flag is asked; out (m, 15); turns (2, t) and history
+    (5, n or 0) store a single run's; tally (5,) is added to.
     """
 
-    record: Any
-    dt: Any
+    shaking: Any
     model: Any
     steps: Any
     which: Any
@@ -255,6 +268,7 @@ class Batch(NamedTuple):
     first: Any
     begin: Any
     lifting: Any
+    lifting_highs: Any
     shaking_left: Any
     lifting_left: Any
     barriers: Any

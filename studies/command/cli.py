@@ -341,10 +341,10 @@ def bench(
     parts: Annotated[
         str,
         Parameter(
-            help="What to measure, with commas: speed, scenes, sliding, skipping, scale, start, studies, precision, "
-            "flags."
+            help="What to measure, with commas: speed, mixing, scenes, sliding, skipping, scale, start, studies, "
+            "precision, flags."
         ),
-    ] = "speed,scenes,sliding,skipping,scale,start,studies,precision,flags",
+    ] = "speed,mixing,scenes,sliding,skipping,scale,start,studies,precision,flags",
     full: Annotated[bool, Parameter(negative="", help="The slowest rivals as well.")] = False,
     json: Annotated[bool, Parameter(negative="", help="Print all figures as JSON instead of tables.")] = False,
 ) -> None:

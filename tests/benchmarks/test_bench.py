@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from rounding import AS_STORED
 
-from toppling.benchmarks import figures, flags, page, precision, scale, scenes, speed, suite, tables
+from toppling.benchmarks import figures, flags, mixing, page, precision, scale, scenes, speed, suite, tables
 from toppling.benchmarks.measure import answers, errors, machine, seconds, true_record, truth_data, truth_of
 from toppling.benchmarks.problems import CASES, DT, HARD, LAWS, TRUTH_BLOCKS, TRUTH_FACTORS, problem, record
-from toppling.benchmarks.rivals import located_runge_kutta, newmark, runge_kutta
+from toppling.benchmarks.rivals.fixed_steps import located_runge_kutta, newmark, runge_kutta
 from toppling.benchmarks.sliding.cost import SHAKING, sliding_cost
 from toppling.benchmarks.sliding.newmark import newmark as one_way
 from toppling.benchmarks.whole.processes import spent
@@ -139,6 +139,7 @@ def results():
         "full": False,
         "machine": machine(),
         "speed": {"rows": rows, "exact_over_linear": speed.exact_over_linear(rows)},
+        "mixing": mixing.mixing(FEW, number=6, repeats=1),
         "scenes": scenes.scenes(case=(blocks, CASES["B"][1][-8:]), repeats=1),
         "sliding": {"cost": sliding_cost(8, repeats=1), "newmark": one_way(2, (1, 4))},
         "skipping": speed.skipping(FEW, blocks, number=1, repeats=1),
@@ -172,6 +173,13 @@ class TestParts:
         assert all(row["share_passing"] > 0.0 for row in rows)
         assert set(results["speed"]["exact_over_linear"]) == {"K", "B"}
         assert all(ratio > 1.0 for ratio in results["speed"]["exact_over_linear"].values())
+
+    def test_mixing(self, results):
+        rows = results["mixing"]
+        assert [row["law"] for row in rows] == [law.label for law in FEW]
+        assert all(row["ratio"] == pytest.approx(row["mixed"] / row["shared"]) for row in rows)
+        assert all(row["levels"] > 0.0 and row["alone"] > 0.0 for row in rows)
+        assert [len(row) for row in tables.mixing_table(rows).rows] == [6] * len(rows)
 
     def test_scenes(self, results):
         rows = results["scenes"]
@@ -301,6 +309,7 @@ class TestPage:
             assert words in text
         for heading in (
             "Speed",
+            "Few runs of each motion",
             "Scenes",
             "Sliding",
             "Skipping",
@@ -323,6 +332,17 @@ class TestPage:
         )
         for a, b in zip(one, other, strict=True):
             np.testing.assert_array_equal(a, b)
+
+    def test_says_which_law_is_dear_in_mixed_batches(self, results):
+        law = results["mixing"][0]["law"]
+        rows = [dict(row, ratio=1.2, levels=39.0, alone=300.0) for row in results["mixing"]]
+        text = page.text({**results, "mixing": rows})
+        assert "costs 1.20 times as much as in a batch of one motion (target 1.3: met)" in text
+        assert "costs 39 µs (target 40: met), motion by motion 300 µs" in text
+        rows[0] |= {"ratio": 1.55, "levels": 41.0}
+        text = page.text({**results, "mixing": rows})
+        assert f"(target 1.3: **missed** by {tables.short(law)} (1.55))" in text
+        assert f"(target 40: **missed** by {tables.short(law)} (41))" in text
 
     def test_says_which_scene_is_dear(self, results):
         rows = [dict(row, ratio=1.0 if row["scene"] != "strap" else 1.77) for row in results["scenes"]]
@@ -422,7 +442,7 @@ class TestCommand:
         said = capsys.readouterr().err
         assert said.startswith(f"toppling: --parts {parts}: ")
         assert said.count("\n") == 1
-        assert "speed, scenes, sliding, skipping, scale, start, studies, precision, flags" in said
+        assert "speed, mixing, scenes, sliding, skipping, scale, start, studies, precision, flags" in said
 
     def test_a_folder_that_cannot_be_written(self, tmp_path, capsys):
         (tmp_path / "file").write_text("")

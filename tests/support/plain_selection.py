@@ -13,10 +13,11 @@ from shared_cases import LAWS, shake
 from stress_cases import BLOCK, threshold
 
 import toppling as tp
-from toppling.models.runs import run_many, trace
+from toppling.models.runs import run_many, run_mixed, stacked, trace
 from toppling.models.sliding.law import PlaneSlider
 from toppling.models.sliding.plane import plane_table, run_in_plane
 from toppling.models.sliding.runs import ONE_WAY, run_sliders
+from toppling.motions.arrays import from_array, records
 
 PLAIN = """
 import json, sys
@@ -128,6 +129,12 @@ def plain_selection():
     oscillator = tp.HousnerImpact(e=0.998).oscillator(BLOCK)
     record = np.array([1.00001, 0.5, 0.5]) * threshold(oscillator)
     found.append(trace(oscillator, record, 0.05, vertical=np.array([0.0, 3.0, -3.0])).results)
+    # runs of several motions side by side, whose records end one after the other
+    motions = [from_array(2.5 * shake(rng, n=n), 0.01) for n in (149, 150, 165)]
+    laws = [tp.DiscreteDamping(e=0.9), tp.HousnerImpact(e=0.9, geometry="linear")]
+    which, motion = (axis.ravel() for axis in np.indices((2, 3)))
+    specimens = stacked([law.oscillator(BLOCK) for law in laws])
+    found += list(run_mixed(specimens, which, motion, np.full(6, 1.2), [records(one)[0] for one in motions]))
     # walls, a strap that breaks or holds, a mass off the middle
     record = 3.0 * shake(rng, n=200)
     strap = tp.Restraint.strap(1.75, 267.0, 20e3, 0.005)

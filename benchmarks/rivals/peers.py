@@ -16,11 +16,11 @@ from typing import Any, Literal
 import numpy as np
 from numba import carray, cfunc, njit  # type: ignore[attr-defined]
 
-from ..aliases import Array
-from .kernels import rivals as kernels
-from .kernels.rivals import ENERGY, ENTRY_SPEED, EXACT, IMPACT, VISCOUS
-from .problems import Problem
-from .rivals import RIVALS, Answer, Rival, empty, finish, label
+from ...aliases import Array
+from ..kernels import rivals as kernels
+from ..kernels.rivals import ENERGY, ENTRY_SPEED, EXACT, IMPACT, VISCOUS
+from ..problems import Problem
+from .fixed_steps import RIVALS, Answer, Rival, empty, finish, label
 from .solve_ivp import SolveIvp
 from .taylor import Heyoka
 

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from ..aliases import Array, Index
-from .kernels import rivals as kernels
-from .kernels.rivals import EXACT
-from .problems import Problem
-from .rivals import Answer, empty
+from ...aliases import Array, Index
+from ..kernels import rivals as kernels
+from ..kernels.rivals import EXACT
+from ..problems import Problem
+from .fixed_steps import Answer, empty
 
 _MOST_STEPS = 20  # per sample and run; usual are one step and the events
 

@@ -10,11 +10,11 @@ from typing import Literal
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from ..aliases import Array
-from .kernels import rivals as kernels
-from .kernels.rivals import EXACT, VISCOUS
-from .problems import Problem
-from .rivals import Answer, empty, finish
+from ...aliases import Array
+from ..kernels import rivals as kernels
+from ..kernels.rivals import EXACT, VISCOUS
+from ..problems import Problem
+from .fixed_steps import Answer, empty, finish
 
 _MOST_LEGS = 100_000
 

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..aliases import Array, Flags
-from .kernels import rivals as kernels
-from .problems import Problem
+from ...aliases import Array, Flags
+from ..kernels import rivals as kernels
+from ..problems import Problem
 
 
 class Answer(NamedTuple):
