@@ -17,9 +17,22 @@ from .sliding.cost import sliding_cost
 from .sliding.newmark import newmark
 from .speed import exact_over_linear, skipping, speed
 from .whole.first_use import first_use
+from .whole.making import making
 from .whole.studies import frozen_studies
 
-PARTS = ("speed", "mixing", "scenes", "sliding", "skipping", "scale", "start", "studies", "precision", "flags")
+PARTS = (
+    "speed",
+    "mixing",
+    "scenes",
+    "sliding",
+    "skipping",
+    "scale",
+    "motions",
+    "start",
+    "studies",
+    "precision",
+    "flags",
+)
 COMMAND = "toppling bench"
 
 
@@ -39,8 +52,8 @@ _MEASURES: dict[str, Callable[[bool], Any]] = {
     "sliding": _sliding,
     "skipping": lambda full: skipping(repeats=9 if full else 5),
     "scale": lambda full: scale(),
+    "motions": lambda full: making(repeats=9 if full else 5),
     "start": lambda full: first_use(repeats=9 if full else 5),
-    "studies": lambda full: frozen_studies(repeats=5 if full else 3),
     "precision": lambda full: precision(full=full),
     "flags": lambda full: flags(),
 }
@@ -64,18 +77,30 @@ def parts_of(text: str) -> list[str]:
     return [part for part in PARTS if part in names]
 
 
-def command(parts: Sequence[str], full: bool) -> str:
-    """Return the command that measures these parts."""
+def command(parts: Sequence[str], full: bool, against: str | None = None) -> str:
+    """Return the command that measures these parts; another installation's Python is not named by its path."""
     chosen = "" if tuple(parts) == PARTS else f" --parts {','.join(parts)}"
-    return f"{COMMAND}{chosen}{' --full' if full else ''}"
+    other = "" if against is None else " --against PYTHON"
+    return f"{COMMAND}{chosen}{' --full' if full else ''}{other}"
 
 
-def run(parts: Sequence[str] = PARTS, full: bool = False, tell: Callable[[str], None] = lambda _: None) -> Row:
-    """Measure `parts`; `tell` is called with each part before it starts."""
+def run(
+    parts: Sequence[str] = PARTS,
+    full: bool = False,
+    tell: Callable[[str], None] = lambda _: None,
+    against: str | None = None,
+) -> Row:
+    """Measure `parts`; `tell` is called with each part before it starts.
+
+    against: the Python of another installation, with whose whole studies those of this one are compared.
+    """
     tell("the engine (compiled once after installation)")
     prepare([LAWS[0].oscillator(HARD)])
-    results: Row = {"command": command(parts, full), "full": full, "machine": machine()}
+    results: Row = {"command": command(parts, full, against), "full": full, "machine": machine()}
     for part in parts:
         tell(part)
-        results[part] = _MEASURES[part](full)
+        if part == "studies":
+            results[part] = frozen_studies(5 if full else 3, against)
+        else:
+            results[part] = _MEASURES[part](full)
     return results

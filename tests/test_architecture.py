@@ -55,7 +55,8 @@ fragility/efficiency studies/text
 
 benchmarks/sequential benchmarks/tables fragility/analyses fragility/exchange fragility/risk
 
-benchmarks/scale benchmarks/whole fragility/exchange/nrml fragility/exchange/pelicun fragility/uncertainty
+benchmarks/scale benchmarks/selection benchmarks/whole fragility/exchange/nrml fragility/exchange/pelicun
+fragility/uncertainty
 
 benchmarks/suite studies/plan
 

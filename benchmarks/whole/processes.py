@@ -19,8 +19,10 @@ class Spent(NamedTuple):
     wall: float
 
 
-def spent(arguments: Sequence[str], folder: Path, settings: Mapping[str, str] | None = None) -> Spent:
-    """Run this Python with `arguments` in a folder, with further environment variables; return what it took.
+def spent(
+    arguments: Sequence[str], folder: Path, settings: Mapping[str, str] | None = None, python: str = sys.executable
+) -> Spent:
+    """Run a Python with `arguments` in a folder, with further environment variables; return what it took.
 
     Raises
     ------
@@ -30,7 +32,7 @@ def spent(arguments: Sequence[str], folder: Path, settings: Mapping[str, str] | 
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     start = perf_counter()
     done = subprocess.run(
-        [sys.executable, *arguments],
+        [python, *arguments],
         cwd=folder,
         env={**os.environ, **(settings or {})},
         capture_output=True,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import statistics
+import sys
 import tempfile
 from pathlib import Path
 
@@ -15,8 +16,11 @@ LARGE = 10
 """How many times as many motions the large study has as the frozen one."""
 
 
-def frozen_studies(repeats: int = 3) -> Row:
-    """Measure the frozen office study from an empty cache, again, and with its report; and the large one by threads."""
+def frozen_studies(repeats: int = 3, against: str | None = None) -> Row:
+    """Measure the frozen office study from an empty cache, again, and with its report; and the large one by threads.
+
+    against: the Python of another installation, whose runs of both studies are taken in turns with those of this one.
+    """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         text = (FOLDER / "office.toml").read_text(encoding="utf-8")
@@ -28,6 +32,7 @@ def frozen_studies(repeats: int = 3) -> Row:
         runs = [_again(folder, "office") for _ in range(repeats)]
         reports = [spent(["-m", "toppling", "report", "office/results.nc"], folder) for _ in range(repeats)]
         by_threads = {n: [_again(folder, "large", threads=n) for _ in range(repeats)] for n in (1, 2)}
+        compared = {} if against is None else _compared(folder, against, repeats)
     again = statistics.median(one.cpu for one in runs)
     walls = {n: statistics.median(one.wall for one in some) for n, some in by_threads.items()}
     return {
@@ -38,7 +43,29 @@ def frozen_studies(repeats: int = 3) -> Row:
         "large_cpu": statistics.median(one.cpu for one in by_threads[2]),
         "large_runs": 3 * 6 * 20 * 200 * LARGE,
         **speed_up(walls[1], walls[2]),
+        **compared,
     }
+
+
+def _compared(folder: Path, other: str, repeats: int) -> Row:
+    """CPU time of both studies over that of another installation: medians of repeats in turns, all compiled before."""
+    ratios = {}
+    for study in ("office", "large"):
+        own, theirs = [], []
+        for _ in range(1 + repeats):
+            own.append(_with_report(folder, study, sys.executable))
+            theirs.append(_with_report(folder, f"{study}_before", other))
+        ratios[f"{study}_ratio"] = statistics.median(own[1:]) / statistics.median(theirs[1:])
+    return ratios
+
+
+def _with_report(folder: Path, study: str, python: str) -> float:
+    """CPU time of a study, the small one with its report; another installation writes to a folder of its own."""
+    name = study.removesuffix("_before")
+    commands = [["-m", "toppling", "run", f"{name}.toml", "--out", study, "--fresh"]]
+    if name == "office":
+        commands.append(["-m", "toppling", "report", f"{study}/results.nc"])
+    return sum(spent(one, folder, {"DASK_NUM_WORKERS": "2"}, python).cpu for one in commands)
 
 
 def speed_up(one: float, two: float) -> Row:

@@ -12,6 +12,10 @@ COMPILE_TARGET = 0.7 * 48.0
 """CPU time of compiling the office study's kernels, s: 0.7 of what it took in July 2026."""
 SHARE_TARGET = 12.0
 """Speed-up on `CORES` cores."""
+RATIO_TARGETS = {"office": 0.6, "large": 0.5}
+"""CPU time of the frozen studies over that of July 2026 (the office study with its report)."""
+MOTION_TARGET, MEASURE_TARGET = 2.0, 1.0
+"""CPU time of a simulated motion and of the measures of a motion, ms."""
 
 
 def first_use_table(rows: Sequence[Row]) -> Table:
@@ -70,9 +74,37 @@ def studies_answer(found: Row) -> list[str]:
     """Return what the frozen studies cost, in a sentence or two."""
     compiling = "met" if found["compiling"] <= COMPILE_TARGET else "**missed**"
     share = "met" if found["bound"] >= SHARE_TARGET else "**missed**"
-    return [
+    lines = [
         f"**Whole studies.** The frozen office study of 72,000 runs takes {found['again']:.1f} s of CPU time, and "
         f"{found['report']:.1f} s more for its report; compiling takes {found['compiling']:.1f} s once (target "
         f"{COMPILE_TARGET:.0f}: {compiling}). By Amdahl's law a study of {found['large_runs']:,} runs can become "
         f"{found['bound']:.1f} times faster on {CORES} cores (target {SHARE_TARGET:g}: {share})."
+    ]
+    ratios = {name: found[f"{name}_ratio"] for name in RATIO_TARGETS if f"{name}_ratio" in found}
+    if ratios:
+        each = ", ".join(
+            f"{ratio:.2f} for the {name} study (target {RATIO_TARGETS[name]:g}: "
+            f"{'met' if ratio <= RATIO_TARGETS[name] else '**missed**'})"
+            for name, ratio in ratios.items()
+        )
+        lines.append(
+            "CPU time over that of another installation (`--against`; targets hold for commit a4baf48 of July 2026), "
+            f"taken in turns: {each}."
+        )
+    return lines
+
+
+def making_table(rows: Sequence[Row]) -> Table:
+    """Return the CPU time of a motion by generator, and of the measures of a motion."""
+    lines = [(row["what"], f"{row['cpu']:.2f}", f"{row['target']:g}") for row in rows]
+    return Table("Motions, CPU time of one thread", ("what", "ms a motion", "target, ms"), lines)
+
+
+def making_answer(rows: Sequence[Row]) -> list[str]:
+    """Return what making and measuring motions costs, in a sentence."""
+    over = [f"{row['what']} ({row['cpu']:.1f} ms)" for row in rows if row["cpu"] > row["target"]]
+    verdict = f"**missed** by {', '.join(over)}" if over else "met"
+    return [
+        f"**Motions.** Targets of {MOTION_TARGET:g} ms of CPU time for a motion and {MEASURE_TARGET:g} ms for its "
+        f"measures: {verdict}."
     ]

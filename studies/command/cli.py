@@ -341,11 +341,14 @@ def bench(
     parts: Annotated[
         str,
         Parameter(
-            help="What to measure, with commas: speed, mixing, scenes, sliding, skipping, scale, start, studies, "
-            "precision, flags."
+            help="What to measure, with commas: speed, mixing, scenes, sliding, skipping, scale, motions, start, "
+            "studies, precision, flags."
         ),
-    ] = "speed,mixing,scenes,sliding,skipping,scale,start,studies,precision,flags",
+    ] = "speed,mixing,scenes,sliding,skipping,scale,motions,start,studies,precision,flags",
     full: Annotated[bool, Parameter(negative="", help="The slowest rivals as well.")] = False,
+    against: Annotated[
+        Path | None, Parameter(help="Python of another installation: whole studies are run with both, in turns.")
+    ] = None,
     json: Annotated[bool, Parameter(negative="", help="Print all figures as JSON instead of tables.")] = False,
 ) -> None:
     """Measure the engine beside other integrators, against a 40-digit truth; some 10 minutes (--full: some 30)."""
@@ -359,11 +362,14 @@ def bench(
         chosen = suite.parts_of(parts)
     except ValueError as error:
         raise StudyError(f"--parts {parts}: {error}") from None
+    if against is not None and not against.is_file():
+        raise StudyError(f"--against {against}: there is no such file; it is the Python of another installation")
     out.mkdir(parents=True, exist_ok=True)
     log = Console(stderr=True)
     with log.status("") as status:
         tell = status.update if log.is_terminal else log.print
-        results = suite.run(chosen, full, lambda part: tell(f"measuring: {part}"))
+        other = None if against is None else str(against.absolute())
+        results = suite.run(chosen, full, lambda part: tell(f"measuring: {part}"), other)
     written = page.write(results, out)
     if json:
         sys.stdout.write(json_text(results, allow_nan=False) + "\n")

@@ -15,6 +15,7 @@ from toppling.benchmarks.problems import CASES, DT, HARD, LAWS, TRUTH_BLOCKS, TR
 from toppling.benchmarks.rivals.fixed_steps import located_runge_kutta, newmark, runge_kutta
 from toppling.benchmarks.sliding.cost import SHAKING, sliding_cost
 from toppling.benchmarks.sliding.newmark import newmark as one_way
+from toppling.benchmarks.whole.making import making
 from toppling.benchmarks.whole.processes import spent
 from toppling.benchmarks.whole.studies import speed_up
 from toppling.studies.command.cli import bench, main
@@ -144,6 +145,7 @@ def results():
         "sliding": {"cost": sliding_cost(8, repeats=1), "newmark": one_way(2, (1, 4))},
         "skipping": speed.skipping(FEW, blocks, number=1, repeats=1),
         "scale": scale.scale(sizes=(1_000,), share_runs=1_000, repeats=1),
+        "motions": making(repeats=1),
         "start": [
             {"what": "toppling --help", "cpu": 0.1, "target": 0.3},
             {"what": "imports", "cpu": 0.7, "target": None},
@@ -157,6 +159,8 @@ def results():
             "large_cpu": 17.0,
             "large_runs": 720_000,
             **speed_up(20.0, 11.0),
+            "office_ratio": 0.5,
+            "large_ratio": 0.6,
         },
         "precision": precision.precision(FEW, rivals, timed=np.linspace(0.1, 0.4, 4)),
         "flags": flags.flags(FEW, (runge_kutta(1), newmark(1)), blocks, number=3, levels=12),
@@ -314,11 +318,15 @@ class TestPage:
             "Sliding",
             "Skipping",
             "An analysis, end to end",
+            "Motions",
+            "Starting up",
+            "Whole studies",
             "Work and precision",
             "Wrong verdicts",
         ):
             assert f"\n## {heading}\n" in text
         assert "absent 1e-6: all laws" in text
+        assert "0.50 for the office study (target 0.6: met), 0.60 for the large study (target 0.5: **missed**)" in text
         assert "a step there, too" in text  # what the yardstick pays for
         for law in FEW:
             assert f"**{tables.short(law.label)}**" in text
@@ -442,7 +450,11 @@ class TestCommand:
         said = capsys.readouterr().err
         assert said.startswith(f"toppling: --parts {parts}: ")
         assert said.count("\n") == 1
-        assert "speed, mixing, scenes, sliding, skipping, scale, start, studies, precision, flags" in said
+        assert "speed, mixing, scenes, sliding, skipping, scale, motions, start, studies, precision, flags" in said
+
+    def test_an_installation_that_does_not_exist(self, tmp_path, capsys):
+        assert main(["bench", "--parts", "studies", "--against", str(tmp_path / "python"), "--out", str(tmp_path)]) == 2
+        assert "there is no such file" in capsys.readouterr().err
 
     def test_a_folder_that_cannot_be_written(self, tmp_path, capsys):
         (tmp_path / "file").write_text("")

@@ -1,0 +1,189 @@
+"""How often the interval of a rate from selected stripes holds the rate that is known.
+
+`python -m toppling.benchmarks.selection.coverage [sites] [processes]` prints the table.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import brentq
+
+from ...aliases import Array, Index
+from ...fragility import HazardCurve, annual_rate, fit_fragility
+from ...motions import Mixture
+from ...motions.selection.choosing import Problem, choose
+from ...streams import stream
+from .worlds import AT, GIVEN, MEASURES, Pool, Site, pool, site
+
+SITES = 1000
+PROCESSES = 2
+RETURN_PERIODS = (30.0, 30_000.0)
+"""Of the lowest and the highest stripe, years."""
+LEAST_OF_ALL = 1.3
+"""The lowest stripe is exceeded in no more than one of so many earthquakes."""
+STRIPES, NUMBER = 8, 40
+REPLICATES = 300
+FACTORS = (0.25, 4.0)
+MEDIAN_OFF, SCATTER = np.log(1.1), (0.8, 1.25)
+CHOICES = ("ideal", "selected", "any")
+"""Motions drawn from the site's own distribution at the level, selected for it, and any that reach the level."""
+
+
+class Estimate(NamedTuple):
+    """A rate over the known one, with its interval and the number of stripes that it stands on."""
+
+    ratio: float
+    lower: float
+    upper: float
+    stripes: int
+
+    @property
+    def holds(self) -> bool:
+        """Whether the interval holds the known rate."""
+        return self.lower <= 1.0 <= self.upper
+
+
+def estimates(seed: int) -> dict[str, Estimate | None]:
+    """Return the rates of one site: from motions selected for it, and from any that reach the level; None without."""
+    rng = stream(seed, 0)
+    here, candidates = site(rng), pool(rng)
+    levels = _levels(here)
+    grid = np.geomspace(levels[0] / 20.0, levels[-1] * 20.0, 160)
+    hazard = HazardCurve(grid.tolist(), here.exceeded(grid).tolist(), GIVEN)
+    return {choice: _estimate(here, candidates, levels, hazard, choice, rng) for choice in CHOICES}
+
+
+def _levels(here: Site) -> Array:
+    least = max(RETURN_PERIODS[0], LEAST_OF_ALL / here.rates.sum())
+
+    def exceeded_once_in(years: float) -> float:
+        found: float = brentq(lambda x: float(np.log(here.exceeded(np.array(np.exp(x))) * years)), -12.0, 8.0)
+        return found
+
+    return np.exp(np.linspace(exceeded_once_in(least), exceeded_once_in(RETURN_PERIODS[1]), STRIPES))
+
+
+def _estimate(
+    here: Site, candidates: Pool, levels: Array, hazard: HazardCurve, choice: str, rng: np.random.Generator
+) -> Estimate | None:
+    fell, at, which = [], [], []
+    for i, level in enumerate(levels.tolist()):
+        if choice == "ideal":
+            drawn = here.motions(level, NUMBER, rng)
+            fell.append(drawn.falls(np.ones(NUMBER), here.capacity))
+            at.append(np.full(NUMBER, level))
+            which.append(i * NUMBER + np.arange(NUMBER))
+            continue
+        factors = level / np.exp(candidates.values[:, AT])
+        allowed = np.flatnonzero((factors >= FACTORS[0]) & (factors <= FACTORS[1]))
+        if allowed.size < 2 * NUMBER:
+            continue
+        chosen = _chosen(here, candidates, level, allowed, factors, rng) if choice == "selected" else None
+        if choice == "any":
+            chosen = rng.choice(allowed, NUMBER, replace=False)
+        if chosen is None:
+            continue
+        fell.append(candidates.falls(factors, here.capacity)[chosen])
+        at.append(np.full(NUMBER, level))
+        which.append(chosen)
+    if not fell:
+        return None
+    curve = fit_fragility(
+        _runs(np.concatenate(fell), np.concatenate(at), np.concatenate(which)),
+        replicates=REPLICATES,
+        intervals="bootstrap",
+        keep_replicates=True,
+    )
+    found = annual_rate(curve, hazard)
+    if not np.isfinite(found["rate"].item()):
+        return None
+    ratio, lower, upper = (float(found[name].item()) / here.rate for name in ("rate", "rate_lower", "rate_upper"))
+    return Estimate(ratio, lower, upper, len(fell))
+
+
+def _chosen(
+    here: Site, candidates: Pool, level: float, allowed: Index, factors: Array, rng: np.random.Generator
+) -> Index | None:
+    """Return the choice for a stripe as `motions.select` makes it, None outside its gate."""
+    wanted = Mixture(here.ruptures, here.shares(level)).at(level)
+    scale = np.array([name != "d5_95" for name in MEASURES])
+    values = (candidates.values + np.log(factors)[:, None] * scale)[allowed] - wanted.mean
+    problem = Problem(values, wanted.sigmas, np.ones(len(MEASURES)), np.arange(allowed.size), 1)
+    found = choose(problem, wanted.covariance, NUMBER, rng)
+    free = wanted.sigmas > 0.0
+    mean = values[found].mean(axis=0)
+    scatter = values[found].std(axis=0, ddof=1)[free] / wanted.sigmas[free]
+    if np.abs(mean).max() > MEDIAN_OFF or scatter.min() < SCATTER[0] or scatter.max() > SCATTER[1]:
+        return None
+    return np.asarray(allowed[found])
+
+
+def _runs(fell: Array, at: Array, which: Index) -> xr.Dataset:
+    """Return stripes as `stripes` does: the motions of one record are one cluster."""
+    return xr.Dataset(
+        {"overturned": ("motion", fell, {"units": "1"})},
+        {
+            "intensity": ("motion", at, {"units": "m s-2", "im": GIVEN}),
+            "record": ("motion", np.array([f"candidate {i}" for i in which.tolist()], dtype=object)),
+        },
+        {"design": "stripes"},
+    )
+
+
+class Row(NamedTuple):
+    """A choice of motions over all sites: share of intervals that hold the rate, bias and scatter of ln(ratio)."""
+
+    choice: str
+    sites: int
+    holds: float
+    below: float
+    above: float
+    bias: float
+    scatter: float
+    width: float
+
+
+def summary(choice: str, found: Sequence[Estimate]) -> Row:
+    """Return the row of a choice; width: median of ln(upper/lower)/2."""
+    off = np.log([one.ratio for one in found])
+    return Row(
+        choice,
+        len(found),
+        float(np.mean([one.holds for one in found])),
+        float(np.mean([one.upper < 1.0 for one in found])),
+        float(np.mean([one.lower > 1.0 for one in found])),
+        float(off.mean()),
+        float(off.std(ddof=1)),
+        float(np.median([np.log(one.upper / one.lower) / 2.0 for one in found])),
+    )
+
+
+def coverage(sites: int, processes: int = PROCESSES) -> list[Row]:
+    """Return a row for each choice."""
+    with ProcessPoolExecutor(processes) as workers:
+        every = list(workers.map(estimates, range(sites), chunksize=4))
+    by_choice = {choice: [one[choice] for one in every] for choice in CHOICES}
+    return [summary(choice, [one for one in found if one is not None]) for choice, found in by_choice.items()]
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Print the table."""
+    sites, processes = (*map(int, arguments), *(SITES, PROCESSES)[len(arguments) :])
+    print(
+        f"{'motions':10s} {'sites':>6s} {'held':>6s} {'below':>6s} {'above':>6s} {'bias':>7s} {'sd':>6s} {'width':>6s}"
+    )
+    for one in coverage(sites, processes):
+        print(
+            f"{one.choice:10s} {one.sites:7d} {one.holds:7.3f} {one.below:7.3f} {one.above:7.3f} {one.bias:+7.3f} "
+            f"{one.scatter:7.3f} {one.width:7.3f}"
+        )
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
