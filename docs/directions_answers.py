@@ -93,7 +93,7 @@ def slide_answers(runs: Runs) -> dict[str, str]:
     """What the text states of slips beyond 10 cm on vinyl at 1 m/s, in one direction and both."""
     slips, level = runs.slips[VINYL], LEVELS.index(1.0)
     one = slips["slide_peak"][:, level]
-    before, both = ((part > SLIPS[1]).mean(0) for part in (one, np.hypot(one, slips["along depth"][:, level])))
+    before, both = ((part > SLIPS[1]).mean(0) for part in (one, slips["both"][:, level]))
     return {"slide_one": str(share(before)), "slide_both": points(both - before)}
 
 

@@ -183,13 +183,22 @@ def slid(contact: str, shakes: xr.DataArray, component: str, vertical: bool = Fa
     return {name: np.nan_to_num(found[name].values[0], nan=np.inf).astype(np.float32) for name in names}
 
 
+def slid_in_plane(contact: str, shakes: xr.DataArray, vertical: bool = False) -> np.ndarray:
+    """Greatest slips in m (draw, level, motion) under both components; infinite where the floor leaves the piece."""
+    shaking = tp.motions.both_axes(shakes, vertical=vertical)
+    laws = [tp.Sliding(mu, CONTACTS[contact].kinetic_ratio * mu) for mu in coefficients(contact).tolist()]
+    block = tp.Block(1.0, 1.0, depth=1.0)
+    found = tp.ida(block, laws, shaking, LEVELS, im="scale", outputs=("slide_peak",), screen=False)
+    return np.nan_to_num(found["slide_peak"].values[0], nan=np.inf).astype(np.float32)
+
+
 def of_contact(contact: str, shakes: Shakes) -> dict[str, np.ndarray]:
-    """Slips of a contact under one component; on vinyl along the depth and with V/H 2/3, too."""
+    """Slips of a contact under one component; on vinyl under both and with V/H 2/3, too."""
     found = slid(contact, shakes.full, "h1")
     if contact == VINYL:
-        found["along depth"] = slid(contact, shakes.full, "h2")["slide_peak"]
+        found["both"] = slid_in_plane(contact, shakes.full)
         found["lifted"] = slid(contact, shakes.two_thirds, "h1", vertical=True)["slide_peak"]
-        found["along depth, lifted"] = slid(contact, shakes.two_thirds, "h2", vertical=True)["slide_peak"]
+        found["both, lifted"] = slid_in_plane(contact, shakes.two_thirds, vertical=True)
     return found
 
 
@@ -204,7 +213,21 @@ class Runs(NamedTuple):
 
 def settings() -> str:
     """A digest of what the runs depend on: kept runs of other settings are not read."""
-    text = repr((GENERATOR, NUMBER, SEED, LEVELS, FASTER, RATIOS, NUDGES, DRAWS, ITEMS, sorted(CONTACTS.items())))
+    text = repr(
+        (
+            GENERATOR,
+            NUMBER,
+            SEED,
+            LEVELS,
+            FASTER,
+            RATIOS,
+            NUDGES,
+            DRAWS,
+            ITEMS,
+            sorted(CONTACTS.items()),
+            "slips in the plane",
+        )
+    )
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 

@@ -316,7 +316,7 @@ def slide_change_table(runs: Runs) -> str:
     rows = []
     for level in map(LEVELS.index, SLIDE_LEVELS):
         one, lifted_one = slips["slide_peak"][:, level], slips["lifted"][:, level]
-        both = np.hypot(one, slips["along depth"][:, level])
+        both = slips["both"][:, level]
         stays = np.isfinite(lifted_one[0])
         for beyond in SLIPS:
             before, two, up = ((part > beyond).mean(0) for part in (one, both, lifted_one))
@@ -379,8 +379,7 @@ def rates_of(item: Item, runs: Runs) -> dict[str, np.ndarray]:
     one, gone = falls["one"], falls["airborne two thirds"]
     own = one | falls["deep"]
     every = np.where(gone, own, falls["two thirds"] | falls["deep two thirds"])
-    upward = np.hypot(slips["lifted"], slips["along depth, lifted"])
-    still = np.hypot(slips["slide_peak"], slips["along depth"])
+    upward, still = slips["both, lifted"], slips["both"]
     far = slipped(item, VINYL, np.where(np.isfinite(upward), upward, still), SLIPS[1])
     flags = {
         "one": one,
