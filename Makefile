@@ -53,7 +53,7 @@ validation: $(VENV)/installed
 validate-experiments: $(VENV)/installed
 	$(BIN)/python docs/experiments.py
 
-# docs/scenarios.md: simulated earthquakes beside a ground-motion model (some minutes)
+# docs/scenarios.md: simulated earthquakes beside a ground-motion model (three quarters of an hour)
 scenarios: $(VENV)/installed
 	$(BIN)/python docs/scenarios.py
 
@@ -73,7 +73,7 @@ gallery: $(VENV)/installed
 film: $(VENV)/installed
 	$(BIN)/python docs/film.py
 
-# docs/p58.md and its figures: FEMA P-58's contents recomputed (some minutes)
+# docs/p58.md and its figures: FEMA P-58's contents recomputed (three quarters of an hour)
 p58: $(VENV)/installed
 	$(BIN)/python docs/p58.py
 
@@ -89,7 +89,7 @@ paper: $(VENV)/installed
 sensitivity: $(VENV)/installed
 	$(BIN)/python docs/sensitivity.py
 
-# docs/walls.md and its figures: when a wall keeps a piece from falling into the room (some minutes)
+# docs/walls.md and its figures: when a wall keeps a piece from falling into the room (three quarters of an hour)
 walls: $(VENV)/installed
 	$(BIN)/python docs/walls.py
 
@@ -97,7 +97,7 @@ walls: $(VENV)/installed
 kits: $(VENV)/installed
 	$(BIN)/python docs/kits.py
 
-# docs/directions.md and its figures: what the second direction, the vertical component and friction change (some minutes)
+# docs/directions.md and its figures: what the second direction, the vertical component and friction change (three quarters of an hour)
 directions: $(VENV)/installed
 	$(BIN)/python docs/directions.py
 
@@ -117,7 +117,7 @@ lint: $(VENV)/installed-dev
 	@mkdir -p $(VENV)/types && ln -sfn "$(CURDIR)" $(VENV)/types/toppling
 	cd $(VENV)/types && ../bin/mypy --config-file toppling/pyproject.toml $(addprefix toppling/,models motions fragility benchmarks studies)
 
-# lint and all tests but the slow ones (some minutes)
+# lint and all tests but the slow ones (three quarters of an hour)
 test: lint
 	$(BIN)/python -m pytest -n auto -m "not slow" tests
 
