@@ -108,11 +108,15 @@ def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
     from .tables.gains import gain_rows  # noqa: PLC0415
     from .tables.selections import selection_rows  # noqa: PLC0415
     from .tables.slides import edge_rows, slide_rows  # noqa: PLC0415
+    from .text.precision import precision_rows  # noqa: PLC0415
 
     first = shown(results)
     yield fragility_table(first)
     if "rate" in results:
         yield risk_table(shown(results, RATE))
+    precision = precision_rows(first)
+    if precision is not None:
+        yield plain_table(*precision)
     of_blocks = gain_rows(results), break_rows(results), edge_rows(results), slide_rows(results), axis_rows(first)
     for rows in (*of_blocks, selection_rows(results)):
         if rows is not None:

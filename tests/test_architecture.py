@@ -51,9 +51,9 @@ benchmarks/measure benchmarks/truth fragility/runs models/dissipation models/his
 benchmarks/precision benchmarks/scenes benchmarks/speed fragility/fitting fragility/hazard fragility/validity
 
 benchmarks/figures benchmarks/flags benchmarks/mixing benchmarks/sliding fragility/adaptive fragility/curves
-fragility/efficiency studies/text
+fragility/efficiency
 
-benchmarks/sequential benchmarks/tables fragility/analyses fragility/exchange fragility/risk
+benchmarks/sequential benchmarks/tables fragility/analyses fragility/exchange fragility/risk studies/text
 
 benchmarks/scale benchmarks/selection benchmarks/whole fragility/exchange/nrml fragility/exchange/pelicun
 fragility/uncertainty

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from .curve import SequentialCurve
 from .stopping import ALL_FELL, MISFIT, MOST_MOTIONS, NONE_FELL, REACHED, motions_needed
@@ -25,6 +26,20 @@ def half_width(curve: SequentialCurve, ratio: float) -> float:
     if until.room != until.tolerance and math.isfinite(ratio):
         return math.expm1(min(ratio * until.room, 700.0))
     return ratio * until.room
+
+
+def reached_so_far(curves: Sequence[SequentialCurve], motions: int) -> str:
+    """Return how far an analysis is: the widest interval among the curves that go on, or that all have stopped."""
+    going = [one for one in curves if not one.stopped]
+    if not going:
+        return f"{motions:,} motions, all {len(curves):,} curves have stopped"
+    widest = max(going, key=lambda one: one.looks[-1].ratio)
+    until = widest.until
+    asked = f"±{until.tolerance:g}" if until.target == PROBABILITY else f"±{100.0 * until.tolerance:g} %"
+    return (
+        f"{motions:,} motions, {len(curves) - len(going):,} of {len(curves):,} curves have stopped; widest interval of "
+        f"a {until.target}: {width_text(widest, widest.looks[-1].ratio)}, {asked} asked"
+    )
 
 
 def account(curve: SequentialCurve) -> str:

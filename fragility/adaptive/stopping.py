@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from .until import Until
+from .until import DISPERSION, MEDIAN, PROBABILITY, RATE, Until
 
 WAVE = 32
 """Number of motions between two looks at the result, of the first looks."""
@@ -39,6 +39,31 @@ def next_wave(motions: int) -> int:
     [32, 32, 64, 224]
     """
     return WAVE * max(1, motions // (WAVE * WAVE_SHARE))
+
+
+_USUAL = {MEDIAN: 1.35, DISPERSION: 7.5, RATE: 42.0, PROBABILITY: 1.25}
+"""Motions times the square of the half width that is allowed, counted on lognormal curves of dispersion 0.4 (a rate:
+under a hazard of slope 2.5) by `benchmarks.sequential`."""
+_SPREAD = 2.5
+"""Other curves take so many times as many motions, or as few: as dispersions of 0.25 and 0.63 do for a median."""
+
+
+def usual_motions(until: Until) -> tuple[int, int, int]:
+    """Return about how many motions a precision takes: few, usual, many.
+
+    Examples
+    --------
+    >>> usual_motions(Until("median", 0.1))
+    (128, 160, 384)
+    """
+    usual = _USUAL[until.target] / until.room**2
+
+    def bounded(number: float) -> int:
+        waves = WAVE * math.ceil(number / WAVE)
+        # (two looks and a confirming wave at the least)
+        return min(until.most, max(until.least + (LOOKS - 1) * WAVE + CONFIRMING, waves))
+
+    return bounded(usual / _SPREAD), bounded(usual), bounded(usual * _SPREAD)
 
 
 class StoppingRule:

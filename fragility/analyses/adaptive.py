@@ -24,6 +24,7 @@ from ...motions.plausibility import record_doubts
 from ...motions.polarity import AS_RECORDED, BOTH
 from ...motions.simulated.generator import Generator
 from ...units import STANDARD_GRAVITY
+from ..adaptive.account import reached_so_far
 from ..adaptive.curve import SequentialCurve, WavePlan
 from ..adaptive.stopping import motions_needed, next_wave
 from ..adaptive.until import RATE, Until
@@ -127,6 +128,7 @@ def _waves(
         for where, own in plans.items():
             curves[where].add(wave.numbers, own, found[where]["overturned"], last=done >= plan.most)
         yield runs_of(number, records, wave, plans, found, plan.scaled, measured, axes)
+        request.runner.reached(reached_so_far(list(curves.values()), done))
         number, records = number + 1, records + len(wave.records)
         runs += sum(one.levels.size for one in plans.values())
         if request.progress is not None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ...fragility.runs.runners import thread_count
 from ...wording import counted, size_text, time_text
-from ..kinds.study import Study
+from ..kinds.study import Expected, Study
 from ..store.resources import free_bytes
 
 MANY_CURVES = 1000
@@ -32,15 +32,21 @@ class Forecast(NamedTuple):
     curves: int
     fits_seconds: float
     slides: int = 0
+    expected: Expected | None = None
 
     def lines(self) -> list[str]:
         """Return the forecast as lines of text."""
+        runs = f"{self.runs:,}" + (f", and {self.slides:,} of sliding blocks" if self.slides else "")
+        seconds = f"{'about ' if self.seconds >= 1.0 else ''}{time_text(self.seconds)}"
+        if self.expected is not None:
+            few, usual, many = self.expected.runs
+            runs = f"about {usual:,} ({few:,} to {many:,}), at most {self.runs:,}, {self.expected.words}"
+            each = self.seconds / max(self.runs, 1)
+            seconds = f"{time_text(each * usual)} or so, up to {time_text(each * many)}"
         return [
-            f"runs:    {self.runs:,}" + (f", and {self.slides:,} of sliding blocks" if self.slides else ""),
-            f"chunks:  about {self.chunks:,}",
-            f"time:    {'about ' if self.seconds >= 1.0 else ''}{time_text(self.seconds)} on "
-            f"{counted(self.threads, 'thread')}, "
-            f"then {self.fits} and figures",
+            f"runs:    {runs}",
+            f"chunks:  about {self.chunks:,}" + (" at most" if self.expected is not None else ""),
+            f"time:    {seconds} on {counted(self.threads, 'thread')}, then {self.fits} and figures",
             f"memory:  about {size_text(self.memory)}",
             f"disk:    about {size_text(self.disk)} while it runs, {size_text(self.left)} afterwards"
             + ("" if self.free is None else f"; {size_text(self.free)} are free"),
@@ -69,4 +75,5 @@ def forecast(study: Study, folder: Path | None = None) -> Forecast:
         study.curves,
         study.seconds_of_fits(thread_count()),
         study.slide_runs,
+        study.expected,
     )

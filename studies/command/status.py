@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from ...wording import part_text
 from ..file.table import StudyError
 from ..store.folder import RESULT_NAME, UNREADABLE, damaged, is_locked
-from ..store.manifest import kept_chunks, read_manifest
+from ..store.manifest import REACHED, kept_chunks, read_manifest
 from ..store.netcdf import load_small, title_of
 
 
@@ -21,18 +21,23 @@ class StudyStatus(NamedTuple):
     chunks_known: int
     runs: int
     runs_total: int
+    reached: str = ""
 
     def lines(self, folder: Path) -> list[str]:
         """Return the status as lines of text."""
         if self.state == "finished":
             return [f"{self.title}: finished, {folder / RESULT_NAME}"]
-        kept = f"{self.runs:,} of {self.runs_total:,} runs kept ({part_text(self.runs, self.runs_total)})"
+        if self.reached:  # (how many runs the precision takes is not known)
+            kept = f"{self.runs:,} runs kept, at most {self.runs_total:,}"
+        else:
+            kept = f"{self.runs:,} of {self.runs_total:,} runs kept ({part_text(self.runs, self.runs_total)})"
         said = f"{self.title}: {self.state}, about {kept}"
         if self.runs >= self.runs_total:
             said += "; what is made of them follows: curves, tables and figures"
+        lines = [said, *([self.reached] if self.reached else [])]
         if self.state == "running":
-            return [said]
-        return [said, "the same command goes on where it stopped (without --fresh, which starts over)"]
+            return lines
+        return [*lines, "the same command goes on where it stopped (without --fresh, which starts over)"]
 
 
 def status_of(folder: Path, verify: bool = False) -> StudyStatus:
@@ -73,6 +78,7 @@ def status_of(folder: Path, verify: bool = False) -> StudyStatus:
         known,
         runs,
         manifest["work"],
+        _printable(manifest.get(REACHED, "")),
     )
 
 

@@ -7,9 +7,11 @@ from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, model_validator
 
 from ...aliases import Array
+from ...fragility.adaptive.curve import FEWEST_RUNS, MOST_RUNS, RUNS
+from ...fragility.adaptive.until import FEWEST, FINEST, LEAST, MOST, PROBABILITY, TARGETS, Until, until_of
 from ...fragility.fitting.fit import FORMS, METHODS, default_form
 from ...fragility.fitting.intervals import INTERVALS
 from ...fragility.fitting.likelihood import PENALTIES
@@ -162,13 +164,87 @@ Polarity = Annotated[
 ]
 
 
+def _word_or_table(value: Any) -> str:
+    return "word" if isinstance(value, str) else "table"
+
+
 class IdaTable(Table):
-    """Incremental dynamic analysis: every motion at every level of a measure."""
+    """Incremental dynamic analysis: every motion at every level of a measure, or at levels of its own."""
 
     im: Annotated[Named, Field(description="Intensity measure: by name, or with its period in s, as Sa(1.0).")] = "pga"
     im_at: Annotated[Where, KeyInfo("floor"), Field(description="Where the motions of a building are measured.")] = None
     polarity: Polarity = None
-    levels: Annotated[LevelsTable, Field(description="Levels of the measure.")]
+    levels: Annotated[
+        Annotated[LevelsTable, Tag("table")] | Annotated[Literal["adaptive"], Tag("word")],
+        Discriminator(_word_or_table),
+        Field(description="Levels of the measure, or the word adaptive: levels follow from the runs before."),
+    ]
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether levels follow from the runs before."""
+        return isinstance(self.levels, str)
+
+
+class NumberTable(Table):
+    """Numbers of motions of an analysis at adaptive levels."""
+
+    least: Annotated[int, Field(ge=FEWEST, description="Motions before the first look at the precision.")] = LEAST
+    most: Annotated[
+        int | None, KeyInfo("all there are, at most 2000"), Field(ge=FEWEST, description="Motions in all.")
+    ] = None
+
+
+class ChanceTable(Table):
+    """A probability of overturning that is to be known: at which level, and how well."""
+
+    level: Annotated[float, KeyInfo(unit="as `unit` says"), Field(gt=0.0, le=MOST_LEVEL, description="Its level.")]
+    unit: Annotated[str, one_of(LEVEL_UNITS), Field(description="Unit of the level.")]
+    within: Annotated[
+        float, Field(ge=FINEST, lt=0.5, description="Half width of the 95 % interval of the probability.")
+    ]
+
+
+_Share = Annotated[float | None, KeyInfo("not asked for"), Field(ge=FINEST, lt=1.0)]
+
+
+class UntilTable(Table):
+    """Precision at which an analysis at adaptive levels stops, for every block under every law."""
+
+    median: Annotated[
+        _Share,
+        KeyInfo("0.1 where nothing else is asked for"),
+        Field(description="Half width of its interval."),
+    ] = None
+    dispersion: Annotated[_Share, Field(description="The same of the dispersion.")] = None
+    rate: Annotated[_Share, Field(description="The same of the annual rate; needs [hazard].")] = None
+    probability: Annotated[
+        ChanceTable | None, KeyInfo("not asked for"), Field(description="A probability at one level.")
+    ] = None
+    motions: Annotated[
+        NumberTable | None, KeyInfo("64 at least"), Field(description="Bounds of the number of motions.")
+    ] = None
+    runs_per_motion: Annotated[
+        int, Field(ge=FEWEST_RUNS, le=MOST_RUNS, description="Runs of a motion, once the curve is found roughly.")
+    ] = RUNS
+    seed: Annotated[int, Field(ge=0, description="Seed of the levels, and of the order of the motions.")] = 0
+
+    def build(self, im: str, motions: int) -> Until:
+        """Return the precision, for so many motions that there are; ValueError where there is none such."""
+        asked = self.model_dump(include=set(TARGETS), exclude_none=True)
+        if len(asked) > 1:
+            raise ValueError(f"until must name one of {', '.join(TARGETS)}, got {' and '.join(sorted(asked))}")
+        if self.probability is not None:
+            one = self.probability
+            level = LevelsTable(values=[one.level], unit=one.unit).build(im)
+            asked = {PROBABILITY: {"level": float(level[0]), "within": one.within}}
+        bounds = self.motions or NumberTable()
+        most = min(motions, MOST) if bounds.most is None else bounds.most
+        if most > motions:
+            raise ValueError(f"until.motions.most must be at most the {motions:,} motions that there are, got {most:,}")
+        if bounds.least > most:
+            raise ValueError(f"until.motions.least must be at most {most:,}, which there may be; got {bounds.least:,}")
+        return until_of({**asked, "motions": {"least": bounds.least, "most": most}})
 
 
 class StripeTable(OwnTarget):

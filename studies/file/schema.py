@@ -17,11 +17,13 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from ...aliases import Array
 from ...doubts import KINDS, noted
 from ...fragility.curves.curve import LINKED
+from ...fragility.fitting.links import LINKS
 from ...fragility.runs.request import OF_ROCKING
 from ...models import Block
+from ...motions.arrays import REVERSE_OF
 from ...motions.plausibility import ringing_doubts
 from ...motions.polarity import BOTH, both_polarities
-from ..plan.designs import Cloud, Design, Incremental, Stripes
+from ..plan.designs import Cloud, Design, Incremental, Sequential, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
 from .analyses import (
@@ -34,6 +36,7 @@ from .analyses import (
     PerformanceTable,
     ScreenTable,
     StripesTable,
+    UntilTable,
 )
 from .blocks import BlockTable, RestraintTable
 from .hazard import OF_HAZARD, OF_MOTIONS, BranchTable, HazardSetTable, HazardTable, MotionSetTable
@@ -115,6 +118,11 @@ class StudyFile(Table):
         Field(min_length=1, max_length=100, description="Several, side by side, each with a name."),
     ] = None
     ida: Annotated[IdaTable | None, Field(description="Every motion at every level.")] = None
+    until: Annotated[
+        UntilTable | None,
+        KeyInfo("the median within 10 %"),
+        Field(description="Precision at which adaptive levels stop."),
+    ] = None
     stripes: Annotated[StripesTable | None, Field(description="Motions that differ from level to level.")] = None
     cloud: Annotated[CloudTable | None, Field(description="Every motion once, as it is.")] = None
     screen: Annotated[ScreenTable | None, Field(description="The validity screen.")] = None
@@ -215,6 +223,7 @@ class StudyFile(Table):
             given = [name for name in apart if getattr(self, name) is not None]
             if given:
                 raise ValueError(f"a study with sensitivity has no {given[0]}")
+        self._check_until()
         if self.friction is not None:
             self._check_friction(self.friction)
         if self.motions.component == PAIR and self.kind == "sensitivity":
@@ -235,6 +244,31 @@ class StudyFile(Table):
         if self.performance is None and self.motions.elastic is not None:
             raise ValueError("motions.elastic is for the floor histories of a performance study")
         return self
+
+    def _check_until(self) -> None:
+        """Raise a ValueError where adaptive levels do not go with what else a study has."""
+        if not self.adaptive:
+            if self.until is not None:
+                raise ValueError("until is for ida with levels = 'adaptive'")
+            return
+        for name in ("uncertainty", "sensitivity", "friction", "screen", "measures", "branches", "motion_sets"):
+            if getattr(self, name) is not None:
+                raise ValueError(f"{name} needs levels that all motions share, not levels = 'adaptive'")
+        if self.fit is not None:
+            for key, value, allowed in (
+                ("form", self.fit.form, tuple(LINKS)),
+                ("method", self.fit.method, ("binomial",)),
+                ("state", self.fit.state, ("overturned",)),
+            ):
+                if value not in allowed:
+                    raise ValueError(f"fit.{key} of adaptive levels must be {' or '.join(allowed)}, got {value!r}")
+        if self.until is not None and self.until.rate is not None and self.hazard is None:
+            raise ValueError("until.rate needs a [hazard]")
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether levels follow from the runs before."""
+        return self.ida is not None and self.ida.adaptive
 
     def _check_friction(self, friction: FrictionTable) -> None:
         """Refuse keys of the friction that a study of this kind does not use, or that contradict others."""
@@ -314,6 +348,8 @@ class StudyFile(Table):
             return "performance"
         if self.sensitivity is not None:
             return "sensitivity"
+        if self.adaptive:
+            return "sequential"
         return "fragility" if self.uncertainty is None else "uncertainty"
 
     @property
@@ -443,7 +479,7 @@ class StudyFile(Table):
         """
         levels = self._levels()  # (errors of the levels are raised before motions are made)
         sets = [one.both_ways if both else one for one in self.shaking(folder)]
-        if self.ida is not None:
+        if self.ida is not None and not self.adaptive:
             refuse_factors(levels.size * sum(array.size // array.sizes["time"] for array in sets[0].motions))
         first = sets[0]
         if self.stripes is not None:
@@ -454,15 +490,29 @@ class StudyFile(Table):
             if selections:  # (stripes that do not agree with the hazard may be left out)
                 levels = np.array([one.attrs["level"] for one in selections])
             return Stripes(shaken, ground, self.stripes.im, levels, self.stripes.scale, reading, selections)
+        if self.ida is not None and self.adaptive:
+            return self._sequential(self.ida, first)
         if self.ida is not None:
             return Incremental(first.motions, first.ground, self.ida.im, levels, first.reading)
         return Cloud(first.motions, first.ground, self.analysis.im, first.reading)
+
+    def _sequential(self, ida: IdaTable, shaken: MotionSet) -> Sequential:
+        """Return the design of adaptive levels, without the hazard that a rate needs."""
+        asked = self.until or UntilTable()
+        number = sum(array.sizes["motion"] for array in shaken.motions)
+        both = any(REVERSE_OF in array.coords for array in shaken.motions)
+        until = asked.build(ida.im, number // 2 if both else number)
+        return Sequential(
+            shaken.motions, shaken.ground, ida.im, until, asked.runs_per_motion, asked.seed, None, shaken.reading
+        )
 
     def _levels(self) -> Array:
         """Return the levels in SI, none for a cloud; ValueError where their unit is not the measure's."""
         if self.stripes is not None:
             return self.stripes.levels()
-        return np.empty(0) if self.ida is None else self.ida.levels.build(self.ida.im)
+        if self.ida is None or isinstance(self.ida.levels, str):
+            return np.empty(0)
+        return self.ida.levels.build(self.ida.im)
 
 
 def read_study_file(path: Path) -> StudyFile:

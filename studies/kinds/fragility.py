@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import xarray as xr
 
@@ -104,11 +104,25 @@ def _slides(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
     return replace(content.friction.build(content.analysis.polarity or BOTH), own=own, own_trips=near)
 
 
-def _fit(content: StudyFile) -> Fit:
+def without_replicates(curves: xr.Dataset) -> xr.Dataset:
+    """Return fitted curves without their replicates."""
+    return curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
+
+
+def fit_of(content: StudyFile) -> Fit:
     """Return the options of the fit; with a hazard the table of rates gives the level of a probability, too."""
     found = LOGNORMAL if content.fit is None else content.fit.build()
     asked = content.fit is not None and content.fit.fractiles is not None
     return found if asked or content.hazard is None else replace(found, fractiles=(LOW_SHARE,))
+
+
+class Rated(NamedTuple):
+    """Annual rates of curves: variables, coordinates and attributes of the results, and notes."""
+
+    variables: dict[Hashable, xr.DataArray]
+    coordinates: dict[Hashable, xr.DataArray]
+    attributes: dict[str, Any]
+    notes: list[str]
 
 
 @dataclass(frozen=True)
@@ -152,7 +166,7 @@ class FragilityStudy(BlockStudy, Study):
             content.design(folder, content.both_ways(blocks)),
             friction if slides is None or not slides.own else {one.label: slides.friction_of(one) for one in blocks},
             undecided,
-            _fit(content),
+            fit_of(content),
             None if content.hazard is None else content.hazard.risk(content.analysis.im, folder),
             None if content.measures is None else tuple(content.measures.also or ()),
             OUTPUTS if content.outputs is None else tuple(content.outputs),
@@ -181,15 +195,20 @@ class FragilityStudy(BlockStudy, Study):
                     raise ValueError(f"must be of the same floors, got {', '.join(design.floors) or 'the ground'}")
             except ValueError as error:
                 raise ValueError(f"motion_sets {name!r}: {error}") from None
-        if study.risk is not None and study.risk.along is not None:
-            if len(study.blocks) < 2:
-                raise ValueError(f"hazard.along {study.risk.along!r} needs blocks that differ in it, got one block")
-            sizes = [getattr(block, study.risk.along) for block in study.blocks]
-            try:
-                check_family(study.risk.along, sizes, [block.label for block in study.blocks])
-            except ValueError as error:
-                raise ValueError(f"hazard.along: {error}") from None
+        study.check_sizes()
         return study
+
+    def check_sizes(self) -> None:
+        """Raise a ValueError where the size that a rate asks for cannot be found among the blocks."""
+        if self.risk is None or self.risk.along is None:
+            return
+        if len(self.blocks) < 2:
+            raise ValueError(f"hazard.along {self.risk.along!r} needs blocks that differ in it, got one block")
+        sizes = [getattr(block, self.risk.along) for block in self.blocks]
+        try:
+            check_family(self.risk.along, sizes, [block.label for block in self.blocks])
+        except ValueError as error:
+            raise ValueError(f"hazard.along: {error}") from None
 
     @property
     def words(self) -> str:
@@ -330,6 +349,41 @@ class FragilityStudy(BlockStudy, Study):
         beyond = spread[BEYOND].max([dim for dim in spread[BEYOND].dims if dim != "branch"]).values.tolist()
         return spread, [*said, *branches_beyond_note(beyond, branch_names(spread))]
 
+    def _fit_attributes(self, curves: xr.Dataset) -> dict[str, Any]:
+        return {
+            "fit_method": curves.attrs["method"],
+            "form": curves.attrs["form"],
+            "modelling_dispersion": self.fit.modelling_dispersion,
+            "modelling": self.fit.modelling,
+            **class_attribute(self.fit.modelling_class),
+        }
+
+    def _rated(
+        self, risk: Risk, curves: xr.Dataset, results: xr.Dataset, client: Runner, progress: Progress | None
+    ) -> Rated:
+        """Return the rates of fitted curves, over branches where there are any."""
+        highest = self.design.highest(results)
+        modelled = self.fit.modelled(curves)
+        rates = risk.of(modelled, self.fit.confidence, highest, self.fit.state, client.tell)
+        said = risk.notes(rates, modelled, highest, self.configuration)
+        said += component_notes(self.configuration["motions"].get("component"), self.design.im)
+        found = dict(rates.data_vars)
+        coordinates: dict[Hashable, xr.DataArray] = {}
+        compared = gains(modelled, risk, self.blocks, self.fit.confidence)
+        if compared is not None:
+            found |= compared.data_vars
+            coordinates |= compared[[OTHER]].coords
+        if self.branches is not None:
+            spread, of_branches = self._spread(FittedCurves(modelled, highest), client, progress)
+            said += [*of_branches, *([SLIPS_WITHOUT_BRANCHES] if self.slides is not None else [])]
+            found |= spread.data_vars
+            coordinates |= {name: spread.coords[name] for name in BRANCH_COORDINATES}
+        said.append(modelling_note(self.fit.modelling_dispersion, self.fit.modelling))
+        said += class_notes(self.fit.modelling_class)
+        return Rated(
+            found, coordinates, {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}, said
+        )
+
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         results = self.design.run(
             self.blocks,
@@ -348,13 +402,7 @@ class FragilityStudy(BlockStudy, Study):
         )
         curves = self.fit.curves(results, self.risk is not None, telling=client.tell)
         found = dict(screened.data_vars)
-        attributes = {
-            "fit_method": curves.attrs["method"],
-            "form": curves.attrs["form"],
-            "modelling_dispersion": self.fit.modelling_dispersion,
-            "modelling": self.fit.modelling,
-            **class_attribute(self.fit.modelling_class),
-        }
+        attributes = self._fit_attributes(curves)
         forced = forced_to_1(self.blocks, self.fit.state, self.fit.form)
         if forced:
             attributes[FORCED] = forced
@@ -370,30 +418,17 @@ class FragilityStudy(BlockStudy, Study):
         ]
         coordinates: dict[Hashable, xr.DataArray] = {}
         if self.risk is not None:
-            highest = self.design.highest(results)
-            modelled = self.fit.modelled(curves)
-            rates = self.risk.of(modelled, self.fit.confidence, highest, self.fit.state, client.tell)
-            said += self.risk.notes(rates, modelled, highest, self.configuration)
-            said += component_notes(self.configuration["motions"].get("component"), self.design.im)
-            found |= rates.data_vars
-            attributes |= {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}
-            compared = gains(modelled, self.risk, self.blocks, self.fit.confidence)
-            if compared is not None:
-                found |= compared.data_vars
-                coordinates |= compared[[OTHER]].coords
-            if self.branches is not None:
-                spread, of_branches = self._spread(FittedCurves(modelled, highest), client, progress)
-                said += [*of_branches, *([SLIPS_WITHOUT_BRANCHES] if self.slides is not None else [])]
-                found |= spread.data_vars
-                coordinates |= {name: spread.coords[name] for name in BRANCH_COORDINATES}
-            said.append(modelling_note(self.fit.modelling_dispersion, self.fit.modelling))
-            said += class_notes(self.fit.modelling_class)
+            rated = self._rated(self.risk, curves, results, client, progress)
+            found |= rated.variables
+            coordinates |= rated.coordinates
+            attributes |= rated.attributes
+            said += rated.notes
         chosen = self.selections
         if chosen is not None:
             found |= chosen.data_vars
             coordinates |= chosen.coords
             said += selection_notes(chosen)
-        kept = curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
+        kept = without_replicates(curves)
         found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
         if self.design.levels.size:
             found |= self.fit.probabilities(results).data_vars

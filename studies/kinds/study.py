@@ -14,7 +14,7 @@ from dataclasses import asdict, astuple, dataclass
 from functools import cached_property
 from importlib import import_module, metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -61,6 +61,13 @@ SLAB_BYTES_A_RUN = 100.0
 __version__ = metadata.version("toppling")
 
 
+class Expected(NamedTuple):
+    """About how many runs adaptive levels take (few, usual, many), and of how many motions in words."""
+
+    runs: tuple[int, int, int]
+    words: str
+
+
 @dataclass(frozen=True)
 class Study(ABC):
     """A study, ready to run.
@@ -72,6 +79,8 @@ class Study(ABC):
     title: str
     configuration: dict[str, Any]
     kind: ClassVar[str]
+    results_are_of: ClassVar[str] = ""
+    """The kind that results are of, where it differs: they hold what that kind's do."""
     _kinds: ClassVar[dict[str, type[Study]]] = {}
 
     def __init_subclass__(cls, **options: Any) -> None:
@@ -135,6 +144,11 @@ class Study(ABC):
     def work(self) -> int:
         """Number of runs that progress counts, including runs that only test other runs."""
         return self.runs
+
+    @property
+    def expected(self) -> Expected | None:
+        """About how many runs there will be, where `work` is the most that there can be; None where it is known."""
+        return None
 
     @property
     def slide_runs(self) -> int:
@@ -418,7 +432,9 @@ class Study(ABC):
             # (where the curve came from does not change it)
             curve = json.dumps({**asdict(self.site_hazard), "source": ""}, sort_keys=True).encode()
             read["hazard_sha256"] = hashlib.sha256(curve).hexdigest()
-        return found.assign_attrs(**self._named(found), **read, kind=self.kind, identity=self.identity)
+        return found.assign_attrs(
+            **self._named(found), **read, kind=self.results_are_of or self.kind, identity=self.identity
+        )
 
     def _renewed(self, before: xr.Dataset) -> xr.Dataset:
         """Return finished results with what keys decide now that are no part of the identity."""

@@ -1,4 +1,7 @@
-"""Designs of a study's motions: each at every level (ida), a set for each level (stripes), or each once (cloud)."""
+"""Designs of a study's motions: each at every level (ida), a set for each level (stripes), or each once (cloud).
+
+Or each at a few levels of its own, until an answer is as precise as asked (ida with adaptive levels).
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,10 @@ import xarray as xr
 
 from ...aliases import Array, Progress
 from ...doubts import Doubt, noted
-from ...fragility import cloud, ida, stripes
+from ...fragility import HazardCurve, cloud, ida, stripes
+from ...fragility.adaptive.curve import EXPLORING
+from ...fragility.adaptive.stopping import usual_motions
+from ...fragility.adaptive.until import Until
 from ...fragility.runs.axes import axes_of
 from ...fragility.runs.scaling import ground_of, intensities, intensity_measure, scaling
 from ...fragility.validity.plausibility import level_doubts
@@ -165,6 +171,78 @@ class Incremental(Design):
         self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
     ) -> xr.Dataset:
         return ida(blocks, models, self.motions, self.at, self.im, outputs, **options)
+
+
+@dataclass(frozen=True)
+class Sequential(Design):
+    """Motion after motion at a few levels of its own, until the answer is as precise as asked.
+
+    most: runs of a curve at the most; `hazard` where the precision is that of a rate.
+    """
+
+    motions: Motions
+    ground: Motions
+    im: str
+    until: Until
+    runs_per_motion: int
+    seed: int
+    hazard: HazardCurve | None = None
+    reading: Reading = UNREAD
+    name: ClassVar[str] = "ida"
+
+    @property
+    def runs(self) -> int:
+        return self.runs_of(self.until.most)
+
+    def runs_of(self, motions: int) -> int:
+        """Return the number of runs of one block under one law and so many motions, which are run both ways if all are.
+
+        The first motions, which look for the curve, have more runs.
+        """
+        each = 2 if self.both_ways else 1
+        return each * (motions * self.runs_per_motion + max(0, EXPLORING - self.runs_per_motion) * self.until.least)
+
+    @property
+    def expected(self) -> tuple[int, int, int]:
+        """About how many motions the precision takes: few, usual, many (`usual_motions`)."""
+        return usual_motions(self.until)
+
+    @property
+    def words(self) -> str:
+        return f"{super().words} at adaptive levels, {self.until.words}"
+
+    def highest(self, runs: xr.Dataset) -> xr.DataArray | float:
+        found = np.zeros(runs.sizes["block"])
+        np.maximum.at(found, runs["run_block"].values, runs["level"].values)
+        return xr.DataArray(found, dims="block")
+
+    def check(self, blocks: Sequence[Block]) -> None:
+        plain = records(self.motions)
+        below = ground_of(plain, records(self.ground)) if self.ground else None
+        scaling([1.0], plain, self.im, blocks, below)
+        size = sum(array.sizes["motion"] for array in self.arrays) // (2 if self.both_ways else 1)
+        if size < self.until.least:
+            raise ValueError(
+                f"adaptive levels need {self.until.least} motions at least (until.motions.least), got {size}"
+            )
+
+    def _analysed(
+        self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
+    ) -> xr.Dataset:
+        del options["screen"]
+        return ida(
+            blocks,
+            models,
+            self.motions,
+            "adaptive",
+            self.im,
+            outputs,
+            until=self.until,
+            hazard=self.hazard,
+            runs_per_motion=self.runs_per_motion,
+            seed=self.seed,
+            **options,
+        )
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import xarray as xr
 from ...fragility import fit_fragility, overturning_probability, rank_measures, with_modelling
 from ...fragility.fitting.states import OVERTURNED, State, needed_output, reached, state_name
 from ...fragility.numerics.slabs import gathered
-from ...fragility.runs.provenance import motions_by_floor, scaled_to_levels
+from ...fragility.runs.provenance import RUN, motions_by_floor, scaled_to_levels
 from ..text.curve_notes import crossing_notes, curve_notes
 from ..text.first_overturning import spacing_notes
 
@@ -117,10 +117,13 @@ class Fit:
         counted = gathered(self._counted, runs)
         said = curve_notes(curves, counted["fell"], counted["tried"], state_name(self.state))
         said += spacing_notes(curves)
-        return said + (crossing_notes(curves, self.probabilities(runs)) if scaled_to_levels(runs) else [])
+        common = RUN not in runs.dims and scaled_to_levels(runs)
+        return said + (crossing_notes(curves, self.probabilities(runs)) if common else [])
 
     def _counted(self, runs: xr.Dataset) -> xr.Dataset:
         """The number of runs of each curve that reached the state, and the number of its runs."""
+        if RUN in runs.dims:
+            return _counted_at_own_levels(runs)
         flags = reached(runs, self.state)
         floor, groups = motions_by_floor(flags)
         over = [dim for dim in ("level", "motion") if dim in flags.dims]
@@ -132,6 +135,20 @@ class Fit:
         ]
         fell, tried = (one[0] if floor is None else xr.concat(one, floor) for one in (counts, sizes))
         return xr.Dataset({"fell": fell, "tried": tried})
+
+
+def _counted_at_own_levels(runs: xr.Dataset) -> xr.Dataset:
+    """The number of runs of each block under each law that overturned, and of its runs, at adaptive levels."""
+    blocks, models = (np.asarray(runs[f"{dim}_number"].values) for dim in ("block", "model"))
+    at = (runs["run_block"].values == blocks[:, None]), (runs["run_model"].values == models[:, None])
+    fell = runs["overturned"].values.astype(float)
+    dims = ("block", "model")
+    return xr.Dataset(
+        {
+            "fell": (dims, np.rint((at[0] * fell) @ at[1].T.astype(float)).astype(int)),
+            "tried": (dims, np.rint(at[0].astype(float) @ at[1].T.astype(float)).astype(int)),
+        }
+    )
 
 
 def ranked(runs: xr.Dataset, motions: Any, also: tuple[str, ...], state: State) -> xr.Dataset:

@@ -199,7 +199,8 @@ def _by_block(
     """Evaluate a function of curves and one level, block by block where each block has its own level."""
     if not isinstance(level, xr.DataArray) or not level.dims:
         return found(curves, float(level))
-    return xr.concat([found(curves.isel(block=[i]), float(one)) for i, one in enumerate(level.values)], "block")
+    parts = [found(curves.isel(block=[i]), float(one)) for i, one in enumerate(level.values)]
+    return xr.concat(parts, "block", coords="minimal", compat="override", join="exact")
 
 
 def worded(rates: xr.Dataset, state: str) -> xr.Dataset:

@@ -15,10 +15,11 @@ from ...aliases import Array
 from ...fragility import curve_probability
 from ...fragility.curves.curve import TABULATED
 from ...fragility.numerics.proportions import wilson_interval
-from ...fragility.runs.provenance import number_of_motions
+from ...fragility.runs.provenance import RUN, number_of_motions
 from ...motions.arrays import POLARITY
 from ...wording import percent
 from ..text.block_order import MEDIAN, ORDERS, places
+from ..text.precision import runs_of_curve
 from ..text.reached import highest_level
 from ..text.words import axis_name, axis_of, display_unit, floor_name, measure_name
 from . import axes, selection
@@ -208,21 +209,31 @@ def _points(ax: Axes, law: selection.DrawnLaw, x: Array, p: Array, ends: tuple[A
 
 
 def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int | str | None) -> None:
-    """Draw every motion of a cloud at its own intensity, and fractions in bins of equally many motions."""
+    """Draw every motion of a cloud at its own intensity, and fractions in bins of equally many motions.
+
+    Of adaptive levels, every run of the block under the law; a motion with several runs in a bin is one trial there.
+    """
     one = law.results
-    if floor is not None and "motion_floor" in one.coords:
+    if RUN in one.dims:
+        one = one.isel({RUN: runs_of_curve(one)})
+    elif floor is not None and "motion_floor" in one.coords:
         one = one.isel(motion=np.flatnonzero(one["motion_floor"].values.astype(str) == str(floor)))
     at, fell = one["intensity"].values / scale, one["overturned"].values.astype(bool)
     ax.plot(at, np.where(fell, 1.02 + 0.022 * i, -0.02 - 0.022 * i), "|", ms=5.0, mew=0.7, color=law.colour, alpha=0.4)
     # (a motion and its reverse have one intensity, and are one trial of the intervals)
-    ways = at.size // number_of_motions(one)
-    bins = min(MOST_BINS, at.size // ways // FULL_BIN)
+    sparse = RUN in one.dims
+    motions = np.unique(one["run_motion"].values).size if sparse else number_of_motions(one)
+    bins = min(MOST_BINS, motions // FULL_BIN)
     if bins < 2:
         return
     parts = np.array_split(np.argsort(at, kind="stable"), bins)
     falls = np.array([int(fell[part].sum()) for part in parts])
     runs = np.array([part.size for part in parts])
-    ends = wilson_interval(falls / ways, runs / ways, float(one.attrs.get("confidence", 0.95)))
+    if sparse:
+        trials = np.array([np.unique(one["run_motion"].values[part]).size for part in parts])
+    else:
+        trials = runs / (at.size // motions)
+    ends = wilson_interval(falls / runs * trials, trials, float(one.attrs.get("confidence", 0.95)))
     middle = np.array([math.exp(float(np.log(at[part]).mean())) for part in parts])
     _points(ax, law, middle, falls / runs, (np.asarray(ends[0]), np.asarray(ends[1])))
 
@@ -309,7 +320,9 @@ def _drawn_of(results: xr.Dataset) -> xr.Dataset:
     """Return only the variables that the panels show, a tenth of a study's: selecting from all of them is slow."""
     cloud = "level" not in results.coords
     curves = [f"{part}{name}" for part in ("", "uplift_") for name in ("median", "dispersion")]
-    wanted = {*curves, "probability", "lower", "upper", "curve_probability", *(["overturned"] if cloud else [])}
+    wanted = {*curves, "probability", "lower", "upper", "curve_probability"}
+    if cloud:
+        wanted |= {"overturned", "run_block", "run_model", "run_motion"}
     shown = results[[name for name in results.data_vars if name in wanted]]
     return shown if cloud else shown.drop_vars([name for name, one in shown.coords.items() if "motion" in one.dims])
 
@@ -325,6 +338,10 @@ def _reading_note(results: xr.Dataset, floors: int, panels: int, every: int) -> 
         parts.insert(0, f"the {panels} of {of:,} blocks{' and floors' if floors > 1 else ''} {ORDERS[MEDIAN]}")
     if "level" in results.coords:
         parts.append(f"points: observed, with {confidence} Wilson intervals")
+    elif RUN in results.dims:
+        parts.append(
+            f"ticks: every run, stood below, fell above; points: fractions in bins, {confidence} Wilson intervals"
+        )
     else:
         parts.append("ticks: every motion, stood below, fell above")
         if motions >= 2 * FULL_BIN:

@@ -54,7 +54,8 @@ def _places(schema: dict[str, Any], table: dict[str, Any], path: str) -> Iterato
 
 def _table_in(one: dict[str, Any]) -> tuple[str | None, str]:
     """Return the table that a key holds, and '[]' for a list of tables or '.NAME' for tables with names."""
-    for part, mark in ((one, ""), (one.get("items"), "[]"), (one.get("additionalProperties"), ".NAME")):
+    either = [(part, "") for part in one.get("oneOf", [])]
+    for part, mark in (*either, (one, ""), (one.get("items"), "[]"), (one.get("additionalProperties"), ".NAME")):
         if isinstance(part, dict) and "$ref" in part:
             return part["$ref"].rpartition("/")[2], mark
     return None, ""
@@ -72,6 +73,10 @@ def _row(key: str, one: dict[str, Any], needed: bool) -> str:
 
 def _type(one: dict[str, Any]) -> str:
     """The type of a value in words."""
+    if "oneOf" in one:
+        return " or ".join(_type(part) for part in one["oneOf"])
+    if "const" in one:
+        return f"`{one['const']}`"
     inner, mark = _table_in(one)
     if inner is not None:
         return {"": "table", "[]": "tables", ".NAME": "a table each"}[mark]

@@ -29,6 +29,7 @@ SECTIONS = {
     "building": "building",
     "buildings": "buildings",
     "ida": "incremental dynamic analysis",
+    "until": "precision",
     "stripes": "stripes",
     "cloud": "cloud",
     "performance": "inventory",
@@ -42,6 +43,9 @@ SECTIONS = {
 }
 DESIGNS = {
     "ida": "Incremental dynamic analysis: every motion is scaled to every level, and every block is run under it.",
+    "adaptive": "Incremental dynamic analysis at adaptive levels: every motion is scaled to a few levels of its own, "
+    "which follow from the runs before, and motions are run until the answer is as precise as the study asks. Looks at "
+    "the result ask for more than that, and fresh motions confirm it, so that stopping does not favour lucky errors.",
     "stripes": "Stripes: each level of shaking has a set of motions of its own.",
     "cloud": "Cloud: every motion is run once, as it is given.",
 }
@@ -253,11 +257,13 @@ def method(results: xr.Dataset) -> list[str]:
             ("sample", "sample"),
             ("level", "level"),
             ("motion", "motion"),
+            ("run", "run"),
         )
         if dim in results.dims
     ]
     if POLARITY in results.coords:
-        sizes[-1] = f"{counted(results.sizes['motion'] // 2, 'motion')} both ways"  # (the last size is of the motions)
+        at = sizes.index(counted(results.sizes["motion"], "motion"))
+        sizes[at] = f"{counted(results.sizes['motion'] // 2, 'motion')} both ways"
         words.append(
             "Every motion is run both ways, as it is and reversed, because it may reach a block from either side; the "
             "two runs are trials of one motion, and intervals take them together."

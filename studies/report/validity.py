@@ -70,6 +70,7 @@ ODD = {
     "misfit": "the motions do not match their target spectrum",
 }
 """What is odd about the inputs, by the kind of doubt."""
+ADAPTIVE = "adaptive"
 AGAIN = "Run the study with this version."
 NO_CHECK = "The results do not contain this check."
 SLIDING = "Does the block rock rather than slide?"
@@ -183,6 +184,11 @@ def _edited(state: str) -> Iterator[Check]:
 def _model(results: xr.Dataset) -> Iterator[Check]:
     yield _rocking(results)
     if "outside" not in results:
+        if ADAPTIVE in results.attrs.get("design", ""):
+            reason = "Runs at adaptive levels are not screened for slides and for motions that are scaled far."
+            cure = "Give the same blocks a few levels that all motions share, and look at the checks of that study."
+            yield Check("Were the runs screened?", UNKNOWN, reason, cure, "the runs were not screened")
+            return
         reason = "The results hold no shares of the runs for which rocking may be the wrong model."
         yield Check("Were the runs screened?", UNKNOWN, reason, AGAIN, "the runs were not screened")
         return

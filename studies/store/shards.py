@@ -32,7 +32,7 @@ from ...wording import system_reason
 from ..file.table import StudyError
 from .differences import OTHER_MOTIONS, differences, makes_motions, same_inputs
 from .folder import write_whole
-from .manifest import FOLDER, LAYOUT, MANIFEST, NAME, PART, read_manifest, refuse_link
+from .manifest import FOLDER, LAYOUT, MANIFEST, NAME, PART, REACHED, read_manifest, refuse_link
 from .watch import Stop, Watch
 
 IN_MEMORY = 2**25
@@ -110,6 +110,13 @@ class Shards(Runner):
     def tell(self, what: str, done: int, total: int) -> None:
         """Report the progress of work that is not done in chunks."""
         self._watch.tell(what, done, total)
+
+    def reached(self, what: str) -> None:
+        """Keep what an analysis has reached so far in the manifest, where the status of the study finds it."""
+        path = self._folder / MANIFEST
+        manifest = json.loads(path.read_text("utf-8"))
+        if manifest.get(REACHED) != what:
+            write_whole(path, _json({**manifest, REACHED: what}))
 
     def _kept(self, call: int, number: int, key: str, work: Work, chunk: Chunk) -> ChunkResult | None:
         """Return the results of a chunk if there is an intact shard of it; damaged shards are removed."""

@@ -26,6 +26,8 @@ def other_levels(study: Mapping[str, Any], higher: bool) -> str:
     'add a stripe below the lowest'
     """
     if "ida" in study:
+        if isinstance(study["ida"]["levels"], str):  # (adaptive levels look as far as they must)
+            return "allow more motions (until.motions.most)"
         if study["ida"]["levels"].get("values") is not None:
             return f"add {'higher' if higher else 'lower'} levels to ida.levels.values"
         return "raise ida.levels.to" if higher else "lower ida.levels.from"

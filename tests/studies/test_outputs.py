@@ -30,6 +30,9 @@ YEAR = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "m/s"\n'
 STUDIES = {
     "stripes": ("stripes", "", ""),
     "selected": ("selected", "", ""),
+    "adaptive": ("adaptive", "", ""),
+    "adaptive_chance": ("adaptive", "", ""),
+    "adaptive_rate": ("adaptive_rate", "", ""),
     "cloud": ("cloud", "", ""),
     "bookcase": ("bookcase", "", FIT),
     "risk": ("risk", EVERY_OUTPUT, FIT + "[friction]\nstatic = 0.4\ndispersion = 0.2\ntrip_mm = 5\n"),
@@ -70,6 +73,10 @@ def results(tmp_path_factory):
             text = text.replace("[[blocks]]", "[[blocks]]\ndepth_m = 0.9")
         if name == "selected":  # (few motions do not agree with the hazard)
             text = text.replace("[stripes.select]", '[stripes.select]\noutside = "keep"')
+        if name.startswith("adaptive"):
+            text = text.replace("number = 6", "number = 40") + "\n[until.motions]\nleast = 32\n"
+        if name == "adaptive_chance":
+            text = text.replace("median = 0.1", 'probability = { level = 0.5, unit = "m/s", within = 0.2 }')
         if name == "risk":  # near an edge, too
             text = text.replace("[[blocks]]", "[[blocks]]\nedge_distance_mm = 1", 1)
         if name == "laboratory":  # near obstacles, too
@@ -86,12 +93,13 @@ def results(tmp_path_factory):
 
 
 TABLES = (
-    *("runs", "chosen", "curves", "year", "branches", "measures", "slides", "samples", "varied"),
+    *("runs", "adaptive", "chosen", "curves", "year", "branches", "measures", "slides", "samples", "varied"),
     *("given", "annual", "spread", "ranking", "duties", "kits", "sliding", "standing", "screen", "shares"),
 )
 """The page's tables in their order."""
 OF_KIND = {
     "fragility": ("runs", "chosen", "curves", "year", "branches", "measures", "slides", "standing", "screen"),
+    "sequential": ("adaptive", "curves", "year", "standing"),
     "uncertainty": ("samples", "curves", "year", "standing", "shares"),
     "sensitivity": ("varied", "standing", "shares"),
     "performance": ("given", "annual", "spread", "ranking", "duties", "kits", "sliding", "standing", "shares"),

@@ -94,6 +94,8 @@ def bases() -> list[dict[str, str]]:
             "[stripes.select]\nnumber = 40", '[stripes.select]\noutside = "keep"\nfactor = [1e-3, 1e3]\n"number" = 2'
         )
         text = re.sub(r"(?m)^number = \d+", "number = 2\ndt_s = 0.2", text)
+        if "[until]" in text:
+            text = text.replace("number = 2", "number = 34") + "\n[until.motions]\nleast = 32\n"
         text = text.replace("samples = 64", "samples = 2").replace("sobol = 64", "sobol = 8")
         if path.with_suffix(".csv").is_file():  # (inventories with the columns that the clinic's lacks)
             table = path.with_suffix(".csv").read_text(encoding="utf-8")

@@ -220,6 +220,8 @@ def test_every_kind_of_study(name, tmp_path):
     """The examples' results have the same digest in memory and on the disk."""
     text = (ROOT / f"studies/examples/{name}.toml").read_text(encoding="utf-8")
     few = re.sub(r"(?m)^number = \d+", "number = 4", text)
+    if name.startswith("adaptive"):
+        few = few.replace("number = 4", "number = 40") + "\n[until.motions]\nleast = 32\n"
     few = few.replace("[stripes.select]", '[stripes.select]\noutside = "keep"')  # (few motions do not agree)
     for file in (ROOT / "studies/examples").glob("*.csv"):
         (tmp_path / file.name).write_bytes(file.read_bytes())

@@ -1,0 +1,121 @@
+"""Fragility studies at adaptive levels: runs are made until the answer is as precise as asked.
+
+Their results hold what those of other fragility studies hold, but each run has a block, a law, a motion and a level of
+its own, and what needs common levels (observed probabilities, the screen of runs, slips) is left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import xarray as xr
+
+from ...aliases import Progress
+from ...fragility.adaptive.until import RATE
+from ...fragility.fitting.states import state_name
+from ...fragility.runs.axes import check_axes, check_outputs
+from ...wording import counted
+from ..file.schema import StudyFile
+from ..plan.designs import Sequential
+from ..text.axes import axis_notes
+from ..text.precision import SEQUENTIAL, precision_notes
+from .fragility import FragilityStudy, fit_of, without_replicates
+from .study import Expected, blocks_of, check_laws, each, plain
+
+if TYPE_CHECKING:
+    from ...fragility.runs.runners import Runner
+
+OUTPUTS = ("overturned",)
+OF_ANALYSIS = ("median", "dispersion", "rate", "probability")
+
+
+@dataclass(frozen=True)
+class SequentialStudy(FragilityStudy):
+    """Blocks x damping laws x as many motions as the precision takes."""
+
+    kind: ClassVar[str] = "sequential"
+    results_are_of: ClassVar[str] = "fragility"
+
+    @classmethod
+    def of(cls, content: StudyFile, folder: Path) -> Self:
+        blocks = blocks_of(content, folder)
+        design = content.design(folder, content.both_ways(blocks))
+        assert isinstance(design, Sequential)  # (the table makes it this kind of study)
+        risk = None if content.hazard is None else content.hazard.risk(content.analysis.im, folder)
+        if design.until.target == RATE:
+            assert risk is not None  # (checked with the file)
+            design = replace(design, hazard=risk.hazard)
+        study = cls(
+            content.title,
+            plain(content),
+            blocks,
+            each("models", content.models, blocks),
+            design,
+            undecided=0.0,
+            fit=fit_of(content),
+            risk=risk,
+            outputs=OUTPUTS if content.outputs is None else tuple(content.outputs),
+        )
+        near = next((block.label for block in blocks if block.edge is not None), None)
+        if near is not None:
+            raise ValueError(f"edge_distance_mm of {near!r} needs levels that all motions share, not adaptive ones")
+        check_laws(content, study.blocks, study.models)
+        check_axes(design.axes, study.blocks, study.models)
+        check_outputs(design.axes, study.kept_outputs, study.models)
+        design.check(study.blocks)
+        if len(design.floors) > 1:
+            raise ValueError("adaptive levels need the motions of one floor, got several")
+        if risk is not None:
+            risk.check(design, content.motions.floors_file is not None)
+        study.check_sizes()
+        return study
+
+    @property
+    def words(self) -> str:
+        assert self.expected is not None
+        of = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')} × {self.design.words}"
+        return f"{of}: about {self.expected.runs[1]:,} runs"
+
+    @property
+    def sequence(self) -> Sequential:
+        """The design."""
+        assert isinstance(self.design, Sequential)
+        return self.design
+
+    @property
+    def expected(self) -> Expected:
+        curves = len(self.blocks) * len(self.models) * self.design.about
+        motions = self.sequence.expected
+        few, usual, many = (curves * self.sequence.runs_of(n) for n in motions)
+        return Expected((few, usual, many), "of some {1:,} motions ({0:,} to {2:,})".format(*motions))
+
+    def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
+        runs = self.design.run(self.blocks, self.models, self.kept_outputs, client, progress)
+        curves = self.fit.curves(runs, self.risk is not None, telling=client.tell)
+        found: dict[Any, Any] = {}
+        attributes = self._fit_attributes(curves)
+        said = [*axis_notes(runs), *self.fit.notes(curves, runs), *precision_notes(runs)]
+        coordinates: dict[Any, Any] = {}
+        if self.risk is not None:
+            rated = self._rated(self.risk, curves, runs, client, progress)
+            found |= rated.variables
+            coordinates |= rated.coordinates
+            attributes |= rated.attributes
+            said += rated.notes
+        found |= without_replicates(curves).data_vars
+        own = [f"{name}{end}" for name in OF_ANALYSIS for end in ("", "_lower", "_upper")]
+        renamed = runs.rename({name: f"{SEQUENTIAL}{name}" for name in own if name in runs})
+        # (figures and sentences take the axis of runs that have no common levels from there, as of a cloud)
+        renamed = renamed.assign_coords(intensity=renamed["level"].variable)
+        return (
+            renamed.assign_coords(coordinates)
+            .assign(found)
+            .assign_attrs(
+                **attributes,
+                confidence=self.fit.confidence,
+                state=state_name(self.fit.state),
+                notes="\n".join(said),
+            )
+        )

@@ -1,0 +1,78 @@
+"""What an analysis at adaptive levels reached, curve by curve: as notes, and as rows of a table."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Index
+from ...fragility.adaptive.stopping import REACHED
+from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE, TARGETS
+from .rows import Rows
+from .words import axis_of, display_unit
+
+SEQUENTIAL = "sequential_"
+"""Prefix, in a study's results, of what the analysis itself says of each curve, beside the curve fitted to all runs."""
+
+
+def curves_of(results: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield each curve of an analysis at adaptive levels with its name."""
+    several = results.sizes["model"] > 1
+    for i, j in np.ndindex(results.sizes["block"], results.sizes["model"]):
+        one = results.isel(block=i, model=j)
+        law = f" ({one['model'].item()})" if several else ""
+        yield f"{one['block'].item()}{law}", one
+
+
+def runs_of_curve(one: xr.Dataset) -> Index:
+    """Return the places of the runs of one block under one law."""
+    mine = one["run_block"].values == int(one["block_number"]), one["run_model"].values == int(one["model_number"])
+    return np.flatnonzero(mine[0] & mine[1])
+
+
+def precision_notes(runs: xr.Dataset) -> list[str]:
+    """Return a note for each curve whose precision was not reached, or whose form is off by half of it or more."""
+    asked = json.loads(str(runs.attrs["until"]))
+    shares = [value for name, value in asked.items() if name in (MEDIAN, RATE)]
+    room = 0.5 * float(shares[0]) if shares else math.inf
+    said = []
+    for name, one in curves_of(runs):
+        missed = str(one["stopped_because"].item()) != REACHED
+        off = max(abs(float(one[which])) for which in ("misfit", "rate_misfit") if which in one)
+        if missed or off >= room:
+            said.append(f"{name}: {one['account'].item()}")
+    return said
+
+
+def precision_rows(results: xr.Dataset) -> Rows | None:
+    """Return the table of what was asked of each curve and what was reached; None for other designs."""
+    if "stopped_because" not in results:
+        return None
+    asked = json.loads(str(results.attrs["until"]))
+    target = next(name for name in asked if name in TARGETS)
+    chance = target == PROBABILITY
+    scale, unit = display_unit(axis_of(results)) if target == MEDIAN else (1.0, "1/year" if target == RATE else "")
+    within = f"±{asked[target]['within']:g}" if chance else f"±{100.0 * asked[target]:g} %"
+    lines = []
+    for name, one in curves_of(results):
+        value, low, high = (float(one[f"{SEQUENTIAL}{target}{end}"]) / scale for end in ("", "_lower", "_upper"))
+        width = float(one["half_width"])
+        known = math.isfinite(width) and math.isfinite(value)
+        own = runs_of_curve(one)
+        lines.append(
+            (
+                name,
+                f"{value:.3g} ({low:.3g}–{high:.3g})" if known else "–",
+                (f"±{width:.3f}" if chance else f"±{100.0 * width:.1f} %") if known else "–",
+                f"{int(one['motions_run']):,}",
+                f"{own.size:,}",
+                str(one["stopped_because"].item()),
+            )
+        )
+    of = f"{target}, {unit}" if unit else target
+    title = f"Precision at adaptive levels: asked are {within} of the {target} (95 % intervals)"
+    return Rows(title, ("curve", of, "reached", "motions", "runs", "stopped because"), lines)

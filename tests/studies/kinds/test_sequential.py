@@ -1,0 +1,270 @@
+"""Studies at adaptive levels: what they run, what they keep over kills, what they say, and what they refuse."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.fragility.adaptive.stopping import usual_motions
+from toppling.fragility.adaptive.until import Until
+from toppling.studies.command.cli import main
+from toppling.studies.command.forecast import forecast
+from toppling.studies.command.status import status_of
+from toppling.studies.file.table import StudyError
+from toppling.studies.report.page import write_report
+from toppling.studies.text.precision import precision_rows
+
+STUDY = """
+title = "As many as needed"
+[[blocks]]
+width_m = 0.4
+height_m = 1.8
+[[blocks]]
+width_m = 0.6
+height_m = 1.8
+[[models]]
+law = "energy-consistent"
+[motions]
+generator = "clough-penzien"
+number = 200
+seed = 4
+duration_s = 6
+dt_s = 0.02
+[ida]
+im = "pga"
+levels = "adaptive"
+[until]
+median = 0.15
+motions = { least = 32 }
+"""
+HAZARD = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "g"\n'
+
+
+@pytest.fixture
+def study(tmp_path):
+    def made(text=STUDY):
+        path = tmp_path / "study.toml"
+        path.write_text(text, encoding="utf-8")
+        return tp.Study.from_toml(path)
+
+    return made
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("adaptive")
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
+
+
+def test_the_runs_are_those_of_the_analysis(finished):
+    results, _ = finished
+    shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(200, seed=4)
+    blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
+    until = {"median": 0.15, "motions": {"least": 32, "most": 200}}
+    own = tp.ida(blocks, tp.EnergyConsistent(), shakes, "adaptive", until=until)
+    for name in ("overturned", "level", "run_block", "run_motion", "wave"):
+        np.testing.assert_array_equal(results[name], own[name])
+    for name in ("median", "median_lower", "dispersion"):
+        np.testing.assert_array_equal(results[f"sequential_{name}"], own[name])
+    curves = tp.fit_fragility(own)
+    np.testing.assert_array_equal(results["median"], curves["median"])
+    assert results.attrs["design"] == "adaptive"
+    assert results.attrs["kind"] == "fragility"
+
+
+def test_a_rate_takes_the_hazard_of_the_study(study):
+    text = STUDY.replace("median = 0.15", "rate = 0.5")
+    results = study(text + HAZARD).run()
+    hazard = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
+    own = tp.ida(
+        [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
+        tp.EnergyConsistent(),
+        tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(200, seed=4),
+        "adaptive",
+        until={"rate": 0.5, "motions": {"least": 32, "most": 200}},
+        hazard=hazard,
+    )
+    np.testing.assert_allclose(results["sequential_rate"], own["rate"], rtol=1e-9)
+    # (the rate of the curve that is fitted to all runs is another estimate of the same)
+    assert (np.abs(np.log(results["rate"] / results["sequential_rate"])) < 0.5).all()
+
+
+def test_both_ways_and_the_weakest_axis_take_a_motion_once(study):
+    both = study(STUDY.replace('im = "pga"', 'im = "pga"\npolarity = "both"'))
+    assert both.design.until.most == 200
+    results = both.run()
+    assert (results["motions_run"] >= 32).all()
+    assert results.sizes["run"] % 2 == 0
+
+
+@pytest.mark.parametrize("at", [1, 2, 4])
+def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished, tmp_path, monkeypatch):
+    from toppling.fragility.analyses import adaptive
+
+    run, calls = adaptive.run_wave, []
+
+    def killed(*arguments):
+        calls.append(1)
+        if len(calls) == at:
+            raise KeyboardInterrupt
+        return run(*arguments)
+
+    monkeypatch.setattr(adaptive, "run_wave", killed)
+    with pytest.raises(KeyboardInterrupt):
+        study().run(tmp_path / "out")
+    found = status_of(tmp_path / "out")
+    assert found.state == "interrupted"
+    assert bool(found.reached) == (at > 1)
+    if at > 1:
+        assert "±15 % asked" in found.lines(tmp_path / "out")[1]
+    monkeypatch.setattr(adaptive, "run_wave", run)
+    study().run(tmp_path / "out")
+    assert (tmp_path / "out/results.nc").read_bytes() == finished[1].read_bytes()
+
+
+@pytest.mark.slow
+def test_ten_kills_change_nothing(tmp_path):
+    """Killed ten times, whenever it has kept something new, a study has the bytes of an undisturbed run."""
+    text = STUDY.replace("number = 200", "number = 2000").replace("median = 0.15", "median = 0.02")
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+    command = [sys.executable, "-m", "toppling", "run", "study.toml", "--out"]
+
+    def kept():
+        return len(list((tmp_path / "out/shards").glob("*.nc"))) if (tmp_path / "out/shards").is_dir() else 0
+
+    kills = 0
+    for _ in range(10):
+        before = kept()
+        process = subprocess.Popen(
+            [*command, "out"], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        while process.poll() is None and kept() <= before:
+            time.sleep(0.002)
+        if process.poll() is None:
+            os.kill(process.pid, signal.SIGKILL)
+            kills += 1
+        process.wait()
+    assert kills == 10
+    assert kept() >= 10
+    subprocess.run([*command, "out"], cwd=tmp_path, check=True, capture_output=True)
+    subprocess.run([*command, "undisturbed"], cwd=tmp_path, check=True, capture_output=True)
+    assert (tmp_path / "out/results.nc").read_bytes() == (tmp_path / "undisturbed/results.nc").read_bytes()
+
+
+def test_the_forecast_has_a_range_that_holds_the_runs(study, finished):
+    results, _ = finished
+    one = study()
+    few, _, many = one.expected.runs
+    assert 0.5 * few <= results.sizes["run"] <= many
+    lines = forecast(one).lines()
+    assert "at most" in lines[0]
+    assert "up to" in lines[2]
+    assert one.work == 2 * (3 * 200 + 3 * 32)
+
+
+@pytest.mark.parametrize(
+    ("until", "measured"),
+    [
+        # means of benchmarks.sequential.promises over lognormal truths of dispersion 0.4
+        (Until("median", 0.05, most=20_000), (475, 625)),
+        (Until("median", 0.02, most=20_000), (2600, 4350)),
+        (Until("dispersion", 0.1, most=20_000), (824, 832)),
+        (Until("rate", 0.1, most=20_000), (4149, 4224)),
+        (Until("probability", 0.03, 1.5, most=20_000), (912, 1432)),
+    ],
+)
+def test_motions_forecast_are_those_measured(until, measured):
+    few, usual, many = usual_motions(until)
+    assert few < measured[0] < measured[1] < many
+    assert 0.75 * measured[0] < usual < 1.35 * measured[1]
+
+
+def test_the_table_says_what_was_asked_and_reached(finished):
+    results, _ = finished
+    rows = precision_rows(results)
+    assert "±15 % of the median" in rows.title
+    assert len(rows.rows) == 2
+    assert sum(int(row[4].replace(",", "")) for row in rows.rows) == results.sizes["run"]
+    assert {row[5] for row in rows.rows} == {"precision reached"}
+    assert precision_rows(xr.Dataset()) is None
+
+
+def test_what_is_not_reached_is_a_note(study):
+    results = study(STUDY.replace("median = 0.15", "median = 0.01").replace("number = 200", "number = 64")).run()
+    notes = results.attrs["notes"].splitlines()
+    assert sum("1 % asked; 64 motions are the most allowed, the precision takes about" in one for one in notes) == 2
+
+
+def test_the_report_says_how_runs_were_chosen(finished, tmp_path):
+    (page,) = write_report(finished[1], tmp_path / "report.html")
+    text = page.read_text(encoding="utf-8")
+    for words in ("at adaptive levels", "Precision at adaptive levels", "precision reached", "are not screened"):
+        assert words in text
+
+
+def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
+    from toppling.studies.store import folder
+
+    monkeypatch.setattr("toppling.studies.kinds.study.remove_shards", lambda _: None)
+    study().run(tmp_path / "out")
+    monkeypatch.setattr(folder, "is_locked", lambda _: False)
+    assert main(["status", str(tmp_path / "out"), "--json"]) == 0
+    assert "all 2 curves have stopped" in json.loads(capsys.readouterr().out)["reached"]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (('levels = "adaptive"', 'levels = "adaptve"'), "ida.levels: must be 'adaptive', got 'adaptve'"),
+        (('levels = "adaptive"', "levels = [0.1]"), "levels need their unit"),
+        (
+            ('levels = "adaptive"', 'levels = { values = [0.1], unit = "g" }'),
+            "until is for ida with levels = 'adaptive'",
+        ),
+        (("median = 0.15", "median = 0.15\nrate = 0.1"), "until.rate needs a [hazard]"),
+        (("median = 0.15", "median = 0.15\ndispersion = 0.1"), "until must name one of median, dispersion"),
+        (("median = 0.15", "median = 1.5"), "until.median: must be >= 0.001 and < 1, got 1.5"),
+        (("median = 0.15", "medain = 0.15"), "did you mean 'median'?"),
+        (("median = 0.15", "rate = 0.15"), "until.rate needs a [hazard]"),
+        (("least = 32", "least = 8"), "until.motions.least: must be"),
+        (("least = 32", "most = 300"), "until.motions.most must be at most the 200 motions that there are, got 300"),
+        (("number = 200", "number = 20"), "until.motions.least must be at most 20"),
+        (
+            ("median = 0.15", 'probability = { level = 0.3, unit = "m/s", within = 0.1 }'),
+            "unit of levels of pga must be",
+        ),
+        (("[until]", "[friction]\nstatic = 0.4\n[until]"), "friction needs levels that all motions share"),
+        (("[until]", "[screen]\n[until]"), "screen needs levels that all motions share"),
+        (("[until]", "[measures]\n[until]"), "measures needs levels that all motions share"),
+        (("[until]", '[fit]\nform = "isotonic"\n[until]'), "fit.form of adaptive levels must be lognormal or"),
+        (("[until]", '[fit]\nstate = "front"\n[until]'), "fit.form of adaptive levels must be"),
+        (("[until]", '[fit]\nmethod = "first-overturning"\n[until]'), "fit.method of adaptive levels must be binomial"),
+        (("width_m = 0.4", "width_m = 0.4\nedge_distance_mm = 50"), "edge_distance_mm"),
+        (("[until]", '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\n[until]'), "floor"),
+    ],
+)
+def test_what_is_refused(change, said, study):
+    with pytest.raises(StudyError) as refused:
+        study(STUDY.replace(*change, 1))
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_hazard_of_another_measure_is_refused(study):
+    with pytest.raises(StudyError, match="must be one of"):
+        study(STUDY.replace("median = 0.15", "rate = 0.2") + HAZARD.replace('"g"', '"m/s"'))
+
+
+def test_examples_are_of_this_kind():
+    folder = Path(tp.__file__).parent / "studies/examples"
+    for name in ("adaptive", "adaptive_rate"):
+        assert tp.Study.from_toml(folder / f"{name}.toml").kind == "sequential"
