@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from .floors.building import Building
     from .floors.files import read_floors
     from .floors.p58 import p58_floor_demands
+    from .floors.yielding import CollapsingBuilding, YieldingBuilding
     from .generators import GENERATORS
     from .intensity.dataset import measure_named, measures
     from .intensity.directions import GeometricMean, RotD50, RotD100
@@ -67,6 +68,7 @@ __all__ = [
     "Building",
     "Candidates",
     "CloughPenzien",
+    "CollapsingBuilding",
     "Conditional",
     "Disaggregation",
     "DoubleExponential",
@@ -108,6 +110,7 @@ __all__ = [
     "TargetError",
     "TargetMissed",
     "TargetSpectrum",
+    "YieldingBuilding",
     "ac156_acceptance",
     "as_recorded",
     "bandpass",
@@ -172,6 +175,7 @@ __getattr__, __dir__ = face(
         "floors.building": ("Building",),
         "floors.files": ("read_floors",),
         "floors.p58": ("p58_floor_demands",),
+        "floors.yielding": ("CollapsingBuilding", "YieldingBuilding"),
         "generators": ("GENERATORS",),
         "intensity.dataset": ("measure_named", "measures"),
         "intensity.directions": ("GeometricMean", "RotD50", "RotD100"),

@@ -43,6 +43,8 @@ class Record(NamedTuple):
     motion that this one reverses, '' for a motion as given.  `axes` is
     `BOTH_AXES` where the companion shakes, too, along the depth of the blocks, `WEAK_AXIS` where blocks are asked to be
     long enough that it need not, '' for one component; `azimuth` is then the direction of the blocks' width, rad.
+    `own_level` is True of what yielding floors or isolators made of a ground motion: it is of that strength, and no
+    factor makes it another.
     """
 
     label: str
@@ -58,6 +60,7 @@ class Record(NamedTuple):
     vertical: Array | None = None
     axes: str = ""
     azimuth: float = math.nan
+    own_level: bool = False
 
     @property
     def given(self) -> str:
@@ -197,7 +200,9 @@ DOWNWARD = "downward_acceleration"
 """Coordinate of runs with vertical shaking: the greatest downward acceleration of each motion."""
 BASELINES = ("baseline(", "highpass(", "bandpass(")
 """Corrections, as the attribute `processing` lists them, that remove offsets and drifts."""
-_RECORD_COORDINATES = ("motion", "source", "dt", "own_amplitude", "recorded", "time", REVERSE_OF)
+OWN_LEVEL = "own_level"
+"""Coordinate of motions that belong to the level at which they were made: those of yielding floors and isolators."""
+_RECORD_COORDINATES = ("motion", "source", "dt", "own_amplitude", "recorded", "time", REVERSE_OF, OWN_LEVEL)
 
 
 def _records_of(array: xr.DataArray) -> list[Record]:
@@ -234,7 +239,8 @@ def _records_of(array: xr.DataArray) -> list[Record]:
             reverse_of = str(one.get(REVERSE_OF, ""))
             if floor:
                 label, reverse_of = (name and f"{name} floor {floor}" for name in (label, reverse_of))
-            found.append(Record(label, values, dt, source, floor, own, read, None, corrected, reverse_of))
+            plain = Record(label, values, dt, source, floor, own, read, None, corrected, reverse_of)
+            found.append(plain._replace(own_level=bool(one.get(OWN_LEVEL, False))))
     return found
 
 

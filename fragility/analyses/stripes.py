@@ -119,9 +119,11 @@ def stripes(
     sets = _sets("motions", motions, values.size, polarity)
     below = [None] * values.size if ground is None else _sets("ground", ground, values.size, polarity)
     plain = [record for own in sets for record in own]
+    # (motions that belong to their level, those of floors that yield, are taken as they are)
+    bound = sets if scale else [[one._replace(own_level=False) for one in own] for own in sets]
     scalings = [
         scaling([level], own, im, request.blocks, None if earth is None else ground_of(own, earth))
-        for level, own, earth in zip(values, sets, below, strict=True)
+        for level, own, earth in zip(values, bound, below, strict=True)
     ]
     if not scale:
         scalings = [one._replace(factors=np.ones((1, 1, len(own)))) for one, own in zip(scalings, sets, strict=True)]

@@ -24,6 +24,8 @@ from .factors import BlockFactors, Factors, ScaleFactors, unscaled
 GROUND_FLOORS = ("", "0", "ground")
 """Labels of floors whose motion is that of the ground."""
 SCALE = "scale"
+SAME = 1e-9
+"""A factor nearer to 1 than this leaves a motion as it is."""
 MIN_FACTOR = 1e-100
 
 
@@ -203,11 +205,18 @@ def of_the_ground(long_name: str) -> str:
 
 
 def check_factors(factors: Factors, motions: Sequence[Record]) -> None:
-    """Raise ValueError where a motion would be scaled beyond any possible shaking, or to nothing."""
+    """Raise ValueError where a motion would be scaled beyond any possible shaking, or to nothing, or must not be."""
+    fixed = np.array([motion.own_level for motion in motions])
     peaks = np.array([np.abs(motion.acceleration).max() for motion in motions])
     for part in factors.parts() if isinstance(factors, BlockFactors) else [factors]:
         with np.errstate(over="ignore", invalid="ignore"):
             bad = ~np.isfinite(part) | (part < MIN_FACTOR) | ~(part * peaks <= checks.MAX_ACCELERATION)
+        if fixed.any() and not bool((np.abs(part[:, :, fixed] - 1.0) <= SAME).all()):
+            label = next(motion.label for motion in motions if motion.own_level)
+            raise ValueError(
+                f"motion {label!r} is of a floor that yields or stands on an isolator, and belongs to the level of its "
+                "ground motion: make one set for each level (toppling.stripes with scale=False), no factor is right"
+            )
         if bad.any():
             block, level, motion = (int(i) for i in np.argwhere(bad)[0])
             raise ValueError(

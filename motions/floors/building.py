@@ -32,6 +32,7 @@ from ..arrays import (
 from ..kernels import oscillators as engine
 from ..plausibility import record_doubts, ringing_doubts
 from .modes import MOST_BEAM_MODES, beam_modes, storey_modes
+from .yielding import HARDENING, YieldingBuilding, yielding_building
 
 MIN_PERIOD, MAX_PERIOD = 1e-3, 100.0
 MAX_ALPHA0 = 1e4
@@ -139,6 +140,7 @@ class Building:
         )
         return cls(first / found.ratios, _damping(damping, count), found.shares, heights, text)
 
+    @overload
     @classmethod
     def from_storeys(
         cls,
@@ -147,7 +149,40 @@ class Building:
         damping: float | Sequence[float] = 0.05,
         storey_height: float | Sequence[float] = 3.0,
         modes: int | None = None,
-    ) -> Building:
+        *,
+        yield_coefficient: None = None,
+        hardening: float = HARDENING,
+        p_delta: Any = None,
+    ) -> Building: ...
+
+    @overload
+    @classmethod
+    def from_storeys(
+        cls,
+        masses: Any,
+        stiffnesses: Any,
+        damping: float | Sequence[float] = 0.05,
+        storey_height: float | Sequence[float] = 3.0,
+        modes: int | None = None,
+        *,
+        yield_coefficient: float | Sequence[float],
+        hardening: float = HARDENING,
+        p_delta: Any = None,
+    ) -> YieldingBuilding: ...
+
+    @classmethod
+    def from_storeys(
+        cls,
+        masses: Any,
+        stiffnesses: Any,
+        damping: float | Sequence[float] = 0.05,
+        storey_height: float | Sequence[float] = 3.0,
+        modes: int | None = None,
+        *,
+        yield_coefficient: float | Sequence[float] | None = None,
+        hardening: float = HARDENING,
+        p_delta: Any = None,
+    ) -> Building | YieldingBuilding:
         """Return a shear building: storeys as masses on springs, from the lowest storey upwards.
 
         Parameters
@@ -159,12 +194,28 @@ class Building:
         storey_height : float or sequence of float
             Height of every storey, or of each, m.
         modes : int, optional
-            Number of modes; all if not given.
+            Number of modes; all if not given.  A building that yields has all of them.
+        yield_coefficient : float or sequence of float, optional
+            Yield strength of the lowest storey over the weight of the building; the other storeys follow from the
+            lateral forces of codes, which grow with w h^k (k = 1 up to a period of 0.5 s, 2 from 2.5 s on; ASCE/SEI
+            7-22, 12.8.3).  Or of each storey over the weight of the building.  The building is elastic if not given.
+        hardening : float
+            Stiffness after yielding over the initial one, 0 to below 1 (judgement: 0.03).
+        p_delta : bool, float or sequence of float, optional
+            Stability coefficient theta = P/(k h) of the storeys, or True for that of the weight above them; none if not
+            given.  With theta above `hardening` a storey softens after yielding.
+
+        Returns
+        -------
+        Building or YieldingBuilding
+            The latter with a yield coefficient: bilinear storeys, damped in proportion to masses and initial
+            stiffnesses with the ratio `damping` (one number) at the first and the last mode.
 
         Raises
         ------
         TypeError, ValueError
-            Masses and stiffnesses of different number or not positive, a value out of range.
+            Masses and stiffnesses of different number or not positive, a value out of range; modes of a building that
+            yields, hardening or P-delta of one that does not.
 
         Examples
         --------
@@ -190,6 +241,14 @@ class Building:
                 f"{2.0 * math.pi / omega[-1]:g} to {2.0 * math.pi / max(omega[0], 1e-300):g} s"
             )
         heights = storey_heights(storey_height, m.size)
+        if yield_coefficient is not None:
+            if modes is not None:
+                raise ValueError("modes must be left out where storeys yield: the building has all of them")
+            text = f"shear building, {m.size} storeys, {heights[-1]:g} m, T1 = {2.0 * math.pi / omega[0]:.4g} s"
+            text += f", {_damping_text(damping)}"
+            return yielding_building(m, k, omega, damping, heights, yield_coefficient, hardening, p_delta, text)
+        if p_delta is not None or hardening != HARDENING:
+            raise ValueError("hardening and p_delta are of storeys that yield: give a yield_coefficient")
         at_floors = np.concatenate([np.zeros((count, 1)), shares[:count]], axis=1)
         text = (
             f"shear building, {m.size} storeys, {heights[-1]:g} m, T1 = {2.0 * math.pi / omega[0]:.4g} s, {count} "

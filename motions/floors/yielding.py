@@ -1,0 +1,379 @@
+"""Shear buildings whose storeys yield: floor motions, drifts and collapse under ground motions of given strength.
+
+Bilinear storeys with kinematic hardening and, where wanted, P-delta.  Between yielding and unloading the building is
+linear and is integrated exactly (`kernels.yielding`).  What yields does not scale: floor motions belong to the ground
+motion that they were made of, and analyses refuse to scale them.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array, Index
+from ...doubts import warn
+from ...units import ACCELERATION, DIMENSIONLESS, METRE, STANDARD_GRAVITY, VELOCITY, provenance
+from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
+from ..kernels.yielding import storey_response
+from ..plausibility import record_doubts
+
+HARDENING = 0.03
+COLLAPSE_DRIFT = 0.1
+"""Drift over the storey's height at which a storey counts as collapsed (judgement)."""
+
+
+class CollapsingBuilding(UserWarning):
+    """Warning of ground motions under which a yielding building collapses."""
+
+
+class Response(NamedTuple):
+    """Response of one building under one motion: accelerations and relative velocities (storey, time), m/s² and m/s;
+    peaks, residual: of drifts, (storey,), m; collapsed: storey from 1, 0 for none; end: sample at which it collapsed.
+    """
+
+    accelerations: Array
+    velocities: Array
+    peaks: Array
+    residual: Array
+    collapsed: int
+    end: int
+
+
+@dataclass(frozen=True, eq=False)
+class YieldingBuilding:
+    """Shear building whose storeys yield; made by `Building.from_storeys` with a yield coefficient.
+
+    Attributes
+    ----------
+    masses, stiffnesses, strengths : ndarray, shape (storey,)
+        Mass of every floor, kg; initial stiffness, N/m, and yield strength, N, of the storey below it.
+    hardening, p_delta : ndarray, shape (storey,)
+        Stiffness after yielding over the initial one; stability coefficient theta = P/(k h).
+    damping : tuple of float
+        Factors of the masses, 1/s, and of the initial stiffnesses, s, in the damping matrix.
+    heights : ndarray, shape (floor,)
+        Height of the floors above the ground, m.
+    collapse_drift : float
+        Drift over the storey's height at which a storey has collapsed.
+    description : str
+        Text that states the parameters of the building.
+
+    Notes
+    -----
+    Storey force V = k[(rho - theta) d + (1 - rho) e], with the drift d and its elastic part e = d - d_p, |e| <= d_y =
+    V_y/k.  The absolute acceleration of a floor is the sum of all forces on it, those of damping among them, over its
+    mass.  A storey with theta > rho softens after yielding.
+    """
+
+    masses: Array
+    stiffnesses: Array
+    strengths: Array
+    hardening: Array
+    p_delta: Array
+    damping: tuple[float, float]
+    heights: Array
+    collapse_drift: float
+    description: str
+
+    def __repr__(self) -> str:
+        return self.description
+
+    @property
+    def floors(self) -> tuple[int, ...]:
+        """The floors: 0 (ground) to the number of storeys (roof)."""
+        return tuple(range(self.heights.size))
+
+    @property
+    def yield_drifts(self) -> Array:
+        """Drifts at which the storeys yield, (storey,), m."""
+        return self.strengths / self.stiffnesses
+
+    def floor_motions(
+        self, motions: xr.DataArray, floors: Sequence[int] | None = None, factor: float = 1.0
+    ) -> xr.DataArray:
+        """Return the absolute acceleration histories of floors under ground motions of one strength.
+
+        Parameters
+        ----------
+        motions : xarray.DataArray
+            Ground motions (motion, time), m s-2, from rest.
+        floors : sequence of int, optional
+            Floors, 0 (ground) to the number of storeys (roof); all if not given.
+        factor : float
+            Factor on the ground motions, > 0: the floors are of ground motions of that strength.
+
+        Returns
+        -------
+        xarray.DataArray
+            ``acceleration`` (motion, floor, time), m s-2, with ``height`` on floor; on motion ``ductility``, the
+            greatest drift of a storey over its yield drift, and ``collapsed``, the storey that collapsed, 0 for none.
+            Floors of a collapsed building are still from then on; motions that collapse it are warned of.  The
+            coordinate ``own_level`` bars analyses from scaling them.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `toppling.motions.records`; floor motions or pairs of components, vertical shaking, a floor that the
+            building has not, a factor <= 0.
+
+        Examples
+        --------
+        >>> from toppling import motions
+        >>> ground = motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
+        >>> weak = motions.Building.from_storeys([1e5, 1e5], [4e7, 4e7], yield_coefficient=0.1)
+        >>> found = weak.floor_motions(ground, factor=2.0)
+        >>> dict(found.sizes), bool((found["ductility"] > 1.0).all())
+        ({'motion': 2, 'floor': 3, 'time': 501}, True)
+        """
+        scale = checks.number("factor", factor, above=0.0)
+        chosen = self._chosen(floors)
+        plain = _ground(motions)
+        n = plain[0].acceleration.size
+        values = np.empty((len(plain), len(chosen), n))
+        ductility = np.empty(len(plain))
+        collapsed = np.zeros(len(plain), np.int64)
+        for i, record in enumerate(plain):
+            one = self._respond(record, scale)
+            for j, floor in enumerate(chosen):
+                values[i, j] = one.accelerations[floor - 1] if floor else scale * record.acceleration
+                if one.collapsed:
+                    values[i, j, one.end :] = 0.0
+            ductility[i] = (one.peaks / self.yield_drifts).max()
+            collapsed[i] = one.collapsed
+        self._warn(plain, collapsed, scale)
+        of = f" times {scale:g}" if scale != 1.0 else ""
+        labels = np.array([record.label for record in plain], dtype=object)
+        sources = np.array([f"{self.description}, {record.source}{of}" for record in plain], dtype=object)
+        own = [record.own_amplitude for record in plain]
+        drift = "greatest drift of a storey over its yield drift"
+        storey = "storey that collapsed, from 1; 0 for none"
+        level = "belongs to the strength of its ground motion, and must not be scaled"
+        return (
+            floor_array(values, plain[0].dt, labels, sources, chosen, self.heights[chosen], own)
+            .assign_coords(
+                {
+                    "ductility": ("motion", ductility, {"units": DIMENSIONLESS, "long_name": drift}),
+                    "collapsed": ("motion", collapsed, {"units": DIMENSIONLESS, "long_name": storey}),
+                    OWN_LEVEL: ("motion", np.full(len(plain), True), {"units": DIMENSIONLESS, "long_name": level}),
+                }
+            )
+            .assign_attrs(building=json.dumps(self._described() | {"factor": scale}, ensure_ascii=False))
+        )
+
+    def response(self, motions: xr.DataArray, factors: Any = 1.0) -> xr.Dataset:
+        """Return peaks of floors and storeys under ground motions times factors.
+
+        Parameters
+        ----------
+        motions : xarray.DataArray
+            Ground motions (motion, time), m s-2.
+        factors : float or array_like, shape (factor,)
+            Factors on all of them, > 0.
+
+        Returns
+        -------
+        xarray.Dataset
+            On (factor, motion, floor): ``pfa`` (m s-2) and ``pfv`` (m s-1), the peak absolute acceleration and
+            velocity, at the samples.  On (factor, motion, storey): ``drift``, the greatest (m), ``ductility``, over the
+            yield drift, and ``residual`` plastic drift (m).  On (factor, motion): ``collapsed``, the storey, 0 for
+            none; peaks of a collapsed building are those until then.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `floor_motions`.
+        """
+        scales = np.atleast_1d(checks.finite_array("factors", np.atleast_1d(np.asarray(factors))))
+        if scales.min() <= 0.0:
+            raise ValueError(f"factors must be > 0, got {scales.min():g}")
+        plain = _ground(motions)
+        storeys = self.masses.size
+        floor = np.empty((2, scales.size, len(plain), storeys + 1))
+        storey = np.empty((3, scales.size, len(plain), storeys))
+        collapsed = np.zeros((scales.size, len(plain)), np.int64)
+        for k, scale in enumerate(scales.tolist()):
+            for i, record in enumerate(plain):
+                one = self._respond(record, scale)
+                ground = scale * record.acceleration[: one.end + 1]
+                speed = np.concatenate([[0.0], np.cumsum(0.5 * record.dt * (ground[1:] + ground[:-1]))])
+                floor[0, k, i] = [np.abs(ground).max(), *np.abs(one.accelerations).max(axis=1)]
+                absolute = one.velocities[:, : one.end + 1] + speed
+                floor[1, k, i] = [np.abs(speed).max(), *np.abs(absolute).max(axis=1)]
+                storey[:, k, i] = one.peaks, one.peaks / self.yield_drifts, one.residual
+                collapsed[k, i] = one.collapsed
+            self._warn(plain, collapsed[k], scale)
+        on_floor, on_storey = ("factor", "motion", "floor"), ("factor", "motion", "storey")
+        numbers = np.arange(1, storeys + 1)
+        return xr.Dataset(
+            {
+                "pfa": (on_floor, floor[0], {"units": ACCELERATION, "long_name": "peak absolute floor acceleration"}),
+                "pfv": (on_floor, floor[1], {"units": VELOCITY, "long_name": "peak absolute floor velocity"}),
+                "drift": (on_storey, storey[0], {"units": METRE, "long_name": "greatest drift"}),
+                "ductility": (on_storey, storey[1], {"units": DIMENSIONLESS, "long_name": "drift over yield drift"}),
+                "residual": (on_storey, storey[2], {"units": METRE, "long_name": "residual plastic drift"}),
+                "collapsed": (
+                    ("factor", "motion"),
+                    collapsed,
+                    {"units": DIMENSIONLESS, "long_name": "storey that collapsed, from 1; 0 for none"},
+                ),
+            },
+            coords={
+                **motion_coordinates(plain),
+                **floor_coordinates(list(self.floors), self.heights),
+                "factor": ("factor", scales, {"units": DIMENSIONLESS, "long_name": "factor on the ground motions"}),
+                "storey": ("storey", numbers, {"units": DIMENSIONLESS, "long_name": "storey, from the lowest"}),
+            },
+            attrs={
+                "title": "Response of a yielding building",
+                **provenance({"building": self._described(), "factors": scales.tolist()}),
+                "building": json.dumps(self._described(), ensure_ascii=False),
+            },
+        )
+
+    def _respond(self, record: Record, factor: float) -> Response:
+        n, size = self.masses.size, record.acceleration.size
+        accelerations, velocities = np.empty((2, n, size))
+        peaks, residual = np.empty((2, n))
+        storeys = np.array([self.stiffnesses, self.yield_drifts, self.hardening, self.p_delta])
+        limits = self.collapse_drift * np.diff(self.heights)
+        damping = np.array(self.damping)
+        found = storey_response(
+            factor * record.acceleration,
+            record.dt,
+            np.array(self.masses),
+            storeys,
+            damping,
+            limits,
+            accelerations,
+            velocities,
+            peaks,
+            residual,
+        )
+        _, storey, end = (int(one) for one in found)
+        return Response(accelerations, velocities, peaks, residual, storey + 1, end)
+
+    def _warn(self, plain: list[Record], collapsed: Index, factor: float) -> None:
+        """Warn of motions that collapse the building."""
+        fallen = [record.label for record, storey in zip(plain, collapsed, strict=True) if storey]
+        if fallen:
+            shown = ", ".join(fallen[:3]) + (f" and {len(fallen) - 3} more" if len(fallen) > 3 else "")
+            warnings.warn(
+                f"the building collapses under {len(fallen)} of {len(plain)} motions (times {factor:g}: {shown}): its "
+                "floors are still from then on, and what becomes of things on them is not known",
+                CollapsingBuilding,
+                stacklevel=3,
+            )
+
+    def _chosen(self, floors: Sequence[int] | None) -> list[int]:
+        if floors is None:
+            return list(self.floors)
+        chosen = [checks.count("floors", one) for one in floors]
+        if not chosen or len(set(chosen)) != len(chosen) or max(chosen) >= self.heights.size:
+            raise ValueError(
+                f"floors must be different numbers from 0 (ground) to {self.floors[-1]} (roof), got {chosen!r:.80}"
+            )
+        return chosen
+
+    def _described(self) -> dict[str, Any]:
+        return {
+            "description": self.description,
+            "strengths": self.strengths.tolist(),
+            "hardening": self.hardening.tolist(),
+            "p_delta": self.p_delta.tolist(),
+            "collapse_drift": self.collapse_drift,
+        }
+
+
+def yielding_building(
+    masses: Array,
+    stiffnesses: Array,
+    omega: Array,
+    damping: Any,
+    heights: Array,
+    yield_coefficient: Any,
+    hardening: float,
+    p_delta: Any,
+    text: str,
+) -> YieldingBuilding:
+    """Return the yielding building of checked masses, stiffnesses and frequencies omega (mode,), rad/s, lowest first.
+
+    Rayleigh damping has the ratio at the first and the last mode; one storey has that of its mass.
+    """
+    ratio = checks.number("damping", damping, at_least=0.0, below=1.0)
+    rho = checks.number("hardening", hardening, at_least=0.0, below=1.0)
+    weight = STANDARD_GRAVITY * masses
+    strengths = _strengths(yield_coefficient, weight, heights, 2.0 * math.pi / float(omega[0]))
+    theta = _stability(p_delta, weight, stiffnesses, heights)
+    if masses.size == 1:
+        factors = (2.0 * ratio * float(omega[0]), 0.0)
+    else:
+        of_stiffness = 2.0 * ratio / float(omega[0] + omega[-1])
+        factors = (of_stiffness * float(omega[0] * omega[-1]), of_stiffness)
+    own = np.array2string(np.asarray(yield_coefficient), threshold=10)
+    said = f"{text}, yield coefficient {own}, hardening {rho:g}, P-delta {'none' if not theta.any() else 'counted'}"
+    return YieldingBuilding(
+        masses,
+        stiffnesses,
+        strengths,
+        np.full(masses.size, rho),
+        theta,
+        factors,
+        heights,
+        COLLAPSE_DRIFT,
+        said,
+    )
+
+
+def _strengths(coefficient: Any, weight: Array, heights: Array, period: float) -> Array:
+    """Return the storeys' yield strengths, N: those given over the total weight, or by the code's lateral forces.
+
+    Forces grow with w h^k, k = 1 up to 0.5 s, 2 from 2.5 s on (ASCE/SEI 7-22, 12.8.3).
+    """
+    given = checks.finite_array("yield_coefficient", np.asarray(coefficient), ndim=(0, 1))
+    if given.min() <= 0.0:
+        raise ValueError(f"yield_coefficient must be > 0, got {given.min():g}")
+    if given.ndim == 1:
+        if given.size != weight.size:
+            raise ValueError(f"yield_coefficient must be one number or {weight.size}, one a storey, got {given.size}")
+        return np.asarray(given * weight.sum())
+    exponent = min(2.0, max(1.0, 1.0 + (period - 0.5) / 2.0))
+    forces = weight * heights[1:] ** exponent
+    return np.asarray(float(given) * weight.sum() * np.cumsum(forces[::-1])[::-1] / forces.sum())
+
+
+def _stability(p_delta: Any, weight: Array, stiffnesses: Array, heights: Array) -> Array:
+    """Return theta = P/(k h) of the storeys: none, of the weight above (True), or as given; below 1."""
+    if p_delta is None or p_delta is False:
+        return np.zeros(weight.size)
+    if p_delta is True:
+        found = np.cumsum(weight[::-1])[::-1] / (stiffnesses * np.diff(heights))
+    else:
+        found = checks.finite_array("p_delta", np.atleast_1d(np.asarray(p_delta)))
+        if found.size not in (1, weight.size):
+            raise ValueError(f"p_delta must be one number or {weight.size}, one a storey, got {found.size}")
+        found = np.array(np.broadcast_to(found, weight.size))
+    if found.min() < 0.0 or found.max() >= 1.0:
+        worst = found.min() if found.min() < 0.0 else found.max()
+        raise ValueError(f"p_delta must be >= 0 and < 1 (theta of a storey, P/(k h)), got {worst:.3g}")
+    return found
+
+
+def _ground(motions: Any) -> list[Record]:
+    """Return the plain records of ground motions of one component."""
+    if isinstance(motions, xr.DataArray) and "floor" in motions.dims:
+        raise ValueError("motions must be ground motions (motion, time), got floor motions")
+    found = records(motions)
+    if any(one.axes or one.vertical is not None for one in found):
+        raise ValueError("motions must be of one horizontal component (motions.as_recorded) for a yielding building")
+    if any(one.own_level for one in found):
+        raise ValueError("motions must be of the ground, got some of a floor that yields or of an isolator")
+    warn(record_doubts(found))
+    return found
