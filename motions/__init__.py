@@ -56,6 +56,8 @@ if TYPE_CHECKING:
     )
     from .simulated.seismological import Seismological
     from .simulated.site_based import SiteBased, SiteBasedScenario
+    from .supports.isolator import Isolator, IsolatorStrikes
+    from .supports.support import Support
 
 __all__ = [
     "AC156",
@@ -81,6 +83,8 @@ __all__ = [
     "GeometricMean",
     "HalfSine",
     "InconsistentSelection",
+    "Isolator",
+    "IsolatorStrikes",
     "KanaiTajimi",
     "MavroeidisPapageorgiou",
     "Measure",
@@ -105,6 +109,7 @@ __all__ = [
     "SpectrumCompatible",
     "Stated",
     "Stationary",
+    "Support",
     "Sv",
     "Target",
     "TargetError",
@@ -176,6 +181,8 @@ __getattr__, __dir__ = face(
         "floors.files": ("read_floors",),
         "floors.p58": ("p58_floor_demands",),
         "floors.yielding": ("CollapsingBuilding", "YieldingBuilding"),
+        "supports.isolator": ("Isolator", "IsolatorStrikes"),
+        "supports.support": ("Support",),
         "generators": ("GENERATORS",),
         "intensity.dataset": ("measure_named", "measures"),
         "intensity.directions": ("GeometricMean", "RotD50", "RotD100"),

@@ -33,7 +33,7 @@ FLOORS = """
 benchmarks/kernels benchmarks/multiprecision fragility/kernels fragility/numerics models/engine models/scenes
 models/slip motions/arrays motions/kernels studies/codes studies/money
 
-models/block models/oscillator motions/corrections motions/polarity motions/readers
+models/block models/oscillator motions/corrections motions/polarity motions/readers motions/supports
 
 models/assembly models/batches models/friction models/items models/restraint_force models/statics models/supports
 motions/intensity motions/pairs

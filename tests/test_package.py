@@ -326,7 +326,8 @@ def test_every_key_of_a_study_file_is_documented():
     }
     within |= {"restraints": "blocks", "restraint": "blocks", "target": "performance"}
     for place in key_reference._places(schema, schema, ""):
-        table = place.heading.strip("`[]").removesuffix(".NAME").rpartition(".")[2]
+        path = place.heading.strip("`[]").removesuffix(".NAME")
+        table = "until" if path.startswith("until") else path.rpartition(".")[2]
         of = [body for head, body in parts if within.get(table, table) in re.findall(r"\w+", head.split(":")[0])]
         assert of, f"no section for {place.heading}"
         for key in place.table["properties"]:

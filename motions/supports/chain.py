@@ -1,0 +1,78 @@
+"""One way from a floor to what stands on a support: the support answers its floor, and the block the support."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ...units import DIMENSIONLESS, METRE
+from ..arrays import HORIZONTAL, OWN_LEVEL, records
+
+MOST_RATIO = 0.1
+"""Mass of a block over that of block and platform up to which its reaction on the platform is left out (judgement)."""
+
+
+class Motion(NamedTuple):
+    """Absolute acceleration on top of a support, m/s², and its greatest displacement relative to its floor, m."""
+
+    acceleration: Array
+    displacement: float
+
+
+def one_way_only(mass_ratio: float, accepted: bool) -> None:
+    """Raise a ValueError for a block that is not light beside its platform, unless its reaction may be left out."""
+    ratio = checks.number("mass_ratio", mass_ratio, at_least=0.0, below=1.0)
+    if ratio > MOST_RATIO and not accepted:
+        raise ValueError(
+            f"mass_ratio must be at most {MOST_RATIO:g}, got {ratio:g}: a block as heavy as that moves its platform, "
+            "which is not modelled (one_way=True leaves its reaction out all the same)"
+        )
+
+
+def chained(
+    motions: xr.DataArray, on_top: Callable[[Array, float], Motion], name: str, parts: int, factor: float, level: bool
+) -> xr.DataArray:
+    """Return the motions on top of a support under labelled motions of the ground or of floors, times a factor.
+
+    parts: samples of the result per step; level: whether they belong to the strength of the motions below.
+    """
+    plain = records(motions)
+    if "component" in motions.dims or any(one.axes or one.vertical is not None for one in plain):
+        raise ValueError(f"motions must be of one horizontal component, got {' and '.join(HORIZONTAL)}")
+    array = motions if "motion" in motions.dims else motions.expand_dims("motion")
+    floors = "floor" in array.dims
+    array = array.transpose("motion", *(["floor"] if floors else []), "time")
+    shape = array.shape[:-1]
+    n = (array.sizes["time"] - 1) * parts + 1
+    values, displacements = np.empty((*shape, n)), np.empty(shape)
+    for at, one in zip(np.ndindex(*shape), plain, strict=True):
+        values[at], displacements[at] = on_top(factor * one.acceleration, one.dt)
+    dt = plain[0].dt / parts
+    dims = array.dims[:-1]
+    coordinates: dict[str, Any] = {
+        str(key): one.variable for key, one in array.coords.items() if "time" not in one.dims and key != "dt"
+    }
+    of = f" times {factor:g}" if factor != 1.0 else ""
+    sources = np.array([f"{name} on {one.source}{of}" for one in plain], dtype=object).reshape(shape)
+    text = "greatest displacement of the support relative to its floor"
+    coordinates |= {
+        "time": ("time", np.arange(n) * dt, {"units": "s", "long_name": "time"}),
+        "dt": ("motion", np.full(shape[0], dt), {"units": "s", "long_name": "time step"}),
+        "source": ("motion", sources.reshape(shape[0], -1)[:, 0], {"units": "1", "long_name": "source of the motion"}),
+        "support_displacement": (dims, displacements, {"units": METRE, "long_name": text}),
+    }
+    if level or any(one.own_level for one in plain):
+        text = "belongs to the strength of its ground motion, and must not be scaled"
+        coordinates[OWN_LEVEL] = ("motion", np.full(shape[0], True), {"units": DIMENSIONLESS, "long_name": text})
+    return xr.DataArray(
+        values,
+        dims=(*dims, "time"),
+        coords=coordinates,
+        name="acceleration",
+        attrs={**array.attrs, "units": "m s-2", "long_name": "absolute acceleration on the support", "support": name},
+    )

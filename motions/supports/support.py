@@ -1,0 +1,100 @@
+"""Benches and other elastic supports of one degree of freedom, under the motion of their floor."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from ... import checks
+from ...aliases import Array
+from ..kernels.oscillators import oscillator_history
+from .chain import Motion, chained, one_way_only
+
+LEAST_FREQUENCY, MOST_FREQUENCY = 0.01, 1000.0
+
+
+@dataclass(frozen=True)
+class Support:
+    """Elastic support of one degree of freedom: a bench, a table, a rack; or a linear isolator (`Isolator.linear`).
+
+    Parameters
+    ----------
+    frequency : float
+        Natural frequency, Hz, 0.01 to 1000.
+    damping : float
+        Damping ratio, 0 to below 1.
+    mass_ratio : float
+        Mass of what stands on it over that and its own, 0 to below 1.  The block's reaction on the support is left out,
+        which holds where the block is light: above 0.1 (judgement) it is refused.
+    one_way : bool
+        True to leave the reaction out all the same.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Values out of range; a heavy block without `one_way`.
+
+    Notes
+    -----
+    u'' + 2 zeta omega u' + omega² u = -a under the acceleration a of its floor, which is linear between samples; on top
+    a + u'' = -2 zeta omega u' - omega² u, exact at every sample.
+
+    Examples
+    --------
+    >>> from toppling import motions
+    >>> floor = motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
+    >>> bench = Support(frequency=12.0, damping=0.03)
+    >>> dict(bench.motions(floor).sizes)
+    {'motion': 2, 'time': 501}
+    >>> round(bench.transmissibility(10.0), 8)
+    3.23380606
+    """
+
+    frequency: float
+    damping: float = 0.05
+    mass_ratio: float = 0.0
+    one_way: bool = False
+
+    def __post_init__(self) -> None:
+        checks.number("frequency", self.frequency, at_least=LEAST_FREQUENCY, at_most=MOST_FREQUENCY, unit="Hz")
+        checks.number("damping", self.damping, at_least=0.0, below=1.0)
+        one_way_only(self.mass_ratio, self.one_way)
+
+    def motions(self, motions: xr.DataArray) -> xr.DataArray:
+        """Return the motions on top of the support.
+
+        Parameters
+        ----------
+        motions : xarray.DataArray
+            Absolute accelerations of the ground (motion, time) or of floors (motion, floor, time), m s-2, from rest.
+
+        Returns
+        -------
+        xarray.DataArray
+            As given, with ``support_displacement`` (m), the greatest relative to the floor at the samples, on motion
+            (and floor).  The support is elastic: scaling its motions is the same as scaling those below.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `toppling.motions.records`; pairs of components, vertical shaking.
+        """
+        return chained(motions, self._on_top, repr(self), 1, 1.0, level=False)
+
+    def _on_top(self, acceleration: Array, dt: float) -> Motion:
+        omega = 2.0 * math.pi * self.frequency
+        u, v = history = np.empty((2, acceleration.size))
+        oscillator_history(acceleration, dt, omega, self.damping, history)
+        return Motion(-2.0 * self.damping * omega * v - omega * omega * u, float(np.abs(u).max()))
+
+    def transmissibility(self, frequency: float) -> float:
+        """Return the steady amplitude on top over that of the floor under harmonic shaking of a frequency, Hz.
+
+        sqrt([1 + (2 zeta r)²]/[(1 - r²)² + (2 zeta r)²]), r the ratio of the frequency to the support's own.
+        """
+        r = checks.number("frequency", frequency, above=0.0, unit="Hz") / self.frequency
+        loss = (2.0 * self.damping * r) ** 2
+        return math.sqrt((1.0 + loss) / ((1.0 - r * r) ** 2 + loss))
