@@ -40,3 +40,20 @@ def test_tables():
     assert [one.truth for one in rows] == [one.name for one in TRUTHS[:2]]
     assert all(one.reached == 1.0 and one.kept >= 0.75 for one in rows)
     assert "±20%" in rows_of_text("median ±20%", rows)
+
+
+@pytest.mark.slow
+def test_a_database_keeps_the_promise(monkeypatch):
+    """A small database: its median halves its own outcomes, and sequential analyses find it."""
+    from toppling.benchmarks.sequential import databases
+    from toppling.motions import CloughPenzien
+
+    name = "few"
+    monkeypatch.setitem(databases.DATABASES, name, (CloughPenzien(duration=8.0, dt=0.02), 400))
+    one = databases.database(name)
+    random = np.random.default_rng(1)
+    near = np.exp(one.log_median + 0.02 * (2.0 * random.random((50, 400)) - 1.0))
+    assert one.fell(near, np.arange(400)).mean() == pytest.approx(0.5, abs=0.01)
+    until = Until("median", 0.1, most=5000)
+    kept = [databases.outcome(name, until, False, seed)[0].kept for seed in range(20)]
+    assert sum(kept) >= 18
