@@ -16,7 +16,7 @@ from time import thread_time
 
 import numpy as np
 
-from ...aliases import Array, Flags
+from ...aliases import Array, Flags, Index
 from ...fragility.adaptive.probit import Observations, fit_probit
 from ...fragility.adaptive.until import MEDIAN as CENTRE
 from ...fragility.adaptive.until import Until
@@ -60,9 +60,10 @@ class Database:
 
     def verdicts(self, levels: Array, random: np.random.Generator) -> Flags:
         """Return whether the block overturns at levels (run, motion), each motion drawn anew."""
-        return self.fell(levels, random.integers(0, len(self.motions), levels.shape[1]))
+        which: Index = np.asarray(random.integers(0, len(self.motions), levels.shape[1]), np.int64)
+        return self.fell(levels, which)
 
-    def fell(self, levels: Array, which: Array) -> Flags:
+    def fell(self, levels: Array, which: Index) -> Flags:
         """Return whether the block overturns under motions `which` (motion,) at levels (run, motion)."""
         started = thread_time()
         factors = levels * self.unit / self.peaks[which]

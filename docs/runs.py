@@ -1,0 +1,277 @@
+"""docs/runs.md: how the verdict of one motion depends on its factor, and how many runs an answer therefore needs.
+
+`make runs` runs it (two minutes).  Every number that is not of a command named on the page is put there by this file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.ticker import FuncFormatter, NullFormatter
+from numpy.typing import NDArray
+
+import toppling as tp
+from toppling.models.oscillator import stack
+from toppling.models.runs import OUTPUTS, run_mixed
+from toppling.motions import records
+from toppling.motions.arrays import Record
+from toppling.studies.plots import axes
+
+HERE = Path(__file__).parent
+BLOCK = tp.Block(0.4, 1.8)
+LAW = tp.EnergyConsistent()
+GENERATOR = tp.motions.SiteBasedScenario(magnitude=6.8, distance=15_000.0, vs30=620.0, dt=0.01)
+SEED = 17
+MOTIONS = 60
+POINTS = 400
+NEAR = 0.5
+"""Half width, in ln, of the levels about the median at which verdicts are compared."""
+CHANGES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 1e-4, 1e-5, 1e-6)
+SPACINGS = (0.2, 0.05, 0.0125, 0.003125, 0.00078125, 0.0001953125)
+SPAN = (-1.0, 0.8)
+ZOOMS = 5
+ACROSS = 1500
+"""Levels across a strip of the figure."""
+LEVELS_A_MOTION = (1, 2, 3, 5, 10, 20)
+REPLICATES = 2000
+
+
+class Shaken(NamedTuple):
+    """Motions, and the factor on each that brings its peak velocity to the median of the block."""
+
+    motions: list[Record]
+    middle: NDArray[np.float64]
+
+
+def falls(
+    motions: list[Record], factors: NDArray[np.float64], block: tp.Block = BLOCK, law: tp.EnergyConsistent = LAW
+) -> NDArray[np.bool_]:
+    """Return whether a block falls under each motion at factors (motion, level)."""
+    which = np.repeat(np.arange(len(motions)), factors.shape[1])
+    found = run_mixed(
+        stack([law.oscillator(block)]), np.zeros(which.size, np.int64), which, factors.ravel(), motions, True, True
+    )
+    return np.asarray(found[:, OUTPUTS["overturned"]] > 0.0).reshape(factors.shape)
+
+
+def shaken(number: int = MOTIONS) -> Shaken:
+    """Return the motions, with factors to the level at which half of all runs fall."""
+    array = GENERATOR.sample(number, seed=SEED)
+    motions = records(array)
+    velocities = tp.motions.measures(array, "pgv")["pgv"].values
+    x = np.linspace(np.log(0.15), np.log(2.0), 200)
+    share = falls(motions, np.exp(x) / velocities[:, None]).mean(axis=0)
+    median = np.exp(np.interp(0.5, np.maximum.accumulate(share), x))
+    return Shaken(motions, median / velocities)
+
+
+def about_the_median(found: Shaken, points: int = POINTS) -> NDArray[np.float64]:
+    """Return factors (motion, level) spread evenly, in ln, about each motion's factor to the median."""
+    random = np.random.default_rng(SEED)
+    shift = (np.arange(points) + random.random((len(found.motions), points))) / points
+    return found.middle[:, None] * np.exp(NEAR * (2.0 * shift - 1.0))
+
+
+def interval(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return the mean of values (motion,) with its 95 % interval over motions."""
+    random = np.random.default_rng(SEED)
+    means = values[random.integers(0, values.size, (4000, values.size))].mean(axis=1)
+    return float(values.mean()), float(np.quantile(means, 0.025)), float(np.quantile(means, 0.975))
+
+
+def flips(found: Shaken) -> dict[float, NDArray[np.float64]]:
+    """Return the share of verdicts (motion,) that change where the factor does by a relative change."""
+    factors = about_the_median(found)
+    before = falls(found.motions, factors)
+    return {change: (falls(found.motions, factors * (1.0 + change)) != before).mean(axis=1) for change in CHANGES}
+
+
+def exponent(shares: dict[float, NDArray[np.float64]]) -> tuple[float, float, float]:
+    """Return the uncertainty exponent: the slope of ln(share) over ln(change) up to 1 %, with its interval."""
+    small = [one for one in shares if one <= 1e-2]
+    x = np.log(small)
+    every = np.array([shares[one] for one in small])
+    random = np.random.default_rng(SEED)
+    slopes = [np.polyfit(x, np.log(every.mean(axis=1)), 1)[0]]
+    for _ in range(2000):
+        drawn = every[:, random.integers(0, every.shape[1], every.shape[1])].mean(axis=1)
+        slopes.append(np.polyfit(x, np.log(np.maximum(drawn, 1e-12)), 1)[0])
+    return float(slopes[0]), float(np.quantile(slopes[1:], 0.025)), float(np.quantile(slopes[1:], 0.975))
+
+
+def _smoother(one: Record) -> Record:
+    """Return a record of which every second sample was kept, and straight lines between them."""
+    n = one.acceleration.size
+    return one._replace(acceleration=np.interp(np.arange(n), np.arange(0, n, 2), one.acceleration[::2]))
+
+
+def _rounded(one: Record) -> Record:
+    step = 1e-3 * 9.80665
+    return one._replace(acceleration=np.round(one.acceleration / step) * step)
+
+
+def other_models(found: Shaken) -> dict[str, NDArray[np.float64]]:
+    """Return the share of verdicts (motion,) that change where block, law or record do."""
+    factors = about_the_median(found)
+    before = falls(found.motions, factors)
+    e = float(LAW.restitution(BLOCK) or 0.0)
+    wider = replace(BLOCK, width=BLOCK.width * 1.01)
+    cases: dict[str, Callable[[], NDArray[np.bool_]]] = {
+        "e larger by 1 %": lambda: falls(found.motions, factors, law=tp.EnergyConsistent(e=min(1.0, 1.01 * e))),
+        "width larger by 1 %": lambda: falls(found.motions, factors, wider),
+        "record rounded to 0.001 g": lambda: falls([_rounded(one) for one in found.motions], factors),
+        "every second sample left out": lambda: falls([_smoother(one) for one in found.motions], factors),
+    }
+    return {name: (case() != before).mean(axis=1) for name, case in cases.items()}
+
+
+def first_falls(found: Shaken) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return, by spacing: the mean number of intervals of levels that fell, and the median first fall, in ln."""
+    finest = SPACINGS[-1]
+    x = np.arange(SPAN[0], SPAN[1], finest)
+    intervals, first = np.empty((2, len(SPACINGS), len(found.motions)))
+    for i, (one, middle) in enumerate(zip(found.motions, found.middle, strict=True)):
+        fell = falls([one], middle * np.exp(x)[None])[0]
+        for k, spacing in enumerate(SPACINGS):
+            step = round(spacing / finest)
+            here = fell[::step]
+            intervals[k, i] = np.sum(here[1:] & ~here[:-1]) + here[0]
+            first[k, i] = x[::step][int(np.argmax(here))] if here.any() else SPAN[1]
+    return intervals.mean(axis=1), np.median(first, axis=1)
+
+
+def levels_a_motion(found: Shaken) -> dict[int, float]:
+    """Return the standard error of ln(median) from 100 motions, by the number of levels of each within the curve."""
+    x = np.log(about_the_median(found, 200) / found.middle[:, None])
+    fell = falls(found.motions, about_the_median(found, 200))
+    random = np.random.default_rng(SEED)
+    errors = {}
+    for levels in LEVELS_A_MOTION:
+        medians = []
+        for _ in range(REPLICATES):
+            motions = random.integers(0, len(found.motions), 100)
+            at = random.integers(0, 200, (100, levels))
+            s, y = x[motions[:, None], at].ravel(), fell[motions[:, None], at].ravel().astype(float)
+            # (a straight line through verdicts near the median: what a local curve comes to)
+            near = np.abs(s) < 0.5
+            slope, middle = np.polyfit(s[near], y[near], 1)
+            if slope > 0.0:
+                medians.append((0.5 - middle) / slope)
+        errors[levels] = float(np.std(medians))
+    return errors
+
+
+def draw_boundary(found: Shaken, folder: Path) -> None:
+    """Draw verdicts of one motion against the factor: each strip is a tenth of the one above."""
+    motion, middle = _wild(found)
+    figure, panels = plt.subplots(ZOOMS, 1, figsize=(6.4, 5.4))
+    centre, width = 0.0, 1.0
+    for k, ax in enumerate(panels):
+        x = centre + width * np.linspace(-0.5, 0.5, ACROSS)
+        fell = falls([motion], middle * np.exp(x)[None])[0]
+        ax.imshow(fell[None], aspect="auto", cmap="Blues", vmin=0, vmax=1.3, extent=(x[0], x[-1], 0, 1))
+        ax.set_yticks([])
+        ax.set_xticks([x[0], x[-1]], [f"{np.exp(x[0]):.7g}", f"{np.exp(x[-1]):.7g}"], fontsize=8)
+        ax.tick_params(length=2)
+        if k + 1 < ZOOMS:
+            width /= 10.0
+            changes = np.flatnonzero(fell[1:] != fell[:-1])
+            inside = changes[(changes > ACROSS // 10) & (changes < ACROSS - ACROSS // 10)]
+            centre = float(x[inside[inside.size // 2]])
+            ax.axvspan(centre - width / 2, centre + width / 2, color="#D55E00", alpha=0.6, lw=0)
+    panels[-1].set_xlabel("factor on the motion, over that to the median (log)")
+    figure.tight_layout()
+    figure.savefig(folder / "boundary.png", dpi=120)
+    plt.close(figure)
+
+
+def _wild(found: Shaken) -> tuple[Record, float]:
+    """Return the motion whose verdicts change most often near the median."""
+    fell = falls(found.motions, np.sort(about_the_median(found, 200), axis=1))
+    at = int((fell[:, 1:] != fell[:, :-1]).sum(axis=1).argmax())
+    return found.motions[at], float(found.middle[at])
+
+
+def draw_flips(shares: dict[float, NDArray[np.float64]], others: dict[str, NDArray[np.float64]], folder: Path) -> None:
+    """Draw the share of verdicts that change against the change of the factor, with other changes as lines."""
+    figure, ax = plt.subplots(figsize=(6.4, 4.4))
+    x = np.array(list(shares))
+    middle = np.array([interval(one) for one in shares.values()])
+    errors = np.stack([middle[:, 0] - middle[:, 1], middle[:, 2] - middle[:, 0]])
+    ax.errorbar(100.0 * x, 100.0 * middle[:, 0], yerr=100.0 * errors, fmt="o", color="#0072B2", label="factor")
+    colours = ("#D55E00", "#009E73", "#CC79A7", "#E69F00")
+    for (name, share), colour, style in zip(others.items(), colours, ("-", "--", "-.", ":"), strict=True):
+        ax.axhline(100.0 * float(share.mean()), color=colour, ls=style, lw=1.5, label=name)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    for one in (ax.xaxis, ax.yaxis):
+        one.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        one.set_minor_formatter(NullFormatter())
+    ax.set_yticks([3, 5, 10, 20])
+    ax.set_xlabel("change of the factor (%)")
+    ax.set_ylabel("verdicts that change (%)")
+    ax.legend(frameon=False, fontsize=8)
+    axes.grid(ax)
+    figure.tight_layout()
+    figure.savefig(folder / "flips.png", dpi=120)
+    plt.close(figure)
+
+
+def share(one: tuple[float, float, float]) -> str:
+    """Return a share in per cent with its interval."""
+    return f"{100 * one[0]:.1f} ({100 * one[1]:.1f}–{100 * one[2]:.1f})"
+
+
+def main() -> None:
+    """Write the page and its figures."""
+    folder = HERE / "runs"
+    folder.mkdir(exist_ok=True)
+    found = shaken()
+    shares, others = flips(found), other_models(found)
+    slope = exponent(shares)
+    intervals, first = first_falls(found)
+    errors = levels_a_motion(found)
+    growth = np.polyfit(np.log(SPACINGS), np.log(intervals), 1)[0]
+    draw_boundary(found, folder)
+    draw_flips(shares, others, folder)
+    rows = [f"| {100 * change:g} | {share(interval(one))} |" for change, one in shares.items()]
+    more = [f"| {name} | {share(interval(one))} |" for name, one in others.items()]
+    steps = [
+        f"| {100 * spacing:.3g} | {number:.1f} | {100 * (np.exp(at - first[0]) - 1.0):+.0f} |"
+        for spacing, number, at in zip(SPACINGS, intervals, first, strict=True)
+    ]
+    widths = [f"| {n} | {100 * n} | ±{196 * error:.1f} |" for n, error in errors.items()]
+    text = (HERE / "runs.md.in").read_text(encoding="utf-8")
+    page = text.format(
+        motions=MOTIONS,
+        points=POINTS,
+        exponent=f"{slope[0]:.2f} ({slope[1]:.2f}–{slope[2]:.2f})",
+        halving=f"{2 ** (1 / slope[0]):,.0f}",
+        growth=f"{-growth:.2f}",
+        fewest=f"{intervals[0]:.1f}",
+        most=f"{intervals[-1]:.0f}",
+        coarsest=f"{100 * SPACINGS[0]:g}",
+        finest=f"{100 * SPACINGS[-1]:.2g}",
+        drift=f"{100 * (1.0 - np.exp(first[-1] - first[0])):.0f}",
+        one_per_cent=share(interval(shares[1e-2])),
+        flip_table="\n".join(rows),
+        other_table="\n".join(more),
+        step_table="\n".join(steps),
+        width_table="\n".join(widths),
+        three=f"±{196 * errors[3]:.1f}",
+        twenty=f"±{196 * errors[20]:.1f}",
+        other_motions=f"{100 * 20 / 3:.0f}",
+        better=f"±{196 * errors[3] * (3 / 20) ** 0.5:.1f}",
+        synthetic=(folder / "synthetic.txt").read_text(encoding="utf-8").rstrip(),
+        databases=(folder / "databases.txt").read_text(encoding="utf-8").rstrip(),
+    )
+    (HERE / "runs.md").write_text(page.replace("| -", "| −"), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,73 @@
+"""docs/runs.md: its verdicts are those of analyses, its exponent finds a known one, and its cells are computed again."""
+
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import toppling as tp
+
+DOCS = Path(tp.__file__).parent / "docs"
+TEXT = (DOCS / "runs.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def runs():
+    sys.path.insert(0, str(DOCS))
+    try:
+        return import_module("runs")
+    finally:
+        sys.path.remove(str(DOCS))
+
+
+@pytest.fixture(scope="module")
+def found(runs):
+    return runs.shaken()
+
+
+def test_verdicts_are_those_of_an_analysis(runs, found):
+    array = runs.GENERATOR.sample(3, seed=runs.SEED)
+    factors = np.array([0.5, 1.0, 2.0, 4.0])
+    own = runs.falls(found.motions[:3], np.broadcast_to(factors, (3, 4)))
+    other = tp.ida(runs.BLOCK, runs.LAW, array, factors, "scale", ("overturned",), screen=False)
+    np.testing.assert_array_equal(own.T, other["overturned"].values[0, 0])
+
+
+def test_half_of_the_runs_fall_at_the_median(runs, found):
+    fell = runs.falls(found.motions, found.middle[:, None] * np.exp(np.linspace(-0.02, 0.02, 21)))
+    assert fell.mean() == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize("slope", [0.1, 0.5])
+def test_a_known_exponent_is_found(runs, slope):
+    random = np.random.default_rng(1)
+    shares = {change: 0.3 * change**slope * random.uniform(0.9, 1.1, 60) for change in runs.CHANGES}
+    value, low, high = runs.exponent(shares)
+    assert value == pytest.approx(slope, abs=0.02)
+    assert low <= value <= high
+    assert high - low < 0.05
+
+
+def test_cells_are_computed_again(runs, found):
+    """Changes by 1 % of the factor and of e, with their intervals, as the page has them."""
+    factors = runs.about_the_median(found)
+    before = runs.falls(found.motions, factors)
+    changed = (runs.falls(found.motions, factors * 1.01) != before).mean(axis=1)
+    assert f"| 1 | {runs.share(runs.interval(changed))} |" in TEXT
+    e = tp.EnergyConsistent().restitution(runs.BLOCK)
+    other = (runs.falls(found.motions, factors, law=tp.EnergyConsistent(e=1.01 * e)) != before).mean(axis=1)
+    assert f"| e larger by 1 % | {runs.share(runs.interval(other))} |" in TEXT
+
+
+def test_numbers_of_the_commands_stand_on_the_page():
+    for name in ("databases", "synthetic"):
+        kept = (DOCS / f"runs/{name}.txt").read_text(encoding="utf-8").rstrip()
+        assert kept in TEXT
+        shares = [
+            float(line.split()[-4])
+            for line in kept.splitlines()
+            if line.split()[-1].isdigit() and "20" not in line[:30]
+        ]
+        assert min(shares) > 0.85
