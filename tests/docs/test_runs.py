@@ -1,4 +1,4 @@
-"""docs/runs.md: its verdicts are those of analyses, its exponent finds a known one, and its cells are computed again."""
+"""docs/runs.md: verdicts as those of analyses, an exponent that is known, and cells that are computed again."""
 
 import sys
 from importlib import import_module
@@ -61,13 +61,17 @@ def test_cells_are_computed_again(runs, found):
     assert f"| e larger by 1 % | {runs.share(runs.interval(other))} |" in TEXT
 
 
-def test_numbers_of_the_commands_stand_on_the_page():
-    for name in ("databases", "synthetic"):
-        kept = (DOCS / f"runs/{name}.txt").read_text(encoding="utf-8").rstrip()
-        assert kept in TEXT
-        shares = [
-            float(line.split()[-4])
-            for line in kept.splitlines()
-            if line.split()[-1].isdigit() and "20" not in line[:30]
-        ]
-        assert min(shares) > 0.85
+@pytest.mark.parametrize("name", ["databases", "synthetic"])
+def test_numbers_of_the_commands_stand_on_the_page(name):
+    """What the commands printed is there, and sequential analyses kept 93 % of their promises or more."""
+    kept = (DOCS / f"runs/{name}.txt").read_text(encoding="utf-8").rstrip()
+    assert kept in TEXT
+    title, rows = "", 0
+    for line in kept.splitlines():
+        cells = line.split()
+        if "±" in line:
+            title = line
+        elif cells[-1].isdigit() and "common levels" not in title:
+            rows += 1
+            assert float(cells[-4]) >= 0.93, line
+    assert rows >= 6
