@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: help study docs validation validate-experiments scenarios drawing schema gallery film p58 paper sensitivity walls kits directions runs sliding-map scaling examples lint test test-slow test-all \
+.PHONY: help study docs validation validate-experiments scenarios drawing schema gallery film p58 paper sensitivity walls kits directions runs consistency sliding-map scaling examples lint test test-slow test-all \
         test-exchange environments lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
@@ -96,6 +96,10 @@ walls: $(VENV)/installed
 # docs/kits.md and its figures: how strong an anti-tip kit must be (a minute)
 kits: $(VENV)/installed
 	$(BIN)/python docs/kits.py
+
+# docs/consistency.md and its figure: what the choice of motions, yielding floors and isolators change (some minutes)
+consistency: $(VENV)/installed
+	$(BIN)/python docs/consistency.py
 
 # docs/runs.md and its figures: what single verdicts and averages of them can tell (a minute)
 runs: $(VENV)/installed

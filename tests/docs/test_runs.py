@@ -61,6 +61,21 @@ def test_cells_are_computed_again(runs, found):
     assert f"| e larger by 1 % | {runs.share(runs.interval(other))} |" in TEXT
 
 
+def test_intervals_and_first_falls_of_a_known_set(runs, found, monkeypatch):
+    """Verdicts that are set: stripes of width 0.05 in ln, every 0.1 from 0.02 on, are counted at every spacing."""
+
+    def striped(motions, factors, *_):
+        x = np.log(factors / found.middle[0])
+        return (x >= 0.02) & (((x - 0.02) % 0.1) < 0.05)
+
+    monkeypatch.setattr(runs, "falls", striped)
+    one = runs.Shaken(found.motions[:1], found.middle[:1])
+    intervals, first = runs.first_falls(one)
+    assert intervals[-1] == 8  # (0.02, 0.12 … 0.72 up to 0.8)
+    assert first[-1] == pytest.approx(0.02, abs=2e-4)
+    assert (np.diff(first[1:]) <= 1e-12).all()
+
+
 @pytest.mark.parametrize("name", ["databases", "synthetic"])
 def test_numbers_of_the_commands_stand_on_the_page(name):
     """What the commands printed is there, and sequential analyses kept 93 % of their promises or more."""

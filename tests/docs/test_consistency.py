@@ -1,0 +1,62 @@
+"""docs/consistency.md: its hazard is of one piece, and its answer says what its tables hold."""
+
+import re
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import toppling as tp
+
+DOCS = Path(tp.__file__).parent / "docs"
+TEXT = (DOCS / "consistency.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def consistency():
+    sys.path.insert(0, str(DOCS))
+    try:
+        return import_module("consistency")
+    finally:
+        sys.path.remove(str(DOCS))
+
+
+def test_levels_are_exceeded_once_in_their_return_periods(consistency):
+    """The curve against draws: 200,000 values of Sa(1 s) of each earthquake of a site."""
+    random = np.random.default_rng(1)
+    for site in consistency.SITES:
+        hazard = consistency.hazard_of(site)
+        np.testing.assert_allclose(hazard.curve.rate_at(hazard.levels), 1.0 / np.array(consistency.PERIODS), rtol=5e-3)
+        rate = np.zeros(hazard.levels.size)
+        for scenario, own in zip(site.scenarios, site.rates, strict=True):
+            one = tp.motions.expected_target(scenario, consistency.GIVEN, [consistency.GIVEN])
+            drawn = one.medians[0] * np.exp(one.sigmas[0] * random.standard_normal(200_000))
+            rate += own * np.array([np.mean(drawn > level) for level in hazard.levels])
+        np.testing.assert_allclose(rate[:4], 1.0 / np.array(consistency.PERIODS[:4]), rtol=0.05)
+        for level, target in zip(hazard.levels, hazard.wide, strict=True):
+            given = target.at(level)
+            at = [one.label for one in given.measures].index(given.given.label)
+            assert given.medians[at] == pytest.approx(level, rel=1e-12)
+            assert given.sigmas[at] == 0.0
+
+
+def test_the_answer_says_what_the_tables_hold():
+    tables = [part.strip().splitlines() for part in re.findall(r"(?:^\|.*\n)+", TEXT, re.M)]
+    choices = [one for one in tables if "spectra alone" in one[0]]
+    assert len(choices) == 3
+    for name in ("spectra alone", "one earthquake", "all candidates"):
+        ratios = []
+        for one in choices:
+            heads = [cell.strip() for cell in one[0].strip("|").split("|")]
+            column = heads.index(name)
+            ratios += [float(line.strip("|").split("|")[column].split()[0]) for line in one[2:]]
+        assert len(ratios) == 18
+        assert f"{min(ratios):.2f} to {max(ratios):.2f}" in TEXT
+    assert "{" not in TEXT.split("```")[0]
+
+
+def test_intervals_hold_their_ratios():
+    for value, low, high in re.findall(r"(\d+\.\d+) \((\d+\.\d+)–(\d+\.\d+)\)", TEXT):
+        assert float(low) <= float(value) <= float(high)
