@@ -260,7 +260,7 @@ def table(found: dict[str, Rates], base: str) -> str:
 
 def draw(found: dict[str, dict[str, Rates]], folder: Path) -> None:
     """Draw the ratios of the rates by choice to those of selected motions, a panel for each site."""
-    figure, panels = plt.subplots(1, len(found), figsize=(8.4, 4.2), sharex=True, sharey=True)
+    figure, panels = plt.subplots(len(found), 1, figsize=(4.8, 8.4), sharex=True)
     styles = (("#0072B2", "o"), ("#D55E00", "s"), ("#009E73", "^"))
     for ax, (site, rates) in zip(panels, found.items(), strict=True):
         others = [name for name in rates if name != "selected"]
@@ -279,10 +279,10 @@ def draw(found: dict[str, dict[str, Rates]], folder: Path) -> None:
         ax.set_xticks([0.5, 1, 2, 4], ["0.5", "1", "2", "4"])
         ax.minorticks_off()
         ax.set_title(site, fontsize=10)
+        ax.set_yticks([-i for i in range(len(PIECES))], [piece.label for piece in PIECES], fontsize=9)
         axes.grid(ax)
-    panels[0].set_yticks([-i for i in range(len(PIECES))], [piece.label for piece in PIECES], fontsize=9)
-    panels[1].set_xlabel("annual rate over that of selected motions")
-    panels[1].legend(frameon=False, fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=3)
+    panels[-1].set_xlabel("annual rate over that of selected motions")
+    panels[-1].legend(frameon=False, fontsize=8, loc="upper center", bbox_to_anchor=(0.4, -0.22), ncols=3)
     figure.tight_layout()
     figure.savefig(folder / "choices.png", dpi=120, bbox_inches="tight")
     plt.close(figure)
