@@ -7,6 +7,7 @@ rate at which it is exceeded is a sum of normal tails.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -93,7 +94,7 @@ def _covariance(one: Target) -> Array:
     """Return the covariance of a rupture's logarithms, given nothing."""
     free = one.at(1.0)
     # (that given a level, and what the level explains: S = S' + c cᵀ/v, with c/v the slope of the means)
-    slope = one.at(float(np.e)).mean - free.mean
+    slope = one.at(math.e).mean - free.mean
     return np.asarray(free.covariance + np.outer(slope, slope) * SIGMAS[AT] ** 2)
 
 
