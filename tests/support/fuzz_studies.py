@@ -95,7 +95,7 @@ def bases() -> list[dict[str, str]]:
         )
         text = re.sub(r"(?m)^number = \d+", "number = 2\ndt_s = 0.2", text)
         if "[until]" in text:
-            text = text.replace("number = 2", "number = 34") + "\n[until.motions]\nleast = 32\n"
+            text = text.replace("number = 2", "number = 34").replace("[until]", "[until]\nmotions = { least = 32 }")
         text = text.replace("samples = 64", "samples = 2").replace("sobol = 64", "sobol = 8")
         if path.with_suffix(".csv").is_file():  # (inventories with the columns that the clinic's lacks)
             table = path.with_suffix(".csv").read_text(encoding="utf-8")
@@ -117,7 +117,7 @@ def bases() -> list[dict[str, str]]:
         found[0]["study.toml"][:head] + '[motions]\nrecords = "r.csv"\nunit = "g"\n\n' + found[0]["study.toml"][tail:]
     )
     found.append({**found[0], "study.toml": records, "r.csv": RECORD})
-    risk = next(one for one in found if "[hazard]" in one["study.toml"] and "[ida]" in one["study.toml"])
+    risk = next(one for one in found if "[hazard]\nlevels" in one["study.toml"] and "[ida]" in one["study.toml"])
     curve = re.sub(r"(?m)^(levels|rates) = \[.*\n|^unit = .*\n", "", risk["study.toml"]) + 'file = "h.csv"\n'
     found.append({"study.toml": curve, "h.csv": HAZARD})
     common = found[0]["study.toml"][head:tail]
