@@ -7,8 +7,10 @@ from ..faces import face
 if TYPE_CHECKING:
     from .analyses.cloud import cloud
     from .analyses.ida import ida
+    from .analyses.pooled import pooled
     from .analyses.sliding import slide_runs
     from .analyses.stripes import stripes
+    from .analyses.surface_results import surface_curves
     from .curves.comparison import median_ratio, size_regression
     from .curves.curve import curve_probability
     from .curves.probability import overturning_probability
@@ -87,6 +89,7 @@ __all__ = [
     "overturning_probability",
     "overturning_response",
     "plan_chunks",
+    "pooled",
     "probability_in",
     "rank_measures",
     "rate_from_probability",
@@ -107,6 +110,7 @@ __all__ = [
     "sobol_indices",
     "stripe_sufficiency",
     "stripes",
+    "surface_curves",
     "tornado",
     "uncertain_ida",
     "undecided_outcomes",
@@ -123,6 +127,8 @@ __getattr__, __dir__ = face(
     {
         "analyses.cloud": ("cloud",),
         "analyses.ida": ("ida",),
+        "analyses.pooled": ("pooled",),
+        "analyses.surface_results": ("surface_curves",),
         "analyses.sliding": ("slide_runs",),
         "analyses.stripes": ("stripes",),
         "curves.comparison": ("median_ratio", "size_regression"),

@@ -6,6 +6,7 @@ from ..faces import face
 
 if TYPE_CHECKING:
     from .block import Block, describe_block
+    from .columns import BlockArray
     from .dissipation import apparent_restitution
     from .history import free_rocking, simulate
     from .items import Catalogue, Item, catalogue
@@ -34,6 +35,7 @@ __all__ = [
     "LAWS",
     "Bed",
     "Block",
+    "BlockArray",
     "Catalogue",
     "DiscreteDamping",
     "Edge",
@@ -66,6 +68,7 @@ __getattr__, __dir__ = face(
     __name__,
     {
         "block": ("Block", "describe_block"),
+        "columns": ("BlockArray",),
         "dissipation": ("apparent_restitution",),
         "history": ("free_rocking", "simulate"),
         "items": ("Catalogue", "Item", "catalogue"),

@@ -35,8 +35,8 @@ models/slip motions/arrays motions/kernels studies/codes studies/money
 
 models/block models/oscillator motions/corrections motions/polarity motions/readers motions/supports
 
-models/assembly models/batches models/friction models/items models/restraint_force models/statics models/supports
-motions/intensity motions/pairs
+models/assembly models/batches models/columns models/friction models/items models/restraint_force models/statics
+models/supports motions/intensity motions/pairs
 
 models/sides motions/plausibility motions/scaling
 
@@ -53,10 +53,13 @@ benchmarks/precision benchmarks/scenes benchmarks/speed fragility/fitting fragil
 benchmarks/figures benchmarks/flags benchmarks/mixing benchmarks/sliding fragility/adaptive fragility/curves
 fragility/efficiency
 
-benchmarks/sequential benchmarks/tables fragility/analyses fragility/exchange fragility/risk studies/text
+benchmarks/tables fragility/exchange fragility/risk studies/text
 
-benchmarks/scale benchmarks/selection benchmarks/whole fragility/exchange/nrml fragility/exchange/pelicun
-fragility/uncertainty
+benchmarks/selection benchmarks/whole fragility/exchange/nrml fragility/exchange/pelicun fragility/surfaces
+
+fragility/analyses
+
+benchmarks/scale benchmarks/sequential fragility/uncertainty
 
 benchmarks/suite studies/plan
 

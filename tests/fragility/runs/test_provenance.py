@@ -73,6 +73,7 @@ CALLS = {
     "morris_indices": lambda *_: fragility.morris_indices(INPUTS, response, 2),
     "overturning_capacity": lambda runs, *_: fragility.overturning_capacity(runs),
     "overturning_probability": lambda runs, *_: fragility.overturning_probability(runs),
+    "pooled": lambda *_: pooled(),
     "rank_measures": lambda runs, *_: fragility.rank_measures(runs, SHAKES, ["Sa(0.5)"], replicates=5),
     "read_curve_csv": lambda runs, curves, folder: exchanged("curve_csv", curves, folder / "curves.csv"),
     "read_nrml": lambda runs, curves, folder: exchanged("nrml", curves, folder / "curves.xml"),
@@ -93,6 +94,7 @@ CALLS = {
         fragility.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [3.0, 4.0]), ["pgv"]
     ),
     "stripes": lambda *_: fragility.stripes(BLOCKS, LAWS, [SHAKES, SHAKES], [2.0, 4.0]),
+    "surface_curves": lambda *_: fragility.surface_curves(pooled(), BLOCKS),
     "tornado": lambda *_: fragility.tornado(INPUTS, response),
     "uncertain_ida": lambda *_: uncertain(),
     "variance_shares": lambda runs, *_: fragility.variance_shares(runs["overturned"], ("motion", "model")),
@@ -121,6 +123,14 @@ OTHERS = {
         xr.Dataset({"overturnings": ("level", [1, 5, 9]), "runs": ("level", [10, 10, 10])}, {"level": [1.0, 2.0, 4.0]})
     ),
 }
+
+
+def pooled():
+    """Pooled curves of few motions."""
+    shakes = motions.CloughPenzien(duration=4.0, dt=0.02)
+    return fragility.pooled(BLOCKS, LAWS, shakes, until={"median": 0.9, "motions": {"least": 32, "most": 64}})
+
+
 CLOCK = re.compile(r"\b20\d\d-\d\d-\d\d\b|\d\d:\d\d:\d\d")
 
 

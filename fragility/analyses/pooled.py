@@ -1,0 +1,233 @@
+"""Pooled analysis: curves of all blocks of a region at once, from single runs of a few blocks of the analysis' own.
+
+Blocks that stand free differ in three numbers only, and the probability that they overturn is a smooth function of
+these.  One surface through a few thousand runs replaces a grid of runs for each block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from ... import checks
+from ...aliases import Progress
+from ...models import Block, Law, Sliding
+from ...models.columns import BlockArray
+from ...models.laws import describe_law
+from ...motions.intensity.measure import Measure
+from ...motions.polarity import AS_RECORDED, BOTH
+from ...motions.simulated.generator import Generator
+from ...units import provenance
+from ..adaptive.stopping import ALL_FELL, NONE_FELL
+from ..adaptive.until import MEDIAN, Until, until_of
+from ..hazard.curve import HazardCurve
+from ..runs.provenance import GROUND
+from ..runs.request import check_request
+from ..runs.scaling import BlockMeasure
+from ..surfaces.curves import PooledCurves
+from ..surfaces.domain import domain_of, some_points
+from ..surfaces.evaluation import LawSurfaces, curves_at
+from ..surfaces.rate_checks import RatePlane
+from .region_runs import PooledPlan, PooledRuns, blocks_at
+from .surface_results import POOLED, surface_curves, surface_dataset, variables_of
+from .waves import MotionSource, scaled_to
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from ..runs.runners import Runner
+
+BLOCKS_A_MOTION = 16
+MOST_BLOCKS_A_MOTION = 256
+MOST = 20_000
+"""Greatest number of motions where `until` names none."""
+BAND_POINTS = 400
+"""Blocks at which the band of all medians is determined, evenly among those given; and the corners of the region."""
+
+
+def pooled(
+    blocks: Block | Sequence[Block] | BlockArray,
+    models: Law | Sequence[Law],
+    motions: Generator | xr.DataArray | Iterable[xr.DataArray],
+    im: str | Measure = "pga",
+    until: Mapping[str, Any] | Until | None = None,
+    client: Client | Runner | None = None,
+    *,
+    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    polarity: str = AS_RECORDED,
+    hazard: HazardCurve | None = None,
+    blocks_per_motion: int = BLOCKS_A_MOTION,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Fragility curves of many free-standing blocks from one surface for each law.
+
+    Parameters
+    ----------
+    blocks : Block, sequence of them, or BlockArray
+        Blocks that stand free on a rigid floor; any number, a million as a `BlockArray`.
+    models : one or a sequence
+        Damping laws, with unique labels.
+    motions : Generator, or xarray.DataArray or a sequence of them
+        One horizontal component, with a vertical one or without; taken in waves until the medians are known.
+    im : str or Measure
+        Measure to which motions are scaled, or ``scale``; not one that depends on the block.
+    until : mapping, optional
+        ``median``: half width at which the medians of *all* blocks are known at once with 95 % confidence, as a share
+        (0.1); and ``motions``, a mapping of ``least`` (64) and ``most`` (20,000).
+    client : distributed.Client, optional
+        As of `toppling.ida`.
+    ground, polarity : optional
+        As of `toppling.ida`.
+    hazard : HazardCurve, optional
+        Of the measure; then annual rates are found, too.
+    blocks_per_motion : int
+        Runs of each motion, each of another block of the region, 1 to 256: more where motions take long to make.
+    seed : int
+        Of the generator's motions (or their order), of the blocks and the levels.
+    progress : callable, optional
+        Called with (runs done, runs expected) after every wave.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (block, model): `median`, `median_lower` and `median_upper`, which hold for all blocks at once; `dispersion`
+        and `curve_median` of the lognormal curve through all runs; with a hazard `rate`.  On model: `stopped_because`,
+        `account`, `half_width`, `motions_run`, `lack_of_fit` and `check_p_value`.  On (model, check): how medians of
+        blocks of which no run was used differ from the surface.  The surfaces, from which `surface_curves` returns
+        the curves of further blocks in the same region.  On pooled_run: the runs.
+        A function of the arguments alone: neither of chunks nor of workers.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Blocks with a wall, a restraint, a bed, an offset or a lean; sliding; pairs of components; motions of several
+        floors; another target than the median; nothing or everything overturns at all levels tried.
+
+    Notes
+    -----
+    ln(median) over the measure's unit g tan(alpha) and ln(dispersion) are polynomials in ln p, ln tan(alpha) and the
+    inertia factor, as far as these vary, of total degree 4 and 2 at first and 6 and 4 at most: a further degree is
+    taken where Wald's test with the motions as clusters asks for it, and where the check does.  Blocks are D-optimal in
+    the convex hull of those given.  Medians are fitted to runs near them alone.  The check runs 24 blocks under fresh
+    motions (of a set: under the same); a difference beyond chance that further degrees do not remove is added to every
+    interval and is named in `account`.  Blocks that are close to each other fall together more often than their curves
+    say: the number that fall in one event cannot be found from this result, but from runs of all of them under common
+    motions (`toppling.ida`).
+
+    References
+    ----------
+    Liang, K.-Y. and Zeger, S. L. (1986). Longitudinal data analysis using generalized linear models. Biometrika 73,
+    13-22.  Montiel Olea, J. L. and Plagborg-Møller, M. (2019). Simultaneous confidence bands. Journal of Applied
+    Econometrics 34, 1-17.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shelves = [tp.Block(0.3, height) for height in (1.2, 1.5, 1.8, 2.1)]
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01)
+    >>> found = pooled(shelves, tp.HousnerImpact(), shakes, until={"median": 0.25})
+    >>> dict(found["median"].sizes), found["stopped_because"].values.tolist()
+    ({'block': 4, 'model': 1}, ['precision reached'])
+    """
+    columns = BlockArray.of(blocks)
+    plan = _checked(columns, models, motions, im, until, client, ground, polarity, blocks_per_motion, seed, hazard)
+    variables = variables_of(columns)
+    points = plan.domain.points(variables)
+    given = some_points(plan.domain, points, BAND_POINTS)
+    laws = [PooledCurves(plan.until, given, plan.seed) for _ in plan.laws]
+    found = PooledRuns(plan, laws, points, progress)
+    checked = found.until_known()
+    for law, one in zip(plan.laws, laws, strict=True):
+        if one.stopped in (NONE_FELL, ALL_FELL):
+            raise ValueError(
+                f"{one.stopped} of {law.label} at all levels tried: give motions that shake, or another im"
+            )
+    known = [
+        LawSurfaces(one.near, one.curve, one.band().factor, own.worst)
+        for one, own in zip(laws, checked, strict=True)
+        if one.near is not None and one.curve is not None
+    ]
+    if hazard is not None:
+        known = [one._replace(rates=_rates(found, k, one, hazard)) for k, one in enumerate(known)]
+    surface = surface_dataset(plan, found, known, checked)
+    described = {
+        "design": POOLED,
+        "models": [describe_law(law) for law in plan.laws],
+        "blocks": len(columns),
+        **plan.source.describe(),
+        **({"polarity": BOTH} if polarity == BOTH else {}),
+        "im": plan.scaled.name,
+        "until": plan.until.describe(),
+        "blocks_per_motion": blocks_per_motion,
+        "seed": seed,
+        **({"hazard": hazard.describe()} if hazard is not None else {}),
+        **({"im_at": GROUND} if ground is not None else {}),
+    }
+    surface = surface.assign_attrs(
+        title="Pooled analysis of free-standing blocks", design=POOLED, im=plan.scaled.name, **provenance(described)
+    )
+    return surface.merge(surface_curves(surface, columns, hazard), combine_attrs="override")
+
+
+def _rates(found: PooledRuns, k: int, law: LawSurfaces, hazard: HazardCurve) -> RatePlane | None:
+    """Return what takes the rates of a law's curves to rates without a form."""
+    unit = found.unit(found.check_points)
+    checked = found.rates(k, curves_at(law, found.check_points, unit, hazard.pieces()[0]))
+    return None if checked is None else checked.plane
+
+
+def _checked(
+    columns: BlockArray,
+    models: Law | Sequence[Law],
+    motions: Generator | xr.DataArray | Iterable[xr.DataArray],
+    im: str | Measure,
+    until: Mapping[str, Any] | Until | None,
+    client: Client | Runner | None,
+    ground: xr.DataArray | Iterable[xr.DataArray] | None,
+    polarity: str,
+    blocks_per_motion: int,
+    seed: int,
+    hazard: HazardCurve | None,
+) -> PooledPlan:
+    """Check the arguments and lay out the region of the blocks."""
+    domain = domain_of(variables_of(columns))
+    given = models if isinstance(models, Iterable) else [models]
+    if any(isinstance(one, Sliding) for one in given):
+        raise ValueError("pooled curves are of blocks that rock: sliding ones differ in other numbers")
+    request = check_request(blocks_at(domain, domain.vertices[:1]), models, ["overturned"], True, client, None)
+    laws = [one for one in request.models if isinstance(one, Law)]
+    for block in blocks_at(domain, domain.vertices):
+        for law in laws:
+            law.oscillator(block)  # (what no law knows, such as an e_R below 0, is refused before the runs)
+    scaled = scaled_to(im)
+    if isinstance(scaled.one, BlockMeasure):
+        raise ValueError(f"im must not depend on the block, got {scaled.name}: give {scaled.one.measure.label}")
+    asked = until
+    if not isinstance(until, Until):
+        own = dict(until or {}) if isinstance(until, Mapping) or until is None else until
+        if isinstance(own, dict) and isinstance(own.get("motions", {}), Mapping):
+            own["motions"] = {"most": MOST, **own.get("motions", {})}
+        asked = own
+    goal = until_of(asked)
+    if goal.target != MEDIAN:
+        raise ValueError(f"until must name the median for pooled curves, got {goal.target}")
+    checks.count("blocks_per_motion", blocks_per_motion, at_least=1)
+    if blocks_per_motion > 256:
+        raise ValueError(f"blocks_per_motion must be at most 256, got {blocks_per_motion}")
+    source = MotionSource(motions, seed, ground, polarity)
+    if source.size is not None and source.size < goal.least:
+        raise ValueError(f"motions must be {goal.least} at least (until motions least), got {source.size}")
+    plan = PooledPlan(request, laws, scaled, source, domain, goal, blocks_per_motion, seed, hazard)
+    if hazard is not None:
+        _check_hazard(hazard, plan)
+    return plan
+
+
+def _check_hazard(hazard: HazardCurve, plan: PooledPlan) -> None:
+    if not isinstance(hazard, HazardCurve):
+        raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
+    if hazard.im != plan.scaled.name:
+        raise ValueError(f"hazard must be of the measure of the levels, {plan.scaled.name!r}, got {hazard.im!r}")

@@ -1,0 +1,231 @@
+"""Runs of a pooled analysis: waves of motions for the surfaces, and those that check them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...aliases import Array, Index, Progress
+from ...doubts import Doubt, warn
+from ...models import Block, Law
+from ...models.laws import oscillator_of
+from ...motions.plausibility import record_doubts
+from ...streams import stream
+from ...units import STANDARD_GRAVITY
+from ..adaptive.stopping import REACHED, motions_needed, next_wave
+from ..adaptive.until import Until
+from ..hazard.curve import HazardCurve
+from ..runs.axes import axes_of
+from ..runs.request import Request, check_vertical
+from ..runs.scaling import check_factors, name_at
+from ..surfaces.checks import BLOCKS, MOTIONS, RUNS, Check, check_surface
+from ..surfaces.curves import PooledCurves
+from ..surfaces.domain import Domain, candidates, check_points, design_weights, designed
+from ..surfaces.evaluation import Curves
+from ..surfaces.rate_checks import STRATA, RateCheck, check_rates, rate_levels
+from .adaptive import first_levels
+from .waves import MotionSource, MotionWave, Scaled, run_wave
+
+CHECKED_SHARE = 8
+"""A check takes an eighth of the motions of the surfaces, each under many more runs."""
+RATE_KEY = (1, 5)
+"""Key, under a seed and before the number of a motion, of the numbers that levels for its rate are drawn from."""
+GROWTH = 4
+"""A wave has a quarter of the motions so far."""
+CHECKED_TOGETHER = 500
+"""Motions of a check at a time, which bounds memory."""
+
+
+class PooledPlan(NamedTuple):
+    """A pooled analysis, checked."""
+
+    request: Request
+    laws: Sequence[Law]
+    scaled: Scaled
+    source: MotionSource
+    domain: Domain
+    until: Until
+    blocks_per_motion: int
+    seed: int
+    hazard: HazardCurve | None
+
+    @property
+    def power(self) -> float:
+        """Power of the motion's scale that the measure grows with."""
+        return 1.0 if self.scaled.base is None else self.scaled.base.power
+
+    @property
+    def most(self) -> int:
+        """Greatest number of motions."""
+        return self.until.most if self.source.size is None else min(self.until.most, self.source.size)
+
+
+def blocks_at(domain: Domain, points: Array) -> list[Block]:
+    """Return blocks of the properties at points of the region."""
+    found: list[Block] = []
+    for log_p, log_tan, inertia in domain.variables(points).tolist():
+        factor = min(max(inertia, 1.0 + 1e-9), 2.0)
+        size = STANDARD_GRAVITY / (factor * math.exp(2.0 * log_p))
+        found.append(Block.from_slenderness(math.atan(math.exp(log_tan)), size, factor, f"point {len(found)}"))
+    return found
+
+
+class PooledRuns:
+    """The runs of a pooled analysis: waves for the surfaces, then those of the checks."""
+
+    def __init__(self, plan: PooledPlan, laws: Sequence[PooledCurves], given: Array, progress: Progress | None) -> None:
+        self.plan, self.laws = plan, laws
+        self._progress = progress
+        self._candidates = candidates(plan.domain, plan.seed)
+        self.check_points = check_points(plan.domain, given, BLOCKS, plan.seed)
+        self._doubts: list[Doubt] = []
+        self._done = self._waves = self._runs = 0
+        self.level_name = ""
+
+    def until_known(self) -> list[Check]:
+        """Run waves until every law is known and has been checked; return the last check of each law."""
+        nothing = Check(np.zeros((0, self.plan.domain.size)), np.zeros(0), np.zeros(0), 1.0, 0.0)
+        checked = [nothing] * len(self.laws)
+        open_laws = set(range(len(self.laws)))
+        while open_laws:
+            while any(not law.stopped for law in self.laws):
+                self._wave()
+            for k in sorted(open_laws):
+                law = self.laws[k]
+                if law.near is not None:
+                    checked[k] = self._checked(k, law)
+                if law.stopped:
+                    open_laws.remove(k)
+        warn(list(dict.fromkeys(self._doubts)))
+        return checked
+
+    def _wave(self) -> None:
+        plan = self.plan
+        wave = plan.source.wave(
+            self._done, min(max(next_wave(self._done), self._done // GROWTH), plan.most - self._done)
+        )
+        self._take(wave)
+        points = designed(self._candidates, self._design(), plan.blocks_per_motion, plan.seed, self._waves)
+        blocks = blocks_at(plan.domain, points)
+        measured = plan.scaled.measured(wave, blocks)[0]
+        unit = self._unit(blocks)
+        going = [k for k, law in enumerate(self.laws) if not law.stopped]
+        start = self._start(blocks, wave, measured) if any(self.laws[k].near is None for k in going) else (unit, unit)
+        x = np.stack([self.laws[k].plan(points, wave.numbers, start) for k in going])
+        fell = self._fell([blocks] * len(going), going, wave, (x + unit[:, None])[:, :, None], measured)
+        self._done, self._waves = int(wave.numbers[-1]) + 1, self._waves + 1
+        for own, k in enumerate(going):
+            self.laws[k].add(points, wave.numbers, x[own], fell[own, :, 0], last=self._done >= plan.most)
+        self._runs += x.size
+        self._tell()
+
+    def _design(self) -> Array:
+        """Return the shares of the candidates, for the law that is known least."""
+        going = [law for law in self.laws if not law.stopped]
+        worst = max(going, key=lambda one: one.ratios[-1][1] if one.ratios else math.inf)
+        return design_weights(self._candidates, worst.degrees[0], worst.dispersions(self._candidates))
+
+    def _tell(self) -> None:
+        going = [law for law in self.laws if not law.stopped and law.ratios]
+        widest = max(going, key=lambda one: one.ratios[-1][1], default=None)
+        expected = self._runs
+        if widest is not None:
+            motions, ratio = widest.ratios[-1]
+            needed = min(self.plan.most, max(motions_needed(motions, ratio), motions))
+            expected = math.ceil(self._runs * needed / max(self._done, 1))
+            reach = 100.0 * math.expm1(min(ratio * self.plan.until.room, 700.0))
+            self.plan.request.runner.reached(
+                f"{self._done:,} motions; widest interval of a median: ±{reach:.1f} %, "
+                f"±{100.0 * self.plan.until.tolerance:g} % asked"
+            )
+        if self._progress is not None:
+            self._progress(self._runs, max(self._runs, expected))
+
+    def _take(self, wave: MotionWave) -> None:
+        """Check motions, and keep what is odd about them."""
+        records = wave.records
+        if axes_of(records):
+            raise ValueError(
+                "motions must have one horizontal component for pooled curves: run pairs with toppling.ida"
+            )
+        check_vertical(self.plan.laws, records)
+        self._doubts += record_doubts([one for one in records if not one.reverse_of])
+        self.level_name = name_at(self.plan.scaled.long_name, records, wave.ground)
+
+    def unit(self, points: Array) -> Array:
+        """Return ln of the level that is 1 in the surfaces at points (point, axis)."""
+        return self._unit(blocks_at(self.plan.domain, points))
+
+    def _unit(self, blocks: Sequence[Block]) -> Array:
+        """Return ln of the level that is 1 in the surfaces, (block,)."""
+        return np.array([self.plan.power * math.log(STANDARD_GRAVITY * math.tan(one.alpha)) for one in blocks])
+
+    def _start(self, blocks: Sequence[Block], wave: MotionWave, measured: Array) -> tuple[Array, Array]:
+        """Return the first ln levels (block,), lowest and highest, in the unit of the surfaces."""
+        ends = np.log([first_levels(one, wave, self.plan.scaled, measured) for one in blocks])
+        unit = self._unit(blocks)
+        return ends[:, 0] - unit, ends[:, 1] - unit
+
+    def _fell(
+        self, blocks: Sequence[Sequence[Block]], laws: Sequence[int], wave: MotionWave, x: Array, measured: Array
+    ) -> Any:
+        """Run blocks of each law at ln levels (law, block, run, motion); return outcomes of the same shape."""
+        plan = self.plan
+        specimens = [oscillator_of(one, plan.laws[k]) for k, own in zip(laws, blocks, strict=True) for one in own]
+        levels = np.exp(x).reshape(len(specimens), *x.shape[2:])
+        factors = np.asarray(plan.scaled.factors(levels, measured))
+        check_factors(factors, wave.records)
+        return run_wave(plan.request, specimens, None, wave.records, factors)["overturned"].reshape(x.shape)
+
+    def _checked(self, k: int, law: PooledCurves) -> Check:
+        """Check a law at blocks of their own; raise its degree, and go on, where that helps."""
+        plan = self.plan
+        points = self.check_points
+        blocks = blocks_at(plan.domain, points)
+        unit = self._unit(blocks)[:, None, None]
+        parts: list[tuple[Index, Array, Any]] = []
+        for wave in self._others():
+            shares = np.broadcast_to(np.linspace(-1.0, 1.0, RUNS)[:, None, None], (RUNS, 1, len(wave.records)))
+            x = np.moveaxis(np.stack([law.near_medians(points, one) for one in shares]), 0, 1)
+            measured = plan.scaled.measured(wave, blocks)[0]
+            parts.append((wave.numbers, x, self._fell([blocks], [k], wave, (x + unit)[None], measured)[0]))
+        motions, x, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
+        while True:
+            assert law.near is not None
+            found = check_surface(law.near, points, motions, x, fell)
+            if found.passed or not law.raise_degree():
+                break
+        if found.passed and law.stopped == REACHED and law.band().reach > plan.until.room:
+            law.go_on()
+        return found
+
+    def rates(self, k: int, curves: Curves) -> RateCheck | None:
+        """Compare the rates of the curves of the blocks of a check with those of runs without a form."""
+        plan = self.plan
+        assert plan.hazard is not None
+        blocks = blocks_at(plan.domain, self.check_points)
+        parts: list[tuple[Index, Array, Any]] = []
+        for wave in self._others():
+            drawn = [stream(plan.seed, *RATE_KEY, int(one)).random((2, STRATA)) for one in wave.numbers]
+            x, weights = rate_levels(plan.hazard, curves.log_curve_median, curves.dispersion, np.stack(drawn, axis=-1))
+            measured = plan.scaled.measured(wave, blocks)[0]
+            parts.append((wave.numbers, weights, self._fell([blocks], [k], wave, x[None], measured)[0]))
+        motions, weights, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
+        return check_rates(self.check_points, curves.rate, weights, fell, motions)
+
+    def _others(self) -> Iterator[MotionWave]:
+        """Return motions of which the surfaces have no runs; all motions of a set."""
+        source = self.plan.source
+        first, n = 0, self.plan.most
+        if source.size is None:
+            first, n = self._done, max(MOTIONS, self._done // CHECKED_SHARE)
+            self._done += n
+        stop = first + n
+        while first < stop:
+            wave = source.wave(first, min(stop - first, CHECKED_TOGETHER))
+            self._take(wave)
+            yield wave
+            first = int(wave.numbers[-1]) + 1

@@ -1,0 +1,298 @@
+"""Results of a pooled analysis: the surfaces as a dataset, and from it the curves of blocks."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Array
+from ...models import Block
+from ...models.columns import BlockArray
+from ...units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, PER_YEAR, RADIAN, STANDARD_GRAVITY
+from ..adaptive.stopping import REACHED, motions_needed
+from ..hazard.curve import HazardCurve
+from ..runs.labels import law_coordinates
+from ..surfaces.checks import Check
+from ..surfaces.curves import PooledCurves
+from ..surfaces.domain import Domain
+from ..surfaces.evaluation import Curves, LawSurfaces, curves_at
+from ..surfaces.rate_checks import RatePlane
+from ..surfaces.surface import Surface
+from .region_runs import PooledPlan, PooledRuns
+
+POOLED = "pooled"
+"""Name of the design."""
+
+
+def surface_curves(
+    surface: xr.Dataset, blocks: Block | Sequence[Block] | BlockArray, hazard: HazardCurve | None = None
+) -> xr.Dataset:
+    """Return the curves of blocks from the surfaces of a pooled analysis.
+
+    Parameters
+    ----------
+    surface : xarray.Dataset
+        Result of `pooled`.
+    blocks : Block, sequence of them, or BlockArray
+        Free-standing blocks in the region of those of the analysis.
+    hazard : HazardCurve, optional
+        That of the analysis, for annual rates.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `pooled` on (block, model).
+
+    Raises
+    ------
+    TypeError, ValueError
+        A dataset without surfaces, blocks outside the region (the first one is named), another hazard.
+    """
+    if not isinstance(surface, xr.Dataset) or surface.attrs.get("design") != POOLED:
+        raise ValueError("surface must be a result of toppling.fragility.pooled")
+    columns = BlockArray.of(blocks)
+    if hazard is not None and json.dumps(hazard.describe()) != surface.attrs.get("hazard"):
+        raise ValueError("hazard must be that of the analysis, on which its check of rates depends")
+    domain = Domain(*(surface[f"region_{name}"].values for name in Domain._fields))
+    points = domain.points(variables_of(columns))
+    inside = domain.holds(points)
+    if not inside.all():
+        first = int(np.argmin(inside))
+        raise ValueError(
+            f"{str(columns.names[first])!r:.80} and {int((~inside).sum()) - 1:,} more are outside the region of the "
+            "blocks of the analysis, where its surfaces say nothing"
+        )
+    log_unit = float(surface.attrs["power"]) * np.log(STANDARD_GRAVITY * np.tan(columns.alpha))
+    pieces = None if hazard is None else hazard.pieces()[0]
+    found = [
+        curves_at(_law_surfaces(surface, i, domain.size), points, log_unit, pieces)
+        for i in range(surface.sizes["model"])
+    ]
+    return _curve_dataset(columns, found, surface, hazard is not None)
+
+
+def variables_of(columns: BlockArray) -> Array:
+    """Return ln p, ln tan(alpha) and the inertia factor of blocks, (block, 3)."""
+    return np.stack([np.log(columns.p), np.log(np.tan(columns.alpha)), columns.inertia], axis=1)
+
+
+def surface_dataset(
+    plan: PooledPlan, found: PooledRuns, known: Sequence[LawSurfaces], checked: Sequence[Check]
+) -> xr.Dataset:
+    """Return the surfaces, their checks and the runs as a dataset."""
+    none = {"units": DIMENSIONLESS}
+    variables: dict[str, xr.Variable] = {}
+    dims = {
+        "middle": ("variable",),
+        "axes": ("variable", "region_axis"),
+        "back": ("region_axis", "variable"),
+        "vertices": ("vertex", "region_axis"),
+        "inside": ("face", "face_term"),
+    }
+    for name, dim in dims.items():
+        text = f"region of the blocks in ln p, ln tan(alpha) and inertia factor: {name}"
+        variables[f"region_{name}"] = xr.Variable(dim, getattr(plan.domain, name), {**none, "long_name": text})
+    for kind in ("near", "curve"):
+        surfaces: list[Surface] = [getattr(one, kind) for one in known]
+        most = max(len(one.coefficients) for one in surfaces)
+        coefficients, covariance = np.full((len(known), most), np.nan), np.full((len(known), most, most), np.nan)
+        for i, one in enumerate(surfaces):
+            n = len(one.coefficients)
+            coefficients[i, :n], covariance[i, :n, :n] = one.coefficients, one.covariance
+        term = f"{kind}_term"
+        which = "runs near the medians" if kind == "near" else "all runs"
+        for name, own, on, text in (
+            ("coefficients", coefficients, ("model", term), "of ln median, then of ln dispersion"),
+            ("covariance", covariance, ("model", term, f"{term}_too"), "of the coefficients"),
+            ("degrees", [one.degrees for one in surfaces], ("model", "degree_of"), "of ln median, of ln dispersion"),
+            ("motions", [one.motions for one in surfaces], ("model",), "number of motions"),
+        ):
+            long_name = f"surface of {which}: {name} {text}" if name != "motions" else f"{text} of the surface"
+            variables[f"{kind}_{name}"] = xr.Variable(on, own, {**none, "long_name": long_name})
+
+    def of_laws(name: str, values: Sequence[Any], text: str) -> None:
+        kind = object if isinstance(values[0], str) else None
+        variables[name] = xr.Variable("model", np.array(values, dtype=kind), {**none, "long_name": text})
+
+    reaches = [math.expm1(law.band().reach + one.apart) for law, one in zip(found.laws, known, strict=True)]
+    of_laws("band_factor", [one.factor for one in known], "standard errors within which all medians lie at once")
+    of_laws("lack_of_fit", [math.expm1(one.apart) for one in known], "share by which checks differ beyond chance")
+    of_laws("check_p_value", [one.p_value for one in checked], "chance of differences as large as the check's")
+    of_laws("motions_run", [law.motions for law in found.laws], "motions of the surface")
+    of_laws("half_width", reaches, "half width of the widest interval of a median, as a share")
+    of_laws("stopped_because", [law.stopped for law in found.laws], "why no further motions were run")
+    accounts = [_account(plan, *each) for each in zip(found.laws, known, checked, reaches, strict=True)]
+    of_laws("account", accounts, "what was reached, and what more would bring")
+    if plan.hazard is not None:
+        variables |= _rate_variables(known, plan.domain.size + 1)
+    variables |= _check_variables(plan, checked) | _run_variables(plan, found)
+    return xr.Dataset(variables, coords=law_coordinates(plan.laws), attrs=_attributes(plan, found))
+
+
+def _attributes(plan: PooledPlan, found: PooledRuns) -> dict[str, Any]:
+    """Return what the curves of further blocks need."""
+    rated = {} if plan.hazard is None else {"hazard": json.dumps(plan.hazard.describe())}
+    return {"power": plan.power, "level_units": plan.scaled.units, "level_name": found.level_name, **rated}
+
+
+def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Check, reach: float) -> str:
+    """Return why a law is no longer followed, what was reached, and what the check says."""
+    asked = f"±{100.0 * plan.until.tolerance:g} %"
+    text = f"±{100.0 * reach:.1f} % at most for the medians of all blocks after {law.motions:,} motions, {asked} asked"
+    if law.stopped != REACHED:
+        motions, ratio = law.ratios[-1]
+        needed = motions_needed(motions, ratio)
+        text += f"; {law.stopped}" + (f", the precision takes about {needed:,}" if needed > motions else "")
+    error = 100.0 * float(np.sqrt(np.mean(check.error**2))) if check.error.size else math.nan
+    if known.apart:
+        return (
+            f"{text}; medians of {check.difference.size} blocks run by themselves differ from the surface beyond "
+            f"chance (by {100.0 * math.expm1(known.apart):.1f} % at most), which is part of every interval"
+        )
+    return f"{text}; medians of {check.difference.size} blocks run by themselves agree within chance (±{error:.1f} %)"
+
+
+def _rate_variables(known: Sequence[LawSurfaces], terms: int) -> dict[str, xr.Variable]:
+    """Return the planes that take rates of curves to those without a form, NaN where there is none."""
+    none = RatePlane(np.full(terms, np.nan), np.full((terms, terms), np.nan), math.nan)
+    planes = [none if one.rates is None else one.rates for one in known]
+    labels = {
+        "coefficients": (("model", "rate_term"), "plane of ln ratios of rates without a form to those of curves"),
+        "covariance": (("model", "rate_term", "rate_term_too"), "covariance of the coefficients of that plane"),
+        "apart": (("model",), "ln ratio by which single blocks differ from that plane beyond chance"),
+    }
+    return {
+        f"rate_{name}": xr.Variable(
+            dims,
+            np.array([getattr(one, name) for one in planes]),
+            {"units": DIMENSIONLESS, "long_name": text},
+        )
+        for name, (dims, text) in labels.items()
+    }
+
+
+def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr.Variable]:
+    most = max(one.difference.size for one in checked)
+    shape = len(checked), most
+    columns = {name: np.full(shape, np.nan) for name in ("difference", "error", "p", "alpha")}
+    for i, one in enumerate(checked):
+        n = one.difference.size
+        log_p, log_tan, _ = plan.domain.variables(one.points).T
+        for name, values in (
+            ("difference", one.difference),
+            ("error", one.error),
+            ("p", np.exp(log_p)),
+            ("alpha", np.arctan(np.exp(log_tan))),
+        ):
+            columns[name][i, :n] = values
+    labels = {
+        "difference": (DIMENSIONLESS, "ln median of a block from runs of its own, less that of the surface"),
+        "error": (DIMENSIONLESS, "standard error of the difference"),
+        "p": (ANGULAR_VELOCITY, "rocking frequency parameter of the block"),
+        "alpha": (RADIAN, "slenderness angle of the block"),
+    }
+    return {
+        f"check_{name}": xr.Variable(
+            ("model", "check"), columns[name], dict(zip(("units", "long_name"), label, strict=True))
+        )
+        for name, label in labels.items()
+    }
+
+
+def _run_variables(plan: PooledPlan, found: PooledRuns) -> dict[str, xr.Variable]:
+    pools = [law.runs for law in found.laws]
+    points = np.concatenate([one.points for one in pools])
+    log_p, log_tan, inertia = plan.domain.variables(points).T
+    unit = plan.power * (math.log(STANDARD_GRAVITY) + log_tan)
+    model = np.repeat(np.arange(len(pools)), [one.x.size for one in pools])
+    labels: dict[str, tuple[Any, str, str]] = {
+        "run_model": (model, DIMENSIONLESS, "law of the run, from 0"),
+        "run_motion": (np.concatenate([one.motion for one in pools]), DIMENSIONLESS, "number of its motion, from 0"),
+        "run_p": (np.exp(log_p), ANGULAR_VELOCITY, "rocking frequency parameter of its block"),
+        "run_alpha": (np.arctan(np.exp(log_tan)), RADIAN, "slenderness angle of its block"),
+        "run_inertia_factor": (inertia, DIMENSIONLESS, "inertia factor of its block"),
+        "run_level": (
+            np.exp(np.concatenate([one.x for one in pools]) + unit),
+            plan.scaled.units,
+            f"level of the run: {found.level_name}",
+        ),
+        "run_overturned": (np.concatenate([one.fell for one in pools]), DIMENSIONLESS, "whether the block overturned"),
+    }
+    return {
+        name: xr.Variable("pooled_run", values, {"units": units, "long_name": text})
+        for name, (values, units, text) in labels.items()
+    }
+
+
+def _law_surfaces(surface: xr.Dataset, i: int, variables: int) -> LawSurfaces:
+    """Return the surfaces of a law from a dataset."""
+    found = []
+    for kind in ("near", "curve"):
+        coefficients = surface[f"{kind}_coefficients"].values[i]
+        n = int(np.isfinite(coefficients).sum())
+        first, second = surface[f"{kind}_degrees"].values[i].tolist()
+        covariance = surface[f"{kind}_covariance"].values[i, :n, :n]
+        motions = int(surface[f"{kind}_motions"].values[i])
+        found.append(Surface(variables, (first, second), coefficients[:n], covariance, motions, np.zeros((0, n))))
+    factor, apart = (float(surface[name].values[i]) for name in ("band_factor", "lack_of_fit"))
+    near, curve = found
+    rates = None
+    if "rate_coefficients" in surface and np.isfinite(surface["rate_coefficients"].values[i]).all():
+        rates = RatePlane(*(surface[f"rate_{name}"].values[i] for name in RatePlane._fields))
+    return LawSurfaces(near, curve, factor, math.log1p(apart), rates)
+
+
+_INTERVAL = ("", "lower end of the 95 % interval of: ", "upper end of the 95 % interval of: ")
+
+
+def _curve_dataset(columns: BlockArray, found: Sequence[Curves], surface: xr.Dataset, rated: bool) -> xr.Dataset:
+    """Return curves as variables on (block, model)."""
+    unit = surface.attrs["level_units"]
+    of_all = "level at which half overturn, from levels near it; its interval holds for all blocks at once"
+    spread = "lognormal standard deviation of the curve through all runs"
+    rate = "annual rate of overturning: of the lognormal curve through all runs, times what runs without a form say"
+    labels = {
+        **{f"median{end}": (unit, words + of_all) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
+        "curve_median": (unit, "median of the curve through all runs"),
+        **{f"dispersion{end}": (DIMENSIONLESS, words + spread) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
+        **{f"rate{end}": (PER_YEAR, words + rate) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
+    }
+    variables = {}
+    for k, (name, (units, text)) in enumerate(labels.items()):
+        if name.startswith("rate") and not rated:
+            continue
+        values = np.empty((len(columns), len(found)))
+        for i, one in enumerate(found):
+            values[:, i] = np.exp(one[k]) if "median" in name else one[k]
+        variables[name] = xr.Variable(("block", "model"), values, {"units": units, "long_name": text})
+    return xr.Dataset(variables, coords={**_block_columns(columns), **_of_laws(surface)}, attrs=surface.attrs)
+
+
+_ENDS = ("", "_lower", "_upper")
+
+
+def _block_columns(columns: BlockArray) -> dict[str, xr.Variable]:
+    """Return the labels and properties of blocks."""
+    labels = {
+        "block": (columns.names.astype(object), DIMENSIONLESS, "block"),
+        "width": (columns.width, METRE, "full width"),
+        "height": (columns.height, METRE, "full height"),
+        "cm_height": (columns.cm_height, METRE, "height of the centre of mass"),
+        "alpha": (columns.alpha, RADIAN, "slenderness angle"),
+        "R": (columns.R, METRE, "distance from the centre of mass to the corner"),
+        "p": (columns.p, ANGULAR_VELOCITY, "rocking frequency parameter"),
+        "inertia_factor": (columns.inertia, DIMENSIONLESS, "moment of inertia about the corner over m R²"),
+    }
+    return {
+        name: xr.Variable("block", values, {"units": units, "long_name": text})
+        for name, (values, units, text) in labels.items()
+    }
+
+
+def _of_laws(surface: xr.Dataset) -> dict[str, xr.Variable]:
+    return {str(name): one.variable for name, one in surface.coords.items() if one.dims == ("model",)}

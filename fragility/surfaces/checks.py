@@ -1,0 +1,105 @@
+"""Check of pooled surfaces against medians of blocks that they have not used, from runs of their own."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from ...aliases import Array, Flags, Index
+from ..adaptive.probit import Observations, fit_probit
+from ..numerics.products import times
+from .surface import Surface, basis
+
+BLOCKS, RUNS = 24, 3
+MOTIONS = 200
+SAME = 1e-9
+LIKELY = 0.01
+"""Probability below which differences are not there by chance."""
+
+
+class Check(NamedTuple):
+    """Comparison at blocks (block,): ln medians from their own runs less the surface's, and errors of the differences.
+
+    p_value: probability of differences as large as all of these together, by chance; worst: the largest difference
+    beyond chance, 0 where there is none.
+    """
+
+    points: Array
+    difference: Array
+    error: Array
+    p_value: float
+    worst: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether the differences are within chance."""
+        return self.worst == 0.0
+
+
+def check_surface(near: Surface, points: Array, motions: Index, x: Array, fell: Flags) -> Check:
+    """Compare a surface with local curves of blocks of their own.
+
+    Parameters
+    ----------
+    near : Surface
+    points : array (block, axis)
+    motions : array (motion,)
+        Their numbers: those of the surface's runs, where they are the same.
+    x, fell : arrays (block, run, motion)
+        Ln levels and outcomes.
+
+    Returns
+    -------
+    Check
+        Of blocks whose runs determine a median.
+
+    Notes
+    -----
+    All blocks share motions, with each other and perhaps with the surface: the covariance of the differences is that of
+    the motions' sums (Liang and Zeger 1986).  All differences together are tested by Hotelling's T²; single ones are
+    significant at a level of 1 % for all together (Bonferroni).
+    """
+    numbers = np.broadcast_to(motions, x.shape[1:]).ravel()
+    rows = basis(points, near.degrees[0])
+    middle, _ = near.log_medians(points)
+    found, influences, used = [], [], []
+    for block in range(len(points)):
+        fitted, _ = fit_probit(Observations(x[block].ravel(), fell[block].ravel(), numbers))
+        own = None if fitted is None else fitted.median()
+        if own is None or not np.isfinite(own.error) or not own.error > 0.0:
+            continue
+        size = max(own.influence.size, len(near.influence))
+        influence = np.pad(own.influence, (0, size - own.influence.size))
+        influence[: len(near.influence)] -= times(near.influence[:, : rows.shape[1]], rows[block])
+        found.append(own.value - middle[block])
+        influences.append(influence)
+        used.append(block)
+    if not used:
+        return Check(points[:0], np.zeros(0), np.zeros(0), 1.0, 0.0)
+    difference, table = np.array(found), np.array(influences)
+    covariance = times(table, np.ascontiguousarray(table.T))
+    error = np.sqrt(np.diag(covariance))
+    k, n = np.unique(motions).size, difference.size
+    together = _hotelling(difference, covariance, k)
+    single = 2.0 * scipy.special.stdtr(max(k - 2, 1), -np.abs(difference / error))
+    beyond = single < LIKELY / n
+    if together < LIKELY and not beyond.any():
+        # (no single one is beyond chance: the one furthest from it stands for all)
+        beyond = single == single.min()
+    worst = float(np.abs(difference[beyond]).max()) if beyond.any() else 0.0
+    return Check(points[used], difference, error, together, worst)
+
+
+def _hotelling(difference: Array, covariance: Array, motions: int) -> float:
+    """Return the probability of differences as large, by Hotelling's T² with `motions` draws."""
+    values, vectors = np.linalg.eigh(covariance)
+    # (blocks that are nearly one have nearly one difference)
+    apart = values > SAME * values[-1]
+    n = int(apart.sum())
+    if motions <= n + 1:
+        return 1.0
+    along = times(np.ascontiguousarray(vectors.T[apart]), difference)
+    statistic = float((along**2 / values[apart]).sum())
+    return float(scipy.special.fdtrc(n, motions - n, statistic * (motions - n) / (n * (motions - 1))))

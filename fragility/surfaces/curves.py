@@ -1,0 +1,263 @@
+"""Pooled analysis of one law: levels for the next runs, what they say of all blocks, and whether to go on.
+
+It knows nothing of blocks and motions: whoever runs them asks for levels and returns outcomes.  Two surfaces are
+fitted: one near the medians alone, where hardly any curve differs from a lognormal one, for medians; and one through
+all runs, for curves.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...aliases import Array, Flags, Index
+from ...streams import stream
+from ..adaptive.probit import student
+from ..adaptive.stopping import ALL_FELL, NONE_FELL, StoppingRule
+from ..adaptive.until import Until
+from ..numerics.products import times
+from .surface import Pool, Surface, added_terms, basis, fit_surface
+
+LEVELS = (1, 3)
+"""Key, under a seed and before the number of a motion, of the random numbers that its levels are drawn from."""
+BAND_KEY = (1, 4)
+STEP = math.log(8.0)
+FEW = 0.05
+"""Share of falls, or of blocks that stand, below which levels move on: the curves lie beyond."""
+EXPLORATIONS = 6
+BEGIN, MOST_DEGREES = (4, 2), (6, 4)
+"""Degrees of ln median and ln dispersion at the first fit, and at most."""
+RUNS_A_TERM = 24
+"""Fewest runs for each term of a surface: levels are spread over all of the range before."""
+LIKELY = 0.2
+"""Probability below which further terms are not there by chance."""
+EVERY = 6
+"""One run in so many is far from the median, for the dispersion."""
+WIDE = (-2.2, 1.6)
+"""Range of these, in dispersions from the median: rates depend on the curve below it."""
+LOCAL, CURVED, WINDOW, SURELY = 0.5, 0.8, 1.5, 2.0
+"""Of runs near the median, as of `adaptive.curve`: half width in dispersions at most, by tolerance, and of the fit."""
+LOCAL_SPREAD = 1
+"""Degree of ln dispersion near the medians."""
+FURTHEST = 1.0
+"""Greatest difference of the two surfaces, in dispersions, that a curve of any form can bring about."""
+STEEPEST, FLATTEST = 1e-3, 10.0
+"""Dispersions beyond which a surface says that runs do not determine it."""
+DRAWS = 1000
+DISPERSIONS = (0.02, 2.0)
+
+
+class Band(NamedTuple):
+    """How well all medians are known at once: greatest standard error, and the number of errors on either side."""
+
+    error: float
+    factor: float
+
+    @property
+    def reach(self) -> float:
+        """Half width, of ln median, of the widest interval."""
+        return self.error * self.factor
+
+
+class PooledCurves:
+    """The curves of all blocks under one law, determined until the medians are known to a given precision.
+
+    Parameters
+    ----------
+    until : Until
+        Of the median.
+    points : array (point, axis)
+        Where all medians are to be known at once.
+    seed : int
+    """
+
+    def __init__(self, until: Until, points: Array, seed: int) -> None:
+        self.until = until
+        self._points, self._seed = points, seed
+        self._rule = StoppingRule(until)
+        self._runs: Pool | None = None
+        self._shift = 0.0
+        self._explored = 0
+        self._asked = 0
+        self.degrees = BEGIN
+        self.curve: Surface | None = None
+        self.near: Surface | None = None
+        self.ratios: list[tuple[int, float]] = []
+        self.stopped = ""
+
+    @property
+    def runs(self) -> Pool:
+        """All runs so far."""
+        assert self._runs is not None
+        return self._runs
+
+    @property
+    def motions(self) -> int:
+        """Number of motions so far."""
+        return 0 if self._runs is None else int(np.unique(self._runs.motion).size)
+
+    def plan(self, points: Array, motions: Index, start: tuple[Array, Array]) -> Array:
+        """Return the ln levels (block, motion) of blocks at points (block, axis) under motions of these numbers.
+
+        start: lowest and highest ln levels (block,) among which the search begins.
+        """
+        n = len(points)
+        uniform = np.stack([stream(self._seed, *LEVELS, int(one)).random(n) for one in motions], axis=-1)
+        if self.curve is None or self.near is None:
+            low, high = (np.asarray(one)[:, None] + self._shift for one in start)
+            return np.asarray(low + uniform * (high - low))
+        middle, scale = self._rough(points)
+        place = (np.arange(n)[:, None] + motions[None, :]) % EVERY
+        far = middle[:, None] + scale[:, None] * (WIDE[0] + (WIDE[1] - WIDE[0]) * uniform)
+        return np.where(place == 0, far, self._close(points, uniform))
+
+    def near_medians(self, points: Array, shares: Array) -> Array:
+        """Return ln levels near the medians of points (point, axis), at shares (…, point or 1, motion) of -1 to 1."""
+        return self._close(points, 0.5 + 0.5 * shares)
+
+    def _close(self, points: Array, uniform: Array) -> Array:
+        assert self.near is not None
+        middle, _ = self.near.log_medians(points)
+        return np.asarray(middle[:, None] + self.distances(points)[:, None] * (2.0 * uniform - 1.0))
+
+    def dispersions(self, points: Array) -> Array:
+        """Return dispersions at points (point, axis), as far as they are known: all alike while nothing is."""
+        return np.ones(len(points)) if self.curve is None else self._rough(points)[1]
+
+    def _rough(self, points: Array) -> tuple[Array, Array]:
+        """Return ln medians and dispersions by the curve through all runs, confined to what can place levels."""
+        assert self.curve is not None
+        middle, _ = self.curve.log_medians(points)
+        return middle, np.clip(np.exp(self.curve.log_dispersions(points)[0]), *DISPERSIONS)
+
+    def distances(self, points: Array) -> Array:
+        """Return the distance in ln level of the outer levels near the medians of points (point, axis) from these.
+
+        It falls with the tolerance, but not below what is known of the medians, so that the levels enclose them.
+        """
+        assert self.near is not None
+        _, scale = self._rough(points)
+        known = SURELY * self.near.log_medians(points)[1]
+        return np.minimum(LOCAL * scale, np.maximum(np.sqrt(CURVED * self.until.room * scale), known))
+
+    def add(self, points: Array, motions: Index, x: Array, fell: Flags, last: bool = False) -> None:
+        """Take the outcomes (block, motion) of a wave at ln levels x, fit both surfaces, decide whether to go on."""
+        where = np.repeat(np.arange(len(points)), x.shape[1])
+        own = Pool(points[where], x.ravel(), fell.ravel(), np.broadcast_to(motions, x.shape).ravel())
+        self._runs = own if self._runs is None else self._runs.joined(own)
+        self._fit()
+        if self.curve is None or self.near is None:
+            self._explore(own)
+            return
+        band = self.band()
+        self.ratios.append((self.motions, band.reach / self.until.room))
+        self.stopped = self._rule.step(self.motions, self.ratios[-1][1], last)
+
+    def _fit(self) -> None:
+        """Fit the surfaces, with more terms where the runs ask for them."""
+        runs = self.runs
+        if not self._enough(self.degrees, runs):
+            return
+        degrees = self.degrees
+        curve = fit_surface(runs, degrees, self.curve)
+        if curve is None or not self._inside(curve):
+            return
+        # (where runs near the medians do not determine a surface yet, that of all runs stands for it)
+        self.curve = self.near = curve
+        self.near = self._fit_near(degrees[0]) or curve
+        if self.motions >= 2 * self._asked:
+            self._asked = self.motions
+            more = self._fit_near(degrees[0] + 1)
+            if more is not None and added_terms(self.near, more) < LIKELY:
+                self.raise_degree()
+
+    def _fit_near(self, degree: int) -> Surface | None:
+        """Fit the surface to runs near the medians alone; None where they do not determine it."""
+        if degree > MOST_DEGREES[0]:
+            return None
+        runs = self.runs
+        found = self.near
+        for _ in range(2):  # (the window follows the medians)
+            assert found is not None
+            middle, _ = found.log_medians(runs.points)
+            close = np.abs(runs.x - middle) <= WINDOW * self.distances(runs.points)
+            spread = min(LOCAL_SPREAD, degree)
+            own = runs.some(close)
+            if not self._enough((degree, spread), own):
+                return None
+            found = fit_surface(own, (degree, spread), found)
+            if found is None or not self._plausible(found):
+                return None
+        return found
+
+    def _plausible(self, near: Surface) -> bool:
+        """Return whether a surface of levels near the medians stays near those of all runs, over the whole region."""
+        middle, scale = self._rough(self._points)
+        own, _ = near.log_medians(self._points)
+        return bool((np.abs(own - middle) <= FURTHEST * scale).all())
+
+    def _inside(self, curve: Surface) -> bool:
+        """Return whether medians of a surface lie about where there are runs, over the whole region."""
+        middle, _ = curve.log_medians(self._points)
+        spread, _ = curve.log_dispersions(self._points)
+        low, high = self.runs.x.min() - STEP, self.runs.x.max() + STEP
+        steep = (spread >= math.log(STEEPEST)) & (spread <= math.log(FLATTEST))
+        return bool(((middle >= low) & (middle <= high) & steep).all())
+
+    def _enough(self, degrees: tuple[int, int], runs: Pool) -> bool:
+        variables = runs.points.shape[1]
+        terms = sum(math.comb(variables + degree, variables) for degree in degrees)
+        return runs.x.size >= RUNS_A_TERM * terms
+
+    def raise_degree(self) -> bool:
+        """Fit with one degree more; return whether that was possible."""
+        degrees = self.degrees[0] + 1, min(self.degrees[1] + 1, MOST_DEGREES[1])
+        if degrees[0] > MOST_DEGREES[0] or not self._points.shape[1] or not self._enough(degrees, self.runs):
+            return False
+        curve, near = fit_surface(self.runs, degrees, self.curve), self._fit_near(degrees[0])
+        if curve is None or near is None or not self._inside(curve):
+            return False
+        self.degrees, self.curve, self.near = degrees, curve, near
+        return True
+
+    def go_on(self) -> None:
+        """Go on after a check that failed: the precision must be reached anew."""
+        self._rule = StoppingRule(self.until)
+        self.stopped = ""
+
+    def band(self) -> Band:
+        """Return how well the medians at all points are known at once.
+
+        Notes
+        -----
+        Quantile of the largest of all t statistics, by draws from the normal law of the coefficients (sup-t), widened
+        as Student's t with the motions less the terms as degrees of freedom.
+
+        References
+        ----------
+        Montiel Olea, J. L. and Plagborg-Møller, M. (2019). Simultaneous confidence bands: theory, implementation, and
+        an application to SVARs. Journal of Applied Econometrics 34, 1-17.
+        """
+        assert self.near is not None
+        rows = basis(self._points, self.near.degrees[0])
+        n = rows.shape[1]
+        values, vectors = np.linalg.eigh(self.near.covariance[:n, :n])
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        spread = times(rows, root)
+        errors = np.linalg.norm(spread, axis=1)
+        draws = stream(self._seed, *BAND_KEY).standard_normal((n, DRAWS))
+        largest = np.abs(times(spread, draws) / errors[:, None]).max(axis=0)
+        factor = float(np.quantile(largest, 0.95)) * student(self.near.motions - n) / student(1e9)
+        return Band(float(errors.max()), factor)
+
+    def _explore(self, wave: Pool) -> None:
+        """Move the search to where it may find the curves, after a wave that did not."""
+        share = float(wave.fell.mean())
+        alike = share in (0.0, 1.0)
+        if share < FEW or share > 1.0 - FEW:
+            self._shift += math.copysign(STEP if alike else 0.5 * STEP, 0.5 - share)
+        self._explored += alike
+        if self._explored >= EXPLORATIONS and alike:
+            self.stopped = ALL_FELL if share else NONE_FELL

@@ -1,0 +1,190 @@
+"""Domain of a pooled analysis: the variables of the blocks, the region that they fill, and where blocks are designed.
+
+What a free-standing block does depends on its frequency p, its slenderness and its inertia factor alone, under laws
+without sizes of their own (docs/theory).  The region is the convex hull of the blocks in ln p, ln tan(alpha) and
+the inertia factor, turned to its principal axes and scaled to [-1, 1].
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from ...aliases import Array, Flags
+from ...streams import stream
+from ..numerics.products import crossed, squares, times
+from .surface import basis
+
+NAMES = ("ln p", "ln tan(alpha)", "inertia factor")
+NARROW = 1e-3
+"""Width of the region along an axis, in ln or in the inertia factor, that no median can tell from 0."""
+CANDIDATES = 1000
+ROUNDS = 300
+EVEN = 0.2
+POWER, DAMPED = 6, 0.25
+OUTSIDE = 1e-7
+"""Distance, in half widths of the region, by which rounding may put a block of it outside."""
+CANDIDATE_KEY, DESIGN_KEY, CHECK_KEY = (1, 0), (1, 1), (1, 2)
+"""Keys, under a seed, of the blocks from which designs are taken, of the designs and of the blocks of checks."""
+
+
+class Domain(NamedTuple):
+    """Region of blocks.
+
+    middle (variable,), axes (variable, axis): points are (variables - middle) @ axes, in [-1, 1]; back (axis,
+    variable): and back; vertices (vertex, axis): of the convex hull; inside (face, axis + 1): it is where
+    inside[:, :-1] @ point + inside[:, -1] <= 0.
+    """
+
+    middle: Array
+    axes: Array
+    back: Array
+    vertices: Array
+    inside: Array
+
+    @property
+    def size(self) -> int:
+        """Number of axes along which the blocks differ."""
+        return int(self.axes.shape[1])
+
+    def points(self, variables: Array) -> Array:
+        """Return the points (block, axis) of blocks from their variables (block, variable)."""
+        return times(variables - self.middle, self.axes)
+
+    def variables(self, points: Array) -> Array:
+        """Return the variables (block, variable) of points (block, axis)."""
+        return self.middle + times(points, self.back)
+
+    def holds(self, points: Array) -> Flags:
+        """Return which points (block, axis) lie in the region."""
+        if not self.size:
+            return np.ones(len(points), np.bool_)
+        return np.asarray((times(points, self.inside[:, :-1].T) + self.inside[:, -1] <= OUTSIDE).all(axis=1))
+
+
+def domain_of(variables: Array) -> Domain:
+    """Return the region of blocks from their variables (block, variable): ln p, ln tan(alpha), inertia factor.
+
+    Axes along which blocks differ by less than a thousandth are left out.
+    """
+    centre = variables.mean(axis=0)
+    _, turned = np.linalg.eigh(crossed(variables - centre, variables - centre) / len(variables))
+    turned = turned[:, ::-1]
+    # (the sign of an axis is free: the largest share of each is positive, so that bytes do not depend on it)
+    largest = np.abs(turned).argmax(axis=0)
+    turned = turned * np.sign(turned[largest, range(turned.shape[1])])
+    along = times(variables - centre, turned)
+    low, high = along.min(axis=0), along.max(axis=0)
+    used = high - low > NARROW
+    half = 0.5 * (high - low)[used]
+    middle = centre + turned @ (0.5 * (low + high))
+    axes, back = turned[:, used] / half, (turned[:, used] * half).T
+    points = times(variables - middle, axes)
+    return Domain(middle, axes, back, *_hull(points))
+
+
+def _hull(points: Array) -> tuple[Array, Array]:
+    """Return vertices and faces of the convex hull of points, which are not all on one face."""
+    n = points.shape[1]
+    if n == 0:
+        return np.zeros((1, 0)), np.zeros((0, 1))
+    if n == 1:
+        return np.array([[-1.0], [1.0]]), np.array([[1.0, -1.0], [-1.0, -1.0]])
+    try:
+        hull = scipy.spatial.ConvexHull(points)
+    except scipy.spatial.QhullError:
+        # (blocks so few, or so nearly in one plane, that they have no hull: the box around them)
+        corners = np.stack(np.meshgrid(*[[-1.0, 1.0]] * n), axis=-1).reshape(-1, n)
+        hull = scipy.spatial.ConvexHull(corners)
+        points = corners
+    return points[hull.vertices], np.unique(hull.equations, axis=0)
+
+
+def candidates(domain: Domain, seed: int) -> Array:
+    """Return points (point, axis) all over the region: its vertices, and others even in its volume."""
+    if domain.size == 0:
+        return np.zeros((1, 0))
+    if domain.size == 1:
+        return np.linspace(-1.0, 1.0, 401)[:, None]
+    random = stream(seed, *CANDIDATE_KEY)
+    parts = scipy.spatial.Delaunay(domain.vertices, qhull_options="QJ Qbb")
+    corners = domain.vertices[parts.simplices]
+    volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
+    which = random.choice(len(volumes), CANDIDATES, p=volumes / volumes.sum())
+    shares = random.dirichlet(np.ones(domain.size + 1), CANDIDATES)
+    inside = np.einsum("ij,ijk->ik", shares, corners[which])
+    found = np.concatenate([domain.vertices, inside])
+    return np.asarray(found[np.lexsort(found.T)])
+
+
+def design_weights(points: Array, degree: int, dispersions: Array) -> Array:
+    """Return shares of runs (point,) that determine a polynomial of a degree best, a fifth of them even.
+
+    Four fifths are the design of the least mean seventh power of the variance of ln medians over the points, near that
+    of the least greatest variance, where a run is worth the inverse square of the dispersion (point,) there.  The even
+    fifth sees what the polynomial does not follow.
+
+    References
+    ----------
+    Silvey, S. D., Titterington, D. M. and Torsney, B. (1978). An algorithm for optimal designs on a design space.
+    Communications in Statistics A 7, 1379-1389 (multiplicative).
+    """
+    rows = basis(points, degree)
+    worth = dispersions**-2
+    even = np.full(len(points), 1.0 / len(points))
+    weights = even
+    for _ in range(ROUNDS):
+        inverse: Array = np.asarray(np.linalg.inv(crossed(rows, (weights * worth)[:, None] * rows)), dtype=np.float64)
+        variance = squares(rows, inverse)
+        slope = crossed(rows, (variance / variance.max())[:, None] ** POWER * rows)
+        weights = weights * (squares(rows, inverse @ slope @ inverse) * worth) ** DAMPED
+        weights = weights / weights.sum()
+    return (1.0 - EVEN) * weights + EVEN * even
+
+
+def designed(points: Array, weights: Array, number: int, seed: int, wave: int) -> Array:
+    """Return points of `number` blocks of a wave, drawn by their shares in even steps from a random start."""
+    random = stream(seed, *DESIGN_KEY, wave)
+    order = random.permutation(len(points))
+    steps = (np.arange(number) + random.random()) / number
+    where = np.searchsorted(np.cumsum(weights[order]), steps * weights.sum() * (1.0 - 1e-12))
+    return np.asarray(points[order[where]])
+
+
+def check_points(domain: Domain, given: Array, number: int, seed: int) -> Array:
+    """Return points of blocks that a fit is checked at: far from each other, from the edges of the region inwards.
+
+    Parameters
+    ----------
+    domain : Domain
+    given : array (block, axis)
+        The blocks of the analysis.
+    number : int
+    seed : int
+
+    Returns
+    -------
+    array (point, axis)
+        Half of them as far apart as they can be among vertices and given blocks, the others at random in the region.
+    """
+    if domain.size == 0:
+        return np.zeros((1, 0))
+    random = stream(seed, *CHECK_KEY)
+    some = given if len(given) <= CANDIDATES else given[random.choice(len(given), CANDIDATES, replace=False)]
+    pool = np.concatenate([domain.vertices, some])
+    far: list[int] = [int(np.abs(pool).sum(axis=1).argmax())]
+    distance = np.linalg.norm(pool - pool[far[0]], axis=1)
+    while len(far) < number // 2 and distance.max() > 1e-6:
+        far.append(int(distance.argmax()))
+        distance = np.minimum(distance, np.linalg.norm(pool - pool[far[-1]], axis=1))
+    inside = candidates(domain, seed)
+    rest = random.choice(len(inside), min(number - len(far), len(inside)), replace=False)
+    return np.unique(np.concatenate([pool[far], inside[rest]]), axis=0)
+
+
+def some_points(domain: Domain, given: Array, number: int) -> Array:
+    """Return at most `number` of the given points in even steps, and the vertices of the region."""
+    step = max(1, len(given) // number)
+    return np.concatenate([domain.vertices, given[::step][:number]])

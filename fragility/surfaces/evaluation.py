@@ -1,0 +1,122 @@
+"""Curves of blocks from a surface, slab by slab, so that a million of them take little memory."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...aliases import Array
+from ..adaptive.probit import student
+from ..curves.curve import LognormalCurves
+from ..hazard.pieces import Pieces
+from ..numerics.products import squares
+from ..risk.convolution import rates_of
+from .rate_checks import RatePlane
+from .surface import Surface, basis
+
+SLAB = 50_000
+"""Blocks at a time."""
+STEP = 1e-5
+"""Relative change of medians and dispersions by which the slopes of rates are found."""
+
+
+class LawSurfaces(NamedTuple):
+    """What a pooled analysis knows of a law.
+
+    near: the surface of levels near the medians; curve: of all runs; factor: number of standard errors by which all
+    medians are within their intervals at once; apart: ln median by which checks differed from the surface, 0 where they
+    did not; rates: what takes rates of curves to those without a form, None without a hazard.
+    """
+
+    near: Surface
+    curve: Surface
+    factor: float
+    apart: float
+    rates: RatePlane | None = None
+
+
+class Curves(NamedTuple):
+    """Of blocks (block,): ln of median, of its interval, and of the median by all runs; dispersions; rates, 1/year."""
+
+    log_median: Array
+    log_lower: Array
+    log_upper: Array
+    log_curve_median: Array
+    dispersion: Array
+    dispersion_lower: Array
+    dispersion_upper: Array
+    rate: Array
+    rate_lower: Array
+    rate_upper: Array
+
+
+def curves_at(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces | None) -> Curves:
+    """Return the curves of blocks.
+
+    Parameters
+    ----------
+    law : LawSurfaces
+    points : array (block, axis)
+        In the region of the surfaces.
+    log_unit : array (block,)
+        Ln of the level that is 1 in the surface, g tan(alpha) to the power of the measure.
+    hazard : Pieces, optional
+        For rates; NaN without.
+
+    Returns
+    -------
+    Curves
+        Intervals of medians hold for all blocks at once with 95 % confidence, those of dispersions and rates for each
+        by itself; what checks differ by is part of those of medians and rates.
+    """
+    found = [np.empty(len(points)) for _ in Curves._fields]
+    for first in range(0, len(points), SLAB):
+        part = slice(first, first + SLAB)
+        for array, own in zip(found, _slab(law, points[part], log_unit[part], hazard), strict=True):
+            array[part] = own
+    return Curves(*found)
+
+
+def _slab(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces | None) -> Curves:
+    middle, error = law.near.log_medians(points)
+    reach = law.factor * error + law.apart
+    curve_middle, _ = law.curve.log_medians(points)
+    spread, spread_error = law.curve.log_dispersions(points)
+    t = student(law.curve.motions - len(law.curve.coefficients))
+    ends = [np.exp(spread + sign * t * spread_error) for sign in (0.0, -1.0, 1.0)]
+    rates = [np.full(len(points), math.nan)] * 3
+    if hazard is not None:
+        rates = _rates(law, points, curve_middle + log_unit, ends[0], hazard, t)
+    medians = [log_unit + middle, log_unit + middle - reach, log_unit + middle + reach, log_unit + curve_middle]
+    return Curves(*medians, *ends, *rates)
+
+
+def _rates(
+    law: LawSurfaces, points: Array, log_median: Array, dispersion: Array, hazard: Pieces, t: float
+) -> list[Array]:
+    """Return annual rates and their intervals: those of the curves through all runs, times the ratios of the checks.
+
+    The errors of curves and ratios are taken as independent, and those of ln rates of curves by the delta method.
+    """
+    rate, higher, wider = (
+        rates_of(
+            LognormalCurves(log_median + up, dispersion * wide, np.full(len(points), -np.inf), np.zeros(len(points))),
+            hazard,
+        ).rate
+        for up, wide in ((0.0, 1.0), (STEP, 1.0), (0.0, math.exp(STEP)))
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        by_median, by_spread = (np.log(other / rate) / STEP for other in (higher, wider))
+    degrees = law.curve.degrees
+    rows = np.concatenate(
+        [by_median[:, None] * basis(points, degrees[0]), by_spread[:, None] * basis(points, degrees[1])], axis=1
+    )
+    variance = squares(rows, law.curve.covariance)
+    apart = np.zeros(len(points))
+    if law.rates is not None:
+        ratio, error = law.rates.at(points)
+        rate, variance, apart = rate * np.exp(ratio), variance + error**2, apart + law.rates.apart
+    reach = t * np.sqrt(variance) + apart
+    return [rate, rate * np.exp(-reach), rate * np.exp(np.minimum(reach, 700.0))]

@@ -1,0 +1,95 @@
+"""Rates without a form of curve at the blocks of a check, and what they say of the rates of lognormal curves.
+
+A lognormal curve that fits near its median may have another tail, and rates live in the tail.  The ratio of a rate from
+weighted runs, which have no form, to that of the curve changes slowly over a region: a plane in the blocks' variables
+takes the rates of all blocks to those without a form.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from ...aliases import Array, Flags, Index
+from ..adaptive.rate import draw_levels, hazard_cells
+from ..hazard.curve import HazardCurve
+from ..numerics.products import crossed, squares, times
+from .surface import basis
+
+STRATA = 6
+"""Runs of each block under each motion."""
+DEGREE = 1
+LIKELY = 0.01
+"""Probability below which a ratio is not on the plane by chance."""
+
+
+class RatePlane(NamedTuple):
+    """Plane of ln ratios of rates without a form to those of curves: coefficients, their covariance (term, term).
+
+    apart: ln ratio by which single blocks differ from the plane beyond chance, 0 where none does.
+    """
+
+    coefficients: Array
+    covariance: Array
+    apart: float
+
+    def at(self, points: Array) -> tuple[Array, Array]:
+        """Return ln ratios at points (point, axis), and their standard errors."""
+        rows = basis(points, DEGREE)
+        return times(rows, self.coefficients), np.sqrt(squares(rows, self.covariance))
+
+
+class RateCheck(NamedTuple):
+    """Ln ratios of the rates of checked blocks (block,) and their standard errors, NaN where nothing fell."""
+
+    ratio: Array
+    error: Array
+    plane: RatePlane
+
+
+def rate_levels(hazard: HazardCurve, log_medians: Array, dispersions: Array, uniform: Array) -> tuple[Array, Array]:
+    """Return ln levels and weights, 1/year, (block, stratum, motion) of the runs of blocks (block,).
+
+    uniform (2, stratum, motion): numbers in [0, 1), the same for all blocks.
+    """
+    found = [
+        draw_levels(hazard_cells(hazard, middle, spread), middle, spread, uniform)
+        for middle, spread in zip(log_medians.tolist(), dispersions.tolist(), strict=True)
+    ]
+    return np.stack([x for x, _ in found]), np.stack([weights for _, weights in found])
+
+
+def check_rates(points: Array, curve_rates: Array, weights: Array, fell: Flags, motions: Index) -> RateCheck | None:
+    """Compare rates of curves (block,) with weighted runs (block, stratum, motion), motions (motion,) as clusters.
+
+    Returns
+    -------
+    RateCheck or None
+        None where fewer blocks fell than a plane has terms.
+    """
+    _, cluster = np.unique(motions, return_inverse=True)
+    k = int(cluster.max()) + 1
+    each = (weights * fell).sum(axis=1)
+    sums = np.stack([np.bincount(cluster, row, k) for row in each]) / (motions.size / k)
+    direct = sums.mean(axis=1)
+    used = direct > 0.0
+    rows = basis(points, DEGREE)
+    if used.sum() <= rows.shape[1]:
+        return None
+    influence = (sums[used] / direct[used, None] - 1.0) / k * np.sqrt(k / (k - 1.0))
+    ratio = np.log(direct[used] / curve_rates[used])
+    own = rows[used]
+    solved = np.linalg.solve(crossed(own, own), own.T)
+    coefficients = times(solved, ratio)
+    share = times(solved, influence)
+    plane_influence = times(own, share)
+    left = ratio - times(own, coefficients)
+    error = np.linalg.norm(influence - plane_influence, axis=1)
+    chance = 2.0 * scipy.special.stdtr(max(k - 2, 1), -np.abs(left / np.where(error > 0.0, error, np.inf)))
+    beyond = chance < LIKELY / used.sum()
+    apart = float(np.abs(left[beyond]).max()) if beyond.any() else 0.0
+    ratios, errors = np.full(len(points), np.nan), np.full(len(points), np.nan)
+    ratios[used], errors[used] = ratio, np.linalg.norm(influence, axis=1)
+    return RateCheck(ratios, errors, RatePlane(coefficients, times(share, np.ascontiguousarray(share.T)), apart))

@@ -1,0 +1,156 @@
+"""Many free-standing blocks as columns: a region of a million holds arrays of its sizes, and no object for each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import checks
+from ..aliases import Array, Flags
+from ..units import STANDARD_GRAVITY
+from .block import MAX_SIZE, MIN_ANGLE, UNIFORM_INERTIA_FACTOR, Block, describe_scene
+
+
+class BlockArray:
+    """Free-standing blocks on a rigid floor, as arrays.
+
+    Parameters
+    ----------
+    width, height : array_like, shape (block,)
+        Full outer sizes, m, > 0.
+    cm_height : array_like, shape (block,), optional
+        Heights of the centres of mass, m, between 0 and `height`; NaN or not given: mid-height.
+    inertia_factor : array_like, shape (block,), optional
+        lambda = I_O/(m R²), 1 < lambda <= 2; NaN or not given: 4/3, which needs a centre of mass at mid-height.
+    names : sequence of str, shape (block,), optional
+        Unique labels; by default ``block 1``, ``block 2``, …
+
+    Raises
+    ------
+    TypeError, ValueError
+        Columns of different lengths, values out of range (the first such block is named), names used twice.
+
+    Notes
+    -----
+    alpha, R, p as of `Block`, whose sizes and properties these are.
+
+    Examples
+    --------
+    >>> blocks = BlockArray([0.4, 0.5], [1.8, 1.6])
+    >>> len(blocks), blocks.p.round(4).tolist()
+    (2, [2.8245, 2.9623])
+    """
+
+    def __init__(
+        self,
+        width: Any,
+        height: Any,
+        cm_height: Any = None,
+        inertia_factor: Any = None,
+        names: Sequence[str] | None = None,
+    ) -> None:
+        self.width = _column("width", width)
+        self.height = _column("height", height, self.width.size)
+        n = self.width.size
+        given = None if names is None else np.asarray(names, dtype=np.str_)
+        self._check(self.width > 0.0, given, "width must be above 0 m", self.width)
+        self._check(self.height > 0.0, given, "height must be above 0 m", self.height)
+        for name, values in (("width", self.width), ("height", self.height)):
+            self._check(values <= MAX_SIZE, given, f"{name} must be at most {MAX_SIZE:g} m", values)
+        middle = 0.5 * self.height
+        centre = np.full(n, np.nan) if cm_height is None else _column("cm_height", cm_height, n, missing=True)
+        self.cm_height = np.where(np.isnan(centre), middle, centre)
+        inside = (self.cm_height > 0.0) & (self.cm_height < self.height)
+        self._check(inside, given, "cm_height must be above 0 and below the height", self.cm_height)
+        factor = (
+            np.full(n, np.nan) if inertia_factor is None else _column("inertia_factor", inertia_factor, n, missing=True)
+        )
+        plain = np.isclose(self.cm_height, middle, rtol=1e-9, atol=0.0)
+        text = "inertia_factor must be given where cm_height is not mid-height"
+        self._check(plain | ~np.isnan(factor), given, text, self.cm_height)
+        self.inertia = np.where(np.isnan(factor), UNIFORM_INERTIA_FACTOR, factor)
+        within = (self.inertia > 1.0) & (self.inertia <= 2.0)
+        self._check(within, given, "inertia_factor must be above 1 and at most 2", self.inertia)
+        upright = (self.alpha >= MIN_ANGLE) & (self.alpha <= 0.5 * np.pi - MIN_ANGLE)
+        self._check(upright, given, "the slenderness angle must be inside (0, pi/2)", self.alpha)
+        self._names = given
+        if given is not None:
+            if given.shape != (n,):
+                raise ValueError(f"names must be one for each of the {n:,} blocks, got {given.shape}")
+            if np.unique(given).size < n:
+                values, counts = np.unique(given, return_counts=True)
+                raise ValueError(f"names must be unique, got {str(values[counts > 1][0])!r:.60} more than once")
+
+    @classmethod
+    def of(cls, blocks: Block | Iterable[Block] | BlockArray) -> BlockArray:
+        """Return blocks as columns; TypeError for others, ValueError where one does not stand free."""
+        if isinstance(blocks, BlockArray):
+            return blocks
+        if not isinstance(blocks, Block | Iterable):
+            raise TypeError(f"blocks must be Blocks or a BlockArray, got {checks.kind(blocks)}")
+        found = [blocks] if isinstance(blocks, Block) else list(blocks)
+        for one in found:
+            if not isinstance(one, Block):
+                raise TypeError(f"blocks must be Blocks or a BlockArray, got {checks.kind(one)}")
+            if describe_scene(one) or one.edge is not None:
+                raise ValueError(f"{one.label!r} does not stand free on a rigid floor: {', '.join(one.scene_words)}")
+        return cls(
+            [one.width for one in found],
+            [one.height for one in found],
+            [one.h for one in found],
+            [one.inertia for one in found],
+            [one.label for one in found],
+        )
+
+    @staticmethod
+    def _check(good: Flags, names: NDArray[np.str_] | None, text: str, values: Array) -> None:
+        if good.all():
+            return
+        first = int(np.argmin(good))
+        whose = f"block {first + 1}" if names is None or names.shape != good.shape else repr(str(names[first]))
+        raise ValueError(f"{text}, got {values[first]:g} of {whose:.80}")
+
+    def __len__(self) -> int:
+        return int(self.width.size)
+
+    @property
+    def names(self) -> NDArray[np.str_]:
+        """Labels (block,)."""
+        if self._names is None:
+            return np.char.add("block ", np.arange(1, len(self) + 1).astype(np.str_))
+        return self._names
+
+    @property
+    def alpha(self) -> Array:
+        """Slenderness angles (block,), rad."""
+        return np.arctan2(0.5 * self.width, self.cm_height)
+
+    @property
+    def R(self) -> Array:
+        """Distances from centre of mass to corner (block,), m."""
+        return np.hypot(0.5 * self.width, self.cm_height)
+
+    @property
+    def p(self) -> Array:
+        """Frequency parameters sqrt(g/(lambda R)) (block,), rad/s."""
+        return np.asarray(np.sqrt(STANDARD_GRAVITY / (self.inertia * self.R)))
+
+
+def _column(name: str, values: Any, size: int | None = None, missing: bool = False) -> Array:
+    """Return a column of finite numbers, or NaN where one may be missing."""
+    try:
+        found = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be real numbers, got {checks.kind(values)}") from None
+    if found.ndim != 1 or not found.size:
+        raise ValueError(f"{name} must be a column of at least one block, got the shape {found.shape}")
+    if size is not None and found.size != size:
+        raise ValueError(f"{name} must have {size:,} entries, as width has, got {found.size:,}")
+    bad = ~np.isfinite(found) & ~(np.isnan(found) & missing)
+    if bad.any():
+        first = int(np.argmax(bad))
+        raise ValueError(f"{name} must be finite, got {found[first]} of block {first + 1}")
+    return found

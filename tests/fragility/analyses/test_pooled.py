@@ -1,0 +1,172 @@
+"""Pooled curves of many blocks end to end: against runs of the blocks themselves, equal bytes, region, refusals."""
+
+import json
+
+import dask
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.benchmarks.sequential.regions import direct_medians, kink
+from toppling.fragility import HazardCurve, pooled, surface_curves
+from toppling.models import BlockArray
+
+SHAKES = tp.motions.CloughPenzien(duration=8.0, dt=0.01)
+LAWS = [tp.HousnerImpact(), tp.EnergyConsistent()]
+COARSE = {"median": 0.12, "motions": {"least": 64, "most": 4000}}
+HAZARD = HazardCurve.power_law(1e-3, 2.0, "pga")
+
+
+def region(number, seed=0, narrow=1.0):
+    """Blocks at random between 3 and 6 times as high as wide, R from 0.5 to 1.5 m."""
+    random = np.random.default_rng(seed)
+    slender, size = (
+        np.exp(np.log(mid) + narrow * np.log(far) * random.uniform(-1, 1, number))
+        for mid, far in ((4.24, 1.41), (0.87, 1.73))
+    )
+    alpha = np.arctan(1.0 / slender)
+    return BlockArray(2.0 * size * np.sin(alpha), 2.0 * size * np.cos(alpha))
+
+
+@pytest.fixture(scope="module")
+def found():
+    return pooled(region(2000), LAWS, SHAKES, "pga", COARSE, hazard=HAZARD, seed=1)
+
+
+def test_layout(found):
+    assert dict(found["median"].sizes) == {"block": 2000, "model": 2}
+    assert found["stopped_because"].values.tolist() == ["precision reached"] * 2
+    assert found.attrs["design"] == "pooled"
+    assert bool((found["half_width"] <= 0.12).all())
+    assert bool((found["median_lower"] < found["median"]).all() & (found["median"] < found["median_upper"]).all())
+    assert bool((found["rate_lower"] < found["rate"]).all() & (found["rate"] < found["rate_upper"]).all())
+    # the widest of the region, whose corners are blocks of it
+    widest = (found["median_upper"] / found["median"] - 1.0).max("block")
+    np.testing.assert_allclose(widest, found["half_width"], rtol=0.05)
+    assert found.sizes["pooled_run"] == 16 * int(found["motions_run"].sum())
+    assert json.loads(found.attrs["configuration"])["until"] == COARSE
+    for one in found.variables.values():
+        assert one.attrs["units"]
+        assert one.attrs["long_name"]
+
+
+def test_medians_are_those_of_runs_of_the_blocks_themselves(found):
+    tested = region(12, seed=5, narrow=0.9)
+    curves = surface_curves(found, tested)
+    blocks = [tp.Block(w, h, name=name) for w, h, name in zip(tested.width, tested.height, tested.names, strict=True)]
+    for i, law in enumerate(LAWS):
+        truth, error = direct_medians(blocks, law, curves.isel(model=[i]), 1500, SHAKES)
+        assert error.max() < 0.02
+        lower, upper = (np.log(curves[f"median_{end}"].values[:, i]) for end in ("lower", "upper"))
+        assert ((lower - 2 * error < truth) & (truth < upper + 2 * error)).all()
+
+
+def test_runs_are_runs(found):
+    """Single runs of the analysis' own blocks are those of `ida` of these blocks at these levels."""
+    for i in np.random.default_rng(3).integers(0, found.sizes["pooled_run"], 12):
+        run = found.isel(pooled_run=i)
+        p, inertia = float(run["run_p"]), float(run["run_inertia_factor"])
+        block = tp.Block.from_slenderness(
+            float(run["run_alpha"]), tp.units.STANDARD_GRAVITY / (inertia * p**2), inertia
+        )
+        motion = SHAKES.sample(1, 1, int(run["run_motion"]))
+        own = tp.ida(block, LAWS[int(run["run_model"])], motion, [float(run["run_level"])], "pga", ["overturned"])
+        assert bool(own["overturned"].squeeze()) == bool(run["run_overturned"])
+
+
+def test_bytes_depend_neither_on_workers_nor_on_the_order_of_blocks_in_their_columns(found):
+    with dask.config.set(num_workers=1):
+        again = pooled(region(2000), LAWS, SHAKES, "pga", COARSE, hazard=HAZARD, seed=1)
+    xr.testing.assert_identical(again.drop_attrs(deep=False), found.drop_attrs(deep=False))
+    other = pooled(region(2000), LAWS, SHAKES, "pga", COARSE, seed=2)
+    assert not np.array_equal(other["median"].values, found["median"].values)
+
+
+def test_curves_of_further_blocks_and_of_none_outside(found):
+    columns = region(2000)
+    some = BlockArray(columns.width[:5], columns.height[:5])
+    curves = surface_curves(found, some, HAZARD)
+    for name in ("median", "median_lower", "dispersion", "rate", "rate_upper"):
+        np.testing.assert_array_equal(curves[name].values, found[name].values[:5])
+    with pytest.raises(ValueError, match="'tower' and 0 more are outside the region"):
+        surface_curves(found, tp.Block(0.3, 4.0, name="tower"))
+    with pytest.raises(ValueError, match="surface must be a result of"):
+        surface_curves(xr.Dataset(), some)
+    with pytest.raises(ValueError, match="hazard must be that of the analysis"):
+        surface_curves(found, some, HazardCurve.power_law(2e-3, 2.0, "pga"))
+
+
+def test_surfaces_are_kept_in_files(found, tmp_path):
+    found.to_netcdf(tmp_path / "surface.nc")
+    with xr.open_dataset(tmp_path / "surface.nc") as read:
+        np.testing.assert_array_equal(
+            surface_curves(read, region(9, 5, 0.9), HAZARD)["rate"],
+            surface_curves(found, region(9, 5, 0.9), HAZARD)["rate"],
+        )
+
+
+def test_rates_are_near_those_of_weighted_runs(found):
+    """Against adaptive levels, whose rates have no form of curve and share no run with these."""
+    columns = region(4, 7, 0.8)
+    curves = surface_curves(found, columns, HAZARD)
+    for i in range(4):
+        block = tp.Block(columns.width[i], columns.height[i], name="block")
+        other = tp.ida(block, LAWS[1], SHAKES, "adaptive", "pga", until={"rate": 0.1}, hazard=HAZARD, seed=4)
+        assert abs(float(curves["rate"][i, 1]) / float(other["rate"].squeeze()) - 1.0) < 0.15
+
+
+@pytest.mark.slow
+def test_a_kink_is_found_and_widens_every_interval():
+    found = kink()
+    assert float(found["lack_of_fit"][0]) > 0.05
+    assert "differ from the surface beyond chance" in found["account"].values[0]
+    assert float((found["median_upper"] / found["median"]).min()) > 1.05
+
+
+def test_one_block_and_one_size():
+    one = pooled(tp.Block(0.4, 1.8, name="alone"), LAWS[1], SHAKES, until=COARSE)
+    other = tp.ida(tp.Block(0.4, 1.8, name="alone"), LAWS[1], SHAKES, "adaptive", "pga", until={"median": 0.05}, seed=9)
+    assert one.sizes["region_axis"] == 0
+    assert abs(float(np.log(one["median"].squeeze() / other["median"].squeeze()))) < 0.15
+    sizes = pooled([tp.Block.from_slenderness(0.2, r) for r in (0.5, 0.8, 1.2)], LAWS[1], SHAKES, until=COARSE)
+    assert sizes.sizes["region_axis"] == 1
+
+
+def test_a_set_of_motions_and_its_end():
+    motions = SHAKES.sample(80)
+    found = pooled(region(20), LAWS[1], motions, until={"median": 0.02})
+    assert found["stopped_because"].values.tolist() == ["no more motions"]
+    assert found["motions_run"].values.tolist() == [80]
+    assert "no more motions, the precision takes about" in found["account"].values[0]
+
+
+def test_what_is_not_in_the_surface_is_refused():
+    block = tp.Block(0.4, 1.8, depth=0.6)
+    cases = [
+        ({"models": tp.Sliding(0.3)}, "sliding ones differ"),
+        ({"im": "pga_normalised"}, "im must not depend on the block, got pga_normalised: give pga"),
+        ({"until": {"rate": 0.1}}, "until must name the median for pooled curves, got rate"),
+        ({"until": {"median": 0.1, "motions": {"least": 3000, "most": 2000}}}, "most"),
+        ({"blocks_per_motion": 0}, "blocks_per_motion must be"),
+        ({"blocks_per_motion": 1000}, "blocks_per_motion must be at most 256"),
+        ({"motions": SHAKES.sample(8)}, "motions must be 64 at least"),
+        (
+            {"hazard": HazardCurve.power_law(1e-3, 2.0, "pgv")},
+            "hazard must be of the measure of the levels, 'pga', got 'pgv'",
+        ),
+        ({"blocks": tp.Block(0.4, 1.8, wall=tp.Wall(0.01))}, "does not stand free"),
+        ({"blocks": tp.Block(2.0, 1.0)}, "explicit e"),
+    ]
+    for own, text in cases:
+        arguments = {"blocks": block, "models": LAWS[1], "motions": SHAKES, **own}
+        with pytest.raises(ValueError, match=text):
+            pooled(**arguments)
+    with pytest.raises(TypeError, match="hazard must be a HazardCurve"):
+        pooled(block, LAWS[1], SHAKES, hazard=3)
+
+
+def test_what_needs_runs_of_each_block_refuses_surfaces(found):
+    for function in (tp.fit_fragility, tp.overturning_probability, tp.fragility.overturning_capacity):
+        with pytest.raises((ValueError, TypeError, KeyError)):
+            function(found)

@@ -1,0 +1,114 @@
+"""Surfaces of medians and dispersions: against another optimiser, another library's errors, and resampling."""
+
+import math
+
+import numpy as np
+import pytest
+import scipy
+import statsmodels.api as sm
+
+from toppling.fragility.surfaces.surface import Pool, added_terms, basis, exponents, fit_surface
+
+
+def pool(seed=0, motions=200, each=8, variables=2, together=0.5):
+    """Runs of blocks whose ln median is a cubic and whose dispersion changes; verdicts of a motion are dependent."""
+    random = np.random.default_rng(seed)
+    points = random.uniform(-1.0, 1.0, (motions * each, variables))
+    motion = np.repeat(np.arange(motions), each)
+    common, own = random.standard_normal(motions)[motion], random.standard_normal(motions * each)
+    x = truth(points) + random.uniform(-0.8, 0.8, len(points))
+    capacity = truth(points) + spread(points) * (math.sqrt(together) * common + math.sqrt(1.0 - together) * own)
+    return Pool(points, x, capacity < x, motion)
+
+
+def truth(points):
+    return 0.3 + 0.5 * points[:, 0] + 0.2 * points[:, 0] ** 3 - 0.1 * points[:, -1] ** 2
+
+
+def spread(points):
+    return 0.3 * np.exp(0.2 * points[:, 0])
+
+
+@pytest.mark.parametrize(("variables", "degree"), [(1, 4), (2, 3), (3, 2), (0, 3)])
+def test_terms_are_all_products_up_to_the_degree(variables, degree):
+    terms = exponents(variables, degree)
+    assert len(terms) == math.comb(variables + degree, degree)
+    assert terms.sum(axis=1).tolist() == sorted(terms.sum(axis=1).tolist())
+    points = np.random.default_rng(1).uniform(-1.0, 1.0, (5, variables))
+    by_hand = np.array(
+        [[math.prod(scipy.special.eval_chebyt(k, v) for k, v in zip(t, p, strict=True)) for t in terms] for p in points]
+    )
+    np.testing.assert_allclose(basis(points, degree), by_hand, rtol=1e-13)
+
+
+def test_likelihood_is_greatest():
+    """Against BFGS on the likelihood written down plainly."""
+    runs = pool()
+    found = fit_surface(runs, (3, 1))
+    middle, width = basis(runs.points, 3), basis(runs.points, 1)
+
+    def loss(c):
+        z = (runs.x - middle @ c[:10]) / np.exp(width @ c[10:])
+        return -scipy.special.log_ndtr(np.where(runs.fell, z, -z)).sum()
+
+    other = scipy.optimize.minimize(
+        loss, found.coefficients + 0.05, method="BFGS", options={"gtol": 1e-6, "maxiter": 2000}
+    )
+    assert loss(found.coefficients) <= other.fun + 1e-6
+    np.testing.assert_allclose(found.coefficients, other.x, atol=2e-4)
+
+
+def test_medians_and_dispersions_are_those_of_the_truth():
+    found = fit_surface(pool(motions=2000), (3, 1))
+    points = np.random.default_rng(2).uniform(-1.0, 1.0, (50, 2))
+    middle, error = found.log_medians(points)
+    assert np.abs((middle - truth(points)) / error).max() < 4.0
+    assert np.sqrt(np.mean((middle - truth(points)) ** 2)) < 0.02
+    wide, error = found.log_dispersions(points)
+    assert np.abs((wide - np.log(spread(points))) / error).max() < 4.0
+
+
+def test_errors_with_one_dispersion_are_those_of_another_library():
+    """A surface with a constant dispersion is a probit regression; statsmodels has its clustered sandwich."""
+    runs = pool()
+    found = fit_surface(runs, (1, 0))
+    table = np.column_stack([runs.x, -basis(runs.points, 1)])
+    other = sm.Probit(runs.fell.astype(float), table).fit(
+        disp=0, cov_type="cluster", cov_kwds={"groups": runs.motion, "use_correction": False}
+    )
+    slope = other.params[0]
+    np.testing.assert_allclose(found.coefficients[:3], other.params[1:] / slope, atol=1e-5)
+    np.testing.assert_allclose(found.coefficients[3], -math.log(slope), atol=1e-5)
+    by = np.column_stack([-other.params[1:] / slope**2, np.eye(3) / slope])
+    k = found.motions
+    ours = found.covariance[:3, :3] * (k - 4) / k
+    # (statsmodels has the observed information, and here the expected one stands: equal in the limit)
+    np.testing.assert_allclose(np.sqrt(np.diag(ours)), np.sqrt(np.diag(by @ other.cov_params() @ by.T)), rtol=0.05)
+
+
+def test_errors_are_those_of_repetitions():
+    found = [fit_surface(pool(seed, motions=150), (2, 1)) for seed in range(150)]
+    points = np.array([[-1.0, -1.0], [0.0, 0.0], [1.0, 0.5]])
+    middle = np.array([one.log_medians(points)[0] for one in found])
+    error = np.array([one.log_medians(points)[1] for one in found])
+    np.testing.assert_allclose(middle.std(axis=0), np.sqrt((error**2).mean(axis=0)), rtol=0.2)
+
+
+def test_terms_that_are_not_there_are_rarely_found_and_those_that_are_always():
+    found = []
+    for seed in range(100):
+        runs = pool(seed, motions=150, variables=1)
+        found.append(added_terms(fit_surface(runs, (3, 1)), fit_surface(runs, (4, 1))) < 0.05)
+    assert 0 < sum(found) <= 14
+    runs = pool(motions=1500, variables=1)
+    assert added_terms(fit_surface(runs, (1, 1)), fit_surface(runs, (3, 1))) < 1e-4
+
+
+def test_what_has_no_greatest_likelihood_has_no_surface():
+    runs = pool(motions=40)
+    middle = truth(runs.points)
+    assert fit_surface(runs._replace(fell=runs.x > middle), (3, 1)) is None
+    assert fit_surface(runs._replace(fell=np.ones_like(runs.fell)), (1, 0)) is None
+    assert fit_surface(runs.some(np.arange(runs.x.size) < 8), (3, 1)) is None
+    same = runs._replace(points=np.zeros_like(runs.points))
+    assert fit_surface(same, (1, 0)) is None
