@@ -25,6 +25,8 @@ KINDS: dict[str, str] = {
     "duration": "records longer than 900 s",
     "selection": "stripes whose motions do not agree with the hazard, disaggregations of another level",
     "ringing": "floor motions that end while the building sways with more than a fifth of its peak acceleration",
+    "collapse": "ground motions under which a building that yields collapses",
+    "strike": "motions under which an isolated platform moves further than its clearance",
     "slides on": "motions at whose end blocks still slide: they lack their end, or friction is next to nothing",
     "misfit": "matched motions whose mean misfit is above what is allowed, or whose PGV or PGD leave their bounds",
 }

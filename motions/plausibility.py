@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import xarray as xr
 
+from ..aliases import Index
 from ..doubts import Doubt, first_names, first_of
 from ..units import STANDARD_GRAVITY
 from ..wording import short_digits, two_digit_percent
@@ -130,6 +131,17 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     noise = "another time step than the file says, or noise before and after (window)?"
     doubt("duration", long, f"lasts longer than {LONGEST:g} s", f"last longer than {LONGEST:g} s", noise)
     return found
+
+
+def collapse_doubts(labels: Sequence[str], collapsed: Index, factor: float = 1.0) -> list[Doubt]:
+    """Return the doubt in a building that collapses under motions times a factor: its storey (motion,), 0 for none."""
+    fallen = [label for label, storey in zip(labels, collapsed, strict=True) if storey]
+    if not fallen:
+        return []
+    times = f"times {factor:g}: " if factor != 1.0 else ""
+    still = "its floors are still from then on, and what becomes of things on them is not known"
+    of = f"{len(fallen):,} of {len(labels):,} motions ({times}{first_names(fallen)})"
+    return [Doubt("collapse", f"the building collapses under {of}: {still}")]
 
 
 def ringing_doubts(floor_motions: Iterable[xr.DataArray]) -> list[Doubt]:

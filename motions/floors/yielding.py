@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -18,12 +17,12 @@ import numpy as np
 import xarray as xr
 
 from ... import checks
-from ...aliases import Array, Index
+from ...aliases import Array
 from ...doubts import warn
 from ...units import ACCELERATION, DIMENSIONLESS, METRE, STANDARD_GRAVITY, VELOCITY, provenance
 from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
 from ..kernels.yielding import storey_response
-from ..plausibility import record_doubts
+from ..plausibility import collapse_doubts, record_doubts
 
 HARDENING = 0.03
 COLLAPSE_DRIFT = 0.1
@@ -148,7 +147,6 @@ class YieldingBuilding:
                     values[i, j, one.end :] = 0.0
             ductility[i] = (one.peaks / self.yield_drifts).max()
             collapsed[i] = one.collapsed
-        self._warn(plain, collapsed, scale)
         of = f" times {scale:g}" if scale != 1.0 else ""
         labels = np.array([record.label for record in plain], dtype=object)
         sources = np.array([f"{self.description}, {record.source}{of}" for record in plain], dtype=object)
@@ -156,7 +154,7 @@ class YieldingBuilding:
         drift = "greatest drift of a storey over its yield drift"
         storey = "storey that collapsed, from 1; 0 for none"
         level = "belongs to the strength of its ground motion, and must not be scaled"
-        return (
+        found = (
             floor_array(values, plain[0].dt, labels, sources, chosen, self.heights[chosen], own)
             .assign_coords(
                 {
@@ -167,6 +165,8 @@ class YieldingBuilding:
             )
             .assign_attrs(building=json.dumps(self._described() | {"factor": scale}, ensure_ascii=False))
         )
+        warn(collapse_doubts(labels.tolist(), collapsed, scale), CollapsingBuilding)
+        return found
 
     def response(self, motions: xr.DataArray, factors: Any = 1.0) -> xr.Dataset:
         """Return peaks of floors and storeys under ground motions times factors.
@@ -209,7 +209,7 @@ class YieldingBuilding:
                 floor[1, k, i] = [np.abs(speed).max(), *np.abs(absolute).max(axis=1)]
                 storey[:, k, i] = one.peaks, one.peaks / self.yield_drifts, one.residual
                 collapsed[k, i] = one.collapsed
-            self._warn(plain, collapsed[k], scale)
+            warn(collapse_doubts([record.label for record in plain], collapsed[k], scale), CollapsingBuilding)
         on_floor, on_storey = ("factor", "motion", "floor"), ("factor", "motion", "storey")
         numbers = np.arange(1, storeys + 1)
         return xr.Dataset(
@@ -259,18 +259,6 @@ class YieldingBuilding:
         )
         _, storey, end = (int(one) for one in found)
         return Response(accelerations, velocities, peaks, residual, storey + 1, end)
-
-    def _warn(self, plain: list[Record], collapsed: Index, factor: float) -> None:
-        """Warn of motions that collapse the building."""
-        fallen = [record.label for record, storey in zip(plain, collapsed, strict=True) if storey]
-        if fallen:
-            shown = ", ".join(fallen[:3]) + (f" and {len(fallen) - 3} more" if len(fallen) > 3 else "")
-            warnings.warn(
-                f"the building collapses under {len(fallen)} of {len(plain)} motions (times {factor:g}: {shown}): its "
-                "floors are still from then on, and what becomes of things on them is not known",
-                CollapsingBuilding,
-                stacklevel=3,
-            )
 
     def _chosen(self, floors: Sequence[int] | None) -> list[int]:
         if floors is None:

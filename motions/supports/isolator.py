@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ import xarray as xr
 
 from ... import checks
 from ...aliases import Array
+from ...doubts import Doubt, warn
 from ...units import STANDARD_GRAVITY
 from ..arrays import records
 from ..kernels.pendulum import pendulum_response
@@ -20,11 +21,25 @@ from .support import Support
 
 FINE = 1e-3
 """Greatest time between samples of motions on a friction pendulum, whose acceleration jumps, s."""
+LEAST_PERIOD, MOST_PERIOD = 0.01, 100.0
 BILINEAR, PENDULUM = "bilinear", "pendulum"
 
 
 class IsolatorStrikes(UserWarning):
     """Warning of motions under which an isolated platform moves further than its clearance."""
+
+
+def strike_doubts(found: Sequence[xr.DataArray], clearance: float) -> list[Doubt]:
+    """Return the doubt in a platform that moves further than its clearance, m (its ``support_displacement``)."""
+    ways = np.concatenate([one["support_displacement"].values.ravel() for one in found])
+    far = int((ways > clearance).sum())
+    if not far:
+        return []
+    what = (
+        f"the platform would strike its stops, {clearance:g} m away, under {far} of {ways.size} motions, by up to "
+        f"{ways.max():.3g} m: strikes are not modelled"
+    )
+    return [Doubt("strike", what)]
 
 
 @dataclass(frozen=True)
@@ -63,7 +78,8 @@ class Isolator:
         >>> round(Isolator.linear(2.5, 0.1).transmissibility(1.0), 10)
         0.211999576
         """
-        return Support(1.0 / checks.number("period", period, above=0.0, unit="s"), damping, mass_ratio, one_way)
+        known = checks.number("period", period, at_least=LEAST_PERIOD, at_most=MOST_PERIOD, unit="s")
+        return Support(1.0 / known, damping, mass_ratio, one_way)
 
     @classmethod
     def bilinear(
@@ -134,7 +150,7 @@ class Isolator:
         return cls(PENDULUM, period, friction, 0.0, clearance, mass_ratio, one_way)
 
     def __post_init__(self) -> None:
-        checks.number("period", self.period, at_least=0.01, at_most=100.0, unit="s")
+        checks.number("period", self.period, at_least=LEAST_PERIOD, at_most=MOST_PERIOD, unit="s")
         name = "friction" if self.kind == PENDULUM else "strength"
         checks.number(name, self.strength, above=0.0, below=1.0)
         if not self.clearance > 0.0:
@@ -179,15 +195,7 @@ class Isolator:
             return self._pendulum(acceleration, dt, parts) if slides else self._bilinear(acceleration, dt)
 
         found = chained(motions, on_top, repr(self), parts, scale, level=True)
-        far = int((found["support_displacement"] > self.clearance).sum())
-        if far:
-            warnings.warn(
-                f"the platform would strike its stops, {self.clearance:g} m away, under {far} of "
-                f"{found['support_displacement'].size} motions, by up to "
-                f"{float(found['support_displacement'].max()):.3g} m: strikes are not modelled",
-                IsolatorStrikes,
-                stacklevel=2,
-            )
+        warn(strike_doubts([found], self.clearance), IsolatorStrikes)
         return found
 
     def _pendulum(self, acceleration: Array, dt: float, parts: int) -> Motion:

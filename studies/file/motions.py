@@ -58,13 +58,16 @@ class EnvelopeTable(Table):
 BUILDINGS: dict[str, tuple[set[str], set[str]]] = {
     "ground": (set(), set()),
     "flexural-shear": ({"period_s", "alpha0", "storeys"}, {"period_s"}),
-    "storeys": ({"masses_kg", "stiffnesses_n_m"}, {"masses_kg", "stiffnesses_n_m"}),
+    "storeys": (
+        {"masses_kg", "stiffnesses_n_m", "yield_coefficient", "hardening", "p_delta"},
+        {"masses_kg", "stiffnesses_n_m"},
+    ),
 }
 """Kinds of buildings, each with its own keys and the keys that must be given."""
 
 
 class BuildingTable(Table):
-    """An elastic building between the motions and the blocks."""
+    """A building between the motions and the blocks: elastic, or with storeys that yield."""
 
     name: Annotated[
         str | None,
@@ -98,6 +101,19 @@ class BuildingTable(Table):
     storey_height_m: Annotated[
         float | list[float] | None, KeyInfo(3.0, above=0.0), Field(description="Height of all storeys, or of each, m.")
     ] = None
+    yield_coefficient: Annotated[
+        float | list[float] | None,
+        KeyInfo("elastic", above=0.0),
+        Field(description="Yield strength of the lowest storey, or of each, over the weight of the building."),
+    ] = None
+    hardening: Annotated[
+        float | None,
+        KeyInfo(0.03, at_least=0.0, below=1.0),
+        Field(description="Stiffness of storeys after yielding over that before."),
+    ] = None
+    p_delta: Annotated[
+        bool | None, KeyInfo(False), Field(description="Whether the weight above softens storeys as they drift.")
+    ] = None
     modes: Annotated[
         int | None, KeyInfo("6, or all of `storeys`", at_least=1), Field(description="Number of modes.")
     ] = None
@@ -105,7 +121,7 @@ class BuildingTable(Table):
         list[int] | None, KeyInfo("all", at_least=0), Field(description="Floors with blocks; 0 is the ground.")
     ] = None
 
-    def build(self) -> shaking.Building:
+    def build(self) -> shaking.Building | shaking.YieldingBuilding:
         """Make the building; ValueError where a key does not belong to it or is out of range."""
         own, needed = BUILDINGS[self.kind]
         refuse_foreign(
@@ -114,17 +130,27 @@ class BuildingTable(Table):
         missing = sorted(name for name in needed if getattr(self, name) is None)
         if missing:
             raise ValueError(f"kind {self.kind!r} needs {' and '.join(missing)}")
+        for key in ("hardening", "p_delta"):
+            if getattr(self, key) is not None and not self.yields:
+                raise ValueError(f"{key} needs yield_coefficient: an elastic building does not yield")
         given = self.model_dump(exclude={"name", "kind", "floors"}, exclude_none=True)
-        options = {bare(key): value for key, value in given.items()}
+        options = {bare(key): value for key, value in given.items() if value is not False}
         make = shaking.Building.flexural_shear if self.kind == "flexural-shear" else shaking.Building.from_storeys
         return make(**options)
+
+    @property
+    def yields(self) -> bool:
+        """Whether storeys yield: floor motions then belong to the strength of their ground motions."""
+        return self.yield_coefficient is not None
 
     def made(self) -> shaking.Building:
         """Make the only building of a study; as `build`, but an error names the table."""
         try:
-            return self.build()
+            found = self.build()
         except ValueError as error:
             raise ValueError(f"building: {error}") from None
+        assert isinstance(found, shaking.Building)  # (others are refused with the file)
+        return found
 
     @property
     def floor_count(self) -> int:
@@ -139,7 +165,11 @@ class BuildingTable(Table):
             refuse_foreign(self, {"name", "kind"}, "kind 'ground'")
             name = self.name or "ground"
             return [array.expand_dims(floor=[name], axis=array.dims.index("time")) for array in ground]
-        moved = self.build().floor_motions(ground, self.floors)
+        building = self.build()
+        if isinstance(building, shaking.YieldingBuilding):
+            moved = [building.floor_motions(one, self.floors) for one in ground]
+        else:
+            moved = building.floor_motions(ground, self.floors)
         if self.name is None:
             return moved
         return [

@@ -6,6 +6,7 @@ are refused.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, NamedTuple, Self
@@ -15,14 +16,16 @@ import xarray as xr
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from ...aliases import Array
-from ...doubts import KINDS, noted
+from ...doubts import KINDS, Doubt, noted
 from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LINKS
 from ...fragility.runs.request import OF_ROCKING
+from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
 from ...models import Block
 from ...motions.arrays import REVERSE_OF
-from ...motions.plausibility import ringing_doubts
+from ...motions.plausibility import collapse_doubts, ringing_doubts
 from ...motions.polarity import BOTH, both_polarities
+from ...motions.scaling import scale_to
 from ..plan.designs import Cloud, Design, Incremental, Sequential, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
@@ -46,9 +49,9 @@ from .motions import PAIR, BuildingTable, MotionsTable
 from .refusals import refusal, refusals
 from .report import ReportTable
 from .selecting import Levels, SelectTable, selected
-from .sensitivity import SensitivityTable
+from .supports import SupportTable
 from .table import KeyInfo, RelativePath, StudyError, Table, all_errors, one_of
-from .uncertainty import UncertaintyTable
+from .uncertainty import SensitivityTable, UncertaintyTable
 
 
 class MotionSet(NamedTuple):
@@ -116,6 +119,11 @@ class StudyFile(Table):
         list[BuildingTable] | None,
         KeyInfo("none"),
         Field(min_length=1, max_length=100, description="Several, side by side, each with a name."),
+    ] = None
+    support: Annotated[
+        SupportTable | None,
+        KeyInfo("none: they stand on the floor"),
+        Field(description="A bench or an isolator between the floor and them."),
     ] = None
     ida: Annotated[IdaTable | None, Field(description="Every motion at every level.")] = None
     until: Annotated[
@@ -235,8 +243,12 @@ class StudyFile(Table):
         names = [one.name for one in self.buildings or []]
         if None in names or len(set(names)) < len(names):
             raise ValueError(f"buildings need a name each, all different, got {', '.join(map(str, names))}")
-        if self.performance is None and self.analysis.im_at == "ground" and not self._stand:
+        if self.performance is None and self.analysis.im_at == "ground" and not self._stand and self.support is None:
             raise ValueError(f"{analyses[0]}.im_at 'ground' needs a building, whose floors move with the ground")
+        if not self._scales:
+            self._check_what_does_not_scale()
+        if self.support is not None:
+            self._check_support()
         if self._stand and self.motions.floors_file is not None:
             raise ValueError("a building needs ground motions, got motions.floors_file, which are of floors already")
         if self._stand and self.motions.floors_index is not None:
@@ -244,6 +256,40 @@ class StudyFile(Table):
         if self.performance is None and self.motions.elastic is not None:
             raise ValueError("motions.elastic is for the floor histories of a performance study")
         return self
+
+    @property
+    def _scales(self) -> bool:
+        """Whether twice the ground motion gives twice the motion that shakes the blocks."""
+        return not any(one.yields for one in self._stand) and (self.support is None or self.support.scales)
+
+    def _check_what_does_not_scale(self) -> None:
+        """Raise a ValueError where a building that yields, or such an isolator, does not go with the analysis."""
+        what = "a building that yields" if any(one.yields for one in self._stand) else "an isolator that yields"
+        if self.performance is not None or self.ida is not None:
+            raise ValueError(
+                f"{what} needs stripes or cloud: what is above it does not scale, so that motions go through it at "
+                "each level"
+            )
+        if self.stripes is None or not self.stripes.scale:
+            return
+        if self.stripes.im_at != "ground":
+            raise ValueError(
+                f"{what} needs stripes.im_at = 'ground', where motions are scaled to their level, or scale = false"
+            )
+        if self.stripes.im in (SCALE, *BLOCK_MEASURES):
+            raise ValueError(f"{what} needs a measure of the ground motion, got {self.stripes.im}")
+
+    def _check_support(self) -> None:
+        """Raise a ValueError where a support does not go with the analysis."""
+        if self.performance is not None or self.sensitivity is not None:
+            raise ValueError("support is for the blocks of a study, not for an inventory or [sensitivity]")
+        if self.analysis.im_at != "ground":
+            raise ValueError("a support needs im_at = 'ground': levels are of the ground motion below it")
+
+    @property
+    def _scaled_before(self) -> bool:
+        """Whether motions are scaled to their level before they go through what does not scale."""
+        return self.stripes is not None and self.stripes.scale and not self._scales
 
     def _check_until(self) -> None:
         """Raise a ValueError where adaptive levels do not go with what else a study has."""
@@ -384,10 +430,10 @@ class StudyFile(Table):
                 raise ValueError(f"stripes.at[{i}]: {error}") from None
         refuse_samples(samples * (1 + sum(self._floor_counts())), "the motions of all stripes")
         found: list[MotionSet] = []
-        held = 0
+        held, levels = 0, self.stripes.levels().tolist()
         for i, table in enumerate(tables, start=1):
             try:
-                found.append(self._shaking(table, folder))
+                found.append(self._shaking(table, folder, levels[i - 1]))
                 held += sum(array.size for array in found[-1].motions)
                 refuse_samples(
                     held, "the motions of all stripes"
@@ -412,7 +458,8 @@ class StudyFile(Table):
         for i, stripe in enumerate(found):
             reading = Reading.of(stripe.ground)
             reading = reading._replace(doubts=(*(doubts if i == 0 else ()), *reading.doubts))
-            sets.append(self._in_buildings(stripe.ground, reading)._replace(selection=stripe.report))
+            level = float(stripe.report.attrs["level"])
+            sets.append(self._in_buildings(stripe.ground, reading, level)._replace(selection=stripe.report))
         refuse_samples(sum(array.size for one in sets for array in one.motions), "the motions of all stripes")
         return sets
 
@@ -429,28 +476,37 @@ class StudyFile(Table):
                 raise ValueError(refusal(error, together, MotionsTable, where)[0]) from None
         return found
 
-    def _shaking(self, motions: MotionsTable, folder: Path) -> MotionSet:
+    def _shaking(self, motions: MotionsTable, folder: Path, level: float = math.nan) -> MotionSet:
         counts = self._floor_counts()
         refuse_samples(motions.samples(folder) * (1 + sum(counts)), "motions on all floors")
         ground = motions.build(folder)
-        return self._in_buildings(ground, Reading.of(ground, motions.made_by(folder)))
+        return self._in_buildings(ground, Reading.of(ground, motions.made_by(folder)), level)
 
-    def _in_buildings(self, ground: list[xr.DataArray], reading: Reading) -> MotionSet:
-        """Return what ground motions make of the buildings that the blocks stand in."""
+    def _in_buildings(self, ground: list[xr.DataArray], reading: Reading, level: float = math.nan) -> MotionSet:
+        """Return what ground motions, of a stripe at a level (SI), make of the buildings that the blocks stand in."""
         counts = self._floor_counts()
-        if not self._stand:
+        if not self._stand and self.support is None:
             return MotionSet(tuple(ground), (), reading)
         refuse_samples(sum(array.size for array in ground) * (1 + sum(counts)), "motions on all floors")
-        floors: list[xr.DataArray] = []
+        if self._scaled_before:
+            ground = [scale_to(one, level, self.analysis.im) for one in ground]
+            reading = reading._replace(far=())  # (of the strength of motions that are not scaled)
+        floors: list[xr.DataArray] = [] if self._stand else ground
         for i, building in enumerate(self._stand, start=1):
             try:
                 with noted():  # (a study has doubts among its notes)
                     moved = building.shake(ground)
             except ValueError as error:
                 raise ValueError(f"{self._called(i)}: {error}") from None
-            floors.extend(moved)
-            if building.kind != "ground":
+            floors = [*floors, *moved]
+            if building.yields:
+                reading = reading._replace(doubts=(*reading.doubts, *_collapses(moved)))
+            elif building.kind != "ground":
                 reading = reading._replace(doubts=(*reading.doubts, *ringing_doubts(moved)))
+        if self.support is not None:
+            with noted():
+                floors, struck = self.support.carry(floors)
+            reading = reading._replace(doubts=(*reading.doubts, *struck))
         at_ground = self.performance is None and self.analysis.im_at == "ground"
         return MotionSet(tuple(floors), tuple(ground) if at_ground else (), reading)
 
@@ -487,9 +543,10 @@ class StudyFile(Table):
             reading = Reading.joined([one.reading for one in sets])
             shaken = tuple(one.motions for one in sets)
             selections = tuple(one.selection for one in sets if one.selection is not None)
+            scale = self.stripes.scale and not self._scaled_before
             if selections:  # (stripes that do not agree with the hazard may be left out)
                 levels = np.array([one.attrs["level"] for one in selections])
-            return Stripes(shaken, ground, self.stripes.im, levels, self.stripes.scale, reading, selections)
+            return Stripes(shaken, ground, self.stripes.im, levels, scale, reading, selections)
         if self.ida is not None and self.adaptive:
             return self._sequential(self.ida, first)
         if self.ida is not None:
@@ -526,3 +583,10 @@ def read_study_file(path: Path) -> StudyFile:
             origin = merged.origin.get(key[:2]) or merged.origin.get(key[:1]) or path
             said.append(message if origin == path else f"{message} (in {origin})")
         raise StudyError(f"{path}: {all_errors(said)}") from None
+
+
+def _collapses(floors: Iterable[xr.DataArray]) -> list[Doubt]:
+    """Return the doubt in floor motions of a building that yields."""
+    parts = list(floors)
+    labels = [label for one in parts for label in one["motion"].values.tolist()]
+    return collapse_doubts(labels, np.concatenate([one["collapsed"].values for one in parts]))

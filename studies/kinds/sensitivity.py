@@ -24,7 +24,7 @@ from ...motions import OneCycleSine
 from ...units import STANDARD_GRAVITY
 from ...wording import counted
 from ..file.schema import StudyFile
-from ..file.sensitivity import GIVEN, OWN, PREVIOUS, RIGID, Sweep
+from ..file.uncertainty import GIVEN, OWN, PREVIOUS, RIGID, Sweep
 from ..plan.designs import Incremental
 from ..plan.estimates import middle_level
 from ..sensitivity.claims import claims

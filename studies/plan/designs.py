@@ -281,6 +281,8 @@ class Stripes(Design):
     def check(self, blocks: Sequence[Block]) -> None:
         for i, (level, motions) in enumerate(zip(self.at, self.motions, strict=True)):
             plain = records(motions)
+            if not self.scale:  # (floors that belong to their level are not scaled to it)
+                plain = [one._replace(own_level=False) for one in plain]
             below = ground_of(plain, records(self.ground[i])) if self.ground else None
             scaling([level], plain, self.im, blocks, below)
 

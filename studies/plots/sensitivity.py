@@ -20,7 +20,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentF
 from ... import checks
 from ...aliases import Array, Index
 from ...wording import confidence_text
-from ..file.sensitivity import RIGID
+from ..file.uncertainty import RIGID
 from ..tables.sensitivity import GREEK, level_at, level_between, reference_name, reference_of
 from ..text.words import display_unit, input_name
 from . import axes, selection

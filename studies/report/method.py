@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -71,6 +71,21 @@ ASSUMPTIONS = (
 BUILDING_ASSUMPTION = (
     "The building responds elastically: floor motions follow from its modes, and neither the soil below it nor its "
     "contents change them."
+)
+YIELDING_ASSUMPTION = (
+    "Storeys of the building yield: each ground motion goes through it at its level, and its floor motions are not "
+    "scaled. Strengths follow a lateral load of the codes where only that of the lowest storey is given; neither the "
+    "soil below nor its contents change floor motions."
+)
+SUPPORTS = {
+    "bench": "bench",
+    "linear": "linear isolator",
+    "bilinear": "bilinear isolator",
+    "pendulum": "friction pendulum",
+}
+SUPPORT_ASSUMPTION = (
+    "Between the floor and the blocks there is a {kind}, whose motion shakes them; their reaction on it is left out, "
+    "and stops are not modelled."
 )
 
 
@@ -272,10 +287,20 @@ def method(results: xr.Dataset) -> list[str]:
     return [clean(one) for one in words if one]
 
 
+def _listed(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else []
+
+
 def assumptions(results: xr.Dataset) -> list[str]:
     """Return the assumptions of a study, one sentence each."""
     study = study_of(results)
-    building = [BUILDING_ASSUMPTION] if "building" in study or "buildings" in study else []
+    stand = [one for one in [study.get("building"), *_listed(study.get("buildings"))] if isinstance(one, dict)]
+    yields = [one for one in stand if "yield_coefficient" in one]
+    building = [BUILDING_ASSUMPTION] if len(yields) < len(stand) else []
+    building += [YIELDING_ASSUMPTION] if yields else []
+    support = study.get("support")
+    if isinstance(support, dict):
+        building.append(SUPPORT_ASSUMPTION.format(kind=SUPPORTS.get(str(support.get("kind")), "support")))
     motions = study.get("motions")
     if isinstance(motions, dict) and ("floors_index" in motions or motions.get("elastic")):
         building.append(HISTORIES_ASSUMPTION)

@@ -65,6 +65,8 @@ ODD = {
     "PGV/PGA": "the ratio PGV/PGA of a record is not that of an earthquake",
     "duration": "a record is longer than any earthquake",
     "ringing": "the floor motions end before the building has come to rest",
+    "collapse": "the building collapses under some motions",
+    "strike": "the isolated platform would strike its stops under some motions",
     "slides on": "motions end while blocks slide",
     "selection": "some selected motions do not agree with the hazard",
     "misfit": "the motions do not match their target spectrum",

@@ -16,7 +16,7 @@ import xarray as xr
 from ...aliases import Array, Flags
 from ...fragility.fitting.bootstrap import percentile_interval
 from ...wording import confidence_text, whole_percent
-from ..file.sensitivity import RIGID
+from ..file.uncertainty import RIGID
 
 HOLDS, FAILS, OPEN = "holds", "does not hold", "open"
 PAPER, OURS = "paper", "ours"

@@ -17,7 +17,7 @@ from ...models import Block, Law
 from ...models.friction import friction_at_impact
 from ...units import DIMENSIONLESS, HERTZ
 from ...wording import given_percent
-from ..file.sensitivity import RIGID, Sweep
+from ..file.uncertainty import RIGID, Sweep
 from .comparisons import Curves, excess, exponentials, flipped, swing, trend
 from .free_decay import free_decay
 

@@ -1,0 +1,110 @@
+"""Studies of blocks on benches and isolators: every run is that of the same steps in Python; what does not scale."""
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.motions import Building, CloughPenzien, Isolator, Support, scale_to
+from toppling.studies import StudyError
+
+HEAD = """
+title = "A vase on a platform"
+[[blocks]]
+name = "vase"
+width_m = 0.15
+height_m = 0.75
+[[models]]
+law = "energy-consistent"
+[motions]
+generator = "clough-penzien"
+number = 6
+duration_s = 8
+dt_s = 0.01
+seed = 3
+"""
+BUILDING = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nfloors = [5]\n'
+STRIPES = """
+[stripes]
+im = "pga"
+im_at = "ground"
+unit = "m/s2"
+[[stripes.at]]
+level = 2
+[[stripes.at]]
+level = 6
+"""
+IDA = '[ida]\nim = "pga"\nim_at = "ground"\nlevels = { values = [2, 6], unit = "m/s2" }\n'
+BENCH = '[support]\nkind = "bench"\nfrequency_hz = 9\n'
+LINEAR = '[support]\nkind = "linear"\nperiod_s = 2.0\ndamping = 0.15\n'
+BILINEAR = '[support]\nkind = "bilinear"\nperiod_s = 2.5\nstrength = 0.05\nclearance_mm = 1\n'
+PENDULUM = '[support]\nkind = "pendulum"\nradius_m = 1.5\nfriction = 0.05\n'
+
+
+def study(folder, *parts):
+    (folder / "study.toml").write_text(HEAD + "".join(parts))
+    return tp.Study.from_toml(folder / "study.toml")
+
+
+def ground(level=None):
+    made = CloughPenzien(duration=8.0, dt=0.01).sample(6, 3)
+    return made if level is None else scale_to(made, level, "pga")
+
+
+BLOCK, LAW = tp.Block(0.15, 0.75, name="vase"), tp.EnergyConsistent()
+
+
+@pytest.mark.parametrize(
+    ("table", "support"),
+    [(BENCH, Support(9.0)), (LINEAR, Isolator.linear(2.0, 0.15))],
+)
+def test_what_is_elastic_scales_with_the_ground(tmp_path, table, support):
+    result = study(tmp_path, table, IDA).run()
+    runs = tp.ida(BLOCK, LAW, support.motions(ground()), [2.0, 6.0], "pga", ground=ground())
+    np.testing.assert_allclose(result["peak_rotation"], runs["peak_rotation"], rtol=1e-9, atol=1e-12)
+    without = tp.ida(BLOCK, LAW, ground(), [2.0, 6.0], "pga")
+    assert np.abs(without["peak_rotation"] - runs["peak_rotation"].values).max() > 0.01
+    on_top = study(tmp_path, BUILDING, table, IDA).run()
+    floors = support.motions(Building.flexural_shear(0.5).floor_motions(ground(), [5]))
+    runs = tp.ida(BLOCK, LAW, floors, [2.0, 6.0], "pga", ground=ground())
+    np.testing.assert_allclose(on_top["peak_rotation"], runs["peak_rotation"], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("table", "support"),
+    [(BILINEAR, Isolator.bilinear(2.5, 0.05)), (PENDULUM, Isolator.pendulum(1.5, 0.05))],
+)
+def test_what_yields_answers_each_level(tmp_path, table, support):
+    result = study(tmp_path, table, STRIPES).run()
+    below = [ground(level) for level in (2.0, 6.0)]
+    runs = tp.stripes(BLOCK, LAW, [support.motions(one) for one in below], [2.0, 6.0], "pga", scale=False, ground=below)
+    np.testing.assert_allclose(result["peak_rotation"], runs["peak_rotation"], rtol=1e-9, atol=1e-12)
+    assert ("would strike its stops, 0.001 m away" in result.attrs["notes"]) == (table is BILINEAR)
+    cloud = study(tmp_path, table, '[cloud]\nim = "pga"\nim_at = "ground"\n').run()
+    own = tp.cloud(BLOCK, LAW, support.motions(ground()), "pga", ground=ground())
+    np.testing.assert_allclose(cloud["peak_rotation"], own["peak_rotation"], rtol=1e-9, atol=1e-12)
+
+
+def test_the_report_says_what_the_blocks_stand_on(tmp_path):
+    from toppling.studies.report.method import assumptions
+
+    result = study(tmp_path, PENDULUM, STRIPES).run()
+    assert any("there is a friction pendulum, whose motion shakes them" in one for one in assumptions(result))
+
+
+@pytest.mark.parametrize(
+    ("parts", "text"),
+    [
+        ((PENDULUM, IDA), "an isolator that yields needs stripes or cloud"),
+        ((BENCH, IDA.replace('im_at = "ground"\n', "")), "a support needs im_at = 'ground'"),
+        ((PENDULUM, STRIPES.replace('im_at = "ground"\n', "")), "needs stripes.im_at = 'ground'"),
+        (('[support]\nkind = "pendulum"\n', STRIPES), "kind 'pendulum' needs friction and radius_m"),
+        ((BENCH + "radius_m = 1\n", IDA), "kind 'bench' has no key 'radius_m'"),
+        ((BENCH + "mass_ratio = 0.3\n", IDA), "mass_ratio must be at most 0.1, got 0.3"),
+        ((LINEAR.replace("2.0", "200"), IDA), "period"),
+        ((BENCH.replace("9", "-9"), IDA), "frequency"),
+        (('[support]\nkind = "springs"\n', IDA), "springs"),
+    ],
+)
+def test_what_does_not_go_together_has_one_sentence(tmp_path, parts, text):
+    with pytest.raises(StudyError, match=text):
+        study(tmp_path, *parts)

@@ -1,0 +1,139 @@
+"""Studies of blocks in buildings that yield: every run is that of the same steps in Python; what does not scale."""
+
+import numpy as np
+import pytest
+
+import toppling as tp
+from toppling.motions import Building, CloughPenzien, scale_to
+from toppling.studies import StudyError
+
+TEXT = """
+title = "A cabinet in a building that yields"
+[[blocks]]
+name = "cabinet"
+width_m = 0.4
+height_m = 1.8
+[[models]]
+law = "energy-consistent"
+[motions]
+generator = "clough-penzien"
+number = 6
+duration_s = 8
+dt_s = 0.01
+seed = 3
+[building]
+kind = "storeys"
+masses_kg = [2e5, 2e5]
+stiffnesses_n_m = [2e8, 2e8]
+yield_coefficient = 0.15
+p_delta = true
+floors = [0, 2]
+[stripes]
+im = "Sa(0.5)"
+im_at = "ground"
+unit = "m/s2"
+[[stripes.at]]
+level = 4
+[[stripes.at]]
+level = 12
+motions = { seed = 5 }
+"""
+
+
+def study(folder, *changes, more=""):
+    text = TEXT
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "study.toml").write_text(text + more)
+    return tp.Study.from_toml(folder / "study.toml")
+
+
+def steps(make):
+    """The same in Python: ground motions scaled to each level, and their floors in a building."""
+    ground = [scale_to(CloughPenzien(duration=8.0, dt=0.01).sample(6, seed), level, "Sa(0.5)") for level, seed in AT]
+    building = make()
+    return ground, [building.floor_motions(one, floors=[0, 2]) for one in ground]
+
+
+AT = ((4.0, 3), (12.0, 5))
+
+
+def yielding():
+    return Building.from_storeys([2e5, 2e5], [2e8, 2e8], yield_coefficient=0.15, p_delta=True)
+
+
+def test_every_run_is_that_of_the_steps_in_python(tmp_path):
+    result = study(tmp_path).run()
+    ground, floors = steps(yielding)
+    assert all(float(one["ductility"].max()) > 1.0 for one in floors)
+    block, law = tp.Block(0.4, 1.8, name="cabinet"), tp.EnergyConsistent()
+    runs = tp.stripes(block, law, floors, [4.0, 12.0], "Sa(0.5)", scale=False, ground=ground)
+    np.testing.assert_allclose(result["peak_rotation"], runs["peak_rotation"], rtol=1e-9, atol=1e-12)
+    np.testing.assert_array_equal(result["overturned"], runs["overturned"])
+    np.testing.assert_allclose(result["ground_Sa(0.5)"], np.repeat([4.0, 12.0], 12), rtol=1e-12)
+    # on the ground floor it is the ground motion; above, an elastic building moves otherwise
+    _, elastic = steps(lambda: Building.from_storeys([2e5, 2e5], [2e8, 2e8]))
+    others = tp.stripes(block, law, elastic, [4.0, 12.0], "Sa(0.5)", scale=False, ground=ground)
+    apart = (np.abs(others["peak_rotation"] - runs["peak_rotation"]) > 1e-6).values.ravel()
+    on_ground = np.array(["floor 0" in one for one in runs["record"].values])
+    assert not apart[on_ground].any()
+    assert apart[~on_ground].sum() > 6
+
+
+def test_motions_as_they_are_and_other_buildings_beside(tmp_path):
+    scaled = study(tmp_path).run()
+    plain = study(tmp_path, ('unit = "m/s2"', 'unit = "m/s2"\nscale = false')).run()
+    assert not np.array_equal(plain["peak_rotation"], scaled["peak_rotation"])
+    both = (
+        ("[building]", '[[buildings]]\nname = "old"'),
+        (
+            "floors = [0, 2]",
+            'floors = [2]\n[[buildings]]\nname = "new"\nkind = "flexural-shear"\nperiod_s = 0.5\nfloors = [5]',
+        ),
+    )
+    result = study(tmp_path, *both).run()
+    assert set(result["floor"].values) == {"old 2", "new 5"}
+
+
+def test_collapse_is_said(tmp_path):
+    weak = ("yield_coefficient = 0.15", "yield_coefficient = 0.01")
+    result = study(
+        tmp_path, weak, ("level = 12", "level = 60"), ("masses_kg = [2e5, 2e5]", "masses_kg = [9e5, 9e5]")
+    ).run()
+    assert "the building collapses under" in result.attrs["notes"]
+    assert "what becomes of things on them is not known" in result.attrs["notes"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ([('im_at = "ground"\n', "")], "needs stripes.im_at = 'ground'"),
+        (
+            [('im = "Sa(0.5)"', 'im = "pga_normalised"'), ('unit = "m/s2"', 'unit = "1"')],
+            "needs a measure of the ground motion",
+        ),
+        ([("yield_coefficient = 0.15\n", "")], "p_delta needs yield_coefficient"),
+        ([("yield_coefficient = 0.15", "yield_coefficient = [0.1, 0.2, 0.3]")], "yield_coefficient"),
+        ([("yield_coefficient = 0.15", "yield_coefficient = 0")], "yield_coefficient"),
+        ([("p_delta = true", "hardening = 1.0")], "hardening"),
+        ([("p_delta = true", "modes = 1")], "modes must be left out where storeys yield"),
+        ([('kind = "storeys"', 'kind = "flexural-shear"\nperiod_s = 0.5')], "flexural-shear"),
+    ],
+)
+def test_what_does_not_go_together_has_one_sentence(tmp_path, changes, text):
+    with pytest.raises(StudyError, match=text):
+        study(tmp_path, *changes)
+
+
+def test_levels_that_scale_are_refused_and_clouds_do_not(tmp_path):
+    head = TEXT[: TEXT.index("[stripes]")]
+    path = tmp_path / "study.toml"
+    path.write_text(head + '[ida]\nim = "pga"\nim_at = "ground"\nlevels = { values = [1.0, 2.0], unit = "m/s2" }\n')
+    with pytest.raises(StudyError, match="a building that yields needs stripes or cloud"):
+        tp.Study.from_toml(path)
+    path.write_text(head + '[cloud]\nim = "pga"\nim_at = "ground"\n')
+    ground = CloughPenzien(duration=8.0, dt=0.01).sample(6, 3)
+    floors = yielding().floor_motions(ground, [0, 2])
+    runs = tp.cloud(tp.Block(0.4, 1.8, name="cabinet"), tp.EnergyConsistent(), floors, "pga", ground=ground)
+    np.testing.assert_allclose(tp.Study.from_toml(path).run()["peak_rotation"], runs["peak_rotation"], rtol=1e-9)
