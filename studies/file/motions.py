@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 import xarray as xr
 from pydantic import Field, model_validator
 
@@ -15,12 +16,15 @@ from ... import motions as shaking
 from ...doubts import noted
 from ...motions import RecordError
 from ...motions.arrays import BOTH_AXES, HORIZONTAL, VERTICAL, WEAK_AXIS
+from ...motions.intensity.peaks import peak_velocity
 from ...motions.matching.targets import EDITIONS
 from ...motions.pairs import RANDOM, correct_together, pair_up
 from ...motions.simulated.kanai_tajimi import BASELINES
 from ...motions.simulated.near_fault import WITH_PULSE
 from ...motions.simulated.scenario import FAULTINGS
 from ...motions.simulated.seismological import SITES
+from ...units import STANDARD_GRAVITY
+from ...wording import short_digits
 from ..plan.size import refuse_samples
 from .table import KeyInfo, RelativePath, Table, bare, construct, expand, one_of, refuse_foreign
 
@@ -158,6 +162,26 @@ class BuildingTable(Table):
         if self.kind == "ground":
             return 1
         return len(self.floors) if self.floors is not None else len(self.build().floors)
+
+    def yielding(self, ground: list[xr.DataArray], floors: list[xr.DataArray]) -> str:
+        """Return how far storeys yield under ground motions, and the last floor beside that of an elastic building."""
+        elastic = self.model_copy(update={"yield_coefficient": None, "hardening": None, "p_delta": None})
+        top = floors[0]["floor"].values[-1]
+        beside = elastic.shake(ground)
+
+        def medians(arrays: list[xr.DataArray]) -> tuple[float, float]:
+            plain = [one for array in arrays for one in shaking.records(array.sel(floor=[top]))]
+            pga = np.median([np.abs(one.acceleration).max() for one in plain]) / STANDARD_GRAVITY
+            return float(pga), float(np.median([peak_velocity(one.acceleration, one.dt) for one in plain]))
+
+        ductility = np.concatenate([one["ductility"].values for one in floors])
+        (pfa, pfv), (elastic_pfa, elastic_pfv) = medians(floors), medians(beside)
+        middle = short_digits(float(np.median(ductility)))
+        return (
+            f"drifts reach {middle} times those at yielding ({short_digits(float(ductility.min()))} to "
+            f"{short_digits(float(ductility.max()))}); floor {top}: PGA {short_digits(pfa)} g (elastic "
+            f"{short_digits(elastic_pfa)}), PGV {short_digits(pfv)} m/s (elastic {short_digits(elastic_pfv)}), medians"
+        )
 
     def shake(self, ground: list[xr.DataArray]) -> list[xr.DataArray]:
         """Compute the motions of the floors; floors of a building with a name carry that name (``tower 10``)."""

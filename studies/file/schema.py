@@ -491,6 +491,10 @@ class StudyFile(Table):
         if self._scaled_before:
             ground = [scale_to(one, level, self.analysis.im) for one in ground]
             reading = reading._replace(far=())  # (of the strength of motions that are not scaled)
+        where = ""
+        if self.stripes is not None and math.isfinite(level):
+            size, _ = LEVEL_UNITS[self.stripes.unit]
+            where = f"at {self.stripes.im} of {level / size:.4g} {self.stripes.unit} "
         floors: list[xr.DataArray] = [] if self._stand else ground
         for i, building in enumerate(self._stand, start=1):
             try:
@@ -500,12 +504,15 @@ class StudyFile(Table):
                 raise ValueError(f"{self._called(i)}: {error}") from None
             floors = [*floors, *moved]
             if building.yields:
-                reading = reading._replace(doubts=(*reading.doubts, *_collapses(moved)))
+                line = f"{where}{building.yielding(ground, moved)}"
+                doubts = [one._replace(sentence=f"{where}{one.sentence}") for one in _collapses(moved)]
+                reading = reading._replace(doubts=(*reading.doubts, *doubts), storeys=(*reading.storeys, line))
             elif building.kind != "ground":
                 reading = reading._replace(doubts=(*reading.doubts, *ringing_doubts(moved)))
         if self.support is not None:
             with noted():
                 floors, struck = self.support.carry(floors)
+            struck = [one._replace(sentence=f"{where}{one.sentence}") for one in struck]
             reading = reading._replace(doubts=(*reading.doubts, *struck))
         at_ground = self.performance is None and self.analysis.im_at == "ground"
         return MotionSet(tuple(floors), tuple(ground) if at_ground else (), reading)

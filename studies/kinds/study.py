@@ -423,7 +423,11 @@ class Study(ABC):
             found = self._compute(client, progress)
         except ValueError as error:
             raise StudyError(f"{self.title}: {error}") from None
-        lines = {"processing": self.reading.processing, "scenario": self.reading.scenario}
+        lines = {
+            "processing": self.reading.processing,
+            "scenario": self.reading.scenario,
+            "storeys": self.reading.storeys,
+        }
         read = {name: "\n".join(text) for name, text in lines.items() if text}
         varied = self.reading.variability
         if varied is not None and varied.freedom:

@@ -27,7 +27,8 @@ class Reading(NamedTuple):
 
     scenario: a line for each simulated earthquake, with the medians of its motions over those of a ground-motion model.
     far: the doubts in these amplitudes, which matter where motions are not scaled.
-    variability: how much the spectra differ; None of pulses and floor motions.
+    variability: how much the spectra differ; None of pulses and floor motions.  storeys: how far those of a building
+    yield, a line for each set of motions.
     """
 
     doubts: tuple[Doubt, ...] = ()
@@ -35,6 +36,7 @@ class Reading(NamedTuple):
     scenario: tuple[str, ...] = ()
     far: tuple[Doubt, ...] = ()
     variability: Variability | None = None
+    storeys: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, arrays: Sequence[xr.DataArray], generator: Generator | None = None) -> Self:
@@ -93,7 +95,8 @@ class Reading(NamedTuple):
         scenarios = dict.fromkeys(line for part in every for line in part.scenario)
         far = dict.fromkeys(one for part in every for one in part.far)
         alike = () if joint is None else _alike(joint)
-        return cls((*doubts, *alike), tuple(lines), tuple(scenarios), tuple(far), joint)
+        storeys = dict.fromkeys(line for part in every for line in part.storeys)
+        return cls((*doubts, *alike), tuple(lines), tuple(scenarios), tuple(far), joint, tuple(storeys))
 
 
 def _alike(found: Variability) -> tuple[Doubt, ...]:

@@ -259,6 +259,8 @@ def method(results: xr.Dataset) -> list[str]:
         words.append(f"Records, as they were read and corrected: {'; '.join(done[:MOST_LINES])}{more}.")
     if "scenario" in results.attrs:
         words.append(f"Simulated earthquakes: {'; '.join(str(results.attrs['scenario']).splitlines())}.")
+    if "storeys" in results.attrs:
+        words.append(f"The building yields: {'; '.join(str(results.attrs['storeys']).splitlines())}.")
     if "fit_method" in results.attrs:
         words.append(f"Curves: {results.attrs['fit_method']}.")
     if "rate" in results or "annual_number" in results:

@@ -100,11 +100,11 @@ def read_motions(inputs: Sequence[str]) -> Shown:
         reading = Reading.joined([one.reading for one in sets])
         doubts = [one for one in (*reading.doubts, *reading.far) if one.kind not in (content.accept or [])]
         if content.stripes is not None:
-            return Shown(found, doubts, {}, reading.scenario)
+            return Shown(found, doubts, {}, (*reading.scenario, *reading.storeys))
         made = content.motions.made_by(path.parent)
         at = None if made is None else made.scenario
-        if at is None or content.motions.number == 1:
-            return Shown(found, doubts, {})
+        if at is None or content.motions.number == 1 or reading.storeys:
+            return Shown(found, doubts, {}, reading.storeys)
         on_floors = any("floor" in array.dims for array in found)
         ground = content.motions.build(path.parent) if on_floors else found
         return Shown(found, doubts, *_over_models(ground, at))

@@ -6,6 +6,7 @@ import pytest
 import toppling as tp
 from toppling.motions import Building, CloughPenzien, scale_to
 from toppling.studies import StudyError
+from toppling.studies.command.cli import main
 
 TEXT = """
 title = "A cabinet in a building that yields"
@@ -103,6 +104,22 @@ def test_collapse_is_said(tmp_path):
     ).run()
     assert "the building collapses under" in result.attrs["notes"]
     assert "what becomes of things on them is not known" in result.attrs["notes"]
+    assert "at Sa(0.5) of 60 m/s2 the building collapses under" in result.attrs["notes"]
+
+
+def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
+    _ground, floors = steps(yielding)
+    _, elastic = steps(lambda: Building.from_storeys([2e5, 2e5], [2e8, 2e8]))
+    lines = study(tmp_path).run().attrs["storeys"].splitlines()
+    for line, own, other in zip(lines, floors, elastic, strict=True):
+        ductility = np.median(own["ductility"])
+        assert f"drifts reach {ductility:.2g} times" in line or f"drifts reach {ductility:.3g} times" in line
+        peaks = [float(np.median(np.abs(one.sel(floor=2)).max("time"))) / 9.80665 for one in (own, other)]
+        assert all(f"{peak:.2g}" in line or f"{peak:.3g}" in line for peak in peaks)
+        assert peaks[0] < peaks[1]
+    assert lines[0].startswith("at Sa(0.5) of 4 m/s2 drifts reach")
+    assert main(["motions", str(tmp_path / "study.toml"), "--out", str(tmp_path / "figures")]) == 0
+    assert all(line[:40] in " ".join(capsys.readouterr().out.split()) for line in lines[:1])
 
 
 @pytest.mark.parametrize(
