@@ -75,7 +75,8 @@ def test_runs_are_runs(found):
         assert bool(own["overturned"].squeeze()) == bool(run["run_overturned"])
 
 
-def test_bytes_depend_neither_on_workers_nor_on_the_order_of_blocks_in_their_columns(found):
+@pytest.mark.slow
+def test_bytes_do_not_depend_on_the_number_of_workers(found):
     with dask.config.set(num_workers=1):
         again = pooled(region(2000), LAWS, SHAKES, "pga", COARSE, hazard=HAZARD, seed=1)
     xr.testing.assert_identical(again.drop_attrs(deep=False), found.drop_attrs(deep=False))
@@ -106,6 +107,7 @@ def test_surfaces_are_kept_in_files(found, tmp_path):
         )
 
 
+@pytest.mark.slow
 def test_rates_are_near_those_of_weighted_runs(found):
     """Against adaptive levels, whose rates have no form of curve and share no run with these."""
     columns = region(4, 7, 0.8)
@@ -124,6 +126,7 @@ def test_a_kink_is_found_and_widens_every_interval():
     assert float((found["median_upper"] / found["median"]).min()) > 1.05
 
 
+@pytest.mark.slow
 def test_one_block_and_one_size():
     one = pooled(tp.Block(0.4, 1.8, name="alone"), LAWS[1], SHAKES, until=COARSE)
     other = tp.ida(tp.Block(0.4, 1.8, name="alone"), LAWS[1], SHAKES, "adaptive", "pga", until={"median": 0.05}, seed=9)

@@ -53,15 +53,15 @@ def analysed(asked, seed=0, of=middle, low=-1.0, high=2.5):
 @pytest.mark.slow
 def test_medians_are_as_near_as_promised_and_in_their_band():
     kept, held = [], []
-    for seed in range(20):
-        law = analysed({"median": 0.1, "motions": {"most": 8000}}, seed)
+    for seed in range(12):
+        law = analysed({"median": 0.15, "motions": {"most": 20_000}}, seed)
         assert law.stopped == REACHED
         found, error = law.near.log_medians(POINTS)
         gaps = np.abs(found - middle(POINTS))
-        kept.append(gaps.max() <= math.log(1.1))
+        kept.append(gaps.max() <= math.log(1.15))
         held.append((gaps <= law.band().factor * error).all())
-    assert sum(kept) >= 19
-    assert sum(held) >= 17  # (of 20 at 95 %: 16 or fewer come about by chance once in 400)
+    assert sum(kept) >= 11
+    assert sum(held) >= 9  # (of 12 at 95 %: 8 or fewer come about by chance once in 400)
 
 
 @pytest.mark.slow
@@ -82,6 +82,7 @@ def check(law, of, motions=800, seed=99):
     return check_surface(law.near, points, numbers, x, fall(points, x, random, of))
 
 
+@pytest.mark.slow
 def test_checks_agree_with_the_truth_and_find_a_kink():
     law = analysed({"median": 0.1, "motions": {"most": 8000}})
     passed = [check(law, middle, seed=seed) for seed in range(40)]
