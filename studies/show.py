@@ -101,6 +101,7 @@ def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path
 
 
 def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
+    from .region.rows import region_rows, surface_rows  # noqa: PLC0415
     from .tables.axes import axis_rows  # noqa: PLC0415
     from .tables.branches import spread_rows  # noqa: PLC0415
     from .tables.breaks import break_rows  # noqa: PLC0415
@@ -111,6 +112,9 @@ def _fragility_tables(results: xr.Dataset) -> Iterator[Table]:
     from .text.precision import precision_rows  # noqa: PLC0415
 
     first = shown(results)
+    for rows in (surface_rows(results), *region_rows(results)):
+        if rows is not None:
+            yield plain_table(*rows)
     yield fragility_table(first)
     if "rate" in results:
         yield risk_table(shown(results, RATE))
@@ -136,11 +140,15 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .plots.branches import spread_figure  # noqa: PLC0415
     from .plots.efficiency import ranking_figure  # noqa: PLC0415
     from .plots.fragility import fragility_figure  # noqa: PLC0415
+    from .plots.region import maps  # noqa: PLC0415
     from .plots.risk import risk_figure  # noqa: PLC0415
+    from .region.rows import examples, is_pooled  # noqa: PLC0415
 
-    first = shown(results)
+    first = examples(results) if is_pooled(results) else shown(results)
     yield FRAGILITY, fragility_figure(first)
-    if "rate" in results:
+    if is_pooled(results):
+        yield from maps(results)
+    if "rate_share" in results:
         yield "risk", risk_figure(shown(results, RATE))
     if "epistemic_rate" in results:
         yield "branches", spread_figure(shown(results, RATE))

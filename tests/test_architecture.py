@@ -65,7 +65,7 @@ benchmarks/suite studies/plan
 
 benchmarks/page studies/file
 
-studies/inventory studies/reference studies/sensitivity studies/store
+studies/inventory studies/reference studies/region studies/sensitivity studies/store
 
 studies/buildings
 

@@ -133,7 +133,7 @@ def pooled(
     ({'block': 4, 'model': 1}, ['precision reached'])
     """
     columns = BlockArray.of(blocks)
-    plan = _checked(columns, models, motions, im, until, client, ground, polarity, blocks_per_motion, seed, hazard)
+    plan = checked_plan(columns, models, motions, im, until, client, ground, polarity, blocks_per_motion, seed, hazard)
     variables = variables_of(columns)
     points = plan.domain.points(variables)
     given = some_points(plan.domain, points, BAND_POINTS)
@@ -179,7 +179,7 @@ def _rates(found: PooledRuns, k: int, law: LawSurfaces, hazard: HazardCurve) -> 
     return None if checked is None else checked.plane
 
 
-def _checked(
+def checked_plan(
     columns: BlockArray,
     models: Law | Sequence[Law],
     motions: Generator | xr.DataArray | Iterable[xr.DataArray],
@@ -192,7 +192,7 @@ def _checked(
     seed: int,
     hazard: HazardCurve | None,
 ) -> PooledPlan:
-    """Check the arguments and lay out the region of the blocks."""
+    """Check the arguments of `pooled`, and lay out the region of the blocks; errors as there."""
     domain = domain_of(variables_of(columns))
     given = models if isinstance(models, Iterable) else [models]
     if any(isinstance(one, Sliding) for one in given):

@@ -15,7 +15,7 @@ from ...models.laws import oscillator_of
 from ...motions.plausibility import record_doubts
 from ...streams import stream
 from ...units import STANDARD_GRAVITY
-from ..adaptive.stopping import REACHED, motions_needed, next_wave
+from ..adaptive.stopping import MARGIN, REACHED, motions_needed, next_wave
 from ..adaptive.until import Until
 from ..hazard.curve import HazardCurve
 from ..runs.axes import axes_of
@@ -34,7 +34,10 @@ CHECKED_SHARE = 8
 RATE_KEY = (1, 5)
 """Key, under a seed and before the number of a motion, of the numbers that levels for its rate are drawn from."""
 GROWTH = 4
-"""A wave has a quarter of the motions so far."""
+"""A wave has a quarter of the motions so far at most: each takes a fit."""
+ALIKE, PARTS = 32, 16
+"""Motions that share their blocks at least, and parts of a wave with blocks of their own at most: the many motions of a
+late wave would else weigh sixteen places of the region."""
 CHECKED_TOGETHER = 500
 """Motions of a check at a time, which bounds memory."""
 
@@ -82,7 +85,7 @@ class PooledRuns:
         self._candidates = candidates(plan.domain, plan.seed)
         self.check_points = check_points(plan.domain, given, BLOCKS, plan.seed)
         self._doubts: list[Doubt] = []
-        self._done = self._waves = self._runs = 0
+        self._done = self._runs = 0
         self.level_name = ""
 
     def until_known(self) -> list[Check]:
@@ -104,23 +107,38 @@ class PooledRuns:
 
     def _wave(self) -> None:
         plan = self.plan
-        wave = plan.source.wave(
-            self._done, min(max(next_wave(self._done), self._done // GROWTH), plan.most - self._done)
-        )
+        wave = plan.source.wave(self._done, min(self._next(), plan.most - self._done))
         self._take(wave)
-        points = designed(self._candidates, self._design(), plan.blocks_per_motion, plan.seed, self._waves)
-        blocks = blocks_at(plan.domain, points)
-        measured = plan.scaled.measured(wave, blocks)[0]
-        unit = self._unit(blocks)
+        shares = self._design()
         going = [k for k, law in enumerate(self.laws) if not law.stopped]
-        start = self._start(blocks, wave, measured) if any(self.laws[k].near is None for k in going) else (unit, unit)
-        x = np.stack([self.laws[k].plan(points, wave.numbers, start) for k in going])
-        fell = self._fell([blocks] * len(going), going, wave, (x + unit[:, None])[:, :, None], measured)
-        self._done, self._waves = int(wave.numbers[-1]) + 1, self._waves + 1
-        for own, k in enumerate(going):
-            self.laws[k].add(points, wave.numbers, x[own], fell[own, :, 0], last=self._done >= plan.most)
-        self._runs += x.size
+        for part in wave.parts(max(ALIKE, math.ceil(len(wave.records) / PARTS))):
+            self._part(part, shares, going)
+        self._done = int(wave.numbers[-1]) + 1
+        for k in going:
+            self.laws[k].look(last=self._done >= plan.most)
         self._tell()
+
+    def _next(self) -> int:
+        """Return how many motions to take now: a quarter of those so far, or fewer where the precision is near."""
+        least = next_wave(self._done)
+        ratios = [law.ratios[-1][1] for law in self.laws if not law.stopped and law.ratios]
+        missing = self._done * (max(MARGIN * max(ratios), 1.0) ** 2 - 1.0) if ratios else math.inf
+        return max(least, math.ceil(min(missing, self._done // GROWTH)))
+
+    def _part(self, part: MotionWave, shares: Array, going: Sequence[int]) -> None:
+        """Run blocks of their own under some motions of a wave."""
+        plan = self.plan
+        drawn = int(part.numbers[0])
+        points = designed(self._candidates, shares, plan.blocks_per_motion, plan.seed, drawn)
+        blocks = blocks_at(plan.domain, points)
+        measured = plan.scaled.measured(part, blocks)[0]
+        unit = self._unit(blocks)
+        start = self._start(blocks, part, measured) if any(self.laws[k].near is None for k in going) else (unit, unit)
+        x = np.stack([self.laws[k].plan(points, part.numbers, start) for k in going])
+        fell = self._fell([blocks] * len(going), going, part, (x + unit[:, None])[:, :, None], measured)
+        for own, k in enumerate(going):
+            self.laws[k].add(points, part.numbers, x[own], fell[own, :, 0])
+        self._runs += x.size
 
     def _design(self) -> Array:
         """Return the shares of the candidates, for the law that is known least."""

@@ -137,7 +137,14 @@ def surface_dataset(
 def _attributes(plan: PooledPlan, found: PooledRuns) -> dict[str, Any]:
     """Return what the curves of further blocks need."""
     rated = {} if plan.hazard is None else {"hazard": json.dumps(plan.hazard.describe())}
-    return {"power": plan.power, "level_units": plan.scaled.units, "level_name": found.level_name, **rated}
+    asked = json.dumps(plan.until.describe())
+    return {
+        "until": asked,
+        "power": plan.power,
+        "level_units": plan.scaled.units,
+        "level_name": found.level_name,
+        **rated,
+    }
 
 
 def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Check, reach: float) -> str:
@@ -261,6 +268,13 @@ def _curve_dataset(columns: BlockArray, found: Sequence[Curves], surface: xr.Dat
         "curve_median": (unit, "median of the curve through all runs"),
         **{f"dispersion{end}": (DIMENSIONLESS, words + spread) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
         **{f"rate{end}": (PER_YEAR, words + rate) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
+        **{
+            f"rate_share_{side}": (
+                DIMENSIONLESS,
+                f"share of the rate from {side} the levels of the hazard curve",
+            )
+            for side in ("below", "above")
+        },
     }
     variables = {}
     for k, (name, (units, text)) in enumerate(labels.items()):

@@ -5,7 +5,7 @@ Waves come from a generator or from a set of motions.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import Any, NamedTuple
 
@@ -37,6 +37,14 @@ class MotionWave(NamedTuple):
     numbers: Index
     records: list[Record]
     ground: list[Record] | None
+
+    def parts(self, motions: int) -> Iterator[MotionWave]:
+        """Yield the wave in parts of at most so many motions."""
+        given = np.unique(self.numbers)
+        for first in range(0, given.size, motions):
+            mine = np.flatnonzero(np.isin(self.numbers, given[first : first + motions])).tolist()
+            ground = None if self.ground is None else [self.ground[i] for i in mine]
+            yield MotionWave(self.numbers[mine], [self.records[i] for i in mine], ground)
 
 
 class Scaled(NamedTuple):

@@ -230,6 +230,8 @@ def clusters_of(runs: xr.Dataset | xr.DataArray) -> Index:
 
 def number_of_motions(runs: xr.Dataset | xr.DataArray) -> int:
     """Return the number of motions, those run several times once; on several floors each floor's motion is one."""
+    if "motion" not in runs.sizes:  # (of a pooled surface, whose runs have numbers of motions alone)
+        return int(runs["motions_run"].max())
     if POLARITY not in runs.coords and DRAW not in runs.coords:
         return int(runs.sizes["motion"])
     stripe = runs["stripe"].values.tolist() if "stripe" in runs.coords else [0] * runs.sizes["motion"]

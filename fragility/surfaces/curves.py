@@ -31,7 +31,7 @@ BEGIN, MOST_DEGREES = (4, 2), (6, 4)
 """Degrees of ln median and ln dispersion at the first fit, and at most."""
 RUNS_A_TERM = 24
 """Fewest runs for each term of a surface: levels are spread over all of the range before."""
-LIKELY = 0.2
+LIKELY = 0.1
 """Probability below which further terms are not there by chance."""
 EVERY = 6
 """One run in so many is far from the median, for the dispersion."""
@@ -78,6 +78,7 @@ class PooledCurves:
         self._points, self._seed = points, seed
         self._rule = StoppingRule(until)
         self._runs: Pool | None = None
+        self._new: Pool | None = None
         self._shift = 0.0
         self._explored = 0
         self._asked = 0
@@ -142,10 +143,16 @@ class PooledCurves:
         known = SURELY * self.near.log_medians(points)[1]
         return np.minimum(LOCAL * scale, np.maximum(np.sqrt(CURVED * self.until.room * scale), known))
 
-    def add(self, points: Array, motions: Index, x: Array, fell: Flags, last: bool = False) -> None:
-        """Take the outcomes (block, motion) of a wave at ln levels x, fit both surfaces, decide whether to go on."""
+    def add(self, points: Array, motions: Index, x: Array, fell: Flags) -> None:
+        """Take the outcomes (block, motion) of some blocks under motions of a wave, at ln levels x."""
         where = np.repeat(np.arange(len(points)), x.shape[1])
         own = Pool(points[where], x.ravel(), fell.ravel(), np.broadcast_to(motions, x.shape).ravel())
+        self._new = own if self._new is None else self._new.joined(own)
+
+    def look(self, last: bool = False) -> None:
+        """Fit both surfaces to the runs of all waves, after one of them, and decide whether to go on."""
+        assert self._new is not None
+        own, self._new = self._new, None
         self._runs = own if self._runs is None else self._runs.joined(own)
         self._fit()
         if self.curve is None or self.near is None:

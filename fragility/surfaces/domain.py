@@ -30,6 +30,10 @@ CANDIDATE_KEY, DESIGN_KEY, CHECK_KEY = (1, 0), (1, 1), (1, 2)
 """Keys, under a seed, of the blocks from which designs are taken, of the designs and of the blocks of checks."""
 
 
+TOGETHER = 20_000
+"""Points whose place in the region is determined together, which bounds memory."""
+
+
 class Domain(NamedTuple):
     """Region of blocks.
 
@@ -61,7 +65,12 @@ class Domain(NamedTuple):
         """Return which points (block, axis) lie in the region."""
         if not self.size:
             return np.ones(len(points), np.bool_)
-        return np.asarray((times(points, self.inside[:, :-1].T) + self.inside[:, -1] <= OUTSIDE).all(axis=1))
+        found = np.empty(len(points), np.bool_)
+        for first in range(0, len(points), TOGETHER):
+            part = slice(first, first + TOGETHER)
+            # (the bound has room for the order of these sums)
+            found[part] = (points[part] @ self.inside[:, :-1].T + self.inside[:, -1] <= OUTSIDE).all(axis=1)
+        return found
 
 
 def domain_of(variables: Array) -> Domain:

@@ -38,7 +38,10 @@ class LawSurfaces(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """Of blocks (block,): ln of median, of its interval, and of the median by all runs; dispersions; rates, 1/year."""
+    """Of blocks (block,): ln of median, of its interval, and of the median by all runs; dispersions; rates, 1/year.
+
+    share_below, share_above: shares of the rates from shaking beyond the levels of the hazard curve.
+    """
 
     log_median: Array
     log_lower: Array
@@ -50,6 +53,8 @@ class Curves(NamedTuple):
     rate: Array
     rate_lower: Array
     rate_upper: Array
+    share_below: Array
+    share_above: Array
 
 
 def curves_at(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces | None) -> Curves:
@@ -86,7 +91,7 @@ def _slab(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces | Non
     spread, spread_error = law.curve.log_dispersions(points)
     t = student(law.curve.motions - len(law.curve.coefficients))
     ends = [np.exp(spread + sign * t * spread_error) for sign in (0.0, -1.0, 1.0)]
-    rates = [np.full(len(points), math.nan)] * 3
+    rates = [np.full(len(points), math.nan)] * 5
     if hazard is not None:
         rates = _rates(law, points, curve_middle + log_unit, ends[0], hazard, t)
     medians = [log_unit + middle, log_unit + middle - reach, log_unit + middle + reach, log_unit + curve_middle]
@@ -98,15 +103,17 @@ def _rates(
 ) -> list[Array]:
     """Return annual rates and their intervals: those of the curves through all runs, times the ratios of the checks.
 
-    The errors of curves and ratios are taken as independent, and those of ln rates of curves by the delta method.
+    And the shares from below and above the levels of the hazard curve, of the curves.  The errors
+    of curves and ratios are taken as independent, and those of ln rates of curves by the delta method.
     """
-    rate, higher, wider = (
+    found = [
         rates_of(
             LognormalCurves(log_median + up, dispersion * wide, np.full(len(points), -np.inf), np.zeros(len(points))),
             hazard,
-        ).rate
+        )
         for up, wide in ((0.0, 1.0), (STEP, 1.0), (0.0, math.exp(STEP)))
-    )
+    ]
+    rate, higher, wider = (one.rate for one in found)
     with np.errstate(divide="ignore", invalid="ignore"):
         by_median, by_spread = (np.log(other / rate) / STEP for other in (higher, wider))
     degrees = law.curve.degrees
@@ -119,4 +126,5 @@ def _rates(
         ratio, error = law.rates.at(points)
         rate, variance, apart = rate * np.exp(ratio), variance + error**2, apart + law.rates.apart
     reach = t * np.sqrt(variance) + apart
-    return [rate, rate * np.exp(-reach), rate * np.exp(np.minimum(reach, 700.0))]
+    ends = [rate * np.exp(-reach), rate * np.exp(np.minimum(reach, 700.0))]
+    return [rate, *ends, found[0].share_below, found[0].share_above]

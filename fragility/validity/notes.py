@@ -12,6 +12,7 @@ import xarray as xr
 from ...aliases import Array, Flags
 from ...doubts import NAMED, first_names
 from ...models import Block
+from ...models.columns import BlockArray
 from ...motions.arrays import POLARITY
 from ...wording import counted, listed_name, two_digit_percent, two_digits
 from ..numerics.proportions import runs_for_half_width, wilson_interval
@@ -51,8 +52,10 @@ def block_notes(blocks: Iterable[Block]) -> list[str]:
     return [*squat_notes(every), *scene_notes(every), *(one.sentence for one in block_doubts(every))]
 
 
-def squat_notes(blocks: Iterable[Block]) -> list[str]:
+def squat_notes(blocks: Iterable[Block] | BlockArray) -> list[str]:
     """Return a sentence on each squat block, which slides or bounces rather than rocks."""
+    if isinstance(blocks, BlockArray):
+        return _squat(blocks.names.tolist(), 1.0 / np.tan(blocks.alpha))
     every = list(blocks)
     return _squat([block.label for block in every], np.array([block.h / block.b for block in every]))
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
 from ...aliases import Array, Flags
 from ...doubts import Doubt, first_names, first_of
 from ...models import Block
+from ...models.columns import BlockArray
 from ...units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 
 LARGEST, SMALLEST = 20.0, 0.01  # m: sides of contents of buildings
@@ -23,10 +24,17 @@ HIGHEST: dict[str, tuple[float, float, str]] = {
 """By the unit of levels: the highest that exists, the highest that can be meant, and the likely slip."""
 
 
-def block_doubts(blocks: Iterable[Block]) -> list[Doubt]:
+def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
     """Return the doubt in the sizes of blocks: sides above 20 m or below 0.01 m."""
+    if isinstance(blocks, BlockArray):
+        return _size_doubts(np.stack([blocks.width, blocks.height], axis=1), lambda i: str(blocks.names[i]))
     every = list(blocks)
     sides = np.array([(block.width, block.height) for block in every]).reshape(-1, 2)
+    # (a block without a name is called by its sizes)
+    return _size_doubts(sides, lambda i: every[i].name)
+
+
+def _size_doubts(sides: Array, name: Callable[[int], str | None]) -> list[Doubt]:
     found = []
     for odd, beyond, text, slip in (
         (
@@ -42,15 +50,12 @@ def block_doubts(blocks: Iterable[Block]) -> list[Doubt]:
             "another unit than metres?",
         ),
     ):
-        named = [every[i] for i in np.flatnonzero(odd)]
+        named = np.flatnonzero(odd).tolist()
         if named:
-            # (a block without a name is called by its sizes)
-            own = [f"{one.name}: " if one.name else "" for one in named]
-            sizes = first_of(
-                [f"{name}{one.width:g} m × {one.height:g} m" for name, one in zip(own, named, strict=True)]
-            )
+            own = [f"{name(i)}: " if name(i) else "" for i in named]
+            sizes = first_of([f"{one}{sides[i, 0]:g} m × {sides[i, 1]:g} m" for one, i in zip(own, named, strict=True)])
             have = "has" if len(named) == 1 else "have"
-            of = f"{len(named):,} of {len(every):,} blocks {have} sides" if len(every) > 1 else "the block has sides"
+            of = f"{len(named):,} of {len(sides):,} blocks {have} sides" if len(sides) > 1 else "the block has sides"
             found.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))
     return found
 

@@ -12,6 +12,8 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, 
 from ...aliases import Array
 from ...fragility.adaptive.curve import FEWEST_RUNS, MOST_RUNS, RUNS
 from ...fragility.adaptive.until import FEWEST, FINEST, LEAST, MOST, PROBABILITY, TARGETS, Until, until_of
+from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST_BLOCKS_A_MOTION
+from ...fragility.analyses.pooled import MOST as MOST_POOLED
 from ...fragility.fitting.fit import FORMS, METHODS, default_form
 from ...fragility.fitting.intervals import INTERVALS
 from ...fragility.fitting.likelihood import PENALTIES
@@ -175,23 +177,23 @@ class IdaTable(Table):
     im_at: Annotated[Where, KeyInfo("floor"), Field(description="Where the motions of a building are measured.")] = None
     polarity: Polarity = None
     levels: Annotated[
-        Annotated[LevelsTable, Tag("table")] | Annotated[Literal["adaptive"], Tag("word")],
+        Annotated[LevelsTable, Tag("table")] | Annotated[Literal["adaptive", "pooled"], Tag("word")],
         Discriminator(_word_or_table),
-        Field(description="Levels of the measure, or the word adaptive: levels follow from the runs before."),
+        Field(
+            description="Levels of the measure; or a word: adaptive (levels follow from the runs before), pooled (so "
+            "they do, and one surface holds the curves of all blocks)."
+        ),
     ]
-
-    @property
-    def adaptive(self) -> bool:
-        """Whether levels follow from the runs before."""
-        return isinstance(self.levels, str)
 
 
 class NumberTable(Table):
-    """Numbers of motions of an analysis at adaptive levels."""
+    """Numbers of motions of an analysis at adaptive levels or with a pooled surface."""
 
     least: Annotated[int, Field(ge=FEWEST, description="Motions before the first look at the precision.")] = LEAST
     most: Annotated[
-        int | None, KeyInfo("all there are, at most 2000"), Field(ge=FEWEST, description="Motions in all.")
+        int | None,
+        KeyInfo(f"all there are, at most {MOST:,}, of a pooled surface {MOST_POOLED:,}"),
+        Field(ge=FEWEST, description="Motions in all."),
     ] = None
 
 
@@ -209,7 +211,7 @@ _Share = Annotated[float | None, KeyInfo("not asked for"), Field(ge=FINEST, lt=1
 
 
 class UntilTable(Table):
-    """Precision at which an analysis at adaptive levels stops, for every block under every law."""
+    """Precision at which an analysis at adaptive levels stops, for every block under every law, or a pooled one."""
 
     median: Annotated[
         _Share,
@@ -225,12 +227,22 @@ class UntilTable(Table):
         NumberTable | None, KeyInfo("64 at least"), Field(description="Bounds of the number of motions.")
     ] = None
     runs_per_motion: Annotated[
-        int, Field(ge=FEWEST_RUNS, le=MOST_RUNS, description="Runs of a motion, once the curve is found roughly.")
-    ] = RUNS
+        int | None,
+        KeyInfo(f"{RUNS}, of a pooled surface {BLOCKS_A_MOTION}"),
+        Field(
+            ge=1,
+            le=MOST_BLOCKS_A_MOTION,
+            description=f"Runs of a motion: of a block ({FEWEST_RUNS} to {MOST_RUNS}), once its curve is found "
+            "roughly, or each of another block of the surface.",
+        ),
+    ] = None
     seed: Annotated[int, Field(ge=0, description="Seed of the levels, and of the order of the motions.")] = 0
 
-    def build(self, im: str, motions: int) -> Until:
-        """Return the precision, for so many motions that there are; ValueError where there is none such."""
+    def build(self, im: str, motions: int, usual: int = MOST) -> Until:
+        """Return the precision, for so many motions that there are; ValueError where there is none such.
+
+        usual: greatest number of motions where the table names none.
+        """
         asked = self.model_dump(include=set(TARGETS), exclude_none=True)
         if len(asked) > 1:
             raise ValueError(f"until must name one of {', '.join(TARGETS)}, got {' and '.join(sorted(asked))}")
@@ -239,7 +251,7 @@ class UntilTable(Table):
             level = LevelsTable(values=[one.level], unit=one.unit).build(im)
             asked = {PROBABILITY: {"level": float(level[0]), "within": one.within}}
         bounds = self.motions or NumberTable()
-        most = min(motions, MOST) if bounds.most is None else bounds.most
+        most = min(motions, usual) if bounds.most is None else bounds.most
         if most > motions:
             raise ValueError(f"until.motions.most must be at most the {motions:,} motions that there are, got {most:,}")
         if bounds.least > most:

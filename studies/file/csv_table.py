@@ -8,6 +8,7 @@ import io
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, NoReturn, TypeVar
 
@@ -51,15 +52,16 @@ class CsvTable:
         self.decimal = ""  # "." or ",", once a number has shown which
         if kind.sheet is not None and file.suffix.lower() in SUFFIXES:
             self.word, self.delimiter = "row", ","  # (no decimal commas: numbers of a workbook are no text)
+            self._whole = ""
             self._lines = iter(self._sheet(kind.sheet))
         else:
-            text = self._text()
+            self._whole = text = self._text()
             self.word, self.delimiter = "line", _delimiter(text)
             self._lines = self._read(text)
         number, header = next(self._lines, (0, []))
         if not header:
             raise kind.error(f"{file}: empty")
-        self.where = self.at(number)
+        self.where, self._header_line = self.at(number), number
         self.columns = [self._column(name) for name in header]
         twice = next((name for i, name in enumerate(self.columns) if name and name in self.columns[:i]), None)
         if twice is not None:
@@ -68,6 +70,13 @@ class CsvTable:
     def at(self, number: int) -> str:
         """Return the words that say where a line of the file is."""
         return f"{self.file}, {self.word} {number}"
+
+    @property
+    def text_below(self) -> str:
+        """The text below the header, without comments; '' of a workbook."""
+        ends = re.finditer(r"\r\n|\r|\n", self._whole)
+        last = next(islice(ends, self._header_line - 1, None), None) if self._header_line else None
+        return "" if last is None else self._whole[last.end() :]
 
     def __iter__(self) -> Iterator[CsvLine]:
         for n, (number, cells) in enumerate(self._lines, start=1):

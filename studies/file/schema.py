@@ -15,8 +15,14 @@ import numpy as np
 import xarray as xr
 from pydantic import Field, ValidationError, field_validator, model_validator
 
+from ... import checks
 from ...aliases import Array
 from ...doubts import KINDS, Doubt, noted
+from ...fragility.adaptive.curve import FEWEST_RUNS, MOST_RUNS, RUNS
+from ...fragility.adaptive.until import MEDIAN, TARGETS
+from ...fragility.analyses.pooled import BLOCKS_A_MOTION
+from ...fragility.analyses.pooled import MOST as MOST_POOLED
+from ...fragility.analyses.surface_results import POOLED
 from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LINKS
 from ...fragility.runs.request import OF_ROCKING
@@ -26,7 +32,7 @@ from ...motions.arrays import REVERSE_OF
 from ...motions.plausibility import collapse_doubts, ringing_doubts
 from ...motions.polarity import BOTH, both_polarities
 from ...motions.scaling import scale_to
-from ..plan.designs import Cloud, Design, Incremental, Sequential, Stripes
+from ..plan.designs import Cloud, Design, Incremental, Pooled, Sequential, Stripes
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
 from .analyses import (
@@ -75,6 +81,8 @@ class MotionSet(NamedTuple):
 
 
 ANALYSES = ("ida", "stripes", "cloud", "performance")
+LOOKED_AT = 64
+"""Motions of a generator that are made before a pooled analysis runs, for what is odd about them."""
 
 
 class StudyFile(Table):
@@ -293,13 +301,18 @@ class StudyFile(Table):
 
     def _check_until(self) -> None:
         """Raise a ValueError where adaptive levels do not go with what else a study has."""
-        if not self.adaptive:
+        word = None if self.ida is None or not isinstance(self.ida.levels, str) else self.ida.levels
+        if word is None:
             if self.until is not None:
-                raise ValueError("until is for ida with levels = 'adaptive'")
+                raise ValueError("until is for ida with levels = 'adaptive' or 'pooled'")
             return
+        if word == POOLED:
+            self._check_pooled()
+        elif self.until is not None and self.until.runs_per_motion is not None:
+            checks.number("until.runs_per_motion", self.until.runs_per_motion, at_least=FEWEST_RUNS, at_most=MOST_RUNS)
         for name in ("uncertainty", "sensitivity", "friction", "screen", "measures", "branches", "motion_sets"):
             if getattr(self, name) is not None:
-                raise ValueError(f"{name} needs levels that all motions share, not levels = 'adaptive'")
+                raise ValueError(f"{name} needs levels that all motions share, not levels = {word!r}")
         if self.fit is not None:
             for key, value, allowed in (
                 ("form", self.fit.form, tuple(LINKS)),
@@ -311,10 +324,26 @@ class StudyFile(Table):
         if self.until is not None and self.until.rate is not None and self.hazard is None:
             raise ValueError("until.rate needs a [hazard]")
 
+    def _check_pooled(self) -> None:
+        """Raise a ValueError where the surface of many blocks does not go with what else a study has."""
+        for name in ("fit", "outputs", "restraints", "buildings"):
+            if getattr(self, name) is not None:
+                stands = name in ("restraints", "buildings")
+                why = "blocks stand free on one floor" if stands else "all curves are found together"
+                raise ValueError(f"levels = 'pooled' has no {name}: {why}")
+        asked = {} if self.until is None else self.until.model_dump(include=set(TARGETS), exclude_none=True)
+        other = sorted({*asked} - {MEDIAN})
+        if other:
+            raise ValueError(f"until.{other[0]} is for levels = 'adaptive': a pooled surface asks for the median")
+        if self.hazard is not None:
+            given = sorted(self.hazard.model_fields_set & {"probability", "along", "below", "above"})
+            if given:
+                raise ValueError(f"hazard.{given[0]} is not for levels = 'pooled', whose rates are found with its runs")
+
     @property
     def adaptive(self) -> bool:
         """Whether levels follow from the runs before."""
-        return self.ida is not None and self.ida.adaptive
+        return self.ida is not None and isinstance(self.ida.levels, str)
 
     def _check_friction(self, friction: FrictionTable) -> None:
         """Refuse keys of the friction that a study of this kind does not use, or that contradict others."""
@@ -394,8 +423,8 @@ class StudyFile(Table):
             return "performance"
         if self.sensitivity is not None:
             return "sensitivity"
-        if self.adaptive:
-            return "sequential"
+        if self.ida is not None and isinstance(self.ida.levels, str):
+            return "pooled" if self.ida.levels == POOLED else "sequential"
         return "fragility" if self.uncertainty is None else "uncertainty"
 
     @property
@@ -541,6 +570,8 @@ class StudyFile(Table):
         ValueError where they do not go together.
         """
         levels = self._levels()  # (errors of the levels are raised before motions are made)
+        if self.kind == POOLED:
+            return self._pooled(folder, both)
         sets = [one.both_ways if both else one for one in self.shaking(folder)]
         if self.ida is not None and not self.adaptive:
             refuse_factors(levels.size * sum(array.size // array.sizes["time"] for array in sets[0].motions))
@@ -566,9 +597,30 @@ class StudyFile(Table):
         number = sum(array.sizes["motion"] for array in shaken.motions)
         both = any(REVERSE_OF in array.coords for array in shaken.motions)
         until = asked.build(ida.im, number // 2 if both else number)
-        return Sequential(
-            shaken.motions, shaken.ground, ida.im, until, asked.runs_per_motion, asked.seed, None, shaken.reading
-        )
+        each = RUNS if asked.runs_per_motion is None else asked.runs_per_motion
+        return Sequential(shaken.motions, shaken.ground, ida.im, until, each, asked.seed, None, shaken.reading)
+
+    def _pooled(self, folder: Path, both: bool) -> Pooled:
+        """Return the design of a pooled surface, without the hazard of its rates.
+
+        Where nothing but a generator makes the motions, the first ones are made now, and the others when they run.
+        """
+        asked, motions = self.until or UntilTable(), self.motions
+        plain = not self._stand and self.support is None and not motions.match_gmm and motions.component is None
+        generator = motions.made_by(folder) if plain else None
+        number = motions.number or 1
+        if generator is not None:
+            motions = motions.model_copy(update={"number": min(number, LOOKED_AT)})
+        shaken = self._shaking(motions, folder)
+        if generator is None:
+            number = sum(array.sizes["motion"] for array in shaken.motions)
+        elif self.until is not None and self.until.seed:
+            raise ValueError("until.seed is of motions that are read: give motions.seed, which levels follow, too")
+        until = asked.build(self.analysis.im, number, MOST_POOLED)
+        each = BLOCKS_A_MOTION if asked.runs_per_motion is None else asked.runs_per_motion
+        seed = asked.seed if generator is None else motions.seed or 0
+        kept = shaken.motions, shaken.ground, self.analysis.im, until, each, seed, generator, both
+        return Pooled(*kept, reading=shaken.reading)
 
     def _levels(self) -> Array:
         """Return the levels in SI, none for a cloud; ValueError where their unit is not the measure's."""

@@ -1,10 +1,11 @@
 """Designs of a study's motions: each at every level (ida), a set for each level (stripes), or each once (cloud).
 
-Or each at a few levels of its own, until an answer is as precise as asked (ida with adaptive levels).
+Or each at a few levels of its own, until an answer is as precise as asked (ida with adaptive or pooled levels).
 """
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,16 +16,21 @@ import xarray as xr
 
 from ...aliases import Array, Progress
 from ...doubts import Doubt, noted
-from ...fragility import HazardCurve, cloud, ida, stripes
+from ...fragility import HazardCurve, cloud, ida, pooled, stripes
 from ...fragility.adaptive.curve import EXPLORING
 from ...fragility.adaptive.stopping import usual_motions
 from ...fragility.adaptive.until import Until
+from ...fragility.analyses.region_runs import CHECKED_SHARE
 from ...fragility.runs.axes import axes_of
 from ...fragility.runs.scaling import ground_of, intensities, intensity_measure, scaling
+from ...fragility.surfaces import checks as of_checks
+from ...fragility.surfaces.rate_checks import STRATA
 from ...fragility.validity.plausibility import level_doubts
 from ...models import Block, Law
-from ...motions import records
+from ...models.columns import BlockArray
+from ...motions import Generator, records
 from ...motions.arrays import BOTH_AXES, REVERSE_OF
+from ...motions.polarity import AS_RECORDED, BOTH
 from ...wording import counted
 from .reading import UNREAD, Reading
 
@@ -34,6 +40,10 @@ if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
 
 Motions = tuple[xr.DataArray, ...]
+POOLED_RUNS = 130.0
+"""Runs under one law that a surface takes, times the square of the half width, as seen (docs/adaptive.md)."""
+MOST_CHECKS = 3
+"""Most checks of a surface as a rule: a degree more or an aim that is missed takes another one."""
 
 
 class Design(ABC):
@@ -244,6 +254,96 @@ class Sequential(Design):
             seed=self.seed,
             **options,
         )
+
+
+@dataclass(frozen=True)
+class Pooled(Design):
+    """One surface of all blocks under each law: motion after motion, each of which runs several blocks once.
+
+    motions: all that there are, or the first of those that a `generator` makes, which are looked at before anything
+    runs.  seed: that of its motions, of the blocks and of the levels.
+    """
+
+    motions: Motions
+    ground: Motions
+    im: str
+    until: Until
+    blocks_per_motion: int
+    seed: int
+    generator: Generator | None = None
+    both: bool = False
+    hazard: HazardCurve | None = None
+    reading: Reading = UNREAD
+    name: ClassVar[str] = "ida"
+
+    @property
+    def runs(self) -> int:
+        return MOST_CHECKS * self.runs_of(self.until.most)
+
+    def runs_of(self, motions: int) -> int:
+        """Return the number of runs under one law and so many motions, those of one check and of its rates included."""
+        every = sum(array.sizes["motion"] for array in self.arrays)
+        checked = every if self.generator is None else max(of_checks.MOTIONS, motions // CHECKED_SHARE)
+        of_a_motion = of_checks.BLOCKS * (of_checks.RUNS + (0 if self.hazard is None else STRATA))
+        return (2 if self.both_ways else 1) * (motions * self.blocks_per_motion + checked * of_a_motion)
+
+    @property
+    def both_ways(self) -> bool:
+        return self.both
+
+    @property
+    def words(self) -> str:
+        ways = " both ways" if self.both_ways else ""
+        return f"up to {counted(self.until.most, 'motion')}{ways} for one surface, {self.until.words}"
+
+    @property
+    def expected(self) -> tuple[int, int, int]:
+        """About how many motions the precision takes: few, usual, many."""
+        usual = POOLED_RUNS / self.blocks_per_motion / self.until.room**2
+        return tuple(  # type: ignore[return-value]
+            math.ceil(min(max(self.until.least, usual * factor), self.until.most)) for factor in (0.5, 1.0, 3.0)
+        )
+
+    def highest(self, runs: xr.Dataset) -> xr.DataArray | float:
+        return float(runs["run_level"].max())
+
+    def check(self, blocks: Sequence[Block]) -> None:
+        plain = records(self.motions)
+        below = ground_of(plain, records(self.ground)) if self.ground else None
+        scaling([1.0], plain, self.im, blocks, below)
+        if len(self.floors) > 1:
+            raise ValueError("levels = 'pooled' needs the motions of one floor, got several")
+        size = sum(array.sizes["motion"] for array in self.arrays)
+        if self.generator is None and size < self.until.least:
+            raise ValueError(
+                f"a pooled surface needs {self.until.least} motions at least (until.motions.least), got {size}"
+            )
+
+    def of(
+        self, blocks: BlockArray, models: Sequence[Law], client: Client | Runner | None, progress: Progress | None
+    ) -> xr.Dataset:
+        """Return the curves of blocks, and the surfaces that they are from (`toppling.fragility.pooled`)."""
+        with noted():  # (a study has doubts among its notes)
+            return pooled(blocks, models, **self.options, client=client, progress=progress)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The arguments of `toppling.fragility.pooled` other than blocks and laws."""
+        return {
+            "motions": list(self.motions) if self.generator is None else self.generator,
+            "im": self.im,
+            "until": self.until,
+            "ground": self.ground or None,
+            "polarity": BOTH if self.both else AS_RECORDED,
+            "hazard": self.hazard,
+            "blocks_per_motion": self.blocks_per_motion,
+            "seed": self.seed,
+        }
+
+    def _analysed(
+        self, blocks: Sequence[Block], models: Sequence[Law], outputs: Sequence[str], **options: Any
+    ) -> xr.Dataset:
+        raise NotImplementedError("blocks of a region are columns: see `of`")
 
 
 @dataclass(frozen=True)

@@ -333,9 +333,10 @@ def _reading_note(results: xr.Dataset, floors: int, panels: int, every: int) -> 
     confidence = percent(float(results.attrs.get("confidence", 0.95)))
     ways = " both ways" if POLARITY in results.coords else ""
     parts = [f"{motions} motion{'s' if motions != 1 else ''}{ways}{' a floor' if floors > 1 else ''}"]
-    if panels < every:
+    if panels < every or "shown_of" in results.attrs:
+        by = results.attrs.get("shown_by", ORDERS[MEDIAN])
         of = every // results.sizes["block"] * int(results.attrs.get("shown_of", results.sizes["block"]))
-        parts.insert(0, f"the {panels} of {of:,} blocks{' and floors' if floors > 1 else ''} {ORDERS[MEDIAN]}")
+        parts.insert(0, f"the {panels} of {of:,} blocks{' and floors' if floors > 1 else ''} {by}")
     if "level" in results.coords:
         parts.append(f"points: observed, with {confidence} Wilson intervals")
     elif RUN in results.dims:

@@ -291,7 +291,8 @@ def _shaking(results: xr.Dataset, study: Mapping[str, Any]) -> str:
     given: Mapping[str, Any] = motions if isinstance(motions, dict) else {}
     made = str(given.get("generator", ""))
     # (runs on several floors are counted for each floor)
-    number = (number_of_motions(results) if "motion" in results.sizes else 0) // max(1, results.sizes.get("floor", 1))
+    counts = "motion" in results.sizes or "motions_run" in results
+    number = (number_of_motions(results) if counts else 0) // max(1, results.sizes.get("floor", 1))
     stripes = study.get("stripes")
     varied = isinstance(stripes, dict) and any(one.get("motions") for one in stripes.get("at", []))
     if "floors_file" in given:

@@ -65,6 +65,7 @@ class Picture(NamedTuple):
 CAPTIONS = {
     "fragility": "Probability of overturning against the strength of shaking: fitted curves, and the observed shares "
     "of the motions with their intervals.",
+    "map": "The same quantity of all blocks, by colour over their slenderness and size, a panel for each law.",
     "risk": "Contributions of the levels of shaking to the annual rate of overturning.",
     "branches": "Ranges of the annual rate over all weighted branches, and where they come from: laws, motions, hazard "
     "curves, modelling uncertainty and the number of motions.",

@@ -46,6 +46,10 @@ DESIGNS = {
     "adaptive": "Incremental dynamic analysis at adaptive levels: every motion is scaled to a few levels of its own, "
     "which follow from the runs before, and motions are run until the answer is as precise as the study asks. Looks at "
     "the result ask for more than that, and fresh motions confirm it, so that stopping does not favour lucky errors.",
+    "pooled": "One surface a law: every motion is scaled to a level of its own for each of a few blocks, which are "
+    "placed where they tell most, and medians and dispersions of all blocks are smooth functions of their slenderness, "
+    "size and inertia. Motions are run until the medians of all blocks are as precise as the study asks, and the "
+    "surface is checked against blocks of which it holds no run.",
     "stripes": "Stripes: each level of shaking has a set of motions of its own.",
     "cloud": "Cloud: every motion is run once, as it is given.",
 }

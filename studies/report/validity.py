@@ -72,7 +72,7 @@ ODD = {
     "misfit": "the motions do not match their target spectrum",
 }
 """What is odd about the inputs, by the kind of doubt."""
-ADAPTIVE = "adaptive"
+ADAPTIVE, POOLED = "adaptive", "pooled"
 AGAIN = "Run the study with this version."
 NO_CHECK = "The results do not contain this check."
 SLIDING = "Does the block rock rather than slide?"
@@ -186,7 +186,7 @@ def _edited(state: str) -> Iterator[Check]:
 def _model(results: xr.Dataset) -> Iterator[Check]:
     yield _rocking(results)
     if "outside" not in results:
-        if ADAPTIVE in results.attrs.get("design", ""):
+        if str(results.attrs.get("design", "")) in (ADAPTIVE, POOLED):
             reason = "Runs at adaptive levels are not screened for slides and for motions that are scaled far."
             cure = "Give the same blocks a few levels that all motions share, and look at the checks of that study."
             yield Check("Were the runs screened?", UNKNOWN, reason, cure, "the runs were not screened")

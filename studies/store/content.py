@@ -43,7 +43,8 @@ def content_digest(results: xr.Dataset) -> str:
         for where in rows_of(one.shape, one.dtype.itemsize):
             values = one[where].values
             if kind == "text":
-                found.update(b"".join(_line(str(value)) for value in np.ravel(values)))
+                lines = [_in_json(str(value)) for value in np.ravel(values).tolist()]
+                found.update("".join(f"{one}\n" for one in lines).encode())
             else:
                 stored = values.dtype.newbyteorder("<") if kind.startswith("float") else np.dtype("<i8")
                 found.update(np.ascontiguousarray(values, stored).tobytes())
@@ -91,6 +92,10 @@ def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     arrays = {str(name): np.asarray(value) for name, value in attributes.items()}
     # (a list of one comes back as that one)
     return {name: one.item() if one.size == 1 else one.tolist() for name, one in arrays.items()}
+
+
+# (what dumps makes of a text, without its choice of an encoder for each of a million)
+_in_json = json.encoder.encode_basestring_ascii
 
 
 def _line(value: Any) -> bytes:

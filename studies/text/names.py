@@ -37,7 +37,9 @@ def drawable(results: xr.Dataset) -> xr.Dataset:
     for name in NAMED:
         if name in results.coords and results[name].dtype.kind in "OUT":
             coordinate = results[name]
-            labels = [str(one) for one in np.atleast_1d(coordinate.values).ravel()]
+            labels = [str(one) for one in np.atleast_1d(coordinate.values).ravel().tolist()]
+            if _all_plain(labels):
+                continue
             short = {label: short_name(label) for label in dict.fromkeys(labels)}
             taken: dict[str, str] = {}
             for label, one in short.items():
@@ -50,6 +52,18 @@ def drawable(results: xr.Dataset) -> xr.Dataset:
     found = results.assign_coords(changed)
     title = results.attrs.get("title")
     return found if title is None else found.assign_attrs(title=clean(str(title))[:200].replace("$", r"\$"))
+
+
+def _all_plain(labels: list[str]) -> bool:
+    """Return whether any figure can draw names as they are, and they are all different."""
+    together = "".join(labels)
+    plain = together.isascii() and together.isprintable() and "$" not in together and "  " not in together
+    return (
+        plain
+        and max(map(len, labels), default=0) <= LONGEST_LABEL
+        and len(set(labels)) == len(labels)
+        and not any(one[:1] == " " or one[-1:] == " " for one in labels)
+    )
 
 
 def short_name(label: str) -> str:

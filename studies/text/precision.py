@@ -50,7 +50,7 @@ def precision_notes(runs: xr.Dataset) -> list[str]:
 
 def precision_rows(results: xr.Dataset) -> Rows | None:
     """Return the table of what was asked of each curve and what was reached; None for other designs."""
-    if "stopped_because" not in results:
+    if "stopped_because" not in results or "block" not in results["stopped_because"].dims:
         return None
     asked = json.loads(str(results.attrs["until"]))
     target = next(name for name in asked if name in TARGETS)

@@ -33,6 +33,7 @@ STUDIES = {
     "adaptive": ("adaptive", "", ""),
     "adaptive_chance": ("adaptive", "", ""),
     "adaptive_rate": ("adaptive_rate", "", ""),
+    "region": ("region", "", ""),
     "cloud": ("cloud", "", ""),
     "bookcase": ("bookcase", "", FIT),
     "risk": ("risk", EVERY_OUTPUT, FIT + "[friction]\nstatic = 0.4\ndispersion = 0.2\ntrip_mm = 5\n"),
@@ -75,6 +76,8 @@ def results(tmp_path_factory):
             text = text.replace("[stripes.select]", '[stripes.select]\noutside = "keep"')
         if name.startswith("adaptive"):
             text = text.replace("number = 6", "number = 40") + "\n[until.motions]\nleast = 32\n"
+        if name == "region":
+            text = re.sub(r"number = 6\b.*", "number = 400", text).replace("median = 0.1", "median = 0.5")
         if name == "adaptive_chance":
             text = text.replace("median = 0.1", 'probability = { level = 0.5, unit = "m/s", within = 0.2 }')
         if name == "risk":  # near an edge, too
@@ -93,13 +96,14 @@ def results(tmp_path_factory):
 
 
 TABLES = (
-    *("runs", "adaptive", "chosen", "curves", "year", "branches", "measures", "slides", "samples", "varied"),
+    *("runs", "adaptive", "surface", "chosen", "curves", "year", "branches", "measures", "slides", "samples", "varied"),
     *("given", "annual", "spread", "ranking", "duties", "kits", "sliding", "standing", "screen", "shares"),
 )
 """The page's tables in their order."""
 OF_KIND = {
     "fragility": ("runs", "chosen", "curves", "year", "branches", "measures", "slides", "standing", "screen"),
     "sequential": ("adaptive", "curves", "year", "standing"),
+    "pooled": ("surface", "curves", "year"),
     "uncertainty": ("samples", "curves", "year", "standing", "shares"),
     "sensitivity": ("varied", "standing", "shares"),
     "performance": ("given", "annual", "spread", "ranking", "duties", "kits", "sliding", "standing", "shares"),

@@ -105,6 +105,9 @@ def bases() -> list[dict[str, str]]:
             target = (EXAMPLES / "selected_target.csv").read_text(encoding="utf-8")
             found.append({"study.toml": text.replace("selected_target", "target"), "target.csv": target})
             continue
+        if path.stem == "region":
+            found.append({"study.toml": text.replace("region_blocks", "blocks"), "blocks.csv": REGION})
+            continue
         if path.stem == "own_building":  # (few histories, all in one file)
             table = (EXAMPLES / "own_building_inventory.csv").read_text(encoding="utf-8")
             text = text.replace("own_building_", "").replace('"index.csv"', '"index.csv"\nunit = "g"')
@@ -141,6 +144,9 @@ HAZARD = "pgv (m/s),probability in 50 yr\n0.02,0.95\n0.05,0.6\n0.1,0.3\n0.2,0.1\
 BLOCKS = (
     "name,catalogue,width_m,height_m,cm_height_m,inertia_factor,alpha_rad,R_m\n,bookcase-5-shelf,,,,,,\n"
     "cabinet,,0.5,1.8,,,,\ntop,,0.5,1.8,1.1,1.3,,\nslender,,,,,,0.2,1.5\n"
+)
+REGION = "name,width_m,height_m\n" + "".join(
+    f"shelf {i},{0.3 + 0.01 * i:.2f},{1.2 + 0.13 * (i % 4):.2f}\n" for i in range(9)
 )
 RECORD = "time (s),acceleration\n" + "".join(f"{0.05 * i:.2f},{0.1 * (i % 7 - 3):.1f}\n" for i in range(60))
 

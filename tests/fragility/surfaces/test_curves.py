@@ -46,6 +46,7 @@ def analysed(asked, seed=0, of=middle, low=-1.0, high=2.5):
         points = designed(CANDIDATES, weights, EACH, seed, wave)
         x = law.plan(points, numbers, start)
         law.add(points, numbers, x, fall(points, x, random, of))
+        law.look()
         done, wave = int(numbers[-1]) + 1, wave + 1
     return law
 

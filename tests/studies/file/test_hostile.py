@@ -11,8 +11,9 @@ import pytest
 import toppling as tp
 from toppling.studies import FragilityStudy, PerformanceStudy, SensitivityStudy, StudyError, UncertaintyStudy
 from toppling.studies.command.cli import main
+from toppling.studies.kinds.pooled import PooledStudy
 
-KINDS = (FragilityStudy, UncertaintyStudy, SensitivityStudy, PerformanceStudy)
+KINDS = (FragilityStudy, PooledStudy, UncertaintyStudy, SensitivityStudy, PerformanceStudy)
 WHOLE = fuzz_studies.bases()
 
 

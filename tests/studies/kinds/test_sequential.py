@@ -224,7 +224,7 @@ def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (('levels = "adaptive"', 'levels = "adaptve"'), "ida.levels: must be 'adaptive', got 'adaptve'"),
+        (('levels = "adaptive"', 'levels = "adaptve"'), "ida.levels: must be 'adaptive' or 'pooled', got 'adaptve'"),
         (('levels = "adaptive"', "levels = [0.1]"), "levels need their unit"),
         (
             ('levels = "adaptive"', 'levels = { values = [0.1], unit = "g" }'),

@@ -1,0 +1,166 @@
+"""Fragility studies of a region: the curves of many free-standing blocks from one surface for each law.
+
+Their results hold curves and rates as those of other fragility studies do, and the surfaces with their checks and runs;
+what needs runs of each block by itself (observed probabilities, the screen of runs, slips) is left out.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+import xarray as xr
+
+from ...aliases import Progress
+from ...doubts import Doubt
+from ...fragility.analyses.pooled import checked_plan
+from ...fragility.fitting.states import OK, OVERTURNED, state_name
+from ...fragility.validity.notes import squat_notes
+from ...fragility.validity.plausibility import block_doubts
+from ...models import Block, Law
+from ...models.columns import BlockArray
+from ...units import DIMENSIONLESS
+from ...wording import counted
+from ..file.schema import StudyFile
+from ..plan.designs import Pooled
+from ..plan.risk import Risk
+from ..region.reading import read_region
+from ..region.rows import pooled_notes
+from .study import BlockStudy, Expected, Study, blocks_of, each, plain
+
+if TYPE_CHECKING:
+    from ...fragility.runs.runners import Runner
+
+CONFIDENCE = 0.95
+STORED_BYTES = 8.0 * 14
+"""Bytes of a curve in the results."""
+HELD_BYTES = 3.0
+"""Times as many are held while curves are evaluated."""
+COLUMN_BYTES = 200.0
+"""Bytes of a block: its name and its properties."""
+FORM = (
+    "P(x) = Phi(ln(x/median)/dispersion) of all blocks from one surface a law; medians from runs near them, "
+    "dispersions from all runs; intervals by a covariance with motions as clusters, for all blocks at once"
+)
+
+
+@dataclass(frozen=True)
+class PooledStudy(BlockStudy, Study):
+    """A region of free-standing blocks x damping laws, and as many motions as the precision of all medians takes.
+
+    `region` holds all blocks; of `blocks`, one of them, the engine is prepared.
+    """
+
+    blocks: tuple[Block, ...]
+    models: tuple[Law, ...]
+    design: Pooled
+    risk: Risk | None = None
+    region: BlockArray = field(kw_only=True)
+
+    kind: ClassVar[str] = "pooled"
+    results_are_of: ClassVar[str] = "fragility"
+
+    @classmethod
+    def of(cls, content: StudyFile, folder: Path) -> Self:
+        region = (
+            BlockArray.of(blocks_of(content, folder))
+            if content.blocks_file is None
+            else read_region(folder / content.blocks_file)
+        )
+        width, height, centre, inertia = (
+            float(one[0]) for one in (region.width, region.height, region.cm_height, region.inertia)
+        )
+        first = Block(width, height, centre, inertia)
+        models = each("models", content.models, (first,))
+        design = content.design(folder, content.both_ways(()))
+        assert isinstance(design, Pooled)  # (the table makes it this kind of study)
+        risk = None if content.hazard is None else content.hazard.risk(content.analysis.im, folder)
+        if risk is not None:
+            risk.check(design, content.motions.floors_file is not None)
+            design = replace(design, hazard=risk.hazard)
+        study = cls(content.title, plain(content), (first,), models, design, risk, region=region)
+        design.check(study.blocks)
+        checked_plan(region, models, **design.options, client=None)
+        return study
+
+    @property
+    def words(self) -> str:
+        assert self.expected is not None
+        of = f"{counted(len(self.region), 'block')} × {counted(len(self.models), 'law')} × {self.design.words}"
+        return f"{of}: about {self.expected.runs[1]:,} runs"
+
+    @property
+    def runs(self) -> int:
+        return len(self.models) * self.design.runs
+
+    @property
+    def expected(self) -> Expected:
+        motions = self.design.expected
+        few, usual, many = (len(self.models) * self.design.runs_of(n) for n in motions)
+        return Expected((few, usual, many), "of some {1:,} motions ({0:,} to {2:,})".format(*motions))
+
+    @property
+    def stored_bytes(self) -> float:
+        of_curves = STORED_BYTES * len(self.region) * len(self.models)
+        return COLUMN_BYTES * len(self.region) + of_curves + 8.0 * 7 * self.design.until.most
+
+    @property
+    def together(self) -> float:
+        return HELD_BYTES * self.stored_bytes
+
+    @property
+    def squat(self) -> list[str]:
+        return squat_notes(self.region)
+
+    @property
+    def doubts(self) -> list[Doubt]:
+        return [*block_doubts(self.region), *self.design.doubts]
+
+    @property
+    def _read(self) -> list[Any]:
+        columns = self.region.width, self.region.height, self.region.cm_height, self.region.inertia
+        found = hashlib.sha256("\n".join(self.region.names.tolist()).encode())
+        for one in columns:
+            found.update(np.ascontiguousarray(one).tobytes())
+        return [*super()._read, found.hexdigest()]
+
+    def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
+        found = self.design.of(self.region, self.models, client, progress)
+        dims, shape = ("block", "model"), (found.sizes["block"], found.sizes["model"])
+        run = found["run_level"].variable
+        named = {"im": self.design.im, "units": run.attrs["units"], "long_name": found.attrs["level_name"]}
+        found = found.assign_coords(intensity=(run.dims, run.values, named)).assign(
+            status=(dims, np.full(shape, OK), {"units": DIMENSIONLESS, "long_name": "status of the curve"}),
+            converged=(
+                dims,
+                np.ones(shape, np.bool_),
+                {"units": DIMENSIONLESS, "long_name": "whether the fit ended"},
+            ),
+        )
+        if self.risk is not None:
+            found = found.assign(self._chances(found, self.risk.years)).assign_attrs(years=self.risk.years)
+        return found.assign_attrs(
+            fit_method=FORM,
+            form="lognormal",
+            modelling_dispersion=0.0,
+            modelling="mean",
+            confidence=CONFIDENCE,
+            state=state_name(OVERTURNED),
+            notes="\n".join(pooled_notes(found)),
+        )
+
+    @staticmethod
+    def _chances(found: xr.Dataset, years: float) -> dict[str, Any]:
+        """Return the chances that the years hold an earthquake that overturns each block."""
+        text = f"probability that {years:g} years hold an earthquake that overturns the block, 1 - exp(-rate years)"
+        return {
+            f"risk_probability{end}": (
+                ("block", "model"),
+                -np.expm1(-years * found[f"rate{end}"].values),
+                {"units": DIMENSIONLESS, "long_name": text + words},
+            )
+            for end, words in (("", ""), ("_lower", ", lower end"), ("_upper", ", upper end"))
+        }

@@ -1,0 +1,113 @@
+"""Maps of a region: medians and rates of its blocks over their slenderness and size, a panel for each law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
+from matplotlib.tri import Triangulation
+
+from ...aliases import Array
+from ...units import STANDARD_GRAVITY
+from ..text.words import axis_of, display_unit, measure_name
+from . import axes
+
+MOST_POINTS = 3000
+"""Blocks of which a map is drawn, evenly among all; what lies between is interpolated."""
+STEPS = 9
+"""Steps of colour at the most."""
+FLAT = 1e-3
+"""Ratio of the narrow to the wide way of a region from which it is drawn as a line."""
+
+
+def maps(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
+    """Yield maps of the medians, and of the rates where there are any, each with its name."""
+    scale, unit = display_unit(axis_of(results))
+    measure = measure_name(str(results.attrs["im"]))
+    quantities = [("median", f"median {measure}{f' ({unit})' if unit else ''}", scale)]
+    if "rate" in results:
+        quantities.append(("rate", "annual rate of overturning", 1.0))
+    for name, words, size in quantities:
+        yield f"map_{name}", _map(results, name, words, size)
+
+
+def _map(results: xr.Dataset, name: str, words: str, scale: float) -> Figure:
+    """Return the map of a quantity."""
+    kept = np.unique(np.linspace(0, results.sizes["block"] - 1, MOST_POINTS).astype(int))
+    # (the ends of both axes are always among them)
+    ends = [at for one in ("alpha", "R") for at in (results[one].values.argmin(), results[one].values.argmax())]
+    drawn = results.isel(block=np.unique([*kept, *ends]))
+    laws = results.sizes["model"]
+    columns = axes.columns_for(laws)
+    rows = math.ceil(laws / columns)
+    figure = axes.figure(max(4.6, 3.9 * columns), 0.6 + 3.7 * rows)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    slender, size = 1.0 / np.tan(drawn["alpha"].values), drawn["R"].values
+    values = drawn[name].transpose("model", "block").values / scale
+    flat = _is_line(slender, size)
+    for i, ax in enumerate(grid.flat[:laws]):
+        label = axes.model_name(str(results["model"].values[i]))
+        ax.set_title(axes.wrapped(label, axes.width_of(ax)), fontsize=10.0)
+        if flat:
+            _line(ax, drawn.isel(model=i), slender, size, name, words, scale)
+        else:
+            _area(ax, figure, slender, size, values[i], words)
+            checked = results.isel(model=i)
+            _checks(ax, checked, float(drawn["inertia_factor"].mean()))
+    axes.remove_spare(grid, laws)
+    what = "the lines are of equal values; crosses: blocks that were run by themselves, to check" if not flat else ""
+    number = f"{results.sizes['block']:,} blocks"
+    axes.heading(figure, f"{words[:1].upper()}{words[1:]} of {number}", what)
+    return figure
+
+
+def _is_line(slender: Array, size: Array) -> bool:
+    """Return whether blocks lie on a line, which has no area to colour."""
+    both = np.stack([np.log(slender), np.log(size)])
+    if both.shape[1] < 3:
+        return True
+    wide = np.linalg.svd(both - both.mean(axis=1, keepdims=True), compute_uv=False)
+    return bool(wide[1] <= FLAT * max(wide[0], 1e-9))
+
+
+def _area(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, words: str) -> None:
+    known = np.isfinite(values) & (values > 0.0)
+    shape = Triangulation(slender[known], size[known])
+    low, high = float(values[known].min()), float(values[known].max())
+    levels = np.geomspace(low, max(high, low * 1.0001), STEPS)
+    # (round numbers where there are enough of them)
+    ticks = [one for one in LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)).tick_values(low, high) if low < one < high]
+    levels = np.array([low * 0.999, *ticks, high * 1.001]) if len(ticks) >= 3 else levels
+    filled = ax.tricontourf(shape, values[known], levels=levels, norm=LogNorm(low, high), cmap="viridis")
+    ax.tricontour(shape, values[known], levels=levels[1:-1], colors="white", linewidths=0.6)
+    bar = figure.colorbar(filled, ax=ax)
+    bar.set_ticks(levels[1:-1].tolist(), labels=[f"{one:.2g}" for one in levels[1:-1]])
+    bar.set_label(words, fontsize=9)
+    ax.set_xlabel("height of the mass centre over half the width")
+    ax.set_ylabel("size R, m")
+
+
+def _checks(ax: Axes, one: xr.Dataset, inertia: float) -> None:
+    """Mark the blocks that were run to check the surface."""
+    p, alpha = one["check_p"].values, one["check_alpha"].values
+    ax.plot(1.0 / np.tan(alpha), STANDARD_GRAVITY / (inertia * p**2), "x", color="black", ms=5, mew=1.2)
+
+
+def _line(ax: Axes, one: xr.Dataset, slender: Array, size: Array, name: str, words: str, scale: float) -> None:
+    """Draw a quantity with its interval along the one way in which blocks differ."""
+    by_size = np.ptp(np.log(size)) > np.ptp(np.log(slender))
+    x = size if by_size else slender
+    order = np.argsort(x)
+    low, high = (one[f"{name}_{end}"].values[order] / scale for end in ("lower", "upper"))
+    ax.fill_between(x[order], low, high, color=axes.colour(0), alpha=0.25, lw=0.0)
+    ax.plot(x[order], one[name].values[order] / scale, color=axes.colour(0), marker="" if x.size > 20 else "o", ms=4)
+    ax.set_yscale("log")
+    ax.set_xlabel("size R, m" if by_size else "height of the mass centre over half the width")
+    ax.set_ylabel(words)
+    axes.grid(ax)

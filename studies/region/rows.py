@@ -1,0 +1,94 @@
+"""What a pooled surface says of a region, in rows and sentences: its precision, its checks, and how blocks differ."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.adaptive.stopping import REACHED
+from ...fragility.adaptive.until import MEDIAN
+from ...fragility.analyses.surface_results import POOLED
+from ..text.rows import Rows
+from ..text.words import axis_of, display_unit, reference_law
+
+SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
+"""Shares of the blocks below the values of the table."""
+
+
+def is_pooled(results: xr.Dataset) -> bool:
+    """Return whether results are of a pooled surface."""
+    return str(results.attrs.get("design")) == POOLED
+
+
+def pooled_notes(results: xr.Dataset) -> list[str]:
+    """Return the notes on a region: what was not reached, surfaces that differ from their checks, and joint falls."""
+    several = results.sizes["model"] > 1
+    said = []
+    for j in range(results.sizes["model"]):
+        one = results.isel(model=j)
+        if str(one["stopped_because"].item()) != REACHED or float(one["lack_of_fit"]) > 0.0:
+            law = f"{one['model'].item()}: " if several else ""
+            said.append(f"{law}{one['account'].item()}")
+    said.append(
+        "blocks that are alike fall in the same earthquakes: how many fall at once does not follow from their curves, "
+        "but from an inventory of them under common motions"
+    )
+    if "rate" in results and str(json.loads(str(results.attrs["hazard"])).get("weights", "")):
+        said.append("rates are at the mean hazard curve; their intervals do not hold the spread of its realisations")
+    return said
+
+
+def examples(results: xr.Dataset) -> xr.Dataset:
+    """Return the blocks with the lowest, the middle and the highest median, for curves of a region."""
+    order = np.argsort(results[MEDIAN].isel(model=reference_law(results)[0]).values, kind="stable")
+    chosen = list(dict.fromkeys(order[[0, order.size // 2, order.size - 1]].tolist()))
+    which = {"shown_of": results.sizes["block"], "shown_by": "with the lowest, the middle and the highest median"}
+    return results.isel(block=chosen).assign_attrs(which if order.size > len(chosen) else {})
+
+
+def surface_rows(results: xr.Dataset) -> Rows | None:
+    """Return the table of what was asked of each surface and what was reached; None for other designs."""
+    if not is_pooled(results):
+        return None
+    asked = float(json.loads(str(results.attrs["until"]))[MEDIAN])
+    lines = []
+    for j in range(results.sizes["model"]):
+        one = results.isel(model=j)
+        chance, apart = float(one["check_p_value"]), float(one["lack_of_fit"])
+        lines.append(
+            (
+                str(one["model"].item()),
+                f"±{100.0 * float(one['half_width']):.1f} %",
+                f"{int(one['motions_run']):,}",
+                f"{int((results['run_model'].values == j).sum()):,}",
+                f"by {100.0 * apart:.1f} % beyond chance" if apart > 0.0 else f"within chance (p = {chance:.2g})",
+                str(one["stopped_because"].item()),
+            )
+        )
+    title = f"One surface a law: asked are ±{100.0 * asked:g} % of the medians of all blocks at once (95 %)"
+    headings = ("law", "reached", "motions", "runs", "blocks run by themselves differ", "stopped because")
+    return Rows(title, headings, lines)
+
+
+def region_rows(results: xr.Dataset) -> Iterator[Rows]:
+    """Yield, for each law, how medians, dispersions and rates of the blocks are distributed; none for other designs."""
+    if not is_pooled(results):
+        return
+    scale, unit = display_unit(axis_of(results))
+    number = int(results.attrs.get("shown_of", results.sizes["block"]))
+    for j, model in enumerate(results["model"].values.tolist()):
+        one = results.isel(model=j)
+        heading = f"median, {unit}" if unit else "median"
+        columns = [(heading, one[MEDIAN].values / scale), ("β", one["dispersion"].values)]
+        if "rate" in one:
+            columns.append(("annual rate", one["rate"].values))
+        found = [(name, np.quantile(values, SHARES)) for name, values in columns]
+        lines = [
+            (f"{100.0 * share:g} % of the blocks below", *(f"{values[i]:.3g}" for _, values in found))
+            for i, share in enumerate(SHARES)
+        ]
+        title = f"The {number:,} blocks under {model}, each number by itself"
+        yield Rows(title, ("", *(name for name, _ in found)), lines)

@@ -1,0 +1,317 @@
+"""Studies of a region: curves from one surface a law, what the file may hold, kills, reports, and what is refused."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import toppling as tp
+from toppling.fragility.surfaces.checks import BLOCKS, RUNS
+from toppling.models.columns import BlockArray
+from toppling.studies.command.cli import main
+from toppling.studies.command.forecast import forecast
+from toppling.studies.command.status import status_of
+from toppling.studies.file.blocks import read_blocks
+from toppling.studies.file.table import StudyError
+from toppling.studies.plots.region import maps
+from toppling.studies.region.reading import read_region
+from toppling.studies.region.rows import examples, region_rows, surface_rows
+from toppling.studies.report.page import write_report
+
+STUDY = """
+title = "Shelves of a region"
+blocks_file = "blocks.csv"
+[[models]]
+law = "energy-consistent"
+[motions]
+generator = "clough-penzien"
+number = 2000
+seed = 4
+duration_s = 6
+dt_s = 0.02
+[ida]
+im = "pga"
+levels = "pooled"
+[until]
+median = 0.25
+motions = { least = 32 }
+"""
+HAZARD = "[hazard]\nk0 = 1e-4\nk = 2\nunit = 'g'\n"
+SHAKES = tp.motions.CloughPenzien(duration=6.0, dt=0.02)
+
+
+def csv(n=40, start="name,width_m,height_m\n"):
+    heights = np.linspace(1.2, 2.0, n)
+    widths = heights / (3.0 + 2.0 * np.modf(np.arange(n) * 0.618)[0])
+    return start + "".join(f"shelf {i},{w:.3f},{h:.3f}\n" for i, (w, h) in enumerate(zip(widths, heights, strict=True)))
+
+
+@pytest.fixture
+def study(tmp_path):
+    def made(text=STUDY, blocks=None):
+        (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+        (tmp_path / "blocks.csv").write_text(csv() if blocks is None else blocks, encoding="utf-8")
+        return tp.Study.from_toml(tmp_path / "study.toml")
+
+    return made
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pooled")
+    (folder / "study.toml").write_text(STUDY + HAZARD, encoding="utf-8")
+    (folder / "blocks.csv").write_text(csv(), encoding="utf-8")
+    return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
+
+
+def columns(tmp_path, text):
+    (tmp_path / "own.csv").write_text(text, encoding="utf-8")
+    return tmp_path / "own.csv"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        csv(),
+        "# a comment\n\n" + csv(5),
+        csv(5).replace("\n", "\r\n"),
+        "height_m;name;width_m\n1.8; a ;0.4\n\n1.6;b;0.5\n",
+        "name,width_m,height_m,cm_height_m,inertia_factor\na,0.4,1.8,0.7,1.3\nb,0.5,1.6,,\n",
+        "name,alpha_rad,R_m,inertia_factor\na,0.2,0.9,\nb,0.25,1.0,1.4\n",
+        "name,alpha_rad,R_m,width_m,height_m\na,0.2,0.9,,\nb,,,0.4,1.8\n",
+        # these are read line by line
+        'name,width_m,height_m\n"shelf, left",0.4,1.8\nb,0.5,1.6\n',
+        "name;width_m;height_m\na;0,4;1,8\nb;0,5;1,6\n",
+        "name,catalogue,width_m,height_m\na,bookcase-5-shelf,,\nb,,0.5,1.6\n",
+        "width_m,height_m\n0.4,1.8\n0.5,1.6\n",
+    ],
+)
+def test_columns_are_what_lines_give(text, tmp_path):
+    file = columns(tmp_path, text)
+    found, own = read_region(file), BlockArray.of(read_blocks(file))
+    assert found.names.tolist() == own.names.tolist()
+    for name in ("width", "height", "cm_height", "inertia"):
+        np.testing.assert_allclose(getattr(found, name), getattr(own, name), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("name,width_m,height_m\na,0.4,1.8\nb,x,1.6\n", "line 3, column 'width_m': must be a number"),
+        ("name,width_m,height_m\na,0.4,1.8\nb,nan,1.6\n", "line 3, column 'width_m': must be a number"),
+        ("name,width_m,height_m,cm_height_m\na,0.4,1.8,NaN\n", "column 'cm_height_m': must be a number"),
+        ("name,width_m,height_m\na,0.4,1.8\nb,inf,1.6\n", "line 3, column 'width_m': must be a number"),
+        ("name,width_m,height_m\na,0.4,1.8\nb,-0.4,1.6\n", "line 3, column 'width_m'"),
+        ("name,width_m,height_m\na,0.4,1.8\na,0.4,1.6\n", "line 3, column 'name': must be another name"),
+        ("name,width_m,height_m\na,0.4\n", "line 2, column 'height_m': is empty"),
+        ("name,width_m,height_m\na,0.4,1.8,9\n", "line 2: has 4 cells, the header names 3 columns"),
+        ("name,width_m,height_m\na,0.4,1.8,9\nb,0.4,1.8,9\n", "line 2: has 4 cells, the header names 3 columns"),
+        ("name,alpha_rad,R_m\na,0.2,\n", "line 2, column 'R_m': is empty"),
+        ("name,alpha_rad,R_m,cm_height_m\na,0.2,1,0.5\n", "column 'cm_height_m': must be empty beside alpha_rad"),
+        ("name,width_m,height_m,wall_gap_mm\na,0.4,1.8,20\n", "does not stand free on a rigid floor"),
+        ("name,width_m,height_m,edge_distance_mm\na,0.4,1.8,20\n", "does not stand free on a rigid floor"),
+        ("name,width_m,height_m\n", "has a header but no blocks"),
+        ("name,width_mm,height_m\na,400,1.8\n", "sizes are in metres"),
+    ],
+)
+def test_files_that_are_wrong_are_refused_as_line_by_line(text, said, tmp_path):
+    with pytest.raises(StudyError) as refused:
+        read_region(columns(tmp_path, text))
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_curves_and_rates_are_those_of_the_analysis(finished):
+    results, file = finished
+    own = tp.fragility.pooled(
+        read_blocks(file.parents[1] / "blocks.csv"),
+        tp.EnergyConsistent(),
+        SHAKES,
+        until={"median": 0.25, "motions": {"least": 32, "most": 2000}},
+        hazard=tp.HazardCurve.power_law(1e-4, 2.0, "pga", "g"),
+        seed=4,
+    )
+    for name in ("median", "median_lower", "median_upper", "dispersion", "rate", "rate_upper", "check_difference"):
+        np.testing.assert_array_equal(results[name], own[name])
+    np.testing.assert_allclose(results["risk_probability"], -np.expm1(-50.0 * own["rate"]), rtol=1e-14)
+    assert results.attrs["kind"] == "fragility"
+    # (a power law has no ends beyond which it is extended but its own two levels)
+    assert ((results["rate_share_below"] >= 0.0) & (results["rate_share_above"] >= 0.0)).all()
+
+
+def test_shares_of_rates_are_those_of_the_curves(finished):
+    results, _ = finished
+    hazard = tp.HazardCurve.power_law(1e-4, 2.0, "pga", "g")
+    curves = xr.Dataset(
+        {"median": results["curve_median"], "dispersion": results["dispersion"]},
+        attrs={"im": "pga", "form": "lognormal"},
+    )
+    rates = tp.annual_rate(curves, hazard)
+    for side in ("below", "above"):
+        np.testing.assert_allclose(results[f"rate_share_{side}"], rates[f"share_{side}"], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("at", [1, 3])
+def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, finished, tmp_path, monkeypatch):
+    from toppling.fragility.analyses import region_runs
+
+    run, calls = region_runs.run_wave, []
+
+    def killed(*arguments):
+        calls.append(1)
+        if len(calls) == at:
+            raise KeyboardInterrupt
+        return run(*arguments)
+
+    for name in ("study.toml", "blocks.csv"):
+        shutil.copy(finished[1].parents[1] / name, tmp_path)
+    study = tp.Study.from_toml(tmp_path / "study.toml")
+    monkeypatch.setattr(region_runs, "run_wave", killed)
+    with pytest.raises(KeyboardInterrupt):
+        study.run(tmp_path / "out")
+    assert status_of(tmp_path / "out").state == "interrupted"
+    monkeypatch.setattr(region_runs, "run_wave", run)
+    study.run(tmp_path / "out")
+    assert (tmp_path / "out/results.nc").read_bytes() == finished[1].read_bytes()
+
+
+def test_other_blocks_are_another_study(study, finished):
+    one, other = study(STUDY + HAZARD), study(STUDY + HAZARD, csv(41))
+    assert one.identity == finished[0].attrs["identity"]
+    assert other.identity != one.identity
+
+
+def test_motions_that_are_matched_one_by_one_are_made_before(study):
+    matched = """generator = "near-fault"
+magnitude = 6.8
+distance_m = 9000
+vs30_m_s = 620
+match_gmm = true
+number = 80
+seed = 4"""
+    start, end = STUDY.index("generator"), STUDY.index("[ida]")
+    one = study(f"{STUDY[:start]}{matched}\n{STUDY[end:]}")
+    assert one.design.generator is None
+    assert one.design.until.most == 80
+    assert sum(array.sizes["motion"] for array in one.arrays) == 80
+
+
+def test_floors_of_a_building_are_made_before(study):
+    building = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\nfloors = [3]\n[until]'
+    text = STUDY.replace("[until]", building).replace("number = 2000", "number = 100").replace("0.25", "0.5")
+    one = study(text)
+    assert one.design.generator is None
+    results = one.run()
+    assert set(results["motions_run"].values.tolist()) <= {64, 96, 100}
+
+
+def test_both_ways_takes_a_motion_twice(study):
+    both = study(STUDY.replace('im = "pga"', 'im = "pga"\npolarity = "both"'))
+    results = both.run()
+    motions = results["run_motion"].values
+    _, counts = np.unique(motions, return_counts=True)
+    assert (counts == 32).all()
+
+
+def test_the_forecast_has_a_range_that_holds_the_motions(study):
+    one = study(STUDY.replace("median = 0.25", "median = 0.1"))
+    few, usual, many = one.design.expected
+    # (950 motions were seen for three hundred shelves, 760 for two thousand)
+    assert few < 760
+    assert many > 950
+    assert one.design.runs_of(usual) == 16 * usual + BLOCKS * RUNS * max(200, usual // 8)
+    lines = forecast(one).lines()
+    assert "at most" in lines[0]
+    assert "up to" in lines[2]
+
+
+def test_tables_say_what_was_reached_and_how_blocks_differ(finished):
+    results, _ = finished
+    rows = surface_rows(results)
+    assert "±25 % of the medians of all blocks at once" in rows.title
+    assert int(rows.rows[0][3].replace(",", "")) == results.sizes["pooled_run"]
+    (spread,) = region_rows(results)
+    assert "40 blocks" in spread.title
+    middle = next(row for row in spread.rows if row[0].startswith("50 %"))
+    assert float(middle[1]) == pytest.approx(float(results["median"].median()) / 9.80665, rel=5e-3)
+    assert surface_rows(xr.Dataset()) is None
+    assert list(region_rows(xr.Dataset())) == []
+
+
+def test_curves_are_drawn_of_blocks_at_both_ends_and_in_the_middle(finished):
+    results, _ = finished
+    drawn = examples(results)
+    medians = results["median"].values[:, 0]
+    found = drawn["median"].values[:, 0]
+    assert (found[0], found[-1]) == (medians.min(), medians.max())
+    assert drawn.sizes["block"] == 3
+
+
+def test_maps_are_of_areas_or_of_lines(finished):
+    results, _ = finished
+    names = [name for name, _ in maps(results)]
+    assert names == ["map_median", "map_rate"]
+    one = next(figure for _, figure in maps(results.isel(block=[0])))
+    assert one.axes[0].get_yscale() == "log"
+
+
+def test_the_report_says_how_curves_were_found(finished, tmp_path):
+    (page,) = write_report(finished[1], tmp_path / "report.html")
+    text = page.read_text(encoding="utf-8")
+    number = int(finished[0]["motions_run"].max())
+    for words in ("One surface a law", "blocks run by themselves", f"shaken by {number:,} simulated ground motions"):
+        assert words in text
+    assert "how many fall at once does not follow" in text
+
+
+def test_the_export_has_every_curve(finished, tmp_path):
+    assert main(["export", str(finished[1]), "--out", str(tmp_path), "--format", "csv"]) == 0
+    assert len((tmp_path / "curves.csv").read_text(encoding="utf-8").splitlines()) >= 41
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (('levels = "pooled"', 'levels = "poolled"'), "ida.levels: must be 'adaptive' or 'pooled', got 'poolled'"),
+        (("median = 0.25", "rate = 0.25"), "until.rate is for levels = 'adaptive'"),
+        (("median = 0.25", "dispersion = 0.25"), "until.dispersion is for levels = 'adaptive'"),
+        (("least = 32", "least = 8"), "until.motions.least: must be"),
+        (
+            ("least = 32", "most = 3000"),
+            "until.motions.most must be at most the 2,000 motions that there are",
+        ),
+        (("median = 0.25", "median = 0.25\nseed = 3"), "give motions.seed, which levels follow, too"),
+        (("median = 0.25", "median = 0.25\nruns_per_motion = 300"), "until.runs_per_motion: must be"),
+        (("[until]", '[fit]\nform = "lognormal"\n[until]'), "levels = 'pooled' has no fit"),
+        (("title =", 'outputs = ["peak_rotation"]\ntitle ='), "levels = 'pooled' has no outputs"),
+        (("[until]", "[friction]\nstatic = 0.4\n[until]"), "friction needs levels that all motions share"),
+        (("[until]", "[measures]\n[until]"), "measures needs levels that all motions share"),
+        (('im = "pga"', 'im = "pga_normalised"'), "im must not depend on the block"),
+        (("duration_s = 6", 'duration_s = 6\ncomponent = "pair"'), "im must be a measure of both components"),
+        (('[[models]]\nlaw = "energy-consistent"', '[[models]]\nlaw = "vassiliou"\ne = 0.9'), "models"),
+        (("[until]", '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\n[until]'), "one floor"),
+        (("[until]", f"{HAZARD}above = 'none'\n[until]"), "hazard.above is not for levels = 'pooled'"),
+        (("[until]", HAZARD.replace("'g'", "'m/s'") + "[until]"), "must be one of"),
+    ],
+)
+def test_what_is_refused(change, said, study):
+    with pytest.raises(StudyError) as refused:
+        study(STUDY.replace(*change, 1))
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_squat_and_implausible_blocks_are_named(study):
+    found = study(blocks=csv() + "plinth,1.2,1.3\ntower,3.0,25\n")
+    assert any("plinth" in note for note in found.squat)
+    assert any(one.kind == "block size" and "tower" in one.sentence for one in found.doubts)
+
+
+def test_the_example_is_of_this_kind():
+    folder = Path(tp.__file__).parent / "studies/examples"
+    one = tp.Study.from_toml(folder / "region.toml")
+    assert (one.kind, len(one.region)) == ("pooled", 300)
+    assert json.loads(json.dumps(one.configuration))["ida"]["levels"] == "pooled"
