@@ -28,6 +28,7 @@ KINDS: dict[str, str] = {
     "collapse": "ground motions under which a building that yields collapses",
     "strike": "motions under which an isolated platform moves further than its clearance",
     "slides on": "motions at whose end blocks still slide: they lack their end, or friction is next to nothing",
+    "scaling": "recordings scaled far before they go through a building or an isolator that yields",
     "misfit": "matched motions whose mean misfit is above what is allowed, or whose PGV or PGD leave their bounds",
 }
 """Kinds of doubts, by the names under which a study accepts them."""

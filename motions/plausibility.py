@@ -10,8 +10,8 @@ import xarray as xr
 from ..aliases import Index
 from ..doubts import Doubt, first_names, first_of
 from ..units import STANDARD_GRAVITY
-from ..wording import short_digits, two_digit_percent
-from .arrays import Record
+from ..wording import short_digits, two_digit_percent, two_digits
+from .arrays import Record, records
 from .intensity.peaks import peak_acceleration, peak_displacement, peak_velocity, velocity
 
 OFFSET = 0.01
@@ -142,6 +142,31 @@ def collapse_doubts(labels: Sequence[str], collapsed: Index, factor: float = 1.0
     still = "its floors are still from then on, and what becomes of things on them is not known"
     of = f"{len(fallen):,} of {len(labels):,} motions ({times}{first_names(fallen)})"
     return [Doubt("collapse", f"the building collapses under {of}: {still}")]
+
+
+def scaling_doubts(
+    given: Iterable[xr.DataArray], scaled: Iterable[xr.DataArray], bounds: tuple[float, float]
+) -> list[Doubt]:
+    """Return the doubt in motions whose amplitude is their own and that are scaled by less or more than the bounds."""
+    before = [one for array in given for one in records(array)]
+    after = [one for array in scaled for one in records(array)]
+    factors = {
+        one.label: float(np.abs(other.acceleration).max() / np.abs(one.acceleration).max())
+        for one, other in zip(before, after, strict=True)
+        if one.own_amplitude
+    }
+    far = [label for label, factor in factors.items() if not bounds[0] <= factor <= bounds[1]]
+    if not far:
+        return []
+    low, high = (two_digits(end(factors.values())) for end in (min, max))
+    return [
+        Doubt(
+            "scaling",
+            f"{len(far):,} of {len(before):,} motions are scaled by less than {bounds[0]:g} or more than {bounds[1]:g} "
+            f"before they go through what yields ({first_names(far)}; all by {low} to {high}): take motions whose "
+            "strength is near the level",
+        )
+    ]
 
 
 def ringing_doubts(floor_motions: Iterable[xr.DataArray]) -> list[Doubt]:

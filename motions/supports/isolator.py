@@ -42,6 +42,10 @@ def strike_doubts(found: Sequence[xr.DataArray], clearance: float) -> list[Doubt
     return [Doubt("strike", what)]
 
 
+LEAST_YIELD = 1e-6
+"""Least displacement at which a bilinear isolator yields, m: below it a `pendulum` slides without yielding before."""
+
+
 @dataclass(frozen=True)
 class Isolator:
     """Isolator of a platform; made by `linear`, `bilinear` or `pendulum`.
@@ -113,7 +117,8 @@ class Isolator:
         TypeError, ValueError
             Values out of range.
         """
-        checks.number("yield_displacement", yield_displacement, above=0.0, unit="m")
+        # (each step of a slide that is as good as rigid-plastic takes as long as a thousand others)
+        checks.number("yield_displacement", yield_displacement, at_least=LEAST_YIELD, unit="m")
         return cls(BILINEAR, period, strength, yield_displacement, clearance, mass_ratio, one_way)
 
     @classmethod

@@ -137,6 +137,10 @@ class BuildingTable(Table):
         for key in ("hardening", "p_delta"):
             if getattr(self, key) is not None and not self.yields:
                 raise ValueError(f"{key} needs yield_coefficient: an elastic building does not yield")
+        if self.yields and isinstance(self.damping, list):
+            raise ValueError(
+                "damping of a building that yields must be one number, that of the first and the last mode"
+            )
         given = self.model_dump(exclude={"name", "kind", "floors"}, exclude_none=True)
         options = {bare(key): value for key, value in given.items() if value is not False}
         make = shaking.Building.flexural_shear if self.kind == "flexural-shear" else shaking.Building.from_storeys

@@ -25,11 +25,13 @@ from ...fragility.analyses.pooled import MOST as MOST_POOLED
 from ...fragility.analyses.surface_results import POOLED
 from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LINKS
+from ...fragility.hazard.pieces import EXTEND
 from ...fragility.runs.request import OF_ROCKING
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
+from ...fragility.validity.screen import FACTORS
 from ...models import Block
 from ...motions.arrays import REVERSE_OF
-from ...motions.plausibility import collapse_doubts, ringing_doubts
+from ...motions.plausibility import collapse_doubts, ringing_doubts, scaling_doubts
 from ...motions.polarity import BOTH, both_polarities
 from ...motions.scaling import scale_to
 from ..plan.designs import Cloud, Design, Incremental, Pooled, Sequential, Stripes
@@ -291,6 +293,9 @@ class StudyFile(Table):
         """Raise a ValueError where a support does not go with the analysis."""
         if self.performance is not None or self.sensitivity is not None:
             raise ValueError("support is for the blocks of a study, not for an inventory or [sensitivity]")
+        for key in ("floors_file", "floors_index"):
+            if getattr(self.motions, key) is not None:
+                raise ValueError(f"a support needs ground motions, got motions.{key}, which are of floors already")
         if self.analysis.im_at != "ground":
             raise ValueError("a support needs im_at = 'ground': levels are of the ground motion below it")
 
@@ -321,8 +326,14 @@ class StudyFile(Table):
             ):
                 if value not in allowed:
                     raise ValueError(f"fit.{key} of adaptive levels must be {' or '.join(allowed)}, got {value!r}")
-        if self.until is not None and self.until.rate is not None and self.hazard is None:
-            raise ValueError("until.rate needs a [hazard]")
+        if self.until is not None and self.until.rate is not None:
+            if self.hazard is None:
+                raise ValueError("until.rate needs a [hazard]")
+            for key in ("below", "above"):
+                if getattr(self.hazard, key) != EXTEND:
+                    raise ValueError(
+                        f"until.rate draws levels from the hazard curve, extended at both ends: leave out hazard.{key}"
+                    )
 
     def _check_pooled(self) -> None:
         """Raise a ValueError where the surface of many blocks does not go with what else a study has."""
@@ -518,8 +529,10 @@ class StudyFile(Table):
             return MotionSet(tuple(ground), (), reading)
         refuse_samples(sum(array.size for array in ground) * (1 + sum(counts)), "motions on all floors")
         if self._scaled_before:
-            ground = [scale_to(one, level, self.analysis.im) for one in ground]
-            reading = reading._replace(far=())  # (of the strength of motions that are not scaled)
+            given, ground = ground, [scale_to(one, level, self.analysis.im) for one in ground]
+            doubts = scaling_doubts(given, ground, FACTORS)
+            # (far: of the strength of motions that are not scaled)
+            reading = reading._replace(far=(), doubts=(*reading.doubts, *doubts))
         where = ""
         if self.stripes is not None and math.isfinite(level):
             size, _ = LEVEL_UNITS[self.stripes.unit]

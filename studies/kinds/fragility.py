@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
+import numpy as np
 import xarray as xr
 
-from ...aliases import Progress
+from ...aliases import Array, Progress
 from ...doubts import Doubt
 from ...fragility import notes, screen
 from ...fragility.analyses.sliding import number_of_slides
@@ -17,6 +18,7 @@ from ...fragility.fitting.states import of_both_axes, state_name
 from ...fragility.risk.inversion import check_family
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.runs.scaling import BLOCK_MEASURES
+from ...fragility.validity.plausibility import level_doubts
 from ...fragility.validity.undecided import perturbed_runs
 from ...models import Block, Law
 from ...models.block import describe_scene
@@ -107,6 +109,13 @@ def _slides(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
 def without_replicates(curves: xr.Dataset) -> xr.Dataset:
     """Return fitted curves without their replicates."""
     return curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
+
+
+def median_doubts(medians: Array, units: str) -> list[str]:
+    """Return what is doubted of medians whose levels nobody gave: levels that runs have found (SI, in such units)."""
+    known = medians[np.isfinite(medians)]
+    doubts = level_doubts(known, units)
+    return [one.sentence.replace("the highest level", "the highest median").partition(": ")[0] for one in doubts]
 
 
 def fit_of(content: StudyFile) -> Fit:

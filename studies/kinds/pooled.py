@@ -29,6 +29,7 @@ from ..plan.designs import Pooled
 from ..plan.risk import Risk
 from ..region.reading import read_region
 from ..region.rows import pooled_notes
+from .fragility import median_doubts
 from .study import BlockStudy, Expected, Study, blocks_of, each, plain
 
 if TYPE_CHECKING:
@@ -149,7 +150,7 @@ class PooledStudy(BlockStudy, Study):
             modelling="mean",
             confidence=CONFIDENCE,
             state=state_name(OVERTURNED),
-            notes="\n".join(pooled_notes(found)),
+            notes="\n".join([*pooled_notes(found), *median_doubts(found["median"].values, run.attrs["units"])]),
         )
 
     @staticmethod

@@ -21,7 +21,7 @@ from ..file.schema import StudyFile
 from ..plan.designs import Sequential
 from ..text.axes import axis_notes
 from ..text.precision import SEQUENTIAL, precision_notes
-from .fragility import FragilityStudy, fit_of, without_replicates
+from .fragility import FragilityStudy, fit_of, median_doubts, without_replicates
 from .study import Expected, blocks_of, check_laws, each, plain
 
 if TYPE_CHECKING:
@@ -97,6 +97,7 @@ class SequentialStudy(FragilityStudy):
         found: dict[Any, Any] = {}
         attributes = self._fit_attributes(curves)
         said = [*axis_notes(runs), *self.fit.notes(curves, runs), *precision_notes(runs)]
+        said += median_doubts(curves["median"].values, str(runs["level"].attrs["units"]))
         coordinates: dict[Any, Any] = {}
         if self.risk is not None:
             rated = self._rated(self.risk, curves, runs, client, progress)

@@ -69,6 +69,7 @@ ODD = {
     "strike": "the isolated platform would strike its stops under some motions",
     "slides on": "motions end while blocks slide",
     "selection": "some selected motions do not agree with the hazard",
+    "scaling": "motions are scaled far before they go through what yields",
     "misfit": "the motions do not match their target spectrum",
 }
 """What is odd about the inputs, by the kind of doubt."""
@@ -548,6 +549,11 @@ def _intervals(results: xr.Dataset) -> Check:
 
 def _scaling(results: xr.Dataset) -> Check:
     question = "Are the motions scaled moderately?"
+    before = [str(text) for kind, text, _ in json.loads(str(results.attrs.get("doubts", "[]"))) if kind == "scaling"]
+    cure = "Take motions whose strength is near the levels, or a set of motions for each level (stripes)."
+    if before:
+        reason = " ".join(f"{one[:1].upper()}{one[1:]}." for one in before)
+        return Check(question, CARE, reason, cure, ODD["scaling"])
     share, _ = _worst(results["outside"].sel(reason=SCALED_FAR.name))
     low, high = json.loads(str(results.attrs["screen"]))["factors"]
     if share < MARKED:
@@ -558,7 +564,6 @@ def _scaling(results: xr.Dataset) -> Check:
         )
     scaled = f"the motion is scaled by less than {low:g} or more than {high:g}"
     clause = f"in up to {two_digit_percent(share)} of the runs {scaled}"
-    cure = "Take motions whose strength is near the levels, or a set of motions for each level (stripes)."
     return Check(question, CARE, f"{clause[:1].upper()}{clause[1:]}.", cure, clause)
 
 

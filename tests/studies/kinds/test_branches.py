@@ -10,7 +10,7 @@ from study_texts import HAZARD, IDA
 
 import toppling as tp
 from toppling.motions.arrays import digest, records
-from toppling.studies import StudyError
+from toppling.studies import StudyError, show
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.plots.branches import spread_figure
@@ -403,3 +403,39 @@ def test_mistakes(tmp_path, parts, message):
 def test_branches_need_a_hazard(tmp_path):
     with pytest.raises(StudyError, match=r"branches: they spread an annual rate, which needs a \[hazard\]"):
         study(tmp_path, BLOCK, LAWS, motions(1), IDA, branches("models", housner=1))
+
+
+def test_branches_without_any_rate_have_no_figure(tmp_path):
+    """Where every run overturns there is no curve, hence no rate to draw over branches; all else is written."""
+    (tmp_path / "study.toml").write_text(
+        """title = "All fall"
+[[blocks]]
+width_m = 0.15
+height_m = 0.75
+[[models]]
+law = "energy-consistent"
+[motions]
+generator = "clough-penzien"
+number = 4
+duration_s = 6
+dt_s = 0.02
+s0_m2_s3 = 0.3
+[cloud]
+im = "pga"
+[hazard]
+k0 = 1e-4
+k = 2
+unit = "g"
+[[motion_sets]]
+name = "b"
+motions = { generator = "clough-penzien", number = 4, seed = 9, s0_m2_s3 = 0.3, duration_s = 6, dt_s = 0.02 }
+[[branches]]
+of = "motions"
+names = ["motions", "b"]
+weights = [0.5, 0.5]
+"""
+    )
+    results = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+    assert results["overturned"].all()
+    assert "branches" not in [name for name, _ in show.figures(results)]
+    assert write_report(tmp_path / "out/results.nc")[0].is_file()

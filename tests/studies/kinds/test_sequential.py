@@ -204,6 +204,12 @@ def test_what_is_not_reached_is_a_note(study):
     assert sum("1 % asked; 64 motions are the most allowed, the precision takes about" in one for one in notes) == 2
 
 
+def test_a_median_beyond_any_shaking_is_a_note(study):
+    results = study(STUDY.replace("width_m = 0.4\nheight_m = 1.8", "width_m = 12\nheight_m = 15")).run()
+    assert float(results["median"].max()) > 5.0 * 9.80665
+    assert any(note.startswith("the highest median, ") for note in results.attrs["notes"].splitlines())
+
+
 def test_the_report_says_how_runs_were_chosen(finished, tmp_path):
     (page,) = write_report(finished[1], tmp_path / "report.html")
     text = page.read_text(encoding="utf-8")
@@ -235,6 +241,10 @@ def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
         (("median = 0.15", "median = 1.5"), "until.median: must be >= 0.001 and < 1, got 1.5"),
         (("median = 0.15", "medain = 0.15"), "did you mean 'median'?"),
         (("median = 0.15", "rate = 0.15"), "until.rate needs a [hazard]"),
+        (
+            ("median = 0.15\nmotions = { least = 32 }", f"rate = 0.2\n{HAZARD}above = 'none'"),
+            "until.rate draws levels from the hazard curve, extended at both ends: leave out hazard.above",
+        ),
         (("least = 32", "least = 8"), "until.motions.least: must be"),
         (("least = 32", "most = 300"), "until.motions.most must be at most the 200 motions that there are, got 300"),
         (("number = 200", "number = 20"), "until.motions.least must be at most 20"),

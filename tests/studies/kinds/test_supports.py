@@ -6,6 +6,7 @@ import pytest
 import toppling as tp
 from toppling.motions import Building, CloughPenzien, Isolator, Support, scale_to
 from toppling.studies import StudyError
+from toppling.studies.report.validity import checks_of
 
 HEAD = """
 title = "A vase on a platform"
@@ -108,3 +109,35 @@ def test_the_report_says_what_the_blocks_stand_on(tmp_path):
 def test_what_does_not_go_together_has_one_sentence(tmp_path, parts, text):
     with pytest.raises(StudyError, match=text):
         study(tmp_path, *parts)
+
+
+def test_recordings_that_are_scaled_far_before_the_isolator_are_named(tmp_path):
+    shakes = CloughPenzien(duration=8.0, dt=0.01).sample(3, 3)
+    peaks = [0.05, 0.3, 3.0]  # m/s²: times 40, 6.7 and 0.67 to a level of 2
+    for i, peak in enumerate(peaks):
+        one = scale_to(shakes.isel(motion=[i]), peak, "pga").values[0]
+        (tmp_path / f"r{i}.csv").write_text(
+            "time (s),acceleration\n" + "".join(f"{0.01 * k:.2f},{value:.9g}\n" for k, value in enumerate(one))
+        )
+    start, end = HEAD.index("[motions]"), len(HEAD)
+    text = f'{HEAD[:start]}[motions]\nrecords = "r*.csv"\nunit = "m/s2"\n{HEAD[end:]}'
+    one_stripe = STRIPES.partition("[[stripes.at]]\nlevel = 6")[0]
+    (tmp_path / "study.toml").write_text(text + PENDULUM + one_stripe)
+    results = tp.Study.from_toml(tmp_path / "study.toml").run()
+    (sentence,) = (note for note in results.attrs["notes"].splitlines() if "before they go through what yields" in note)
+    assert sentence.startswith("2 of 3 motions are scaled by less than 0.2 or more than 5")
+    assert "all by 0.67 to 40" in sentence
+    (check,) = (one for one in checks_of(results) if one.question == "Are the motions scaled moderately?")
+    assert check.word == "use with care"
+
+
+def test_a_bilinear_isolator_yields_after_a_micrometre_at_least():
+    with pytest.raises(ValueError, match="yield_displacement"):
+        Isolator.bilinear(2.5, 0.05, 1e-15)
+
+
+def test_floors_of_a_file_do_not_go_through_a_support(tmp_path):
+    start, end = HEAD.index("[motions]"), len(HEAD)
+    (tmp_path / "study.toml").write_text(f'{HEAD[:start]}[motions]\nfloors_file = "f.csv"\n{HEAD[end:]}{BENCH}{IDA}')
+    with pytest.raises(StudyError, match="a support needs ground motions, got motions"):
+        tp.Study.from_toml(tmp_path / "study.toml")

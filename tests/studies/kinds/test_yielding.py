@@ -134,6 +134,7 @@ def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
         ([("yield_coefficient = 0.15", "yield_coefficient = [0.1, 0.2, 0.3]")], "yield_coefficient"),
         ([("yield_coefficient = 0.15", "yield_coefficient = 0")], "yield_coefficient"),
         ([("p_delta = true", "hardening = 1.0")], "hardening"),
+        ([("p_delta = true", "damping = [0.05, 0.05]")], "damping of a building that yields must be one number"),
         ([("p_delta = true", "modes = 1")], "modes must be left out where storeys yield"),
         ([('kind = "storeys"', 'kind = "flexural-shear"\nperiod_s = 0.5')], "flexural-shear"),
     ],
