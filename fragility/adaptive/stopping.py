@@ -75,9 +75,9 @@ class StoppingRule:
         self._confirmed_at: int | None = None
 
     @property
-    def confirming(self) -> bool:
-        """True while motions are run that only confirm."""
-        return self._confirmed_at is not None
+    def confirmed_at(self) -> int:
+        """Number of motions after which the confirming look is, 0 before any."""
+        return self._confirmed_at or 0
 
     def step(self, motions: int, ratio: float, last: bool) -> str:
         """Return the reason to stop after a wave, empty where the analysis goes on.

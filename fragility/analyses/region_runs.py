@@ -121,7 +121,11 @@ class PooledRuns:
     def _next(self) -> int:
         """Return how many motions to take now: a quarter of those so far, or fewer where the precision is near."""
         least = next_wave(self._done)
-        ratios = [law.ratios[-1][1] for law in self.laws if not law.stopped and law.ratios]
+        going = [law for law in self.laws if not law.stopped]
+        confirmed = [law.confirmed_at for law in going]
+        if min(confirmed) > self._done:
+            return max(confirmed) - self._done
+        ratios = [law.ratios[-1][1] for law in going if law.ratios]
         missing = self._done * (max(MARGIN * max(ratios), 1.0) ** 2 - 1.0) if ratios else math.inf
         return max(least, math.ceil(min(missing, self._done // GROWTH)))
 

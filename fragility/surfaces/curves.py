@@ -99,6 +99,11 @@ class PooledCurves:
         """Number of motions so far."""
         return 0 if self._runs is None else int(np.unique(self._runs.motion).size)
 
+    @property
+    def confirmed_at(self) -> int:
+        """Number of motions after which a precision that seems to be reached is confirmed, 0 while it does not."""
+        return self._rule.confirmed_at
+
     def plan(self, points: Array, motions: Index, start: tuple[Array, Array]) -> Array:
         """Return the ln levels (block, motion) of blocks at points (block, axis) under motions of these numbers.
 
